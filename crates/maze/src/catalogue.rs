@@ -1,0 +1,170 @@
+//! A collection of mazes, from a folder or built in.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use crate::{Maze, ParseError, ReadError};
+
+/// A collection of mazes, in the order of their paths.
+///
+/// Nothing is read until [`Entry::maze`] asks for it, so a large folder costs a listing only.
+///
+/// ```
+/// use mmsim_maze::Catalogue;
+/// let catalogue = Catalogue::of_texts(&[("small.txt", "o---o\n|   |\no---o\n")]);
+/// let entry = catalogue.matching("SMALL").next().unwrap();
+/// assert_eq!(entry.maze()?.size().area(), 1);
+/// # Ok::<(), mmsim_maze::ReadError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Catalogue {
+    entries: Vec<Entry>,
+}
+
+/// One maze of a collection.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    path: PathBuf,
+    /// The content of a maze that is built in, else the file is read.
+    text: Option<Cow<'static, str>>,
+}
+
+/// A folder that cannot be listed.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: cannot be read: {source}", path.display())]
+pub struct CatalogueError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What the operating system says.
+    pub source: io::Error,
+}
+
+impl Catalogue {
+    /// The mazes that are built in, as pairs of name and content.
+    pub fn of_texts(texts: &[(&'static str, &'static str)]) -> Self {
+        let entry = |&(name, text): &(&'static str, &'static str)| Entry {
+            path: name.into(),
+            text: Some(text.into()),
+        };
+        Self { entries: texts.iter().map(entry).collect() }
+    }
+
+    /// The file `path`, or every file in the folder `path` and its subfolders, but for hidden
+    /// ones and those that end in `.md` or `.json`. Links to folders are not followed.
+    ///
+    /// # Errors
+    /// `path` is not there, or a folder cannot be listed.
+    pub fn of_path(path: &Path) -> Result<Self, CatalogueError> {
+        let error = |source| CatalogueError { path: path.into(), source };
+        let mut paths = Vec::new();
+        if fs::metadata(path).map_err(error)?.is_dir() {
+            list_folder(path, &mut paths)?;
+            paths.sort();
+        } else {
+            paths.push(path.to_path_buf());
+        }
+        let entries = paths.into_iter().map(|path| Entry { path, text: None }).collect();
+        Ok(Self { entries })
+    }
+
+    /// All entries, whether they can be read or not.
+    pub fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    /// The entries whose path holds all the words of `words`, which are parted by blanks, without
+    /// regard to case.
+    pub fn matching(&self, words: &str) -> impl Iterator<Item = &Entry> {
+        let words: Vec<String> = words.split_whitespace().map(str::to_lowercase).collect();
+        self.entries.iter().filter(move |entry| {
+            let path = entry.path.to_string_lossy().to_lowercase();
+            words.iter().all(|word| path.contains(word.as_str()))
+        })
+    }
+}
+
+impl Entry {
+    /// The file, or the name of a maze that is built in.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The name of the maze: that of its file without the ending.
+    pub fn name(&self) -> String {
+        self.path.file_stem().unwrap_or_default().to_string_lossy().to_string()
+    }
+
+    /// Reads the maze.
+    ///
+    /// # Errors
+    /// As for [`Maze::read`].
+    pub fn maze(&self) -> Result<Maze, ReadError> {
+        let Some(text) = &self.text else { return Maze::read(&self.path) };
+        text.parse()
+            .map_err(|source: ParseError| ReadError::Parse { path: self.path.clone(), source })
+    }
+}
+
+fn list_folder(folder: &Path, paths: &mut Vec<PathBuf>) -> Result<(), CatalogueError> {
+    let error = |source| CatalogueError { path: folder.into(), source };
+    for entry in fs::read_dir(folder).map_err(error)? {
+        let entry = entry.map_err(error)?;
+        let path = entry.path();
+        let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
+        let ending = path.extension().unwrap_or_default();
+        if hidden || ["md", "json"].iter().any(|other| ending.eq_ignore_ascii_case(other)) {
+            continue;
+        }
+        if entry.file_type().map_err(error)?.is_dir() {
+            list_folder(&path, paths)?;
+        } else if path.is_file() {
+            paths.push(path);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MAZE: &str = "o---o\n| S |\no---o\n";
+
+    fn names(entries: impl IntoIterator<Item = impl std::borrow::Borrow<Entry>>) -> Vec<String> {
+        entries.into_iter().map(|entry| entry.borrow().name()).collect()
+    }
+
+    #[test]
+    fn a_folder_is_searched_with_its_subfolders() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        };
+        write("b.txt", MAZE);
+        write("deep/er/a.maze", MAZE);
+        write("deep/Rubbish", "rubbish");
+        for passed_over in ["README.md", "facts.json", ".hidden/c.txt", ".d.txt"] {
+            write(passed_over, MAZE);
+        }
+        let catalogue = Catalogue::of_path(folder.path()).unwrap();
+        assert_eq!(names(catalogue.entries()), ["b", "Rubbish", "a"]);
+        assert_eq!(names(catalogue.matching("ER DEEP")), ["a"]);
+        assert_eq!(names(catalogue.matching("a.maze")), ["a"]);
+        assert_eq!(names(catalogue.matching("nothing like it")), [""; 0]);
+        let readable = catalogue.entries().iter().map(|entry| entry.maze().is_ok());
+        assert!(readable.eq([true, false, true]));
+    }
+
+    #[test]
+    fn a_file_is_a_collection_of_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("one.md");
+        fs::write(&path, MAZE).unwrap();
+        assert_eq!(names(Catalogue::of_path(&path).unwrap().entries()), ["one"]);
+        let error = Catalogue::of_path(&folder.path().join("none")).unwrap_err().to_string();
+        assert!(error.contains("none: cannot be read: "), "{error}");
+    }
+}

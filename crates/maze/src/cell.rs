@@ -1,0 +1,175 @@
+//! Cells and the size of a maze.
+
+use core::fmt;
+
+use crate::{CellSet, Heading};
+
+/// A cell of the maze, counted from the south-west corner: x grows east, y grows north.
+///
+/// Any two bytes are a cell; whether it lies inside a maze is for [`MazeSize::contains`] to say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Cell {
+    /// Cells from the west edge, 0 for the westernmost column.
+    pub x: u8,
+    /// Cells from the south edge, 0 for the southernmost row.
+    pub y: u8,
+}
+
+impl Cell {
+    /// The cell in column `x` and row `y`.
+    pub const fn new(x: u8, y: u8) -> Self {
+        Self { x, y }
+    }
+
+    /// The next cell towards `heading`, `None` where a coordinate would leave 0 to 255.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Heading};
+    /// assert_eq!(Cell::new(0, 0).neighbour(Heading::North), Some(Cell::new(0, 1)));
+    /// assert_eq!(Cell::new(0, 0).neighbour(Heading::West), None);
+    /// ```
+    pub const fn neighbour(self, heading: Heading) -> Option<Self> {
+        let Self { x, y } = self;
+        let (x, y) = match heading {
+            Heading::North => (Some(x), y.checked_add(1)),
+            Heading::East => (x.checked_add(1), Some(y)),
+            Heading::South => (Some(x), y.checked_sub(1)),
+            Heading::West => (x.checked_sub(1), Some(y)),
+        };
+        match (x, y) {
+            (Some(x), Some(y)) => Some(Self { x, y }),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "({}, {})", self.x, self.y)
+    }
+}
+
+/// How many cells a maze has each way, 1 to 32.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MazeSize {
+    width: u8,
+    height: u8,
+}
+
+/// A size that no maze here can have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected a maze of 1x1 to {max}x{max} cells, found {width}x{height}", max = MazeSize::MAX_SIDE)]
+pub struct SizeError {
+    /// The width that was asked for, in cells.
+    pub width: usize,
+    /// The height that was asked for, in cells.
+    pub height: usize,
+}
+
+impl MazeSize {
+    /// The longest side, in cells.
+    pub const MAX_SIDE: u8 = 32;
+    /// The most cells a maze can have.
+    pub const MAX_AREA: usize = Self::MAX_SIDE as usize * Self::MAX_SIDE as usize;
+    /// The classic contest maze, 16×16.
+    pub const CLASSIC: Self = Self { width: 16, height: 16 };
+    /// The half-size contest maze, 32×32.
+    pub const HALF_SIZE: Self = Self { width: 32, height: 32 };
+
+    /// A size of `width` × `height` cells.
+    ///
+    /// # Errors
+    /// A side that is 0 or longer than [`MAX_SIDE`](Self::MAX_SIDE).
+    pub fn new(width: usize, height: usize) -> Result<Self, SizeError> {
+        let side = |cells: usize| {
+            u8::try_from(cells).ok().filter(|cells| (1..=Self::MAX_SIDE).contains(cells))
+        };
+        match (side(width), side(height)) {
+            (Some(width), Some(height)) => Ok(Self { width, height }),
+            _ => Err(SizeError { width, height }),
+        }
+    }
+
+    /// Cells from west to east.
+    pub const fn width(self) -> u8 {
+        self.width
+    }
+
+    /// Cells from south to north.
+    pub const fn height(self) -> u8 {
+        self.height
+    }
+
+    /// Cells in all.
+    pub const fn area(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Whether the cell lies inside a maze of this size.
+    pub const fn contains(self, cell: Cell) -> bool {
+        cell.x < self.width && cell.y < self.height
+    }
+
+    /// The neighbour of `cell` towards `heading`, where it lies inside too.
+    pub fn neighbour(self, cell: Cell, heading: Heading) -> Option<Cell> {
+        cell.neighbour(heading).filter(|&neighbour| self.contains(neighbour))
+    }
+
+    /// Every cell, row by row from the south, each row from the west.
+    pub fn cells(self) -> impl DoubleEndedIterator<Item = Cell> + Clone {
+        (0..self.height).flat_map(move |y| (0..self.width).map(move |x| Cell { x, y }))
+    }
+
+    /// Where contest rules put the goal if nobody says otherwise: the central four cells, or on
+    /// an odd side the one in the middle.
+    pub fn central_cells(self) -> CellSet {
+        let middle = |side: u8| (side - 1) / 2..=side / 2;
+        middle(self.height).flat_map(|y| middle(self.width).map(move |x| Cell { x, y })).collect()
+    }
+}
+
+impl fmt::Display for MazeSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_from_1_to_32_are_accepted() {
+        for width in 0..40 {
+            for height in 0..40 {
+                let possible = (1..=32).contains(&width) && (1..=32).contains(&height);
+                assert_eq!(MazeSize::new(width, height).is_ok(), possible, "{width}x{height}");
+            }
+        }
+        assert!(MazeSize::new(256 + 16, 16).is_err());
+    }
+
+    #[test]
+    fn the_centre_follows_the_parity_of_each_side() {
+        let centre = |width, height| {
+            MazeSize::new(width, height).unwrap().central_cells().iter().collect::<Vec<_>>()
+        };
+        let cells =
+            |list: &[(u8, u8)]| list.iter().map(|&(x, y)| Cell { x, y }).collect::<Vec<_>>();
+        assert_eq!(centre(16, 16), cells(&[(7, 7), (8, 7), (7, 8), (8, 8)]));
+        assert_eq!(centre(5, 5), cells(&[(2, 2)]));
+        assert_eq!(centre(5, 2), cells(&[(2, 0), (2, 1)]));
+        assert_eq!(centre(1, 1), cells(&[(0, 0)]));
+        assert_eq!(centre(2, 1), cells(&[(0, 0), (1, 0)]));
+    }
+
+    #[test]
+    fn a_neighbour_stays_inside() {
+        let size = MazeSize::new(3, 2).unwrap();
+        assert_eq!(size.neighbour(Cell::new(2, 1), Heading::East), None);
+        assert_eq!(size.neighbour(Cell::new(2, 1), Heading::North), None);
+        assert_eq!(size.neighbour(Cell::new(2, 1), Heading::South), Some(Cell::new(2, 0)));
+        assert_eq!(Cell::new(255, 255).neighbour(Heading::North), None);
+        assert_eq!(size.cells().count(), size.area());
+    }
+}

@@ -1,0 +1,120 @@
+//! A set of cells.
+
+use core::fmt;
+
+use crate::{Cell, MazeSize};
+
+const SIDE: usize = MazeSize::MAX_SIDE as usize;
+
+/// A set of cells of one maze, such as its goal cells or the visited ones: a bit a cell, 128
+/// bytes, copied freely.
+///
+/// ```
+/// use mmsim_maze::{Cell, CellSet};
+/// let goals: CellSet = [Cell::new(7, 7), Cell::new(8, 7)].into_iter().collect();
+/// assert!(goals.contains(Cell::new(8, 7)));
+/// assert_eq!(goals.len(), 2);
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct CellSet {
+    /// Bit x of row y.
+    rows: [u32; SIDE],
+}
+
+impl CellSet {
+    /// The set without a cell.
+    pub const EMPTY: Self = Self { rows: [0; SIDE] };
+
+    /// Adds a cell. Says whether the set has grown: a cell that is in it already and one beyond
+    /// 32×32 leave it as it was.
+    pub fn insert(&mut self, cell: Cell) -> bool {
+        let grows =
+            cell.x < MazeSize::MAX_SIDE && cell.y < MazeSize::MAX_SIDE && !self.contains(cell);
+        if grows {
+            self.rows[usize::from(cell.y)] |= 1 << cell.x;
+        }
+        grows
+    }
+
+    /// Whether the cell is in the set.
+    pub fn contains(&self, cell: Cell) -> bool {
+        let row = self.rows.get(usize::from(cell.y)).copied().unwrap_or(0);
+        row.checked_shr(u32::from(cell.x)).unwrap_or(0) & 1 == 1
+    }
+
+    /// How many cells are in it.
+    pub fn len(&self) -> usize {
+        self.rows.iter().map(|row| row.count_ones() as usize).sum()
+    }
+
+    /// Whether no cell is in it.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::EMPTY
+    }
+
+    /// Its cells, row by row from the south, each row from the west.
+    pub fn iter(&self) -> impl Iterator<Item = Cell> + '_ {
+        (0..MazeSize::MAX_SIDE)
+            .flat_map(|y| (0..MazeSize::MAX_SIDE).map(move |x| Cell { x, y }))
+            .filter(|&cell| self.contains(cell))
+    }
+}
+
+impl FromIterator<Cell> for CellSet {
+    fn from_iter<I: IntoIterator<Item = Cell>>(cells: I) -> Self {
+        let mut set = Self::EMPTY;
+        set.extend(cells);
+        set
+    }
+}
+
+impl Extend<Cell> for CellSet {
+    fn extend<I: IntoIterator<Item = Cell>>(&mut self, cells: I) {
+        for cell in cells {
+            self.insert(cell);
+        }
+    }
+}
+
+impl fmt::Debug for CellSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_set().entries(self.iter()).finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn behaves_like_a_set_from_the_standard_library(cells in prop::collection::vec(any::<(u8, u8)>(), 0..200)) {
+            let cells: Vec<Cell> = cells.into_iter().map(|(x, y)| Cell::new(x % 40, y % 40)).collect();
+            let set: CellSet = cells.iter().copied().collect();
+            let twin: BTreeSet<(u8, u8)> =
+                cells.iter().filter(|cell| cell.x < 32 && cell.y < 32).map(|cell| (cell.y, cell.x)).collect();
+            prop_assert_eq!(set.len(), twin.len());
+            prop_assert_eq!(set.is_empty(), twin.is_empty());
+            prop_assert!(set.iter().map(|cell| (cell.y, cell.x)).eq(twin.iter().copied()));
+            for x in 0..=255 {
+                for y in 0..=255 {
+                    prop_assert_eq!(set.contains(Cell::new(x, y)), twin.contains(&(y, x)));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_cell_is_added_once_and_never_beyond_32() {
+        let mut set = CellSet::EMPTY;
+        assert!(set.insert(Cell::new(31, 31)));
+        assert!(!set.insert(Cell::new(31, 31)));
+        assert!(!set.insert(Cell::new(32, 0)));
+        assert!(!set.insert(Cell::new(0, 255)));
+        assert_eq!(set.len(), 1);
+    }
+}

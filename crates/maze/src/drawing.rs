@@ -1,0 +1,238 @@
+//! Mazes as text.
+
+use core::fmt::{self, Write};
+
+use crate::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose, WallState};
+
+/// A maze, or what a mouse knows of one, as text with north on top.
+///
+/// ```text
+/// o---o---o
+/// | 3   G |     o  a post                     S  the start      G  a goal cell
+/// o   o . o     --- and |  a wall             blank  no wall
+/// | ^ . 1 |     " . " and .  unknown          ^ > v <  the mouse
+/// o---o---o
+/// ```
+///
+/// A number takes the place of `S` and `G`, the mouse that of a number. Cells are three characters
+/// wide, and wider if a number needs it. Without numbers and a mouse, the drawing of a [`Maze`] is
+/// the text format.
+///
+/// ```
+/// use mmsim_maze::{Maze, MazeSize, Walls, Cell, CellSet};
+/// let walls = Walls::open(MazeSize::new(2, 1)?);
+/// let maze = Maze::new(walls, Cell::new(0, 0), [Cell::new(1, 0)].into_iter().collect())?;
+/// let distance = |cell: Cell| Some(1 - u16::from(cell.x));
+/// assert_eq!(maze.drawing().with_numbers(&distance).to_string(), "\
+/// o---o---o
+/// | 1   0 |
+/// o---o---o
+/// ");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct Drawing<'a> {
+    drawn: Drawn<'a>,
+    numbers: Option<&'a dyn Fn(Cell) -> Option<u16>>,
+    mouse: Option<Pose>,
+}
+
+#[derive(Clone, Copy)]
+enum Drawn<'a> {
+    Truth(&'a Maze),
+    Known(&'a KnownMaze),
+}
+
+impl<'a> Drawing<'a> {
+    pub(crate) const fn of_maze(maze: &'a Maze) -> Self {
+        Self { drawn: Drawn::Truth(maze), numbers: None, mouse: None }
+    }
+
+    pub(crate) const fn of_known_maze(map: &'a KnownMaze) -> Self {
+        Self { drawn: Drawn::Known(map), numbers: None, mouse: None }
+    }
+
+    /// Writes a number, such as a distance in steps, into each cell for which there is one.
+    pub const fn with_numbers(mut self, numbers: &'a dyn Fn(Cell) -> Option<u16>) -> Self {
+        self.numbers = Some(numbers);
+        self
+    }
+
+    /// Draws the mouse.
+    pub const fn with_mouse(mut self, pose: Pose) -> Self {
+        self.mouse = Some(pose);
+        self
+    }
+
+    fn size(&self) -> MazeSize {
+        match self.drawn {
+            Drawn::Truth(maze) => maze.size(),
+            Drawn::Known(map) => map.size(),
+        }
+    }
+
+    fn start_and_goals(&self) -> (Cell, &CellSet) {
+        match self.drawn {
+            Drawn::Truth(maze) => (maze.start().cell, maze.goals()),
+            Drawn::Known(map) => (map.start(), map.goals()),
+        }
+    }
+
+    fn wall(&self, cell: Cell, heading: Heading) -> WallState {
+        match self.drawn {
+            Drawn::Truth(maze) if maze.walls().has(cell, heading) => WallState::Present,
+            Drawn::Truth(_) => WallState::Absent,
+            Drawn::Known(map) => map.wall(cell, heading),
+        }
+    }
+
+    fn number(&self, cell: Cell) -> Option<u16> {
+        self.numbers.and_then(|number| number(cell))
+    }
+
+    /// Characters between two posts.
+    fn cell_width(&self) -> usize {
+        match self.size().cells().filter_map(|cell| self.number(cell)).max() {
+            Some(10_000..) => 5,
+            Some(1_000..) => 4,
+            _ => 3,
+        }
+    }
+
+    /// A row of posts and the walls between them: those towards `heading` of the cells in row `y`.
+    fn write_posts(
+        &self,
+        f: &mut fmt::Formatter<'_>,
+        y: u8,
+        heading: Heading,
+        width: usize,
+    ) -> fmt::Result {
+        for x in 0..self.size().width() {
+            match self.wall(Cell::new(x, y), heading) {
+                WallState::Present => write!(f, "o{:-<width$}", "")?,
+                WallState::Absent => write!(f, "o{:width$}", "")?,
+                WallState::Unknown => write!(f, "o{:^width$}", ".")?,
+            }
+        }
+        f.write_str("o\n")
+    }
+
+    fn write_cells(&self, f: &mut fmt::Formatter<'_>, y: u8, width: usize) -> fmt::Result {
+        let wall = |cell, heading| match self.wall(cell, heading) {
+            WallState::Present => '|',
+            WallState::Absent => ' ',
+            WallState::Unknown => '.',
+        };
+        f.write_char(wall(Cell::new(0, y), Heading::West))?;
+        for x in 0..self.size().width() {
+            let cell = Cell::new(x, y);
+            self.write_cell(f, cell, width)?;
+            f.write_char(wall(cell, Heading::East))?;
+        }
+        f.write_char('\n')
+    }
+
+    fn write_cell(&self, f: &mut fmt::Formatter<'_>, cell: Cell, width: usize) -> fmt::Result {
+        if let Some(pose) = self.mouse.filter(|pose| pose.cell == cell) {
+            let mouse = match pose.heading {
+                Heading::North => '^',
+                Heading::East => '>',
+                Heading::South => 'v',
+                Heading::West => '<',
+            };
+            return write!(f, "{mouse:^width$}");
+        }
+        if let Some(number) = self.number(cell) {
+            return write!(f, "{number:^width$}");
+        }
+        let (start, goals) = self.start_and_goals();
+        let mark = match (start == cell, goals.contains(cell)) {
+            (true, true) => "SG",
+            (true, false) => "S",
+            (false, true) => "G",
+            (false, false) => "",
+        };
+        write!(f, "{mark:^width$}")
+    }
+}
+
+impl fmt::Display for Drawing<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self.cell_width();
+        for y in (0..self.size().height()).rev() {
+            self.write_posts(f, y, Heading::North, width)?;
+            self.write_cells(f, y, width)?;
+        }
+        self.write_posts(f, 0, Heading::South, width)
+    }
+}
+
+impl fmt::Debug for Drawing<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    use super::*;
+    use crate::{Walls, WallsAround};
+
+    fn maze() -> Maze {
+        let mut walls = Walls::open(MazeSize::new(3, 2).unwrap());
+        walls.set(Cell::new(0, 0), Heading::East, true);
+        walls.set(Cell::new(1, 1), Heading::South, true);
+        Maze::new(walls, Cell::new(0, 0), [Cell::new(2, 0)].into_iter().collect()).unwrap()
+    }
+
+    #[test]
+    fn a_maze_is_drawn_with_start_and_goal() {
+        insta::assert_snapshot!(maze(), @r"
+        o---o---o---o
+        |           |
+        o   o---o   o
+        | S |     G |
+        o---o---o---o
+        ");
+    }
+
+    #[test]
+    fn unknown_walls_are_dotted_and_the_mouse_is_an_arrow() {
+        let maze = maze();
+        let mut map = KnownMaze::before(&maze);
+        let pose = Pose::new(Cell::new(0, 1), Heading::East);
+        map.note(maze.start(), maze.walls().around(maze.start())).unwrap();
+        map.note(pose, WallsAround { left: true, front: false, right: false }).unwrap();
+        insta::assert_snapshot!(map.drawing().with_mouse(pose), @r"
+        o---o---o---o
+        | >     .   |
+        o   o . o . o
+        | S |   . G |
+        o---o---o---o
+        ");
+    }
+
+    #[test]
+    fn numbers_widen_the_cells_only_where_they_must() {
+        let maze = maze();
+        let small = |cell: Cell| (cell.y == 0).then(|| u16::from(cell.x) * 60);
+        insta::assert_snapshot!(maze.drawing().with_numbers(&small), @r"
+        o---o---o---o
+        |           |
+        o   o---o   o
+        | 0 |60  120|
+        o---o---o---o
+        ");
+        let large = |cell: Cell| (cell.y == 0).then(|| 7 + u16::from(cell.x) * 12_000);
+        let drawing = maze.drawing().with_numbers(&large).to_string();
+        assert_eq!(drawing.lines().nth(3), Some("|  7  |12007 24007|"));
+    }
+
+    #[test]
+    fn a_start_that_is_a_goal_shows_both() {
+        let walls = Walls::open(MazeSize::new(1, 1).unwrap());
+        let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
+        assert_eq!(maze.to_string(), "o---o\n|SG |\no---o\n");
+    }
+}

@@ -1,0 +1,236 @@
+//! Posts and walls drawn as text, still without axes: what the text formats have in common.
+
+use super::{ParseError, quoted};
+use crate::MazeSize;
+
+/// A drawn maze as it stands in the file: rows from the top, columns from the left.
+pub(super) struct Grid {
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    /// `below[row][column]`: a wall below the cell.
+    pub(super) below: Vec<Vec<bool>>,
+    /// `right[row][column]`: a wall to the right of the cell.
+    pub(super) right: Vec<Vec<bool>>,
+    /// What is written in cells.
+    pub(super) cell_marks: Vec<Mark>,
+    /// What is written in place of posts; (0, 0) is the post in the upper left corner.
+    pub(super) post_marks: Vec<Mark>,
+}
+
+/// Something written in a cell or in place of a post.
+pub(super) struct Mark {
+    pub(super) row: usize,
+    pub(super) column: usize,
+    /// What is written, without blanks around it.
+    pub(super) text: String,
+    line: usize,
+    at: usize,
+}
+
+impl Mark {
+    pub(super) fn error(&self, expected: &str) -> ParseError {
+        ParseError::new(self.line, self.at, expected, quoted(&self.text))
+    }
+}
+
+/// Reads the drawing in `text`, whose first line in the file is number `first_line`.
+pub(super) fn parse(text: &str, first_line: usize) -> Result<Grid, ParseError> {
+    let lines = drawing_lines(text, first_line)?;
+    let (pitch, columns) = measure(&lines[0])?;
+    let rows = lines.len() / 2;
+    let mut grid = Grid {
+        rows,
+        columns,
+        below: Vec::new(),
+        right: Vec::new(),
+        cell_marks: Vec::new(),
+        post_marks: Vec::new(),
+    };
+    let post = lines[0].at(0);
+    for (index, line) in lines.iter().enumerate() {
+        if index % 2 == 0 {
+            let walls = grid.read_posts(line, index / 2, pitch, post)?;
+            if index > 0 {
+                grid.below.push(walls);
+            }
+        } else {
+            let walls = grid.read_cells(line, index / 2, pitch)?;
+            grid.right.push(walls);
+        }
+        let width = columns * pitch + 1;
+        if line.characters.len() > width {
+            let expected = format!("the end of the line after {columns} cells");
+            return Err(line.error(width, &expected, &quoted(&line.rest(width))));
+        }
+    }
+    Ok(grid)
+}
+
+impl Grid {
+    /// Reads the posts above row `row` and the walls between them.
+    fn read_posts(
+        &mut self,
+        line: &Line,
+        row: usize,
+        pitch: usize,
+        post: char,
+    ) -> Result<Vec<bool>, ParseError> {
+        let outer = row == 0 || row == self.rows;
+        for column in 0..=self.columns {
+            let at = column * pitch;
+            match line.at(at) {
+                found if found == post => {}
+                ' ' | '-' | '|' => {
+                    let expected = format!("a post {post:?}");
+                    return Err(line.error(at, &expected, &quoted(&line.rest(at))));
+                }
+                mark => {
+                    let text = mark.into();
+                    self.post_marks.push(Mark { row, column, text, line: line.number, at: at + 1 });
+                }
+            }
+        }
+        (0..self.columns).map(|column| line.wall(column * pitch + 1, pitch - 1, outer)).collect()
+    }
+
+    /// Reads the cells of row `row` and the walls to the right of each.
+    fn read_cells(
+        &mut self,
+        line: &Line,
+        row: usize,
+        pitch: usize,
+    ) -> Result<Vec<bool>, ParseError> {
+        line.wall(0, 1, true)?;
+        (0..self.columns)
+            .map(|column| {
+                let at = column * pitch + 1;
+                let written: String = line.text(at, pitch - 1).trim().into();
+                if !written.is_empty() {
+                    let mark = Mark { row, column, text: written, line: line.number, at: at + 1 };
+                    self.cell_marks.push(mark);
+                }
+                line.wall(at + pitch - 1, 1, column + 1 == self.columns)
+            })
+            .collect()
+    }
+}
+
+/// A line of the drawing: its number in the file and its characters without trailing blanks.
+struct Line {
+    number: usize,
+    characters: Vec<char>,
+}
+
+impl Line {
+    /// The character there; a blank beyond the end, where trailing blanks may be missing.
+    fn at(&self, index: usize) -> char {
+        self.characters.get(index).copied().unwrap_or(' ')
+    }
+
+    fn text(&self, from: usize, length: usize) -> String {
+        (from..from + length).map(|index| self.at(index)).collect()
+    }
+
+    fn rest(&self, from: usize) -> String {
+        self.characters.iter().skip(from).collect()
+    }
+
+    fn error(&self, index: usize, expected: &str, found: &str) -> ParseError {
+        ParseError::new(self.number, index + 1, expected, found)
+    }
+
+    /// Whether there is a wall at the `length` characters from `from`, of which all or none are
+    /// blank. An outer wall must be there.
+    fn wall(&self, from: usize, length: usize, outer: bool) -> Result<bool, ParseError> {
+        let place = self.text(from, length);
+        let blanks = place.chars().filter(|&c| c == ' ').count();
+        if blanks > 0 && blanks < length && from < self.characters.len() {
+            let expected = match length {
+                2 => r#""--" or two spaces between posts"#,
+                _ => r#""---" or three spaces between posts"#,
+            };
+            return Err(self.error(from, expected, &quoted(&place)));
+        }
+        if blanks > 0 && outer {
+            let found = self.rest(from).chars().take(length).collect::<String>();
+            return Err(self.error(from, "the outer wall", &quoted(&found)));
+        }
+        Ok(blanks == 0)
+    }
+}
+
+/// The lines that belong to the drawing: posts and cells in turn, posts first and last. What
+/// follows after them is no concern of ours.
+fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>, ParseError> {
+    let mut lines: Vec<Line> = Vec::new();
+    for (number, content) in (first_line..).zip(text.lines()) {
+        let characters: Vec<char> = content.trim_end().chars().collect();
+        if characters.is_empty() {
+            continue;
+        }
+        let line = Line { number, characters };
+        let after_posts = lines.len() % 2 == 1;
+        if after_posts && !continues(&line, &lines) {
+            break;
+        }
+        let unprintable = |c: &char| c.is_control() || *c == char::REPLACEMENT_CHARACTER;
+        if let Some(index) = line.characters.iter().position(unprintable) {
+            let found = match line.at(index) {
+                '\t' => "a tab".into(),
+                char::REPLACEMENT_CHARACTER => "a byte that is no text".into(),
+                character => format!("{character:?}"),
+            };
+            return Err(line.error(index, "a maze drawn with printable characters", &found));
+        }
+        if lines.is_empty() {
+            measure(&line)?;
+        }
+        if lines.len() > 2 * usize::from(MazeSize::MAX_SIDE) {
+            return Err(line.error(0, "at most 32 rows of cells", "one more"));
+        }
+        lines.push(line);
+    }
+    match lines.last() {
+        None => Err(ParseError::new(first_line, 1, "a maze", "the end of the file")),
+        Some(last) if lines.len() == 1 => {
+            Err(ParseError::new(last.number + 1, 1, "a row of cells between outer walls", "none"))
+        }
+        Some(last) if lines.len().is_multiple_of(2) => {
+            Err(ParseError::new(last.number + 1, 1, "a row of posts", "the end of the file"))
+        }
+        Some(_) => Ok(lines),
+    }
+}
+
+/// Whether the line after a row of posts is another row of cells rather than text that follows the
+/// maze. It is one if it starts with a wall: `|`, or whatever the first row of cells starts with.
+fn continues(line: &Line, lines: &[Line]) -> bool {
+    let wall = lines.get(1).map_or('|', |cells| cells.at(0));
+    let open_to_the_left = line.at(0) == ' ' && line.characters.contains(&wall);
+    lines.len() == 1 || line.at(0) == '|' || line.at(0) == wall || open_to_the_left
+}
+
+/// The distance between two posts in characters and the number of cells, off the first line.
+fn measure(line: &Line) -> Result<(usize, usize), ParseError> {
+    const MOST: usize = MazeSize::MAX_SIDE as usize;
+    let last = line.characters.len() - 1;
+    let post = line.at(0);
+    let pitch = match line.characters.iter().skip(1).position(|&c| c == post) {
+        Some(0) if last.is_multiple_of(4) => 4,
+        Some(between @ 1..=3) => between + 1,
+        _ => {
+            let expected = r#"a row of posts and walls such as "o---o---o""#;
+            return Err(line.error(0, expected, &quoted(&line.rest(0))));
+        }
+    };
+    if !last.is_multiple_of(pitch) {
+        let at = last - last % pitch;
+        let expected = format!("a post {post:?} every {pitch} columns");
+        return Err(line.error(at + 1, &expected, &quoted(&line.rest(at + 1))));
+    }
+    if last / pitch > MOST {
+        let found = format!("{} cells", last / pitch);
+        return Err(line.error(MOST * pitch + 1, "at most 32 cells side by side", &found));
+    }
+    Ok((pitch, last / pitch))
+}

@@ -1,0 +1,96 @@
+//! The format of the OSHWDEM maze generator, whose axes are turned: the cell in row r and column c
+//! of the file is x = r, y = c, so that file right is north, down east, left south, up west.
+
+use super::ParseError;
+use super::grid;
+use super::text::{cell, cells, finish, size};
+use crate::{CellSet, Heading, Maze, Walls};
+
+pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
+    let title = text.lines().position(|line| !line.trim().is_empty()).unwrap_or(0);
+    let drawing: usize = text.split_inclusive('\n').take(title + 1).map(str::len).sum();
+    let grid = grid::parse(&text[drawing..], title + 2)?;
+    let mut walls = Walls::open(size(grid.rows, grid.columns)?);
+    for (row, column) in cells(&grid) {
+        walls.set(cell(row, column), Heading::East, grid.below[row][column]);
+        walls.set(cell(row, column), Heading::North, grid.right[row][column]);
+    }
+    let mut start = None;
+    for mark in &grid.cell_marks {
+        if mark.text != "A" {
+            return Err(mark.error(r#""A" or nothing in a cell"#));
+        }
+        if start.replace(cell(mark.row, mark.column)).is_some() {
+            return Err(mark.error("one start"));
+        }
+    }
+    let mut goals = CellSet::EMPTY;
+    for mark in &grid.post_marks {
+        if mark.text != "B" {
+            return Err(mark.error("a post, or \"B\" in the middle of the goal"));
+        }
+        if !goals.is_empty() {
+            return Err(mark.error("one goal"));
+        }
+        let inner = (1..grid.rows).contains(&mark.row) && (1..grid.columns).contains(&mark.column);
+        if !inner {
+            return Err(mark.error("the goal at a post inside the maze"));
+        }
+        for (up, left) in [(1, 1), (1, 0), (0, 1), (0, 0)] {
+            goals.insert(cell(mark.row - up, mark.column - left));
+        }
+    }
+    finish(walls, start, goals)
+}
+
+#[cfg(test)]
+mod tests {
+
+    use super::*;
+
+    const GENERATED: &str = "\
+OSHWDEM Maze Generator v1.2 R42263
++---+---+---+---+---+
+| A |               |
++   +   +---+---+   +
+|   |   |       |   |
++   +   +   B   +   +
+|       |       |   |
++   +   +---+   +---+
+|   |       |       |
++   +   +---+---+   +
+|   |               |
++---+---+---+---+---+
+";
+
+    #[test]
+    fn the_axes_are_turned() {
+        let maze: Maze = GENERATED.parse().unwrap();
+        insta::assert_snapshot!(maze, @"
+        o---o---o---o---o---o
+        |           |       |
+        o   o---o---o   o   o
+        |   | G   G     |   |
+        o   o   o   o---o   o
+        |   | G   G |   |   |
+        o   o---o---o   o   o
+        |                   |
+        o---o---o   o---o---o
+        | S                 |
+        o---o---o---o---o---o
+        ");
+    }
+
+    #[test]
+    fn errors_count_the_title() {
+        let error = |from: &str, to: &str| {
+            GENERATED.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
+        };
+        insta::assert_snapshot!(error("| A |", "| S |"), @r#"line 3, column 2: expected "A" or nothing in a cell, found "S""#);
+        insta::assert_snapshot!(error("|   |   |", "| A |   |"), @r#"line 5, column 2: expected one start, found "A""#);
+        insta::assert_snapshot!(error("B", "X"), @r#"line 6, column 13: expected a post, or "B" in the middle of the goal, found "X""#);
+        insta::assert_snapshot!(error("+   +   +   B", "+   B   +   B"), @r#"line 6, column 13: expected one goal, found "B""#);
+        insta::assert_snapshot!(error("+   +   +   B", "B   +   +   +"), @r#"line 6, column 1: expected the goal at a post inside the maze, found "B""#);
+        insta::assert_snapshot!("OSHWDEM\n".parse::<Maze>().unwrap_err(), @"line 2, column 1: expected a maze, found the end of the file");
+    }
+}

@@ -1,0 +1,164 @@
+//! The number format of the two-run trial.
+
+use super::text::{cell, finish, size};
+use super::{ParseError, quoted};
+use crate::{Cell, CellSet, Heading, Maze, MazeSize, Walls};
+
+/// A number of the file and where it stands.
+struct Number {
+    value: u8,
+    line: usize,
+    column: usize,
+}
+
+impl Number {
+    fn is_open(&self, heading: Heading) -> bool {
+        let bit = match heading {
+            Heading::North => 1,
+            Heading::East => 2,
+            Heading::South => 4,
+            Heading::West => 8,
+        };
+        self.value & bit != 0
+    }
+
+    fn error(&self, expected: &str) -> ParseError {
+        ParseError::new(self.line, self.column, expected, self.value.to_string())
+    }
+}
+
+pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
+    let columns = parse_columns(text)?;
+    let mut walls = Walls::open(size(columns.len(), columns.len())?);
+    let number = |cell: Cell| &columns[usize::from(cell.x)][usize::from(cell.y)];
+    for x in 0..columns.len() {
+        for y in 0..columns.len() {
+            let here = cell(x, y);
+            for heading in Heading::ALL {
+                let open = number(here).is_open(heading);
+                match walls.size().neighbour(here, heading) {
+                    None if open => {
+                        let expected = format!("{here} closed to the {heading}, an outer wall");
+                        return Err(number(here).error(&expected));
+                    }
+                    Some(there) if open != number(there).is_open(heading.back()) => {
+                        let (state, back) = (if open { "open" } else { "closed" }, heading.back());
+                        let expected =
+                            format!("{there} {state} to the {back}, as {here} is to the {heading}");
+                        return Err(number(there).error(&expected));
+                    }
+                    _ => walls.set(here, heading, !open),
+                }
+            }
+        }
+    }
+    finish(walls, None, CellSet::EMPTY)
+}
+
+/// The numbers, `[x][y]`: as many columns as the first line says, each with as many numbers.
+fn parse_columns(text: &str) -> Result<Vec<Vec<Number>>, ParseError> {
+    let mut lines = (1..).zip(text.lines()).filter(|(_, content)| !content.trim().is_empty());
+    let (mut last, side) = match lines.next() {
+        Some((line, content)) => (line, parse_side(line, content)?),
+        None => return Err(ParseError::new(1, 1, "the side of the maze", "the end of the file")),
+    };
+    let mut columns = Vec::new();
+    for (line, content) in lines {
+        if columns.len() == side {
+            let expected = format!("the end of the file after {side} lines of cells");
+            return Err(ParseError::new(line, 1, expected, quoted(content.trim())));
+        }
+        columns.push(parse_column(line, content, side)?);
+        last = line;
+    }
+    if columns.len() < side {
+        let expected = format!("{side} lines of cells");
+        return Err(ParseError::new(last + 1, 1, expected, format!("{} lines", columns.len())));
+    }
+    Ok(columns)
+}
+
+fn parse_side(line: usize, content: &str) -> Result<usize, ParseError> {
+    content
+        .trim()
+        .parse()
+        .ok()
+        .filter(|side| (2..=usize::from(MazeSize::MAX_SIDE)).contains(side) && side % 2 == 0)
+        .ok_or_else(|| {
+            let expected = "the side of the maze, an even number from 2 to 32";
+            ParseError::new(line, 1, expected, quoted(content.trim()))
+        })
+}
+
+fn parse_column(line: usize, content: &str, side: usize) -> Result<Vec<Number>, ParseError> {
+    let mut column = 1;
+    let mut numbers = Vec::new();
+    for item in content.trim_end().split(',') {
+        if numbers.len() == side {
+            let expected = format!("the end of the line after {side} numbers");
+            return Err(ParseError::new(line, column, expected, quoted(item)));
+        }
+        let value = item.trim().parse().ok().filter(|value| *value <= 15);
+        let value = value.ok_or_else(|| {
+            ParseError::new(line, column, "a number from 0 to 15", quoted(item.trim()))
+        })?;
+        numbers.push(Number { value, line, column });
+        column += item.chars().count() + 1;
+    }
+    if numbers.len() < side {
+        let found = format!("{} numbers", numbers.len());
+        return Err(ParseError::new(line, column, format!("{side} numbers"), found));
+    }
+    Ok(numbers)
+}
+
+#[cfg(test)]
+mod tests {
+
+    use super::*;
+
+    /// Written line by line from the west, each from the south.
+    const MAZE: &str = "4\n1,7,5,4\n2,10,3,6\n11,13,14,8\n9,5,13,4\n";
+
+    #[test]
+    fn lines_are_columns_and_bits_are_openings() {
+        let maze: Maze = MAZE.parse().unwrap();
+        insta::assert_snapshot!(maze, @"
+        o---o---o---o---o
+        |   |       |   |
+        o   o   o---o   o
+        |   | G   G     |
+        o   o---o   o   o
+        |     G   G |   |
+        o   o---o   o   o
+        | S |           |
+        o---o---o---o---o
+        ");
+        assert_eq!(maze.to_string().parse(), Ok(maze));
+    }
+
+    #[test]
+    fn blanks_and_carriage_returns_do_not_matter() {
+        let text = "\n ".to_string() + &MAZE.replace(',', " , ").replace('\n', " \r\n\r\n");
+        assert_eq!(text.parse::<Maze>(), MAZE.parse());
+    }
+
+    #[test]
+    fn errors_name_both_cells() {
+        let error = |from: &str, to: &str| {
+            MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
+        };
+        insta::assert_snapshot!(error("2,10", "2,8"), @"line 4, column 4: expected (2, 1) closed to the west, as (1, 1) is to the east, found 13");
+        insta::assert_snapshot!(error("1,7,5", "1,5,5"), @"line 3, column 3: expected (1, 1) closed to the west, as (0, 1) is to the east, found 10");
+        insta::assert_snapshot!(error("1,7", "5,7"), @"line 2, column 1: expected (0, 0) closed to the south, an outer wall, found 5");
+        insta::assert_snapshot!(error("4\n1", "3\n1"), @r#"line 1, column 1: expected the side of the maze, an even number from 2 to 32, found "3""#);
+        insta::assert_snapshot!(error("4\n1", "34\n1"), @r#"line 1, column 1: expected the side of the maze, an even number from 2 to 32, found "34""#);
+        insta::assert_snapshot!(error("10", "16"), @r#"line 3, column 3: expected a number from 0 to 15, found "16""#);
+        insta::assert_snapshot!(error("10", ""), @"line 3, column 3: expected a number from 0 to 15, found the end of the line");
+        insta::assert_snapshot!(error("10", "-1"), @r#"line 3, column 3: expected a number from 0 to 15, found "-1""#);
+        insta::assert_snapshot!(error("2,10,3,6", "2,10,3"), @"line 3, column 8: expected 4 numbers, found 3 numbers");
+        insta::assert_snapshot!(error("2,10,3,6", "2,10,3,6,1"), @r#"line 3, column 10: expected the end of the line after 4 numbers, found "1""#);
+        insta::assert_snapshot!(error("9,5,13,4\n", ""), @"line 5, column 1: expected 4 lines of cells, found 3 lines");
+        insta::assert_snapshot!(error("9,5,13,4\n", "9,5,13,4\n1,2,3,4\n"), @r#"line 6, column 1: expected the end of the file after 4 lines of cells, found "1,2,3,4""#);
+    }
+}

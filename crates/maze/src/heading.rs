@@ -1,0 +1,155 @@
+//! Headings, steps and poses.
+
+use core::fmt;
+
+use crate::Cell;
+
+/// Where a mouse's nose points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Heading {
+    /// Towards greater y, where the mouse starts.
+    North,
+    /// Towards greater x.
+    East,
+    /// Towards smaller y.
+    South,
+    /// Towards smaller x.
+    West,
+}
+
+impl Heading {
+    /// All four, clockwise from north.
+    pub const ALL: [Self; 4] = [Self::North, Self::East, Self::South, Self::West];
+
+    /// The heading after a quarter turn to the left.
+    pub const fn left(self) -> Self {
+        match self {
+            Self::North => Self::West,
+            Self::East => Self::North,
+            Self::South => Self::East,
+            Self::West => Self::South,
+        }
+    }
+
+    /// The heading after a quarter turn to the right.
+    pub const fn right(self) -> Self {
+        self.left().back()
+    }
+
+    /// The opposite heading.
+    pub const fn back(self) -> Self {
+        match self {
+            Self::North => Self::South,
+            Self::East => Self::West,
+            Self::South => Self::North,
+            Self::West => Self::East,
+        }
+    }
+
+    /// The heading in which a mouse that heads this way takes `step`.
+    pub const fn turned(self, step: Step) -> Self {
+        match step {
+            Step::Front => self,
+            Step::Left => self.left(),
+            Step::Right => self.right(),
+            Step::Back => self.back(),
+        }
+    }
+
+    /// Its letter: `N`, `E`, `S` or `W`.
+    pub const fn letter(self) -> char {
+        match self {
+            Self::North => 'N',
+            Self::East => 'E',
+            Self::South => 'S',
+            Self::West => 'W',
+        }
+    }
+}
+
+impl fmt::Display for Heading {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::North => "north",
+            Self::East => "east",
+            Self::South => "south",
+            Self::West => "west",
+        })
+    }
+}
+
+/// One move of a mouse: a turn on the spot, none for [`Front`](Self::Front), then one cell
+/// straight on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Step {
+    /// Straight on.
+    Front,
+    /// A quarter turn to the left, then one cell.
+    Left,
+    /// A quarter turn to the right, then one cell.
+    Right,
+    /// A half turn, then one cell.
+    Back,
+}
+
+impl Step {
+    /// All four, in the order in which ties are broken.
+    pub const ALL: [Self; 4] = [Self::Front, Self::Left, Self::Right, Self::Back];
+}
+
+/// Where a mouse stands and where its nose points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Pose {
+    /// The cell it stands in.
+    pub cell: Cell,
+    /// Where its nose points.
+    pub heading: Heading,
+}
+
+impl Pose {
+    /// A mouse in `cell` with its nose towards `heading`.
+    pub const fn new(cell: Cell, heading: Heading) -> Self {
+        Self { cell, heading }
+    }
+
+    /// The pose after `step`, whatever walls there are; `None` where a coordinate would leave 0
+    /// to 255.
+    pub fn after(self, step: Step) -> Option<Self> {
+        let heading = self.heading.turned(step);
+        self.cell.neighbour(heading).map(|cell| Self { cell, heading })
+    }
+}
+
+impl fmt::Display for Pose {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} heading {}", self.cell, self.heading)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turns_go_round() {
+        for (heading, clockwise) in
+            Heading::ALL.into_iter().zip(Heading::ALL.into_iter().cycle().skip(1))
+        {
+            assert_eq!(heading.right(), clockwise);
+            assert_eq!(clockwise.left(), heading);
+            assert_eq!(heading.back(), heading.right().right());
+            assert_eq!(heading.turned(Step::Back), heading.turned(Step::Left).turned(Step::Left));
+        }
+    }
+
+    #[test]
+    fn a_step_is_a_turn_and_one_cell() {
+        let pose = Pose::new(Cell::new(5, 5), Heading::East);
+        let ends: Vec<_> = Step::ALL.into_iter().map(|step| pose.after(step).unwrap()).collect();
+        assert_eq!(ends[0], Pose::new(Cell::new(6, 5), Heading::East));
+        assert_eq!(ends[1], Pose::new(Cell::new(5, 6), Heading::North));
+        assert_eq!(ends[2], Pose::new(Cell::new(5, 4), Heading::South));
+        assert_eq!(ends[3], Pose::new(Cell::new(4, 5), Heading::West));
+        assert_eq!(Pose::new(Cell::new(0, 0), Heading::North).after(Step::Left), None);
+    }
+}

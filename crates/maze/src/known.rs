@@ -1,0 +1,229 @@
+//! What a mouse knows of a maze.
+
+use crate::{Cell, CellSet, Drawing, Heading, Maze, MazeSize, Pose, Walls, WallsAround};
+
+/// What a mouse knows: the size, the start, the goal cells, the cells it has visited, and each
+/// wall as present, absent or unknown. The outer walls are known from the start.
+///
+/// Unknown walls are a choice of the one who plans: [`walls`](Self::walls) gives them all as open
+/// (to search) or all as closed (to run fast on what is known for sure).
+///
+/// ```
+/// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Unknown, WallState, WallsAround};
+///
+/// let start = Pose::new(Cell::new(0, 0), Heading::North);
+/// let mut map = KnownMaze::new(MazeSize::CLASSIC, start.cell, MazeSize::CLASSIC.central_cells());
+/// map.note(start, WallsAround { left: true, front: false, right: true })?;
+/// assert_eq!(map.wall(start.cell, Heading::East), WallState::Present);
+/// assert_eq!(map.wall(Cell::new(5, 5), Heading::East), WallState::Unknown);
+/// assert!(!map.walls(Unknown::Open).has(Cell::new(5, 5), Heading::East));
+/// assert!(map.walls(Unknown::Closed).has(Cell::new(5, 5), Heading::East));
+/// # Ok::<(), mmsim_maze::Contradiction>(())
+/// ```
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct KnownMaze {
+    /// The walls that stand for certain: unknown ones are open.
+    certain: Walls,
+    /// The walls that may stand: unknown ones are closed.
+    possible: Walls,
+    start: Cell,
+    goals: CellSet,
+    visited: CellSet,
+}
+
+/// What is known of one wall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum WallState {
+    /// Seen, and there is a wall.
+    Present,
+    /// Seen, and there is none.
+    Absent,
+    /// Not seen yet.
+    Unknown,
+}
+
+/// How to take unknown walls when planning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Unknown {
+    /// As absent: the hope that drives a search run.
+    Open,
+    /// As present: the caution of a fast run.
+    Closed,
+}
+
+/// A reading that cannot be true together with what is known already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "expected {} at the {heading} side of {cell}, as known before, found {}",
+    wall(!found), wall(*found)
+)]
+pub struct Contradiction {
+    /// The cell where the reading was taken.
+    pub cell: Cell,
+    /// The side of it that was read.
+    pub heading: Heading,
+    /// Whether the reading says that there is a wall.
+    pub found: bool,
+}
+
+fn wall(present: bool) -> &'static str {
+    if present { "a wall" } else { "no wall" }
+}
+
+impl KnownMaze {
+    /// What a mouse knows before it has seen anything: the outer walls. Goal cells outside of the
+    /// maze are never reached.
+    pub fn new(size: MazeSize, start: Cell, goals: CellSet) -> Self {
+        let (certain, possible) = (Walls::open(size), Walls::closed(size));
+        Self { certain, possible, start, goals, visited: CellSet::EMPTY }
+    }
+
+    /// What a mouse knows before it has seen anything of this maze.
+    pub fn before(maze: &Maze) -> Self {
+        Self::new(maze.size(), maze.start().cell, *maze.goals())
+    }
+
+    /// How many cells there are each way.
+    pub const fn size(&self) -> MazeSize {
+        self.certain.size()
+    }
+
+    /// The cell in which the mouse starts.
+    pub const fn start(&self) -> Cell {
+        self.start
+    }
+
+    /// The goal cells.
+    pub const fn goals(&self) -> &CellSet {
+        &self.goals
+    }
+
+    /// The cells in which a reading was taken.
+    pub const fn visited(&self) -> &CellSet {
+        &self.visited
+    }
+
+    /// What is known of the wall at the side of `cell` towards `heading`.
+    pub fn wall(&self, cell: Cell, heading: Heading) -> WallState {
+        match (self.certain.has(cell, heading), self.possible.has(cell, heading)) {
+            (true, _) => WallState::Present,
+            (false, true) => WallState::Unknown,
+            (false, false) => WallState::Absent,
+        }
+    }
+
+    /// All walls, the unknown ones taken as `unknown` says.
+    pub const fn walls(&self, unknown: Unknown) -> &Walls {
+        match unknown {
+            Unknown::Open => &self.certain,
+            Unknown::Closed => &self.possible,
+        }
+    }
+
+    /// Notes what the mouse senses at `pose` and marks its cell as visited. Outside of the maze
+    /// there is nothing to note.
+    ///
+    /// # Errors
+    /// A reading that contradicts what is known. Nothing is noted then.
+    pub fn note(&mut self, pose: Pose, around: WallsAround) -> Result<(), Contradiction> {
+        let Pose { cell, heading } = pose;
+        let readings = [
+            (heading.left(), around.left),
+            (heading, around.front),
+            (heading.right(), around.right),
+        ];
+        for (heading, found) in readings {
+            let expected = if found { WallState::Absent } else { WallState::Present };
+            if self.wall(cell, heading) == expected {
+                return Err(Contradiction { cell, heading, found });
+            }
+        }
+        for (heading, found) in readings {
+            self.certain.set(cell, heading, found);
+            self.possible.set(cell, heading, found);
+        }
+        if self.size().contains(cell) {
+            self.visited.insert(cell);
+        }
+        Ok(())
+    }
+
+    /// The map as text, to which numbers and the mouse may be added.
+    pub fn drawing(&self) -> Drawing<'_> {
+        Drawing::of_known_maze(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    use super::*;
+
+    const OPEN: WallsAround = WallsAround { left: false, front: false, right: false };
+
+    fn map() -> KnownMaze {
+        let size = MazeSize::new(3, 3).unwrap();
+        KnownMaze::new(size, Cell::new(0, 0), size.central_cells())
+    }
+
+    #[test]
+    fn only_outer_walls_are_known_at_first() {
+        let map = map();
+        for cell in map.size().cells() {
+            for heading in Heading::ALL {
+                let outer = map.size().neighbour(cell, heading).is_none();
+                let expected = if outer { WallState::Present } else { WallState::Unknown };
+                assert_eq!(map.wall(cell, heading), expected);
+            }
+        }
+        assert!(map.visited().is_empty());
+    }
+
+    #[test]
+    fn a_reading_is_known_from_both_sides() {
+        let mut map = map();
+        let pose = Pose::new(Cell::new(1, 1), Heading::East);
+        map.note(pose, WallsAround { left: true, ..OPEN }).unwrap();
+        assert_eq!(map.wall(Cell::new(1, 1), Heading::North), WallState::Present);
+        assert_eq!(map.wall(Cell::new(1, 2), Heading::South), WallState::Present);
+        assert_eq!(map.wall(Cell::new(2, 1), Heading::West), WallState::Absent);
+        assert_eq!(map.wall(Cell::new(1, 0), Heading::North), WallState::Absent);
+        assert_eq!(
+            map.wall(Cell::new(0, 1), Heading::East),
+            WallState::Unknown,
+            "nothing looks back"
+        );
+        assert!(map.visited().contains(Cell::new(1, 1)));
+        assert_eq!(map.visited().len(), 1);
+    }
+
+    #[test]
+    fn a_contradiction_changes_nothing() {
+        let mut map = map();
+        let corner = Pose::new(Cell::new(0, 0), Heading::North);
+        let error = map.note(corner, OPEN).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "expected a wall at the west side of (0, 0), as known before, found no wall"
+        );
+        assert_eq!(map, self::map());
+        map.note(corner, WallsAround { left: true, ..OPEN }).unwrap();
+        let seen = map.clone();
+        let error =
+            map.note(corner, WallsAround { left: true, front: true, right: false }).unwrap_err();
+        assert_eq!(
+            error,
+            Contradiction { cell: corner.cell, heading: Heading::North, found: true }
+        );
+        assert_eq!(map, seen);
+    }
+
+    #[test]
+    fn outside_there_is_nothing_to_note() {
+        let mut map = map();
+        let outside = Pose::new(Cell::new(3, 0), Heading::North);
+        assert!(map.note(outside, OPEN).is_err());
+        map.note(outside, WallsAround { left: true, front: true, right: true }).unwrap();
+        assert_eq!(map, self::map());
+    }
+}

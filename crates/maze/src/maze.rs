@@ -1,0 +1,105 @@
+//! The true maze.
+
+use core::fmt;
+
+use crate::{Cell, CellSet, Drawing, Heading, MazeSize, Pose, Walls};
+
+/// The true maze: all walls, where the mouse starts and where it shall go. Only a simulator holds
+/// one; a mouse has a [`KnownMaze`](crate::KnownMaze).
+///
+/// Its [`Display`](fmt::Display) is the text format, which [`str::parse`] reads back.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Maze {
+    walls: Walls,
+    start: Cell,
+    goals: CellSet,
+}
+
+/// A start or a goal that lies outside of the maze.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected the {what} inside a maze of {size} cells, found it at {cell}")]
+pub struct MazeError {
+    /// `start` or `goal`.
+    pub what: &'static str,
+    /// The cell outside.
+    pub cell: Cell,
+    /// The size of the maze.
+    pub size: MazeSize,
+}
+
+impl Maze {
+    /// A maze of these walls. An empty set of goals stands for the central cells
+    /// ([`MazeSize::central_cells`]).
+    ///
+    /// # Errors
+    /// The start or a goal lies outside.
+    pub fn new(walls: Walls, start: Cell, goals: CellSet) -> Result<Self, MazeError> {
+        let size = walls.size();
+        let outside = |cell: &Cell| !size.contains(*cell);
+        if outside(&start) {
+            return Err(MazeError { what: "start", cell: start, size });
+        }
+        if let Some(cell) = goals.iter().find(outside) {
+            return Err(MazeError { what: "goal", cell, size });
+        }
+        let goals = if goals.is_empty() { size.central_cells() } else { goals };
+        Ok(Self { walls, start, goals })
+    }
+
+    /// How many cells there are each way.
+    pub const fn size(&self) -> MazeSize {
+        self.walls.size()
+    }
+
+    /// All walls.
+    pub const fn walls(&self) -> &Walls {
+        &self.walls
+    }
+
+    /// Where the mouse starts: in the start cell, heading north.
+    pub const fn start(&self) -> Pose {
+        Pose::new(self.start, Heading::North)
+    }
+
+    /// The goal cells, at least one. The goal is reached in any of them.
+    pub const fn goals(&self) -> &CellSet {
+        &self.goals
+    }
+
+    /// The maze as text, to which numbers and a mouse may be added.
+    pub fn drawing(&self) -> Drawing<'_> {
+        Drawing::of_maze(self)
+    }
+}
+
+impl fmt::Display for Maze {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.drawing().fmt(f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn start_and_goals_lie_inside() {
+        let walls = Walls::open(MazeSize::new(4, 3).unwrap());
+        let goals = |x, y| [Cell::new(x, y)].into_iter().collect();
+        let maze = Maze::new(walls.clone(), Cell::new(3, 2), goals(0, 2)).unwrap();
+        assert_eq!(maze.start(), Pose::new(Cell::new(3, 2), Heading::North));
+        let error = Maze::new(walls.clone(), Cell::new(4, 0), goals(0, 0)).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "expected the start inside a maze of 4x3 cells, found it at (4, 0)"
+        );
+        assert!(Maze::new(walls, Cell::new(0, 0), goals(0, 3)).is_err());
+    }
+
+    #[test]
+    fn without_a_goal_the_centre_is_one() {
+        let walls = Walls::open(MazeSize::CLASSIC);
+        let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
+        assert_eq!(*maze.goals(), MazeSize::CLASSIC.central_cells());
+    }
+}

@@ -1,0 +1,169 @@
+//! The walls of a maze, each stored once.
+
+use crate::{Cell, Heading, MazeSize, Pose};
+
+const SIDE: usize = MazeSize::MAX_SIDE as usize;
+
+/// Every wall of a maze, each stored once: the one north of a cell and the one east of it.
+///
+/// ```text
+///    o--north--o
+///              |        The walls to the south and west are the north and east walls of the
+///       (x, y) east     neighbours there. The outer walls always stand, and everything outside
+///              |        counts as a wall.
+///    o         o
+/// ```
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Walls {
+    size: MazeSize,
+    /// Bit x of row y: the wall between (x, y) and (x, y + 1).
+    north: [u32; SIDE],
+    /// Bit x of row y: the wall between (x, y) and (x + 1, y).
+    east: [u32; SIDE],
+}
+
+impl Walls {
+    /// A maze with its outer walls only.
+    pub const fn open(size: MazeSize) -> Self {
+        Self { size, north: [0; SIDE], east: [0; SIDE] }
+    }
+
+    /// A maze with every wall.
+    pub fn closed(size: MazeSize) -> Self {
+        let mut walls = Self::open(size);
+        for cell in size.cells() {
+            walls.set(cell, Heading::North, true);
+            walls.set(cell, Heading::East, true);
+        }
+        walls
+    }
+
+    /// How many cells there are each way.
+    pub const fn size(&self) -> MazeSize {
+        self.size
+    }
+
+    /// Whether there is a wall at the side of `cell` towards `heading`: always at the edge of the
+    /// maze and outside of it.
+    pub fn has(&self, cell: Cell, heading: Heading) -> bool {
+        self.place(cell, heading).is_none_or(|(cell, north)| {
+            let rows = if north { &self.north } else { &self.east };
+            rows[usize::from(cell.y)] >> cell.x & 1 == 1
+        })
+    }
+
+    /// Builds (`true`) or removes (`false`) the wall at the side of `cell` towards `heading`.
+    /// Outer walls and everything outside stay as they are.
+    pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
+        if let Some((cell, north)) = self.place(cell, heading) {
+            let rows = if north { &mut self.north } else { &mut self.east };
+            let row = &mut rows[usize::from(cell.y)];
+            *row = *row & !(1 << cell.x) | u32::from(present) << cell.x;
+        }
+    }
+
+    /// What a mouse in this pose senses. Outside of the maze there are walls all round.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Heading, MazeSize, Pose, Walls, WallsAround};
+    /// let walls = Walls::open(MazeSize::CLASSIC);
+    /// let start = Pose::new(Cell::new(0, 0), Heading::North);
+    /// assert_eq!(walls.around(start), WallsAround { left: true, front: false, right: false });
+    /// ```
+    pub fn around(&self, pose: Pose) -> WallsAround {
+        let has = |heading| self.has(pose.cell, heading);
+        WallsAround {
+            left: has(pose.heading.left()),
+            front: has(pose.heading),
+            right: has(pose.heading.right()),
+        }
+    }
+
+    /// The cells next to `cell` with no wall between, in the order north, east, south, west.
+    pub fn open_neighbours(&self, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
+        Heading::ALL
+            .into_iter()
+            .filter(move |&heading| !self.has(cell, heading))
+            .filter_map(move |heading| cell.neighbour(heading))
+    }
+
+    /// Where an inner wall is stored: the cell to its south or west, and whether it is that
+    /// cell's north wall rather than its east wall. `None` for outer walls and beyond.
+    fn place(&self, cell: Cell, heading: Heading) -> Option<(Cell, bool)> {
+        let neighbour = self.size.neighbour(cell, heading).filter(|_| self.size.contains(cell))?;
+        Some(match heading {
+            Heading::North => (cell, true),
+            Heading::East => (cell, false),
+            Heading::South => (neighbour, true),
+            Heading::West => (neighbour, false),
+        })
+    }
+}
+
+/// What a mouse's three sensors tell: whether there is a wall to its left, in front of it and to
+/// its right. None looks back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct WallsAround {
+    /// A wall to the left.
+    pub left: bool,
+    /// A wall in front.
+    pub front: bool,
+    /// A wall to the right.
+    pub right: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn outer_walls_stand_and_outside_is_a_wall() {
+        let mut walls = Walls::open(MazeSize::new(3, 2).unwrap());
+        walls.set(Cell::new(0, 0), Heading::South, false);
+        walls.set(Cell::new(2, 1), Heading::East, false);
+        walls.set(Cell::new(9, 9), Heading::North, false);
+        walls.set(Cell::new(3, 1), Heading::West, false);
+        assert!(walls.has(Cell::new(0, 0), Heading::South));
+        assert!(walls.has(Cell::new(0, 0), Heading::West));
+        assert!(walls.has(Cell::new(2, 1), Heading::East));
+        assert!(walls.has(Cell::new(2, 1), Heading::North));
+        assert!(walls.has(Cell::new(3, 1), Heading::West), "seen from outside");
+        assert!(walls.has(Cell::new(255, 255), Heading::North));
+        assert!(!walls.has(Cell::new(0, 0), Heading::North));
+    }
+
+    #[test]
+    fn a_closed_maze_has_every_wall() {
+        let walls = Walls::closed(MazeSize::HALF_SIZE);
+        for cell in MazeSize::HALF_SIZE.cells() {
+            assert_eq!(walls.open_neighbours(cell).count(), 0);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn both_cells_agree_on_the_wall_between_them(
+            (width, height) in (1usize..=32, 1usize..=32),
+            changes in prop::collection::vec((any::<u8>(), any::<u8>(), 0usize..4, any::<bool>()), 0..100),
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            let mut walls = Walls::open(size);
+            for (x, y, heading, present) in changes {
+                let (cell, heading) = (Cell::new(x % 33, y % 33), Heading::ALL[heading]);
+                let before = walls.clone();
+                walls.set(cell, heading, present);
+                if let Some(neighbour) = size.neighbour(cell, heading).filter(|_| size.contains(cell)) {
+                    prop_assert_eq!(walls.has(cell, heading), present);
+                    prop_assert_eq!(walls.has(neighbour, heading.back()), present);
+                    walls.set(neighbour, heading.back(), before.has(cell, heading));
+                    prop_assert_eq!(&walls, &before, "no other wall was touched");
+                    walls.set(cell, heading, present);
+                } else {
+                    prop_assert_eq!(&walls, &before);
+                }
+            }
+        }
+    }
+}

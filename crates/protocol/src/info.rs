@@ -1,0 +1,92 @@
+//! The reply to `info`.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose};
+
+use crate::PROTOCOL_VERSION;
+
+/// What this project's server tells of the maze it serves: everything but its walls.
+///
+/// ```
+/// let json = r#"{"name":"small","width":2,"height":1,"start":[0,0],"heading":"N",
+///                "goals":[[1,0]],"states":7,"protocol":1}"#;
+/// let info: mmsim_protocol::Info = serde_json::from_str(json)?;
+/// assert_eq!(info.goal_cells().len(), 1);
+/// # Ok::<(), serde_json::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Info {
+    /// The name of the maze.
+    pub name: String,
+    /// Cells from west to east.
+    pub width: u8,
+    /// Cells from south to north.
+    pub height: u8,
+    /// x and y of the start cell.
+    pub start: [u8; 2],
+    /// The letter of the heading at the start, `N`.
+    pub heading: char,
+    /// x and y of each goal cell.
+    pub goals: Vec<[u8; 2]>,
+    /// How many states are kept.
+    pub states: usize,
+    /// The version of the protocol.
+    pub protocol: u32,
+}
+
+impl Info {
+    /// What is told of a maze.
+    pub fn new(name: &str, size: MazeSize, start: Pose, goals: &CellSet, states: usize) -> Self {
+        Self {
+            name: name.into(),
+            width: size.width(),
+            height: size.height(),
+            start: [start.cell.x, start.cell.y],
+            heading: start.heading.letter(),
+            goals: goals.iter().map(|cell| [cell.x, cell.y]).collect(),
+            states,
+            protocol: PROTOCOL_VERSION,
+        }
+    }
+
+    /// How many cells there are each way, `None` for a size that no maze here can have.
+    pub fn size(&self) -> Option<MazeSize> {
+        MazeSize::new(self.width.into(), self.height.into()).ok()
+    }
+
+    /// The pose at the start, `None` for a letter that is no heading.
+    pub fn start_pose(&self) -> Option<Pose> {
+        let heading = Heading::ALL.into_iter().find(|heading| heading.letter() == self.heading)?;
+        Some(Pose::new(Cell::new(self.start[0], self.start[1]), heading))
+    }
+
+    /// The goal cells.
+    pub fn goal_cells(&self) -> CellSet {
+        self.goals.iter().map(|&[x, y]| Cell::new(x, y)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_json_is_as_documented() {
+        let size = MazeSize::CLASSIC;
+        let start = Pose::new(Cell::new(0, 0), Heading::North);
+        let info = Info::new("a \"maze\"", size, start, &size.central_cells(), 123);
+        let json = serde_json::to_string(&info).unwrap();
+        assert_eq!(
+            json,
+            r#"{"name":"a \"maze\"","width":16,"height":16,"start":[0,0],"heading":"N","#
+                .to_owned()
+                + r#""goals":[[7,7],[8,7],[7,8],[8,8]],"states":123,"protocol":1}"#
+        );
+        assert_eq!(serde_json::from_str::<Info>(&json).unwrap(), info);
+        assert_eq!(info.size(), Some(size));
+        assert_eq!(info.start_pose(), Some(start));
+        assert_eq!(info.goal_cells(), size.central_cells());
+    }
+}

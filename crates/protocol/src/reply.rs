@@ -1,0 +1,149 @@
+//! What a simulator answers.
+
+use crate::{BufferTooSmall, Excerpt, WallsAround, front_of, write_bytes};
+
+const PONG: &[u8] = b"pong";
+const OK: &[u8] = b"ok";
+
+/// How a reply to a request that cannot be served begins.
+pub const ERROR_PREFIX: &str = "error: ";
+
+/// A reply, borrowed from the bytes of its message.
+///
+/// Which one it is shows without knowing the request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reply<'a> {
+    /// To `ping`.
+    Pong,
+    /// To `reset` and to a state: done.
+    Ok,
+    /// To a walls request.
+    Walls(WallsAround),
+    /// To `info`: a JSON object (see `Info`, with feature `info`).
+    Info(&'a str),
+    /// The request cannot be served, and why. Nothing has changed.
+    Error(&'a str),
+}
+
+/// Bytes that are no reply of the protocol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected pong, ok, three bytes of walls, info or an error, found {0}")]
+pub struct UnknownReply(pub Excerpt);
+
+impl<'a> Reply<'a> {
+    /// The reply that these bytes are.
+    ///
+    /// # Errors
+    /// Bytes that are no reply.
+    ///
+    /// ```
+    /// use mmsim_protocol::{Reply, WallsAround};
+    /// let around = WallsAround { left: true, front: false, right: true };
+    /// assert_eq!(Reply::decode(&[1, 0, 1]), Ok(Reply::Walls(around)));
+    /// assert_eq!(Reply::decode(b"error: no"), Ok(Reply::Error("no")));
+    /// assert!(Reply::decode(b"what?").is_err());
+    /// ```
+    pub fn decode(message: &'a [u8]) -> Result<Self, UnknownReply> {
+        let reply = match message {
+            PONG => Some(Self::Pong),
+            OK => Some(Self::Ok),
+            &[left @ 0..=1, front @ 0..=1, right @ 0..=1] => Some(Self::Walls(WallsAround {
+                left: left == 1,
+                front: front == 1,
+                right: right == 1,
+            })),
+            _ => core::str::from_utf8(message).ok().and_then(|text| {
+                let error = text.strip_prefix(ERROR_PREFIX).map(Self::Error);
+                error.or_else(|| text.starts_with('{').then_some(Self::Info(text)))
+            }),
+        };
+        reply.ok_or_else(|| UnknownReply(Excerpt::of(message)))
+    }
+
+    /// Writes the reply to the front of `buffer` and gives its length in bytes.
+    ///
+    /// # Errors
+    /// The buffer is shorter than [`len`](Self::len).
+    pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
+        match *self {
+            Self::Pong => write_bytes(buffer, PONG),
+            Self::Ok => write_bytes(buffer, OK),
+            Self::Walls(WallsAround { left, front, right }) => {
+                write_bytes(buffer, &[left, front, right].map(u8::from))
+            }
+            Self::Info(json) => write_bytes(buffer, json.as_bytes()),
+            Self::Error(reason) => {
+                let message = front_of(buffer, self.len())?;
+                let (prefix, rest) = message.split_at_mut(ERROR_PREFIX.len());
+                prefix.copy_from_slice(ERROR_PREFIX.as_bytes());
+                rest.copy_from_slice(reason.as_bytes());
+                Ok(self.len())
+            }
+        }
+    }
+
+    /// Its length in bytes.
+    #[allow(clippy::len_without_is_empty)] // no reply is empty
+    pub const fn len(&self) -> usize {
+        match self {
+            Self::Pong => PONG.len(),
+            Self::Ok => OK.len(),
+            Self::Walls(_) => 3,
+            Self::Info(json) => json.len(),
+            Self::Error(reason) => ERROR_PREFIX.len() + reason.len(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn replies_are_their_bytes() {
+        let around = WallsAround { left: false, front: true, right: true };
+        for (reply, bytes) in [
+            (Reply::Pong, &b"pong"[..]),
+            (Reply::Ok, b"ok"),
+            (Reply::Walls(around), &[0, 1, 1]),
+            (Reply::Info("{}"), b"{}"),
+            (Reply::Error("expected a, found b"), b"error: expected a, found b"),
+        ] {
+            let mut buffer = [0xa5; 32];
+            assert_eq!(reply.encode(&mut buffer), Ok(bytes.len()));
+            assert_eq!(&buffer[..bytes.len()], bytes);
+            assert!(buffer[bytes.len()..].iter().all(|&byte| byte == 0xa5));
+            assert_eq!(reply.len(), bytes.len());
+            assert_eq!(Reply::decode(bytes), Ok(reply));
+            assert!(reply.encode(&mut buffer[..bytes.len() - 1]).is_err());
+        }
+    }
+
+    #[test]
+    fn anything_else_is_no_reply() {
+        for message in [&b""[..], b"OK", b"pong ", &[0, 1], &[0, 1, 2], b"error", b"error: \xff"] {
+            assert!(Reply::decode(message).is_err(), "{message:?}");
+        }
+        insta::assert_snapshot!(Reply::decode(&[0, 1, 2]).unwrap_err(), @r#"expected pong, ok, three bytes of walls, info or an error, found "\x00\x01\x02""#);
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_a_reply_or_an_error(message in prop::collection::vec(any::<u8>(), 0..80)) {
+            if let Ok(reply) = Reply::decode(&message) {
+                let mut buffer = [0xa5; 80];
+                let length = reply.encode(&mut buffer).unwrap();
+                prop_assert_eq!(&buffer[..length], &message[..]);
+            }
+        }
+
+        #[test]
+        fn an_error_survives(reason in ".*") {
+            let mut buffer = vec![0xa5; reason.len() + 16];
+            let length = Reply::Error(&reason).encode(&mut buffer).unwrap();
+            prop_assert_eq!(Reply::decode(&buffer[..length]), Ok(Reply::Error(&reason)));
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! What a client asks.
+
+use core::fmt;
+
+use crate::state::{self, State, field};
+use crate::{BufferTooSmall, Cell, Heading, MazeSize, Pose, write_bytes};
+
+/// The requests without a field, as their bytes.
+const PING: &[u8] = b"ping";
+const RESET: &[u8] = b"reset";
+const INFO: &[u8] = b"info";
+
+/// Length of a walls request in bytes: `W` x y heading.
+const WALLS_BYTES: usize = 4;
+
+/// A request, borrowed from the bytes of its message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request<'a> {
+    /// Is anybody there?
+    Ping,
+    /// Forget all states; a new search begins.
+    Reset,
+    /// Which walls does a mouse in this pose see?
+    Walls(Pose),
+    /// What the mouse believes at one moment of its search.
+    State(State<'a>),
+    /// What is served? Only this project's server knows the request; the reference server never
+    /// answers it.
+    Info,
+}
+
+/// A request that a simulator of this size of maze cannot serve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RequestError {
+    /// None of the messages of the protocol.
+    #[error("expected ping, reset, info, W or S, found {0}")]
+    Unknown(Excerpt),
+    /// A walls request of a wrong length.
+    #[error("expected W with x, y and heading, {WALLS_BYTES} bytes, found {found} bytes")]
+    WallsLength {
+        /// Its length in bytes.
+        found: usize,
+    },
+    /// A state of a wrong length.
+    #[error(
+        "expected S of {} bytes for a maze of {size} cells, found {found} bytes",
+        state::state_bytes(*size)
+    )]
+    StateLength {
+        /// The size of the served maze.
+        size: MazeSize,
+        /// Its length in bytes.
+        found: usize,
+    },
+    /// A heading that is none.
+    #[error("expected N, E, S or W as heading, found {}", Excerpt::of(&[*found]))]
+    Heading {
+        /// The byte in its place.
+        found: u8,
+    },
+    /// A matrix in an order that is none.
+    #[error("expected C or F as order of the {matrix}, found {}", Excerpt::of(&[*found]))]
+    Order {
+        /// `weights` or `walls`.
+        matrix: &'static str,
+        /// The byte in its place.
+        found: u8,
+    },
+    /// A cell outside of the served maze.
+    #[error("expected a cell in a maze of {size} cells, found {cell}")]
+    Outside {
+        /// The cell.
+        cell: Cell,
+        /// The size of the served maze.
+        size: MazeSize,
+    },
+    /// A message of several frames.
+    #[error("expected one frame, found {found}")]
+    Frames {
+        /// How many frames there were.
+        found: usize,
+    },
+}
+
+impl<'a> Request<'a> {
+    /// The request that these bytes are, to a simulator that serves a maze of this size.
+    ///
+    /// # Errors
+    /// Bytes that are no request, and requests that name a cell outside of the maze.
+    ///
+    /// ```
+    /// use mmsim_protocol::{Cell, Heading, MazeSize, Pose, Request};
+    /// let request = Request::decode(b"W\x03\x04E", MazeSize::CLASSIC)?;
+    /// assert_eq!(request, Request::Walls(Pose::new(Cell::new(3, 4), Heading::East)));
+    /// let error = Request::decode(b"W\x03", MazeSize::CLASSIC).unwrap_err();
+    /// assert_eq!(error.to_string(), "expected W with x, y and heading, 4 bytes, found 2 bytes");
+    /// # Ok::<(), mmsim_protocol::RequestError>(())
+    /// ```
+    pub fn decode(message: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
+        match message {
+            PING => Ok(Self::Ping),
+            RESET => Ok(Self::Reset),
+            INFO => Ok(Self::Info),
+            &[b'W', x, y, heading] => decode_pose(x, y, heading, size).map(Self::Walls),
+            [b'W', ..] => Err(RequestError::WallsLength { found: message.len() }),
+            [b'S', ..] => State::decode(message, size).map(Self::State),
+            _ => Err(RequestError::Unknown(Excerpt::of(message))),
+        }
+    }
+
+    /// Writes the request to the front of `buffer` and gives its length in bytes.
+    ///
+    /// # Errors
+    /// The buffer is too small; [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) are always enough.
+    ///
+    /// ```
+    /// use mmsim_protocol::{Cell, Heading, Pose, Request};
+    /// let mut buffer = [0; 16];
+    /// let length = Request::Walls(Pose::new(Cell::new(3, 4), Heading::East)).encode(&mut buffer)?;
+    /// assert_eq!(&buffer[..length], b"W\x03\x04E");
+    /// # Ok::<(), mmsim_protocol::BufferTooSmall>(())
+    /// ```
+    pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
+        match self {
+            Self::Ping => write_bytes(buffer, PING),
+            Self::Reset => write_bytes(buffer, RESET),
+            Self::Info => write_bytes(buffer, INFO),
+            Self::Walls(Pose { cell, heading }) => {
+                write_bytes(buffer, &[b'W', cell.x, cell.y, heading_byte(*heading)])
+            }
+            Self::State(state) => state.encode(buffer),
+        }
+    }
+}
+
+pub(crate) fn heading_byte(heading: Heading) -> u8 {
+    match heading {
+        Heading::North => b'N',
+        Heading::East => b'E',
+        Heading::South => b'S',
+        Heading::West => b'W',
+    }
+}
+
+/// The pose of a walls request or a state, which both have it right after their letter.
+pub(crate) fn decode_pose(x: u8, y: u8, heading: u8, size: MazeSize) -> Result<Pose, RequestError> {
+    let heading = Heading::ALL
+        .into_iter()
+        .find(|&candidate| heading_byte(candidate) == heading)
+        .ok_or(RequestError::Heading { found: heading })?;
+    let cell = Cell::new(x, y);
+    if size.contains(cell) {
+        Ok(Pose { cell, heading })
+    } else {
+        Err(RequestError::Outside { cell, size })
+    }
+}
+
+const _: () = assert!(field::HEADING + 1 == WALLS_BYTES);
+
+/// The beginning of a message, for errors: shown in quotes, with escapes, and with the length
+/// where it is cut.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Excerpt {
+    start: [u8; Self::LONGEST],
+    length: usize,
+}
+
+impl Excerpt {
+    const LONGEST: usize = 16;
+
+    /// The beginning of these bytes.
+    pub fn of(message: &[u8]) -> Self {
+        let mut start = [0; Self::LONGEST];
+        for (kept, byte) in start.iter_mut().zip(message) {
+            *kept = *byte;
+        }
+        Self { start, length: message.len() }
+    }
+}
+
+impl fmt::Display for Excerpt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.start.get(..self.length) {
+            Some([]) => f.write_str("an empty message"),
+            Some(all) => write!(f, "\"{}\"", all.escape_ascii()),
+            None => write!(f, "\"{}\"… of {} bytes", self.start.escape_ascii(), self.length),
+        }
+    }
+}
+
+impl fmt::Debug for Excerpt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn error(message: &[u8]) -> String {
+        Request::decode(message, MazeSize::CLASSIC).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn requests_are_their_bytes() {
+        let pose = Pose::new(Cell::new(0x0a, 0x0b), Heading::West);
+        for (request, bytes) in [
+            (Request::Ping, &b"ping"[..]),
+            (Request::Reset, b"reset"),
+            (Request::Info, b"info"),
+            (Request::Walls(pose), b"W\x0a\x0bW"),
+        ] {
+            let mut buffer = [0xa5; 8];
+            assert_eq!(request.encode(&mut buffer), Ok(bytes.len()));
+            assert_eq!(&buffer[..bytes.len()], bytes);
+            assert!(buffer[bytes.len()..].iter().all(|&byte| byte == 0xa5));
+            assert_eq!(Request::decode(bytes, MazeSize::CLASSIC), Ok(request));
+            let too_small = BufferTooSmall { expected: bytes.len(), found: bytes.len() - 1 };
+            assert_eq!(request.encode(&mut buffer[..bytes.len() - 1]), Err(too_small));
+        }
+    }
+
+    #[test]
+    fn errors_say_expected_and_found() {
+        insta::assert_snapshot!(error(b""), @"expected ping, reset, info, W or S, found an empty message");
+        insta::assert_snapshot!(error(b"foo"), @r#"expected ping, reset, info, W or S, found "foo""#);
+        insta::assert_snapshot!(error(b"ping\n"), @r#"expected ping, reset, info, W or S, found "ping\n""#);
+        insta::assert_snapshot!(error(&[b'x'; 1 << 12]), @r#"expected ping, reset, info, W or S, found "xxxxxxxxxxxxxxxx"… of 4096 bytes"#);
+        insta::assert_snapshot!(error(b"W\x00\x00"), @"expected W with x, y and heading, 4 bytes, found 3 bytes");
+        insta::assert_snapshot!(error(b"WW\x00\x00N"), @"expected W with x, y and heading, 4 bytes, found 5 bytes");
+        insta::assert_snapshot!(error(b"W\x00\x00n"), @r#"expected N, E, S or W as heading, found "n""#);
+        insta::assert_snapshot!(error(b"W\x00\x00\xff"), @r#"expected N, E, S or W as heading, found "\xff""#);
+        insta::assert_snapshot!(error(b"W\x10\x00N"), @"expected a cell in a maze of 16x16 cells, found (16, 0)");
+        insta::assert_snapshot!(error(b"W\x00\xffN"), @"expected a cell in a maze of 16x16 cells, found (0, 255)");
+        insta::assert_snapshot!(error(b"S"), @"expected S of 518 bytes for a maze of 16x16 cells, found 1 bytes");
+        insta::assert_snapshot!(RequestError::Frames { found: 2 }, @"expected one frame, found 2");
+    }
+
+    #[test]
+    fn cells_are_checked_against_the_served_maze() {
+        let size = MazeSize::new(5, 32).unwrap();
+        for x in 0..=255 {
+            for y in 0..=255 {
+                let decoded = Request::decode(&[b'W', x, y, b'S'], size).is_ok();
+                assert_eq!(decoded, x < 5 && y < 32, "({x}, {y})");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_a_request_or_an_error(
+            message in prop::collection::vec(any::<u8>(), 0..2100),
+            (width, height) in (1usize..=32, 1usize..=32),
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            match Request::decode(&message, size) {
+                Ok(request) => {
+                    let mut buffer = [0xa5; crate::MAX_STATE_BYTES];
+                    let length = request.encode(&mut buffer).unwrap();
+                    prop_assert_eq!(&buffer[..length], &message[..]);
+                }
+                Err(error) => {
+                    let text = error.to_string();
+                    prop_assert!(text.starts_with("expected ") && text.contains(", found "));
+                    prop_assert!(!text.contains('\n') && text.len() < 200);
+                }
+            }
+        }
+
+        #[test]
+        fn a_walls_request_survives(x in 0u8..32, y in 0u8..32, heading in 0usize..4) {
+            let request = Request::Walls(Pose::new(Cell::new(x, y), Heading::ALL[heading]));
+            let mut buffer = [0xa5; WALLS_BYTES];
+            prop_assert_eq!(request.encode(&mut buffer), Ok(WALLS_BYTES));
+            prop_assert_eq!(Request::decode(&buffer, MazeSize::HALF_SIZE), Ok(request));
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! The strategies that come with this crate, by name.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::{FloodFill, LeftWall, Strategy, WeightIncrement};
+
+/// A strategy that comes with this crate.
+///
+/// ```
+/// use mmsim_solvers::Bundled;
+/// let strategy: Bundled = "flood-fill".parse()?;
+/// assert_eq!(strategy, Bundled::FloodFill);
+/// let ready_to_search = strategy.strategy();
+/// # Ok::<(), mmsim_solvers::UnknownStrategy>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Bundled {
+    /// [`FloodFill`]
+    FloodFill,
+    /// [`WeightIncrement`]
+    WeightIncrement,
+    /// [`LeftWall`]
+    LeftWall,
+}
+
+/// A name that no strategy here has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected one of {names}, found {name:?}", names = Bundled::ALL.map(Bundled::name).join(", "))]
+pub struct UnknownStrategy {
+    /// The name.
+    pub name: String,
+}
+
+impl Bundled {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::FloodFill, Self::WeightIncrement, Self::LeftWall];
+
+    /// Its name, as on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::FloodFill => "flood-fill",
+            Self::WeightIncrement => "weight-increment",
+            Self::LeftWall => "left-wall",
+        }
+    }
+
+    /// What it does, in a few words.
+    pub const fn about(self) -> &'static str {
+        match self {
+            Self::FloodFill => {
+                "go to the neighbour nearest to the goal, unknown walls taken as open"
+            }
+            Self::WeightIncrement => "go to the neighbour visited least",
+            Self::LeftWall => "keep the left hand on the wall",
+        }
+    }
+
+    /// The strategy itself, its search not begun yet.
+    pub fn strategy(self) -> Box<dyn Strategy + Send> {
+        match self {
+            Self::FloodFill => Box::new(FloodFill::new()),
+            Self::WeightIncrement => Box::new(WeightIncrement::new()),
+            Self::LeftWall => Box::new(LeftWall::new()),
+        }
+    }
+}
+
+impl fmt::Display for Bundled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Bundled {
+    type Err = UnknownStrategy;
+
+    fn from_str(name: &str) -> Result<Self, UnknownStrategy> {
+        let named = Self::ALL.into_iter().find(|strategy| strategy.name() == name);
+        named.ok_or_else(|| UnknownStrategy { name: name.into() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back() {
+        for strategy in Bundled::ALL {
+            assert_eq!(strategy.to_string().parse(), Ok(strategy));
+        }
+        insta::assert_snapshot!("floodfill".parse::<Bundled>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, found "floodfill""#);
+    }
+}

@@ -1,0 +1,57 @@
+//! How a micromouse finds its way: flood fill and the strategies built on what a mouse knows.
+//!
+//! A [`Strategy`] is pure: it is shown what the mouse knows and where it stands, and says what to
+//! do next. It knows no socket, clock or thread, so the same one runs in memory, against a
+//! simulator, and on a mouse. A [`Mouse`] joins a strategy with a map and a pose:
+//!
+//! ```
+//! use mmsim_maze::{KnownMaze, Maze};
+//! use mmsim_solvers::{FloodFill, Mouse, Move};
+//!
+//! let maze: Maze = "\
+//! o---o---o---o
+//! |     G     |
+//! o   o---o   o
+//! | S |       |
+//! o---o---o---o
+//! ".parse()?;
+//! let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::before(&maze), maze.start());
+//! let mut steps = 0;
+//! loop {
+//!     mouse.see(maze.walls().around(mouse.pose()))?;
+//!     match mouse.decide()? {
+//!         Move::Stop => break,
+//!         Move::Step(step) => mouse.go(step)?,
+//!     }
+//!     steps += 1;
+//! }
+//! assert_eq!(steps, 2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Ties
+//! Where several neighbours are equally good, a mouse prefers front, left, right, back, in this
+//! order, as the reference simulator's example clients do.
+//!
+//! The crate is `no_std` and allocates nothing unless its feature `std` (on by default) is there.
+#![cfg_attr(not(any(test, feature = "std")), no_std)]
+
+#[cfg(feature = "std")]
+mod bundled;
+mod flood;
+mod flood_fill;
+mod left_wall;
+mod mouse;
+mod strategy;
+#[cfg(test)]
+mod testing;
+mod weight_increment;
+
+#[cfg(feature = "std")]
+pub use bundled::{Bundled, UnknownStrategy};
+pub use flood::Distances;
+pub use flood_fill::FloodFill;
+pub use left_wall::LeftWall;
+pub use mouse::{Crash, Mouse};
+pub use strategy::{Move, SearchError, Strategy, steps_from};
+pub use weight_increment::WeightIncrement;

@@ -1,0 +1,93 @@
+//! Weight increment: where it has been least.
+
+use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose};
+
+use crate::strategy::step_to_least;
+use crate::{Move, SearchError, Strategy};
+
+const SIDE: usize = MazeSize::MAX_SIDE as usize;
+
+/// Weight increment: counts its visits to each cell and goes to the neighbour it has visited
+/// least.
+///
+/// Its weights are those counts; the start counts one visit more, as in the reference simulator's
+/// example client. It reaches the goal wherever there is a way, but makes detours.
+#[derive(Clone, Debug)]
+pub struct WeightIncrement {
+    /// `visits[x][y]`
+    visits: [[u16; SIDE]; SIDE],
+    begun: bool,
+}
+
+impl WeightIncrement {
+    /// A search that has not begun yet.
+    pub const fn new() -> Self {
+        Self { visits: [[0; SIDE]; SIDE], begun: false }
+    }
+}
+
+impl Default for WeightIncrement {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Strategy for WeightIncrement {
+    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
+        let more = if self.begun { 1 } else { 2 };
+        self.begun = true;
+        let column = self.visits.get_mut(usize::from(pose.cell.x));
+        if let Some(visits) = column.and_then(|column| column.get_mut(usize::from(pose.cell.y))) {
+            *visits = visits.saturating_add(more);
+        }
+        if map.goals().contains(pose.cell) {
+            return Ok(Move::Stop);
+        }
+        step_to_least(map, pose, |cell| self.weight(cell))
+            .map(|(step, _)| Move::Step(step))
+            .ok_or(SearchError::BoxedIn { cell: pose.cell })
+    }
+
+    fn weight(&self, cell: Cell) -> u16 {
+        let column = self.visits.get(usize::from(cell.x));
+        column.and_then(|column| column.get(usize::from(cell.y))).copied().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::search;
+
+    const MAZE: &str = "\
+o---o---o---o
+|   |     G |
+o   o   o---o
+|           |
+o   o   o   o
+| S |       |
+o---o---o---o
+";
+
+    #[test]
+    fn it_prefers_where_it_has_been_least() {
+        let outcome = search(WeightIncrement::new(), MAZE, 100);
+        assert_eq!(outcome.result, Ok(Move::Stop));
+        insta::assert_snapshot!(outcome.drawing, @"
+        o---o---o---o
+        | 1 | 1   > |
+        o   o   o---o
+        | 2   2   1 |
+        o   o   o   o
+        | 2 | 1   1 |
+        o---o---o---o
+        ");
+    }
+
+    #[test]
+    fn without_a_way_out_it_says_so() {
+        let outcome = search(WeightIncrement::new(), "o---o---o\n| S | G |\no---o---o\n", 100);
+        assert_eq!(outcome.result, Err(SearchError::BoxedIn { cell: Cell::new(0, 0) }));
+        assert_eq!(outcome.steps, 0);
+    }
+}
