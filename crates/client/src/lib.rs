@@ -1,0 +1,35 @@
+//! A micromouse's search run against a maze simulator.
+//!
+//! [`search_run`] drives a [`Mouse`](mmsim_solvers::Mouse) with any strategy through any
+//! [`Transport`]: over ZeroMQ ([`Zmq`]) against a server, or in memory ([`InMemory`]) against
+//! whatever answers requests, such as the simulation itself.
+//!
+//! ```
+//! use mmsim_client::{InMemory, search_run};
+//! use mmsim_maze::{KnownMaze, Maze};
+//! use mmsim_server::{ReplyBuffer, Simulation};
+//! use mmsim_solvers::{FloodFill, Mouse};
+//!
+//! let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+//! let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::before(&maze), maze.start());
+//! let mut simulation = Simulation::new("small", maze);
+//! let mut buffer = ReplyBuffer::new();
+//! let mut transport = InMemory::new(|request, reply| {
+//!     simulation.handle(request, &mut buffer);
+//!     reply.extend_from_slice(buffer.as_bytes());
+//! });
+//! let run = search_run(&mut transport, &mut mouse, 1000, |_, _| {})?;
+//! assert!(run.goal_reached);
+//! assert_eq!((run.steps, run.requests), (1, 5));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod run;
+mod transport;
+#[cfg(feature = "zmq")]
+mod zmq_transport;
+
+pub use run::{RunError, SearchRun, ask_info, search_run};
+pub use transport::{InMemory, Transport, TransportError};
+#[cfg(feature = "zmq")]
+pub use zmq_transport::{Waiting, Zmq};

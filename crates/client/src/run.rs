@@ -1,0 +1,309 @@
+//! The search run: what a client asks of a simulator, in which order.
+
+use mmsim_maze::{Cell, Contradiction, Heading, MazeSize};
+use mmsim_protocol::{
+    BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, Order, Reply, Request, UnknownReply,
+    encode_state,
+};
+use mmsim_solvers::{Crash, Mouse, Move, SearchError, Strategy};
+
+use crate::{Transport, TransportError};
+
+/// How a search run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SearchRun {
+    /// Whether the mouse stood in a goal cell.
+    pub goal_reached: bool,
+    /// Cells the mouse went, one a step.
+    pub steps: u32,
+    /// States sent, one in each cell it came to: one more than steps.
+    pub states: u32,
+    /// Requests sent in all.
+    pub requests: u32,
+}
+
+/// Why a search run broke off. What the mouse has learned until then it still knows.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// No reply.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+    /// The simulator refused a request.
+    #[error("the simulator refused {request}: {reason}")]
+    Refused {
+        /// Which one.
+        request: &'static str,
+        /// What the simulator says.
+        reason: String,
+    },
+    /// The reply is none of the protocol.
+    #[error(transparent)]
+    UnknownReply(#[from] UnknownReply),
+    /// The reply is one to another request.
+    #[error("expected the reply to {request}, found {found}")]
+    WrongReply {
+        /// To which request.
+        request: &'static str,
+        /// The reply.
+        found: Excerpt,
+    },
+    /// The reply to `info` is not as it should be.
+    #[error("expected the reply to info to be its JSON object: {0}")]
+    Info(#[from] serde_json::Error),
+    /// The simulator contradicts what it said before.
+    #[error(transparent)]
+    Contradiction(#[from] Contradiction),
+    /// There is no wall where the mouse believes the maze to end.
+    #[error("expected a maze of {size} cells, found no wall at the {heading} side of {cell}")]
+    LargerMaze {
+        /// The size the mouse was told.
+        size: MazeSize,
+        /// The cell at the edge.
+        cell: Cell,
+        /// The side of it without a wall.
+        heading: Heading,
+    },
+    /// The strategy cannot go on.
+    #[error(transparent)]
+    Search(#[from] SearchError),
+    /// The strategy would drive the mouse into a wall.
+    #[error(transparent)]
+    Crash(#[from] Crash),
+    /// A request longer than any of the protocol.
+    #[error(transparent)]
+    Buffer(#[from] BufferTooSmall),
+}
+
+/// Runs a search: `reset`, then in every cell reads the walls, lets the mouse decide, sends the
+/// state, and stops or takes a step.
+///
+/// It ends when the strategy stops or `max_states` states are sent. After each state `observe` is
+/// shown the mouse and the run so far.
+///
+/// # Errors
+/// The simulator does not answer or answers with an error, or the strategy cannot go on; its last
+/// state is sent before that.
+pub fn search_run<S: Strategy>(
+    transport: &mut impl Transport,
+    mouse: &mut Mouse<S>,
+    max_states: u32,
+    mut observe: impl FnMut(&Mouse<S>, &SearchRun),
+) -> Result<SearchRun, RunError> {
+    let mut exchange = Exchange::new(transport);
+    let mut run = SearchRun { goal_reached: false, steps: 0, states: 0, requests: 0 };
+    let ok = |reply: Reply<'_>| (reply == Reply::Ok).then_some(());
+    exchange.ask("reset", |buffer| Request::Reset.encode(buffer), ok)?;
+    while run.states < max_states {
+        let (pose, size) = (mouse.pose(), mouse.map().size());
+        let around = exchange.ask(
+            "W",
+            |buffer| Request::Walls(pose).encode(buffer),
+            |reply| match reply {
+                Reply::Walls(around) => Some(around),
+                _ => None,
+            },
+        )?;
+        mouse.see(around).map_err(|error| match error {
+            Contradiction { cell, heading, .. } if size.neighbour(cell, heading).is_none() => {
+                RunError::LargerMaze { size, cell, heading }
+            }
+            error => error.into(),
+        })?;
+        let decision = mouse.decide();
+        let weight = |cell| mouse.weight(cell);
+        exchange.ask(
+            "S",
+            |buffer| encode_state(buffer, pose, mouse.map(), weight, Order::F),
+            ok,
+        )?;
+        run.states += 1;
+        run.requests = exchange.requests;
+        run.goal_reached |= mouse.map().goals().contains(pose.cell);
+        observe(mouse, &run);
+        match decision? {
+            Move::Stop => break,
+            Move::Step(step) if run.states < max_states => {
+                mouse.go(step)?;
+                run.steps += 1;
+            }
+            Move::Step(_) => {}
+        }
+    }
+    Ok(run)
+}
+
+/// Asks a server of this project what it serves. The reference server never answers this.
+///
+/// # Errors
+/// The server does not answer or answers something else.
+pub fn ask_info(transport: &mut impl Transport) -> Result<Info, RunError> {
+    let json = Exchange::new(transport).ask(
+        "info",
+        |buffer| Request::Info.encode(buffer),
+        |reply| match reply {
+            Reply::Info(json) => Some(String::from(json)),
+            _ => None,
+        },
+    )?;
+    Ok(serde_json::from_str(&json)?)
+}
+
+/// Requests that are encoded, counted, and answered with the reply they call for.
+struct Exchange<'t, T> {
+    transport: &'t mut T,
+    requests: u32,
+    request: [u8; MAX_STATE_BYTES],
+    reply: Vec<u8>,
+}
+
+impl<'t, T: Transport> Exchange<'t, T> {
+    const fn new(transport: &'t mut T) -> Self {
+        Self { transport, requests: 0, request: [0; MAX_STATE_BYTES], reply: Vec::new() }
+    }
+
+    fn ask<R>(
+        &mut self,
+        request: &'static str,
+        encode: impl FnOnce(&mut [u8]) -> Result<usize, BufferTooSmall>,
+        expected: impl FnOnce(Reply<'_>) -> Option<R>,
+    ) -> Result<R, RunError> {
+        let length = encode(&mut self.request)?;
+        self.transport.exchange(&self.request[..length], &mut self.reply)?;
+        self.requests += 1;
+        match Reply::decode(&self.reply)? {
+            Reply::Error(reason) => Err(RunError::Refused { request, reason: reason.into() }),
+            reply => expected(reply)
+                .ok_or_else(|| RunError::WrongReply { request, found: Excerpt::of(&self.reply) }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{KnownMaze, Maze};
+    use mmsim_server::{ReplyBuffer, Simulation};
+    use mmsim_solvers::{Bundled, FloodFill};
+
+    use super::*;
+    use crate::InMemory;
+
+    const MAZE: &str = "\
+o---o---o---o
+|   |     G |
+o   o   o---o
+|       |   |
+o   o---o   o
+| S |       |
+o---o---o---o
+";
+
+    /// Runs a search in memory; `change` may spoil a reply.
+    fn run(
+        map: KnownMaze,
+        max_states: u32,
+        mut change: impl FnMut(&[u8], &mut Vec<u8>),
+    ) -> (Result<SearchRun, RunError>, Simulation) {
+        let maze: Maze = MAZE.parse().unwrap();
+        let start = maze.start();
+        let mut simulation = Simulation::new("small", maze);
+        let mut buffer = ReplyBuffer::new();
+        let mut mouse = Mouse::new(FloodFill::new(), map, start);
+        let mut transport = InMemory::new(|request, reply| {
+            simulation.handle(request, &mut buffer);
+            reply.extend_from_slice(buffer.as_bytes());
+            change(request, reply);
+        });
+        let result = search_run(&mut transport, &mut mouse, max_states, |_, _| {});
+        (result, simulation)
+    }
+
+    fn known() -> KnownMaze {
+        KnownMaze::before(&MAZE.parse().unwrap())
+    }
+
+    #[test]
+    fn a_run_counts_what_it_does() {
+        let (result, simulation) = run(known(), 1000, |_, _| {});
+        let expected = SearchRun { goal_reached: true, steps: 6, states: 7, requests: 15 };
+        assert_eq!(result.unwrap(), expected);
+        assert_eq!(simulation.history().len(), 7);
+        let (result, simulation) = run(known(), 3, |_, _| {});
+        let expected = SearchRun { goal_reached: false, steps: 2, states: 3, requests: 7 };
+        assert_eq!(result.unwrap(), expected);
+        assert_eq!(simulation.history().len(), 3);
+    }
+
+    #[test]
+    fn every_strategy_runs_the_same_way() {
+        for strategy in Bundled::ALL {
+            let maze: Maze = MAZE.parse().unwrap();
+            let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::before(&maze), maze.start());
+            let mut simulation = Simulation::new("small", maze);
+            let mut buffer = ReplyBuffer::new();
+            let mut transport = InMemory::new(|request, reply| {
+                simulation.handle(request, &mut buffer);
+                reply.extend_from_slice(buffer.as_bytes());
+            });
+            let run = search_run(&mut transport, &mut mouse, 1000, |_, _| {}).unwrap();
+            assert!(run.goal_reached, "{strategy}");
+        }
+    }
+
+    #[test]
+    fn a_goal_out_of_reach_ends_with_its_last_state() {
+        let goals = [Cell::new(0, 5)].into_iter().collect();
+        let map = KnownMaze::new(known().size(), Cell::new(0, 0), goals);
+        let (result, simulation) = run(map, 1000, |_, _| {});
+        assert!(matches!(result, Err(RunError::Search(SearchError::GoalUnreachable { .. }))));
+        assert_eq!(simulation.history().len(), 1);
+    }
+
+    #[test]
+    fn a_maze_of_another_size_is_noticed() {
+        let of_size = |width, height| {
+            let size = MazeSize::new(width, height).unwrap();
+            let goals = [Cell::new(2, 2)].into_iter().collect();
+            run(KnownMaze::new(size, Cell::new(0, 0), goals), 1000, |_, _| {}).0.unwrap_err()
+        };
+        assert_eq!(
+            of_size(3, 4).to_string(),
+            "the simulator refused S: expected S of 24 bytes for a maze of 3x3 cells, found 30 bytes"
+        );
+        assert_eq!(
+            of_size(3, 1).to_string(),
+            "expected a maze of 3x1 cells, found no wall at the north side of (0, 0)"
+        );
+    }
+
+    #[test]
+    fn other_replies_are_errors() {
+        let error = |spoilt: &'static [u8], reply: &'static [u8]| {
+            let change = move |request: &[u8], bytes: &mut Vec<u8>| {
+                if request.starts_with(spoilt) {
+                    *bytes = reply.to_vec();
+                }
+            };
+            run(known(), 1000, change).0.unwrap_err().to_string()
+        };
+        assert_eq!(error(b"reset", b"error: no"), "the simulator refused reset: no");
+        assert_eq!(error(b"W", b"ok"), "expected the reply to W, found \"ok\"");
+        assert_eq!(error(b"S", b"pong"), "expected the reply to S, found \"pong\"");
+        assert!(error(b"S", b"").starts_with("expected pong, ok, "));
+        assert_eq!(
+            error(b"W\x00\x01", &[1, 0, 0]),
+            "expected no wall at the east side of (0, 1), as known before, found a wall"
+        );
+    }
+
+    #[test]
+    fn info_tells_the_maze() {
+        let mut simulation = Simulation::new("small", MAZE.parse().unwrap());
+        let mut buffer = ReplyBuffer::new();
+        let mut transport = InMemory::new(|request, reply| {
+            simulation.handle(request, &mut buffer);
+            reply.extend_from_slice(buffer.as_bytes());
+        });
+        let info = ask_info(&mut transport).unwrap();
+        assert_eq!((info.name.as_str(), info.width, info.height), ("small", 3, 3));
+    }
+}

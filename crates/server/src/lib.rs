@@ -1,0 +1,27 @@
+//! A micromouse maze simulator. It holds the true maze, tells a search client only the walls
+//! around the mouse, and keeps every state that the client reports.
+//!
+//! [`Simulation`] does no input or output: it turns the bytes of a request into the bytes of its
+//! reply, whatever they are, and never panics. [`Server`] is the ZeroMQ socket around it.
+//!
+//! ```
+//! use mmsim_maze::Maze;
+//! use mmsim_server::{ReplyBuffer, Simulation};
+//!
+//! let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+//! let mut simulation = Simulation::new("small", maze);
+//! let mut reply = ReplyBuffer::new();
+//! simulation.handle(b"W\x00\x00N", &mut reply);
+//! assert_eq!(reply.as_bytes(), [1, 1, 0]);
+//! simulation.handle(b"what?", &mut reply);
+//! assert!(reply.as_bytes().starts_with(b"error: expected "));
+//! # Ok::<(), mmsim_maze::ParseError>(())
+//! ```
+
+mod history;
+mod server;
+mod simulation;
+
+pub use history::History;
+pub use server::{BindError, MAX_REQUEST_BYTES, ServeError, Server, Stop};
+pub use simulation::{ReplyBuffer, Simulation};

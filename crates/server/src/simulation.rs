@@ -1,0 +1,185 @@
+//! The simulation: bytes of a request to bytes of its reply.
+
+use std::fmt;
+use std::io::Write;
+
+use mmsim_maze::Maze;
+use mmsim_protocol::{ERROR_PREFIX, Info, Reply, Request};
+
+use crate::History;
+
+/// The true maze and every state that a client has reported since the last reset.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    name: String,
+    maze: Maze,
+    history: History,
+}
+
+impl Simulation {
+    /// A simulation of this maze, without a state. The name is what `info` tells.
+    pub fn new(name: &str, maze: Maze) -> Self {
+        let history = History::new(maze.size());
+        Self { name: name.into(), maze, history }
+    }
+
+    /// The name of the maze.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The true maze.
+    pub const fn maze(&self) -> &Maze {
+        &self.maze
+    }
+
+    /// Every state since the last reset.
+    pub const fn history(&self) -> &History {
+        &self.history
+    }
+
+    /// Serves one request: any bytes get exactly one reply, and only a well-formed state or reset
+    /// changes the history.
+    pub fn handle(&mut self, request: &[u8], reply: &mut ReplyBuffer) {
+        match Request::decode(request, self.maze.size()) {
+            Ok(Request::Ping) => reply.set(Reply::Pong),
+            Ok(Request::Reset) => {
+                self.history.clear();
+                reply.set(Reply::Ok);
+            }
+            Ok(Request::Walls(pose)) => reply.set(Reply::Walls(self.maze.walls().around(pose))),
+            Ok(Request::State(_)) => {
+                self.history.push(request);
+                reply.set(Reply::Ok);
+            }
+            Ok(Request::Info) => match serde_json::to_string(&self.info()) {
+                Ok(json) => reply.set(Reply::Info(&json)),
+                Err(error) => reply.refuse(error),
+            },
+            Err(error) => reply.refuse(error),
+        }
+    }
+
+    fn info(&self) -> Info {
+        let Self { name, maze, history } = self;
+        Info::new(name, maze.size(), maze.start(), maze.goals(), history.len())
+    }
+}
+
+/// Where a simulation writes its reply; one serves for any number of requests.
+#[derive(Clone, Debug, Default)]
+pub struct ReplyBuffer {
+    bytes: Vec<u8>,
+}
+
+impl ReplyBuffer {
+    /// A buffer without a reply.
+    pub const fn new() -> Self {
+        Self { bytes: Vec::new() }
+    }
+
+    /// The bytes of the reply.
+    pub fn as_bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Replaces the reply by an error.
+    pub fn refuse(&mut self, reason: impl fmt::Display) {
+        self.bytes.clear();
+        // Writing into a vector cannot fail.
+        let _ = write!(self.bytes, "{ERROR_PREFIX}{reason}");
+    }
+
+    fn set(&mut self, reply: Reply<'_>) {
+        self.bytes.resize(reply.len(), 0);
+        // The buffer is as long as the reply.
+        let _ = reply.encode(&mut self.bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{MazeSize, Pose, Walls, WallsAround};
+    use mmsim_protocol::{Cell, Heading, KnownMaze, MAX_STATE_BYTES, Order, encode_state};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn simulation(size: MazeSize) -> Simulation {
+        let maze = Maze::new(Walls::open(size), Cell::new(0, 0), size.central_cells()).unwrap();
+        Simulation::new("open", maze)
+    }
+
+    fn reply(simulation: &mut Simulation, request: &[u8]) -> Vec<u8> {
+        let mut reply = ReplyBuffer { bytes: vec![0xa5; 7] };
+        simulation.handle(request, &mut reply);
+        reply.bytes
+    }
+
+    fn state(size: MazeSize, pose: Pose, weight: u16) -> Vec<u8> {
+        let map = KnownMaze::new(size, pose.cell, size.central_cells());
+        let mut buffer = [0; MAX_STATE_BYTES];
+        let length = encode_state(&mut buffer, pose, &map, |_| weight, Order::C).unwrap();
+        buffer[..length].to_vec()
+    }
+
+    #[test]
+    fn each_request_has_its_reply() {
+        let mut simulation = simulation(MazeSize::CLASSIC);
+        let start = Pose::new(Cell::new(0, 0), Heading::North);
+        assert_eq!(reply(&mut simulation, b"ping"), b"pong");
+        let around = WallsAround { left: true, front: false, right: false };
+        assert_eq!(Reply::decode(&reply(&mut simulation, b"W\x00\x00N")), Ok(Reply::Walls(around)));
+        for number in 0..3 {
+            let state = state(MazeSize::CLASSIC, start, number);
+            assert_eq!(reply(&mut simulation, &state), b"ok");
+            assert_eq!(simulation.history().get(number.into()), Some(&state[..]));
+        }
+        let info: Info = serde_json::from_slice(&reply(&mut simulation, b"info")).unwrap();
+        assert_eq!((info.name.as_str(), info.states), ("open", 3));
+        assert_eq!(reply(&mut simulation, b"reset"), b"ok");
+        assert!(simulation.history().is_empty());
+    }
+
+    #[test]
+    fn other_sizes_have_other_states() {
+        let mut simulation = simulation(MazeSize::new(21, 21).unwrap());
+        assert_eq!(reply(&mut simulation, b"W\x14\x14N"), [0, 1, 1]);
+        assert!(reply(&mut simulation, b"W\x15\x14N").starts_with(b"error: "));
+        let error = reply(&mut simulation, &[b'S'; 518]);
+        insta::assert_snapshot!(String::from_utf8(error).unwrap(), @"error: expected S of 888 bytes for a maze of 21x21 cells, found 518 bytes");
+    }
+
+    proptest! {
+        #[test]
+        fn any_request_gets_one_reply_and_errors_change_nothing(
+            (width, height) in (1usize..=32, 1usize..=32),
+            requests in prop::collection::vec(
+                prop_oneof![
+                    prop::collection::vec(any::<u8>(), 0..600),
+                    prop::collection::vec(any::<u8>(), 0..5).prop_map(|rest| [vec![b'W'], rest].concat()),
+                    (0u8..40, 0u8..40, 0usize..4).prop_map(|(x, y, heading)| {
+                        vec![b'W', x, y, b"NESW"[heading]]
+                    }),
+                    Just(b"ping".to_vec()),
+                    Just(b"info".to_vec()),
+                ],
+                1..20,
+            ),
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            let mut simulation = simulation(size);
+            let start = state(size, Pose::new(Cell::new(0, 0), Heading::North), 1);
+            prop_assert_eq!(reply(&mut simulation, &start), b"ok");
+            for request in requests {
+                let reply = reply(&mut simulation, &request);
+                let valid = Request::decode(&request, size).is_ok();
+                let decoded = Reply::decode(&reply);
+                prop_assert!(decoded.is_ok(), "{:?}", decoded);
+                prop_assert_eq!(valid, !matches!(decoded, Ok(Reply::Error(_))));
+                prop_assert_eq!(simulation.history().len(), 1);
+            }
+            prop_assert_eq!(simulation.history().get(0), Some(&start[..]));
+        }
+    }
+}
