@@ -5,20 +5,17 @@
 //! whatever answers requests, such as the simulation itself.
 //!
 //! ```
+//! use std::ops::ControlFlow;
 //! use mmsim_client::{InMemory, search_run};
 //! use mmsim_maze::{KnownMaze, Maze};
-//! use mmsim_server::{ReplyBuffer, Simulation};
+//! use mmsim_server::Simulation;
 //! use mmsim_solvers::{FloodFill, Mouse};
 //!
 //! let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
 //! let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::before(&maze), maze.start());
 //! let mut simulation = Simulation::new("small", maze);
-//! let mut buffer = ReplyBuffer::new();
-//! let mut transport = InMemory::new(|request, reply| {
-//!     simulation.handle(request, &mut buffer);
-//!     reply.extend_from_slice(buffer.as_bytes());
-//! });
-//! let run = search_run(&mut transport, &mut mouse, 1000, |_, _| {})?;
+//! let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
+//! let run = search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(()))?;
 //! assert!(run.goal_reached);
 //! assert_eq!((run.steps, run.requests), (1, 5));
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,5 +1,7 @@
 //! The search run: what a client asks of a simulator, in which order.
 
+use std::ops::ControlFlow;
+
 use mmsim_maze::{Cell, Contradiction, Heading, MazeSize};
 use mmsim_protocol::{
     BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, Order, Reply, Request, UnknownReply,
@@ -78,7 +80,7 @@ pub enum RunError {
 /// state, and stops or takes a step.
 ///
 /// It ends when the strategy stops or `max_states` states are sent. After each state `observe` is
-/// shown the mouse and the run so far.
+/// shown the mouse and the run so far, and may end it by breaking off.
 ///
 /// # Errors
 /// The simulator does not answer or answers with an error, or the strategy cannot go on; its last
@@ -87,7 +89,7 @@ pub fn search_run<S: Strategy>(
     transport: &mut impl Transport,
     mouse: &mut Mouse<S>,
     max_states: u32,
-    mut observe: impl FnMut(&Mouse<S>, &SearchRun),
+    mut observe: impl FnMut(&Mouse<S>, &SearchRun) -> ControlFlow<()>,
 ) -> Result<SearchRun, RunError> {
     let mut exchange = Exchange::new(transport);
     let mut run = SearchRun { goal_reached: false, steps: 0, states: 0, requests: 0 };
@@ -119,9 +121,10 @@ pub fn search_run<S: Strategy>(
         run.states += 1;
         run.requests = exchange.requests;
         run.goal_reached |= mouse.map().goals().contains(pose.cell);
-        observe(mouse, &run);
+        let go_on = observe(mouse, &run).is_continue();
         match decision? {
             Move::Stop => break,
+            Move::Step(_) if !go_on => break,
             Move::Step(step) if run.states < max_states => {
                 mouse.go(step)?;
                 run.steps += 1;
@@ -181,7 +184,7 @@ impl<'t, T: Transport> Exchange<'t, T> {
 #[cfg(test)]
 mod tests {
     use mmsim_maze::{KnownMaze, Maze};
-    use mmsim_server::{ReplyBuffer, Simulation};
+    use mmsim_server::Simulation;
     use mmsim_solvers::{Bundled, FloodFill};
 
     use super::*;
@@ -206,14 +209,13 @@ o---o---o---o
         let maze: Maze = MAZE.parse().unwrap();
         let start = maze.start();
         let mut simulation = Simulation::new("small", maze);
-        let mut buffer = ReplyBuffer::new();
         let mut mouse = Mouse::new(FloodFill::new(), map, start);
         let mut transport = InMemory::new(|request, reply| {
-            simulation.handle(request, &mut buffer);
-            reply.extend_from_slice(buffer.as_bytes());
+            simulation.handle(request, reply);
             change(request, reply);
         });
-        let result = search_run(&mut transport, &mut mouse, max_states, |_, _| {});
+        let result =
+            search_run(&mut transport, &mut mouse, max_states, |_, _| ControlFlow::Continue(()));
         (result, simulation)
     }
 
@@ -234,17 +236,28 @@ o---o---o---o
     }
 
     #[test]
+    fn who_watches_may_break_off() {
+        let maze: Maze = MAZE.parse().unwrap();
+        let mut mouse = Mouse::new(FloodFill::new(), known(), maze.start());
+        let mut simulation = Simulation::new("small", maze);
+        let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
+        let run = search_run(&mut transport, &mut mouse, 1000, |_, run| {
+            if run.steps < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
+        let expected = SearchRun { goal_reached: false, steps: 2, states: 3, requests: 7 };
+        assert_eq!(run.unwrap(), expected);
+    }
+
+    #[test]
     fn every_strategy_runs_the_same_way() {
         for strategy in Bundled::ALL {
             let maze: Maze = MAZE.parse().unwrap();
             let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::before(&maze), maze.start());
             let mut simulation = Simulation::new("small", maze);
-            let mut buffer = ReplyBuffer::new();
-            let mut transport = InMemory::new(|request, reply| {
-                simulation.handle(request, &mut buffer);
-                reply.extend_from_slice(buffer.as_bytes());
-            });
-            let run = search_run(&mut transport, &mut mouse, 1000, |_, _| {}).unwrap();
+            let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
+            let run =
+                search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(()))
+                    .unwrap();
             assert!(run.goal_reached, "{strategy}");
         }
     }
@@ -298,11 +311,7 @@ o---o---o---o
     #[test]
     fn info_tells_the_maze() {
         let mut simulation = Simulation::new("small", MAZE.parse().unwrap());
-        let mut buffer = ReplyBuffer::new();
-        let mut transport = InMemory::new(|request, reply| {
-            simulation.handle(request, &mut buffer);
-            reply.extend_from_slice(buffer.as_bytes());
-        });
+        let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
         let info = ask_info(&mut transport).unwrap();
         assert_eq!((info.name.as_str(), info.width, info.height), ("small", 3, 3));
     }

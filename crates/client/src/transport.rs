@@ -32,7 +32,7 @@ pub enum TransportError {
     },
 }
 
-/// A simulator in the same process: a function that appends its reply to the empty buffer.
+/// A simulator in the same process: a function from a request to the reply it puts in the buffer.
 pub struct InMemory<F> {
     answer: F,
 }

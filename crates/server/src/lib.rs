@@ -12,9 +12,9 @@
 //! let mut simulation = Simulation::new("small", maze);
 //! let mut reply = ReplyBuffer::new();
 //! simulation.handle(b"W\x00\x00N", &mut reply);
-//! assert_eq!(reply.as_bytes(), [1, 1, 0]);
+//! assert_eq!(reply, [1, 1, 0]);
 //! simulation.handle(b"what?", &mut reply);
-//! assert!(reply.as_bytes().starts_with(b"error: expected "));
+//! assert!(reply.starts_with(b"error: expected "));
 //! # Ok::<(), mmsim_maze::ParseError>(())
 //! ```
 

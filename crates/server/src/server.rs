@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use mmsim_protocol::{ERROR_PREFIX, RequestError};
 use tracing::{debug, info, warn};
 
+use crate::simulation::refuse;
 use crate::{ReplyBuffer, Simulation};
 
 /// The largest request that is received, in bytes; who sends a larger one is cut off.
@@ -145,13 +146,13 @@ impl Server {
             if frames == 1 {
                 simulation.handle(&request, &mut reply);
             } else {
-                reply.refuse(RequestError::Frames { found: frames });
+                refuse(&mut reply, RequestError::Frames { found: frames });
             }
-            if let Some(reason) = reply.as_bytes().strip_prefix(ERROR_PREFIX.as_bytes()) {
+            if let Some(reason) = reply.strip_prefix(ERROR_PREFIX.as_bytes()) {
                 refused += 1;
                 log_refusal(&String::from_utf8_lossy(reason), refused);
             }
-            if let Err(error) = self.socket.send(reply.as_bytes(), zmq::DONTWAIT) {
+            if let Err(error) = self.socket.send(&reply, zmq::DONTWAIT) {
                 debug!(%error, "reply not sent");
             }
         }

@@ -42,21 +42,21 @@ impl Simulation {
     /// changes the history.
     pub fn handle(&mut self, request: &[u8], reply: &mut ReplyBuffer) {
         match Request::decode(request, self.maze.size()) {
-            Ok(Request::Ping) => reply.set(Reply::Pong),
+            Ok(Request::Ping) => set(reply, Reply::Pong),
             Ok(Request::Reset) => {
                 self.history.clear();
-                reply.set(Reply::Ok);
+                set(reply, Reply::Ok);
             }
-            Ok(Request::Walls(pose)) => reply.set(Reply::Walls(self.maze.walls().around(pose))),
+            Ok(Request::Walls(pose)) => set(reply, Reply::Walls(self.maze.walls().around(pose))),
             Ok(Request::State(_)) => {
                 self.history.push(request);
-                reply.set(Reply::Ok);
+                set(reply, Reply::Ok);
             }
             Ok(Request::Info) => match serde_json::to_string(&self.info()) {
-                Ok(json) => reply.set(Reply::Info(&json)),
-                Err(error) => reply.refuse(error),
+                Ok(json) => set(reply, Reply::Info(&json)),
+                Err(error) => refuse(reply, error),
             },
-            Err(error) => reply.refuse(error),
+            Err(error) => refuse(reply, error),
         }
     }
 
@@ -66,35 +66,20 @@ impl Simulation {
     }
 }
 
-/// Where a simulation writes its reply; one serves for any number of requests.
-#[derive(Clone, Debug, Default)]
-pub struct ReplyBuffer {
-    bytes: Vec<u8>,
+/// Where a simulation writes its reply, in place of an earlier one.
+pub type ReplyBuffer = Vec<u8>;
+
+fn set(buffer: &mut ReplyBuffer, reply: Reply<'_>) {
+    buffer.resize(reply.len(), 0);
+    // The buffer is as long as the reply.
+    let _ = reply.encode(buffer);
 }
 
-impl ReplyBuffer {
-    /// A buffer without a reply.
-    pub const fn new() -> Self {
-        Self { bytes: Vec::new() }
-    }
-
-    /// The bytes of the reply.
-    pub fn as_bytes(&self) -> &[u8] {
-        &self.bytes
-    }
-
-    /// Replaces the reply by an error.
-    pub fn refuse(&mut self, reason: impl fmt::Display) {
-        self.bytes.clear();
-        // Writing into a vector cannot fail.
-        let _ = write!(self.bytes, "{ERROR_PREFIX}{reason}");
-    }
-
-    fn set(&mut self, reply: Reply<'_>) {
-        self.bytes.resize(reply.len(), 0);
-        // The buffer is as long as the reply.
-        let _ = reply.encode(&mut self.bytes);
-    }
+/// Answers a request that cannot be served.
+pub(crate) fn refuse(buffer: &mut ReplyBuffer, reason: impl fmt::Display) {
+    buffer.clear();
+    // Writing into a vector cannot fail.
+    let _ = write!(buffer, "{ERROR_PREFIX}{reason}");
 }
 
 #[cfg(test)]
@@ -111,9 +96,9 @@ mod tests {
     }
 
     fn reply(simulation: &mut Simulation, request: &[u8]) -> Vec<u8> {
-        let mut reply = ReplyBuffer { bytes: vec![0xa5; 7] };
+        let mut reply = vec![0xa5; 7];
         simulation.handle(request, &mut reply);
-        reply.bytes
+        reply
     }
 
     fn state(size: MazeSize, pose: Pose, weight: u16) -> Vec<u8> {

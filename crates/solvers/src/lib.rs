@@ -38,6 +38,7 @@
 
 #[cfg(feature = "std")]
 mod bundled;
+mod facts;
 mod flood;
 mod flood_fill;
 mod left_wall;
@@ -49,6 +50,7 @@ mod weight_increment;
 
 #[cfg(feature = "std")]
 pub use bundled::{Bundled, UnknownStrategy};
+pub use facts::MazeFacts;
 pub use flood::Distances;
 pub use flood_fill::FloodFill;
 pub use left_wall::LeftWall;

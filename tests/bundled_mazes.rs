@@ -1,0 +1,41 @@
+//! The mazes that the project brings are as their README says.
+
+use std::fs;
+
+use mmsim_maze::Catalogue;
+use mmsim_solvers::MazeFacts;
+use mmsim_tests::bundled_mazes;
+
+#[test]
+fn the_readme_tells_size_goal_and_shortest_path_of_each() {
+    let readme = fs::read_to_string(bundled_mazes().join("README.md")).unwrap();
+    let rows: Vec<Vec<&str>> = readme
+        .lines()
+        .filter(|line| line.starts_with('|') && line.contains(".txt"))
+        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+        .collect();
+    let mut told = rows.iter();
+    let (mut classic, mut unreachable, mut not_square, mut half_size) = (0, 0, 0, 0);
+    for entry in Catalogue::of_path(&bundled_mazes()).unwrap().entries() {
+        let maze = entry.maze().unwrap();
+        let (size, shortest) = (maze.size(), MazeFacts::of(&maze).shortest_path);
+        let goals: Vec<String> = maze.goals().iter().map(|cell| cell.to_string()).collect();
+        let found = [
+            entry.path().file_name().unwrap().to_string_lossy().to_string(),
+            size.to_string(),
+            goals.join(" "),
+            shortest.map_or("none".to_string(), |steps| steps.to_string()),
+        ];
+        let told: Vec<String> =
+            told.next().unwrap()[..4].iter().map(|text| text.replace('`', "")).collect();
+        assert_eq!(told, found);
+        let text = fs::read_to_string(entry.path()).unwrap();
+        assert_eq!(maze.to_string(), text, "{} is written as we write", entry.name());
+        classic += usize::from(size.to_string() == "16x16" && shortest.is_some());
+        half_size += usize::from(size.to_string() == "32x32");
+        not_square += usize::from(size.width() != size.height());
+        unreachable += usize::from(shortest.is_none());
+    }
+    assert!(told.next().is_none());
+    assert!(classic >= 10 && half_size >= 1 && not_square >= 1 && unreachable >= 1);
+}

@@ -1,0 +1,55 @@
+//! Every maze of the shared collection reads, and what we find in it equals the recorded facts.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use mmsim_maze::{Cell, CellSet, Maze, MazeSize};
+use mmsim_solvers::MazeFacts;
+use mmsim_tests::shared;
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+struct Facts {
+    size: [usize; 2],
+    goals: Vec<[u8; 2]>,
+    shortest_cells: Option<u16>,
+    reachable_cells: usize,
+}
+
+#[test]
+fn all_text_mazes_equal_their_facts() {
+    let Some(folder) = shared("mazes") else { return };
+    let facts = fs::read(folder.join("facts.json")).unwrap();
+    let facts: BTreeMap<String, Facts> = serde_json::from_slice(&facts).unwrap();
+    assert_eq!(facts.len(), 281);
+    for (name, facts) in facts {
+        let maze = Maze::read(&folder.join(&name)).unwrap();
+        let size = MazeSize::new(facts.size[0], facts.size[1]).unwrap();
+        let marked: CellSet = facts.goals.iter().map(|&[x, y]| Cell::new(x, y)).collect();
+        let goals = if marked.is_empty() { size.central_cells() } else { marked };
+        let expected = MazeFacts {
+            shortest_path: facts.shortest_cells,
+            reachable_cells: facts.reachable_cells,
+        };
+        assert_eq!(maze.size(), size, "{name}");
+        assert_eq!(*maze.goals(), goals, "{name}");
+        assert_eq!(maze.start().cell, Cell::new(0, 0), "{name}");
+        assert_eq!(MazeFacts::of(&maze), expected, "{name}");
+        assert_eq!(maze.to_string().parse().as_ref(), Ok(&maze), "{name}");
+    }
+}
+
+#[test]
+fn trial_mazes_read() {
+    let Some(folder) = shared("mazes/trial") else { return };
+    for (name, side) in
+        [("test_maze_01.txt", 12), ("test_maze_02.txt", 14), ("test_maze_03.txt", 16)]
+    {
+        let maze = Maze::read(&folder.join(name)).unwrap();
+        assert_eq!(maze.size(), MazeSize::new(side, side).unwrap(), "{name}");
+        assert_eq!(*maze.goals(), maze.size().central_cells(), "{name}");
+        let facts = MazeFacts::of(&maze);
+        assert_eq!(facts.reachable_cells, side * side, "{name}");
+        assert!(facts.shortest_path.is_some(), "{name}");
+    }
+}

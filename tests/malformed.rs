@@ -1,0 +1,161 @@
+//! Malformed requests over a real socket: each gets one error, changes nothing, and the next good
+//! request works, of the same client and of another.
+
+use mmsim_maze::{Maze, MazeSize, Walls};
+use mmsim_protocol::{Cell, Order, encode_state};
+use mmsim_tests::{Running, ask, classic_map};
+
+fn open_maze(cells: usize) -> Maze {
+    let size = MazeSize::new(cells, cells).unwrap();
+    Maze::new(Walls::open(size), Cell::new(0, 0), size.central_cells()).unwrap()
+}
+
+/// The state of a mouse at the start of a classic maze, 518 bytes.
+fn good_state() -> Vec<u8> {
+    let (map, start) = classic_map();
+    let mut state = vec![0; 518];
+    encode_state(&mut state, start, &map, |cell| cell.x.into(), Order::C).unwrap();
+    state
+}
+
+/// The good state with one byte changed.
+fn changed(index: usize, byte: u8) -> Vec<u8> {
+    let mut state = good_state();
+    state[index] = byte;
+    state
+}
+
+fn malformed() -> Vec<Vec<u8>> {
+    let mut requests: Vec<Vec<u8>> =
+        [&b"foo"[..], b"", b"PING", b"ping\n", b"reset "].map(<[u8]>::to_vec).to_vec();
+    requests.extend([&b"W"[..], b"W\0", b"W\0\0", b"W\0\0NN", b"WW\0\0N"].map(<[u8]>::to_vec));
+    for (x, y) in
+        [(16, 16), (15, 16), (16, 15), (255, 0), (255, 255), (0x57, 0), (0x57, 0x57), (0, 0x57)]
+    {
+        requests.push(vec![b'W', x, y, b'N']);
+    }
+    requests.extend([b'X', b'n', 0, 0xff].map(|heading| vec![b'W', 0, 0, heading]));
+    for length in [1, 2, 4, 6, 517, 519] {
+        let mut state = good_state();
+        state.resize(length, 0);
+        requests.push(state);
+    }
+    for order in [b'Z', b'c', b'f'] {
+        requests.extend([changed(4, order), changed(261, order)]);
+    }
+    requests.push(changed(3, b'X'));
+    for cell in [[200, 0], [0x53, 0x53]] {
+        let mut state = good_state();
+        state[1..3].copy_from_slice(&cell);
+        requests.push(state);
+    }
+    requests
+}
+
+/// Asks something that works, on both sockets, and checks that the history has not changed.
+fn check_well(same: &zmq::Socket, other: &zmq::Socket, after: &str) {
+    for socket in [same, other] {
+        assert_eq!(ask(socket, b"ping"), b"pong", "after {after}");
+        assert_eq!(ask(socket, b"W\0\0N"), [1, 0, 0], "after {after}");
+        let info = String::from_utf8(ask(socket, b"info")).unwrap();
+        assert!(info.contains(r#""states":1,"#), "after {after}: {info}");
+    }
+}
+
+fn check_error(reply: &[u8], request: &str) {
+    let reply = String::from_utf8(reply.to_vec()).unwrap();
+    let well = reply.starts_with("error: expected ") && reply.contains(", found ");
+    assert!(well && !reply.contains('\n'), "{request}: {reply}");
+}
+
+#[test]
+fn each_gets_one_error_and_changes_nothing() {
+    let server = Running::serve(open_maze(16));
+    let (client, other) = (server.connect(zmq::REQ), server.connect(zmq::REQ));
+    assert_eq!(ask(&client, &good_state()), b"ok");
+    for request in malformed() {
+        let name = format!("{:?}", request.escape_ascii().to_string());
+        check_error(&ask(&client, &request), &name);
+        check_well(&client, &other, &name);
+    }
+    let simulation = server.stop();
+    assert_eq!(simulation.history().get(0), Some(&good_state()[..]));
+    assert_eq!(simulation.history().len(), 1);
+}
+
+#[test]
+fn several_frames_get_one_error() {
+    let server = Running::serve(open_maze(16));
+    let (client, other) = (server.connect(zmq::REQ), server.connect(zmq::REQ));
+    assert_eq!(ask(&client, &good_state()), b"ok");
+    let requests: [&[&[u8]]; 7] = [
+        &[b"ping", b"x"],
+        &[b"foo", b"ping"],
+        &[b"", b"ping"],
+        &[b"ping", b""],
+        &[b"ping", b"ping"],
+        &[b"W\0\0N", b"S\0\0N"],
+        &[b"W\0\0", b"N"],
+    ];
+    for frames in requests {
+        client.send_multipart(frames, 0).unwrap();
+        let reply = client.recv_multipart(0).unwrap();
+        assert_eq!(reply.len(), 1, "{frames:?}");
+        check_error(&reply[0], &format!("{frames:?}"));
+        check_well(&client, &other, &format!("{frames:?}"));
+    }
+    let many = vec![&b"ping"[..]; 1000];
+    client.send_multipart(many, 0).unwrap();
+    check_error(&client.recv_bytes(0).unwrap(), "1000 frames");
+    check_well(&client, &other, "1000 frames");
+    server.stop();
+}
+
+#[test]
+fn a_request_over_the_limit_cuts_its_sender_off() {
+    let server = Running::serve(open_maze(16));
+    let (large, other) = (server.connect(zmq::REQ), server.connect(zmq::REQ));
+    assert_eq!(ask(&other, &good_state()), b"ok");
+    large.set_rcvtimeo(300).unwrap();
+    large.send(vec![b'x'; 1 << 20], 0).unwrap();
+    assert_eq!(large.recv_bytes(0), Err(zmq::Error::EAGAIN));
+    check_well(&other, &server.connect(zmq::REQ), "1 MiB");
+    server.stop();
+}
+
+#[test]
+fn a_dealer_without_the_empty_frame_gets_no_reply_and_does_no_harm() {
+    let server = Running::serve(open_maze(16));
+    let (dealer, other) = (server.connect(zmq::DEALER), server.connect(zmq::REQ));
+    assert_eq!(ask(&other, &good_state()), b"ok");
+    dealer.set_rcvtimeo(300).unwrap();
+    for request in [&b"ping"[..], b"reset"] {
+        dealer.send(request, 0).unwrap();
+        dealer.send_multipart([request, request], 0).unwrap();
+    }
+    assert_eq!(dealer.recv_bytes(0), Err(zmq::Error::EAGAIN));
+    check_well(&other, &server.connect(zmq::REQ), "a dealer");
+    dealer.set_rcvtimeo(5000).unwrap();
+    dealer.send_multipart([&b""[..], b"ping"], 0).unwrap();
+    assert_eq!(dealer.recv_multipart(0).unwrap(), [b"".to_vec(), b"pong".to_vec()]);
+    server.stop();
+}
+
+#[test]
+fn larger_mazes_have_their_own_bounds() {
+    for side in [21, 32] {
+        let server = Running::serve(open_maze(side.into()));
+        let client = server.connect(zmq::REQ);
+        let last = side - 1;
+        assert_eq!(ask(&client, &[b'W', last, last, b'N']), [0, 1, 1]);
+        for (x, y) in [(side, last), (last, side), (255, 255)] {
+            check_error(&ask(&client, &[b'W', x, y, b'N']), "outside");
+        }
+        let reply = ask(&client, &good_state());
+        check_error(&reply, "a classic state");
+        let reply = String::from_utf8(reply).unwrap();
+        let length = 6 + 2 * usize::from(side) * usize::from(side);
+        assert!(reply.contains(&length.to_string()) && reply.contains("518"), "{reply}");
+        assert!(server.stop().history().is_empty());
+    }
+}

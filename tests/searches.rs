@@ -1,0 +1,104 @@
+//! Whole searches over real sockets.
+
+use std::ops::ControlFlow;
+use std::thread;
+use std::time::Duration;
+
+use mmsim_client::{Zmq, ask_info, search_run};
+use mmsim_maze::{KnownMaze, Maze, Unknown};
+use mmsim_protocol::{MazeSize, Request};
+use mmsim_server::{Server, Simulation};
+use mmsim_solvers::MazeFacts;
+use mmsim_solvers::{Bundled, Mouse};
+use mmsim_tests::{Running, bundled_mazes, known_distance};
+
+fn mazes() -> Vec<(String, Maze)> {
+    let catalogue = mmsim_maze::Catalogue::of_path(&bundled_mazes()).unwrap();
+    catalogue.entries().iter().map(|entry| (entry.name(), entry.maze().unwrap())).collect()
+}
+
+#[test]
+fn flood_fill_reaches_every_goal_that_can_be_reached() {
+    for (name, maze) in mazes() {
+        let server = Running::serve(maze.clone());
+        let mut transport = Zmq::connect(server.address(), None, |_| {}).unwrap();
+        let info = ask_info(&mut transport).unwrap();
+        let (size, start) = (info.size().unwrap(), info.start_pose().unwrap());
+        let map = KnownMaze::new(size, start.cell, info.goal_cells());
+        assert_eq!(map, KnownMaze::before(&maze), "{name}");
+        let mut mouse = Mouse::new(Bundled::FloodFill.strategy(), map, start);
+        let result =
+            search_run(&mut transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(()));
+        let shortest = MazeFacts::of(&maze).shortest_path;
+        let simulation = server.stop();
+        let last = simulation.history().iter().last().unwrap();
+        let Ok(Request::State(last)) = Request::decode(last, size) else { panic!("{name}") };
+        assert_eq!(last.pose, mouse.pose(), "{name}");
+        if let Some(shortest) = shortest {
+            let run = result.unwrap();
+            assert!(run.goal_reached && run.steps >= shortest.into(), "{name}: {run:?}");
+            assert_eq!(simulation.history().len(), run.states as usize, "{name}");
+            let known = known_distance(mouse.map(), start.cell, Unknown::Closed).unwrap();
+            assert!(known >= shortest && u32::from(known) <= run.steps, "{name}");
+        } else {
+            assert!(result.is_err(), "{name}: {result:?}");
+        }
+    }
+}
+
+#[test]
+fn a_client_may_start_before_its_server() {
+    let (_, maze) = mazes().swap_remove(0);
+    let port = {
+        let server = Server::bind("127.0.0.1", 0).unwrap();
+        server.address().rsplit(':').next().unwrap().parse().unwrap()
+    };
+    let (told, was_told) = std::sync::mpsc::channel();
+    let endpoint = format!("tcp://127.0.0.1:{port}");
+    let map = KnownMaze::before(&maze);
+    let start = maze.start();
+    let client = thread::spawn(move || {
+        let notice = |_: mmsim_client::Waiting<'_>| told.send(()).unwrap();
+        let mut transport = Zmq::connect(&endpoint, None, notice).unwrap();
+        let mut mouse = Mouse::new(Bundled::FloodFill.strategy(), map, start);
+        search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(())).unwrap()
+    });
+    was_told.recv_timeout(Duration::from_secs(10)).unwrap();
+    let server = Server::bind("127.0.0.1", port).unwrap();
+    let stop = server.stop_handle().unwrap();
+    let serving = thread::spawn(move || {
+        let mut simulation = Simulation::new("late", maze);
+        server.run(&mut simulation).unwrap();
+        simulation
+    });
+    let run = client.join().unwrap();
+    assert!(run.goal_reached);
+    stop.stop();
+    assert_eq!(serving.join().unwrap().history().len(), run.states as usize);
+}
+
+#[test]
+fn two_clients_each_get_their_own_replies() {
+    let (_, maze) = mazes().swap_remove(0);
+    assert_eq!(maze.size(), MazeSize::CLASSIC);
+    let server = Running::serve(maze.clone());
+    thread::scope(|scope| {
+        for strategy in [Bundled::FloodFill, Bundled::WeightIncrement, Bundled::LeftWall] {
+            let (maze, address) = (&maze, server.address());
+            scope.spawn(move || {
+                let mut transport = Zmq::connect(address, None, |_| {}).unwrap();
+                let map = KnownMaze::before(maze);
+                let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
+                search_run(&mut transport, &mut mouse, 500, |_, _| ControlFlow::Continue(()))
+                    .unwrap();
+                for cell in mouse.map().visited().iter() {
+                    for heading in mmsim_maze::Heading::ALL {
+                        let known = mouse.map().walls(Unknown::Open).has(cell, heading);
+                        assert!(!known || maze.walls().has(cell, heading), "{strategy} at {cell}");
+                    }
+                }
+            });
+        }
+    });
+    server.stop();
+}

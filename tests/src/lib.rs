@@ -1,0 +1,107 @@
+//! What the tests across crates share: real mazes, transcripts, and a running server.
+
+use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
+use std::{fs, thread};
+
+use mmsim_maze::{KnownMaze, Maze, Pose, Unknown};
+use mmsim_protocol::{Cell, Heading};
+use mmsim_server::{Server, Simulation, Stop};
+use mmsim_solvers::Distances;
+
+/// The folder of real mazes and transcripts beside the project. They carry no licence, so they are
+/// no part of it: where the folder is absent, this says so and the test has nothing to do.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared").join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!("skipped: {} is not there", path.display());
+    None
+}
+
+/// The folder of mazes that the project brings.
+pub fn bundled_mazes() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../mazes")
+}
+
+/// A file of lines that are each a JSON value.
+///
+/// # Panics
+/// The file cannot be read or is no such file.
+pub fn json_lines<T: serde::de::DeserializeOwned>(path: &Path) -> Vec<T> {
+    let text = fs::read_to_string(path).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// What a mouse that knows nothing of a maze but its size believes: the goal in the centre.
+pub fn classic_map() -> (KnownMaze, Pose) {
+    let size = mmsim_maze::MazeSize::CLASSIC;
+    let start = Pose::new(Cell::new(0, 0), Heading::North);
+    (KnownMaze::new(size, start.cell, size.central_cells()), start)
+}
+
+/// Steps from a cell to the goal over what is known.
+pub fn known_distance(map: &KnownMaze, from: Cell, unknown: Unknown) -> Option<u16> {
+    Distances::flood(map.walls(unknown), map.goals()).at(from)
+}
+
+/// A server on a free port of loopback, which serves until it is stopped.
+pub struct Running {
+    address: String,
+    stop: Stop,
+    thread: JoinHandle<Simulation>,
+}
+
+impl Running {
+    /// Serves this maze.
+    ///
+    /// # Panics
+    /// There is no free port.
+    pub fn serve(maze: Maze) -> Self {
+        let server = Server::bind("127.0.0.1", 0).unwrap();
+        let address = server.address().to_string();
+        let stop = server.stop_handle().unwrap();
+        let thread = thread::spawn(move || {
+            let mut simulation = Simulation::new("served", maze);
+            server.run(&mut simulation).unwrap();
+            simulation
+        });
+        Self { address, stop, thread }
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// A connected socket of this kind that gives up after five seconds.
+    ///
+    /// # Panics
+    /// ZeroMQ has no socket left.
+    pub fn connect(&self, kind: zmq::SocketType) -> zmq::Socket {
+        let socket = zmq::Context::new().socket(kind).unwrap();
+        socket.set_rcvtimeo(5000).unwrap();
+        socket.set_linger(0).unwrap();
+        socket.connect(&self.address).unwrap();
+        socket
+    }
+
+    /// Stops it and gives what it has kept.
+    ///
+    /// # Panics
+    /// The server has failed.
+    pub fn stop(self) -> Simulation {
+        self.stop.stop();
+        self.thread.join().unwrap()
+    }
+}
+
+/// Sends a request and waits for its reply.
+///
+/// # Panics
+/// There is no reply within five seconds.
+pub fn ask(socket: &zmq::Socket, request: &[u8]) -> Vec<u8> {
+    socket.send(request, 0).unwrap();
+    socket.recv_bytes(0).unwrap_or_else(|error| panic!("no reply to {request:?}: {error}"))
+}

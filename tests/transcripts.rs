@@ -1,0 +1,85 @@
+//! Recorded exchanges with the reference server: ours answers the same, and our strategies ask the
+//! same as its example clients do.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use mmsim_client::{InMemory, search_run};
+use mmsim_maze::Maze;
+use mmsim_server::Simulation;
+use mmsim_solvers::{Bundled, Mouse};
+use mmsim_tests::{Running, ask, classic_map, json_lines, shared};
+use serde::{Deserialize, Deserializer};
+
+const MAZES: [&str; 2] = ["alljapan-045-2024-exp-fin", "apec2018"];
+
+#[derive(Deserialize)]
+struct Exchange {
+    #[serde(deserialize_with = "from_hex")]
+    req: Vec<u8>,
+    #[serde(deserialize_with = "from_hex")]
+    rep: Vec<u8>,
+}
+
+fn from_hex<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
+    let digits = String::deserialize(deserializer)?;
+    let byte = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16);
+    let bytes = (0..digits.len()).step_by(2).map(byte).collect::<Result<_, _>>();
+    bytes.map_err(serde::de::Error::custom)
+}
+
+fn maze(shared: &Path, name: &str) -> Maze {
+    Maze::read(&shared.join("mazes/classic").join(name).with_extension("txt")).unwrap()
+}
+
+fn transcript(shared: &Path, client: &str, maze: &str) -> Vec<Exchange> {
+    json_lines(&shared.join("transcripts").join(format!("{client}.{maze}.jsonl")))
+}
+
+#[test]
+fn the_server_replies_as_the_reference_did() {
+    let Some(shared) = shared("") else { return };
+    for name in MAZES {
+        for client in ["flood-fill", "weight-increment", "left-wall", "tester"] {
+            let server = Running::serve(maze(&shared, name));
+            let socket = server.connect(zmq::REQ);
+            let mut states = Vec::new();
+            for (n, Exchange { req, rep }) in
+                transcript(&shared, client, name).into_iter().enumerate()
+            {
+                assert_eq!(ask(&socket, &req), rep, "{client} on {name}, exchange {n}");
+                if req[0] == b'S' {
+                    states.push(req);
+                }
+            }
+            let simulation = server.stop();
+            assert!(simulation.history().iter().eq(&states), "{client} on {name}");
+        }
+    }
+}
+
+#[test]
+fn our_strategies_ask_as_the_example_clients_did() {
+    let Some(shared) = shared("") else { return };
+    for name in MAZES {
+        for strategy in Bundled::ALL {
+            let expected = transcript(&shared, strategy.name(), name);
+            let mut simulation = Simulation::new(name, maze(&shared, name));
+            let mut asked = Vec::new();
+            let mut transport = InMemory::new(|request, reply| {
+                asked.push(request.to_vec());
+                simulation.handle(request, reply);
+            });
+            let (map, start) = classic_map();
+            let mut mouse = Mouse::new(strategy.strategy(), map, start);
+            let run =
+                search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(()))
+                    .unwrap();
+            assert_eq!(run.goal_reached, strategy != Bundled::LeftWall, "{strategy} on {name}");
+            for (n, (asked, expected)) in asked.iter().zip(&expected).enumerate() {
+                assert_eq!(*asked, expected.req, "{strategy} on {name}, exchange {n}");
+            }
+            assert_eq!(asked.len(), expected.len(), "{strategy} on {name}");
+        }
+    }
+}
