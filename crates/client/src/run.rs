@@ -12,7 +12,7 @@ use mmsim_solvers::{Crash, Mouse, Move, SearchError, Strategy};
 use crate::{Transport, TransportError};
 
 /// How a search run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SearchRun {
     /// Whether the mouse stood in a goal cell.
     pub goal_reached: bool,
@@ -92,7 +92,7 @@ pub fn search_run<S: Strategy>(
     mut observe: impl FnMut(&Mouse<S>, &SearchRun) -> ControlFlow<()>,
 ) -> Result<SearchRun, RunError> {
     let mut exchange = Exchange::new(transport);
-    let mut run = SearchRun { goal_reached: false, steps: 0, states: 0, requests: 0 };
+    let mut run = SearchRun::default();
     let ok = |reply: Reply<'_>| (reply == Reply::Ok).then_some(());
     exchange.ask("reset", |buffer| Request::Reset.encode(buffer), ok)?;
     while run.states < max_states {

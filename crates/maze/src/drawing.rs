@@ -35,6 +35,7 @@ pub struct Drawing<'a> {
     drawn: Drawn<'a>,
     numbers: Option<&'a dyn Fn(Cell) -> Option<u16>>,
     mouse: Option<Pose>,
+    compact: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -45,11 +46,11 @@ enum Drawn<'a> {
 
 impl<'a> Drawing<'a> {
     pub(crate) const fn of_maze(maze: &'a Maze) -> Self {
-        Self { drawn: Drawn::Truth(maze), numbers: None, mouse: None }
+        Self { drawn: Drawn::Truth(maze), numbers: None, mouse: None, compact: false }
     }
 
     pub(crate) const fn of_known_maze(map: &'a KnownMaze) -> Self {
-        Self { drawn: Drawn::Known(map), numbers: None, mouse: None }
+        Self { drawn: Drawn::Known(map), numbers: None, mouse: None, compact: false }
     }
 
     /// Writes a number, such as a distance in steps, into each cell for which there is one.
@@ -61,6 +62,19 @@ impl<'a> Drawing<'a> {
     /// Draws the mouse.
     pub const fn with_mouse(mut self, pose: Pose) -> Self {
         self.mouse = Some(pose);
+        self
+    }
+
+    /// Draws each row of cells in one line, for small screens: a wall to the south is an underline,
+    /// and there are no posts and no numbers.
+    ///
+    /// ```text
+    ///  ___ ___
+    /// |___  G |
+    /// |_^_..._|
+    /// ```
+    pub const fn compact(mut self) -> Self {
+        self.compact = true;
         self
     }
 
@@ -118,46 +132,72 @@ impl<'a> Drawing<'a> {
     }
 
     fn write_cells(&self, f: &mut fmt::Formatter<'_>, y: u8, width: usize) -> fmt::Result {
-        let wall = |cell, heading| match self.wall(cell, heading) {
-            WallState::Present => '|',
-            WallState::Absent => ' ',
-            WallState::Unknown => '.',
-        };
-        f.write_char(wall(Cell::new(0, y), Heading::West))?;
+        f.write_char(self.side(Cell::new(0, y), Heading::West))?;
         for x in 0..self.size().width() {
             let cell = Cell::new(x, y);
-            self.write_cell(f, cell, width)?;
-            f.write_char(wall(cell, Heading::East))?;
+            match self.number(cell).filter(|_| self.mouse.is_none_or(|pose| pose.cell != cell)) {
+                Some(number) => write!(f, "{number:^width$}")?,
+                None => write!(f, "{:^width$}", self.mark(cell))?,
+            }
+            f.write_char(self.side(cell, Heading::East))?;
         }
         f.write_char('\n')
     }
 
-    fn write_cell(&self, f: &mut fmt::Formatter<'_>, cell: Cell, width: usize) -> fmt::Result {
-        if let Some(pose) = self.mouse.filter(|pose| pose.cell == cell) {
-            let mouse = match pose.heading {
-                Heading::North => '^',
-                Heading::East => '>',
-                Heading::South => 'v',
-                Heading::West => '<',
-            };
-            return write!(f, "{mouse:^width$}");
+    fn write_compact(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for _ in 0..self.size().width() {
+            f.write_str(" ___")?;
         }
-        if let Some(number) = self.number(cell) {
-            return write!(f, "{number:^width$}");
+        for y in (0..self.size().height()).rev() {
+            f.write_char('\n')?;
+            f.write_char(self.side(Cell::new(0, y), Heading::West))?;
+            for x in 0..self.size().width() {
+                let cell = Cell::new(x, y);
+                let east = self.side(cell, Heading::East);
+                match (self.wall(cell, Heading::South), self.mark(cell)) {
+                    (WallState::Present, mark) => write!(f, "{mark:_^3}{east}")?,
+                    (WallState::Absent, mark) => write!(f, "{mark:^3}{east}")?,
+                    (WallState::Unknown, mark) => write!(f, "{mark:.^3}{east}")?,
+                }
+            }
+        }
+        f.write_char('\n')
+    }
+
+    /// The character for a wall seen end on.
+    fn side(&self, cell: Cell, heading: Heading) -> char {
+        match self.wall(cell, heading) {
+            WallState::Present => '|',
+            WallState::Absent => ' ',
+            WallState::Unknown => '.',
+        }
+    }
+
+    /// What stands in a cell that has no number.
+    fn mark(&self, cell: Cell) -> &'static str {
+        if let Some(pose) = self.mouse.filter(|pose| pose.cell == cell) {
+            return match pose.heading {
+                Heading::North => "^",
+                Heading::East => ">",
+                Heading::South => "v",
+                Heading::West => "<",
+            };
         }
         let (start, goals) = self.start_and_goals();
-        let mark = match (start == cell, goals.contains(cell)) {
+        match (start == cell, goals.contains(cell)) {
             (true, true) => "SG",
             (true, false) => "S",
             (false, true) => "G",
             (false, false) => "",
-        };
-        write!(f, "{mark:^width$}")
+        }
     }
 }
 
 impl fmt::Display for Drawing<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.compact {
+            return self.write_compact(f);
+        }
         let width = self.cell_width();
         for y in (0..self.size().height()).rev() {
             self.write_posts(f, y, Heading::North, width)?;
@@ -227,6 +267,23 @@ mod tests {
         let large = |cell: Cell| (cell.y == 0).then(|| 7 + u16::from(cell.x) * 12_000);
         let drawing = maze.drawing().with_numbers(&large).to_string();
         assert_eq!(drawing.lines().nth(3), Some("|  7  |12007 24007|"));
+    }
+
+    #[test]
+    fn a_compact_drawing_has_a_line_for_each_row() {
+        let maze = maze();
+        let mut map = KnownMaze::before(&maze);
+        map.note(maze.start(), maze.walls().around(maze.start())).unwrap();
+        insta::assert_snapshot!(maze.drawing().compact(), @"
+         ___ ___ ___
+        |    ___    |
+        |_S_|___ _G_|
+        ");
+        insta::assert_snapshot!(map.drawing().with_mouse(maze.start()).compact(), @"
+         ___ ___ ___
+        |   ........|
+        |_^_|___._G_|
+        ");
     }
 
     #[test]

@@ -1,0 +1,229 @@
+//! The command line.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::builder::PossibleValue;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use mmsim_maze::{Cell, MazeSize};
+use mmsim_protocol::DEFAULT_PORT;
+use mmsim_solvers::Bundled;
+
+/// A micromouse maze simulator. Without a command it serves a maze: it tells a search client only
+/// the walls around the mouse, and keeps every state that the client reports.
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) serve: ServeArgs,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  mmsim demo                           watch a flood-fill mouse search a maze
+  mmsim                                serve a maze on port 6574 for your own mouse
+  mmsim mazes/ --maze \"apec 2018\"      serve a maze of your own collection
+  mmsim solve weight-increment         run a bundled mouse against a simulator
+  mmsim mazes check my-maze.txt        see whether a maze file is in order
+
+The environment variable RUST_LOG=debug shows every refused request.";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a bundled strategy against a simulator, this one or the reference one.
+    Solve(SolveArgs),
+    /// Serve a maze and let a flood-fill mouse search it, all in one.
+    Demo(DemoArgs),
+    /// List, show and check mazes.
+    Mazes(MazesArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeArgs {
+    /// A maze file, or a folder that is searched with its subfolders [default: ~/.mmsim where
+    /// that exists, else the bundled mazes]
+    pub(crate) mazes: Option<PathBuf>,
+    /// The host name or address to listen on, * for all of this machine's
+    #[arg(short = 'H', long, default_value = "127.0.0.1")]
+    pub(crate) host: String,
+    /// The port to listen on, 0 for any that is free
+    #[arg(short, long, default_value_t = DEFAULT_PORT)]
+    pub(crate) port: u16,
+    #[command(flatten)]
+    pub(crate) maze: MazeArg,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MazeArg {
+    /// Serve the first maze whose path holds all these words, in any case [default: the first
+    /// maze whose goal can be reached]
+    #[arg(long = "maze", value_name = "WORDS")]
+    pub(crate) words: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SolveArgs {
+    /// The strategy
+    pub(crate) strategy: Strategy,
+    /// Where the simulator listens; it may start later
+    #[arg(long, value_name = "ENDPOINT", default_value_t = format!("tcp://127.0.0.1:{DEFAULT_PORT}"))]
+    pub(crate) connect: String,
+    /// Cells of the maze from west to east and from south to north [default: 16x16, with --goal
+    /// server what the server says]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<MazeSize>,
+    /// The goal cells, such as 7,7 8,7, or `server` to ask the server, which only this project's
+    /// server understands [default: the central cells]
+    #[arg(long, value_name = "x,y|server", num_args = 1.., value_parser = parse_goal)]
+    pub(crate) goal: Vec<Goal>,
+    /// Give up after this many steps: each reads the walls and sends the state
+    #[arg(long, value_name = "STEPS", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) max_steps: u32,
+    /// Wait this long after each step
+    #[arg(long, value_name = "MS", default_value_t = 0)]
+    pub(crate) pace: u64,
+    /// Give up when a reply takes longer, in seconds [default: wait for the simulator to start
+    /// for ever, then 10 for each reply]
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub(crate) timeout: Option<Duration>,
+    /// Print a JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DemoArgs {
+    /// The port to listen on, 0 for any that is free
+    #[arg(short, long, default_value_t = DEFAULT_PORT)]
+    pub(crate) port: u16,
+    #[command(flatten)]
+    pub(crate) maze: MazeArg,
+    /// Wait this long after each step [default: 50 on a terminal, else 0]
+    #[arg(long, value_name = "MS")]
+    pub(crate) pace: Option<u64>,
+    /// End after the search instead of serving on
+    #[arg(long)]
+    pub(crate) once: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MazesArgs {
+    #[command(subcommand)]
+    pub(crate) command: MazesCommand,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum MazesCommand {
+    /// What mazes there are
+    List {
+        /// A maze file or a folder [default: ~/.mmsim where that exists, else the bundled mazes]
+        mazes: Option<PathBuf>,
+        /// Print a JSON array
+        #[arg(long)]
+        json: bool,
+    },
+    /// Draw a maze with the distance of each cell to the goal, in steps
+    Show {
+        /// A maze file, or words of the path of a maze
+        #[arg(required = true)]
+        name: Vec<String>,
+        /// Where to look for it [default: ~/.mmsim where that exists, else the bundled mazes]
+        #[arg(long, value_name = "PATH")]
+        mazes: Option<PathBuf>,
+        /// Print a JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Size, goals and shortest path of maze files, or what is wrong with them
+    Check {
+        /// Maze files and folders, which are searched with their subfolders
+        #[arg(required = true, value_name = "PATH")]
+        paths: Vec<PathBuf>,
+        /// Print a JSON array
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// A bundled strategy, as a value of the command line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Strategy(pub(crate) Bundled);
+
+impl ValueEnum for Strategy {
+    fn value_variants<'a>() -> &'a [Self] {
+        const ALL: [Strategy; Bundled::ALL.len()] = {
+            let mut all = [Strategy(Bundled::FloodFill); Bundled::ALL.len()];
+            let mut index = 0;
+            while index < all.len() {
+                all[index] = Strategy(Bundled::ALL[index]);
+                index += 1;
+            }
+            all
+        };
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.0.name()).help(self.0.about()))
+    }
+}
+
+/// Where the mouse shall go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Goal {
+    /// To this cell, among others.
+    Cell(Cell),
+    /// Where the server says.
+    Server,
+}
+
+/// Two numbers parted by a character.
+fn parse_pair<N: std::str::FromStr>(text: &str, between: char) -> Option<(N, N)> {
+    let (first, second) = text.split_once(between)?;
+    Some((first.trim().parse().ok()?, second.trim().parse().ok()?))
+}
+
+fn parse_size(text: &str) -> Result<MazeSize, String> {
+    let (width, height) = parse_pair(&text.to_lowercase(), 'x')
+        .ok_or_else(|| "expected a width and a height such as 16x16".to_string())?;
+    MazeSize::new(width, height).map_err(|error| error.to_string())
+}
+
+fn parse_goal(text: &str) -> Result<Goal, String> {
+    if text == "server" {
+        return Ok(Goal::Server);
+    }
+    let (x, y) = parse_pair(text, ',').ok_or("expected a cell such as 7,7, or server")?;
+    Ok(Goal::Cell(Cell::new(x, y)))
+}
+
+fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    seconds.filter(|seconds| !seconds.is_zero()).ok_or("expected seconds, more than 0".to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_goals_and_seconds_are_read() {
+        assert_eq!(parse_size("21X9"), Ok(MazeSize::new(21, 9).unwrap()));
+        assert!(parse_size("33x1").unwrap_err().contains("found 33x1"));
+        assert!(parse_size("16").is_err());
+        assert_eq!(parse_goal("7, 8"), Ok(Goal::Cell(Cell::new(7, 8))));
+        assert_eq!(parse_goal("server"), Ok(Goal::Server));
+        assert!(parse_goal("7").is_err() && parse_goal("7,256").is_err());
+        assert_eq!(parse_seconds("0.5"), Ok(Duration::from_millis(500)));
+        assert!(["0", "-1", "nan", "1e99", "soon"].map(parse_seconds).iter().all(Result::is_err));
+    }
+}

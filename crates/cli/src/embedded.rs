@@ -1,0 +1,50 @@
+//! The bundled mazes, part of the command.
+
+use mmsim_maze::Catalogue;
+
+/// Names and contents of the mazes in the folder `mazes`.
+macro_rules! mazes {
+    ($($name:literal),+ $(,)?) => {
+        &[$(($name, include_str!(concat!("../../../mazes/", $name)))),+]
+    };
+}
+
+const MAZES: &[(&str, &str)] = mazes![
+    "01-harbour.txt",
+    "02-market-town.txt",
+    "03-old-stairs.txt",
+    "04-galleries.txt",
+    "05-hedgerow.txt",
+    "06-mirage.txt",
+    "07-lighthouse.txt",
+    "08-winding-river.txt",
+    "09-left-bank.txt",
+    "10-two-roads.txt",
+    "11-back-gate.txt",
+    "half-size-old-quarter.txt",
+    "oblong-long-meadow.txt",
+    "training-first-steps.txt",
+    "unreachable-closed-garden.txt",
+];
+
+/// The bundled mazes.
+pub(crate) fn catalogue() -> Catalogue {
+    Catalogue::of_texts(MAZES)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn every_maze_of_the_folder_is_bundled() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mazes");
+        let files = Catalogue::of_path(&folder).unwrap();
+        let names = |catalogue: &Catalogue| {
+            catalogue.entries().iter().map(mmsim_maze::Entry::name).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&catalogue()), names(&files));
+    }
+}

@@ -1,0 +1,30 @@
+//! Ctrl-C and the signals that ask a process to end.
+
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::time::Duration;
+
+/// Told once the user wants the command to end.
+pub(crate) struct Interrupt {
+    told: Receiver<()>,
+}
+
+impl Interrupt {
+    /// From now on SIGINT and SIGTERM end nothing but are told here. Once in a process.
+    pub(crate) fn catch() -> Result<Self, ctrlc::Error> {
+        let (tell, told) = mpsc::channel();
+        ctrlc::set_handler(move || {
+            let _ = tell.send(());
+        })?;
+        Ok(Self { told })
+    }
+
+    /// Waits until the command shall end.
+    pub(crate) fn wait(&self) {
+        let _ = self.told.recv();
+    }
+
+    /// Waits this long; `true` if the command shall end.
+    pub(crate) fn wait_for(&self, pause: Duration) -> bool {
+        !matches!(self.told.recv_timeout(pause), Err(RecvTimeoutError::Timeout))
+    }
+}

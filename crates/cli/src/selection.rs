@@ -1,0 +1,132 @@
+//! Which maze is meant.
+
+use std::env;
+use std::path::{Path, PathBuf};
+
+use mmsim_maze::{Catalogue, CatalogueError, Maze, ReadError};
+use mmsim_solvers::MazeFacts;
+
+use crate::embedded;
+
+/// The folder below the user's own in which mazes are looked for.
+const HOME_FOLDER: &str = ".mmsim";
+
+/// A collection of mazes and what it is called in messages.
+pub(crate) struct Collection {
+    pub(crate) catalogue: Catalogue,
+    place: String,
+}
+
+/// A maze and its name.
+#[derive(Debug)]
+pub(crate) struct Selected {
+    pub(crate) path: PathBuf,
+    pub(crate) name: String,
+    pub(crate) maze: Maze,
+}
+
+/// Why there is no maze.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum SelectionError {
+    #[error(transparent)]
+    Catalogue(#[from] CatalogueError),
+    #[error(
+        "expected a maze whose path holds {words:?}, found none of {count} in {place}; `mmsim mazes list` shows them"
+    )]
+    NoMatch { words: String, count: usize, place: String },
+    #[error("expected a maze in {place}, found none")]
+    Empty { place: String },
+    #[error("{0}")]
+    Unreadable(#[from] ReadError),
+}
+
+impl Collection {
+    /// The mazes at this path, or the default ones.
+    pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
+        let home =
+            || env::home_dir().map(|home| home.join(HOME_FOLDER)).filter(|path| path.is_dir());
+        match path.map(Path::to_path_buf).or_else(home) {
+            Some(path) => {
+                let place = path.display().to_string();
+                Ok(Self { catalogue: Catalogue::of_path(&path)?, place })
+            }
+            None => Ok(Self::bundled()),
+        }
+    }
+
+    pub(crate) fn bundled() -> Self {
+        Self { catalogue: embedded::catalogue(), place: "the bundled mazes".into() }
+    }
+
+    /// The first maze whose path holds these words; without a word, the first whose goal can be
+    /// reached. Files that are no mazes are passed over and counted in a message.
+    pub(crate) fn select(&self, words: &str) -> Result<Selected, SelectionError> {
+        let any = words.trim().is_empty();
+        let (mut unreadable, mut found, mut better_than_none) = (Vec::new(), None, None);
+        for entry in self.catalogue.matching(words) {
+            let maze = match entry.maze() {
+                Ok(maze) => maze,
+                Err(error) => {
+                    unreadable.push(error);
+                    continue;
+                }
+            };
+            let wanted = !any || MazeFacts::of(&maze).shortest_path.is_some();
+            let selected = Selected { path: entry.path().into(), name: entry.name(), maze };
+            if wanted {
+                found = Some(selected);
+                break;
+            }
+            better_than_none.get_or_insert(selected);
+        }
+        let Some(selected) = found.or(better_than_none) else {
+            let (place, count) = (self.place.clone(), self.catalogue.entries().len());
+            return Err(match unreadable.into_iter().next() {
+                Some(error) => error.into(),
+                None if count == 0 => SelectionError::Empty { place },
+                None => SelectionError::NoMatch { words: words.into(), count, place },
+            });
+        };
+        if let Some(error) = unreadable.first() {
+            let (count, place) = (unreadable.len(), &self.place);
+            eprintln!("passed over {count} of {place} that cannot be read, such as {error}");
+        }
+        Ok(selected)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn words_or_the_first_goal_within_reach_select() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        let closed = "o---o---o\n| S | G |\no---o---o\n";
+        write("a-closed.txt", closed);
+        write("b-rubbish.txt", "rubbish");
+        let collection = || Collection::at(Some(folder.path())).unwrap();
+        assert_eq!(collection().select("").unwrap().name, "a-closed", "better than none");
+        write("c-open.txt", "o---o---o\n| S   G |\no---o---o\n");
+        assert_eq!(collection().select("").unwrap().name, "c-open");
+        assert_eq!(collection().select("A CLOSED").unwrap().name, "a-closed");
+        let error = collection().select("rubbish").unwrap_err().to_string();
+        assert!(error.contains("b-rubbish.txt: line 1, column 1: expected "), "{error}");
+        let error = collection().select("no such").unwrap_err().to_string();
+        assert!(
+            error.starts_with(r#"expected a maze whose path holds "no such", found none of 3"#)
+        );
+    }
+
+    #[test]
+    fn an_empty_folder_has_no_maze() {
+        let folder = tempfile::tempdir().unwrap();
+        let error =
+            Collection::at(Some(folder.path())).unwrap().select("").unwrap_err().to_string();
+        assert!(error.starts_with("expected a maze in "), "{error}");
+        assert!(Collection::at(Some(&folder.path().join("none"))).is_err());
+    }
+}

@@ -1,0 +1,169 @@
+//! `mmsim solve`: run a bundled strategy against a simulator.
+
+use std::io::{self, Write};
+use std::ops::ControlFlow;
+use std::thread;
+use std::time::Duration;
+
+use clap::CommandFactory;
+use clap::error::ErrorKind;
+use mmsim_client::{RunError, SearchRun, Waiting, Zmq, ask_info, search_run};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
+use mmsim_solvers::{Mouse, Strategy};
+use serde::Serialize;
+
+use crate::Outcome;
+use crate::args::{Cli, Goal, SolveArgs};
+
+pub(crate) fn run(args: &SolveArgs) -> Outcome {
+    let told = told_goals(args);
+    let mut transport = Zmq::connect(&args.connect, args.timeout, say_waiting)?;
+    let (map, start) = match told {
+        Some((size, goals)) => {
+            let start = Pose::new(Cell::new(0, 0), Heading::North);
+            (KnownMaze::new(size, start.cell, goals), start)
+        }
+        None => ask_goals(&mut transport, args.size)?,
+    };
+    let mut mouse = Mouse::new(args.strategy.0.strategy(), map, start);
+    let pace = Duration::from_millis(args.pace);
+    let mut so_far = SearchRun::default();
+    let result = search_run(&mut transport, &mut mouse, args.max_steps, |_, run| {
+        so_far = *run;
+        if !pace.is_zero() {
+            thread::sleep(pace);
+        }
+        ControlFlow::Continue(())
+    });
+    let (run, error) = match result {
+        Ok(run) => (run, None),
+        Err(error) => (so_far, Some(error)),
+    };
+    let mut out = io::stdout().lock();
+    if args.json {
+        let report = Report::new(args.strategy.0.name(), &run, &mouse, error.as_ref());
+        writeln!(out, "{}", serde_json::to_string(&report)?)?;
+    } else {
+        write!(out, "{}", drawing(&mouse))?;
+        writeln!(out, "{}", summary(args.strategy.0.name(), &run, &mouse))?;
+    }
+    match error {
+        Some(error) if !args.json => Err(error.into()),
+        _ => Ok(run.goal_reached && error.is_none()),
+    }
+}
+
+/// Size and goals as far as they do not come from the server.
+fn told_goals(args: &SolveArgs) -> Option<(MazeSize, CellSet)> {
+    let wrong = |message: String| Cli::command().error(ErrorKind::ValueValidation, message).exit();
+    let size = args.size.unwrap_or(MazeSize::CLASSIC);
+    if args.goal.contains(&Goal::Server) {
+        if args.goal.len() > 1 {
+            wrong("expected --goal server or cells, found both".into());
+        }
+        return None;
+    }
+    let mut goals = CellSet::EMPTY;
+    for goal in &args.goal {
+        match *goal {
+            Goal::Cell(cell) if size.contains(cell) => goals.extend([cell]),
+            Goal::Cell(cell) => {
+                wrong(format!("expected --goal inside a maze of {size} cells, found {cell}"));
+            }
+            Goal::Server => {}
+        }
+    }
+    Some((size, if goals.is_empty() { size.central_cells() } else { goals }))
+}
+
+/// Size, start and goals as the server says.
+pub(crate) fn ask_goals(
+    transport: &mut Zmq<'_>,
+    size: Option<MazeSize>,
+) -> Result<(KnownMaze, Pose), String> {
+    let info = ask_info(transport).map_err(|error| error.to_string())?;
+    let (Some(served), Some(start)) = (info.size(), info.start_pose()) else {
+        return Err(format!("expected a maze of 1x1 to 32x32 cells, found {info:?}"));
+    };
+    if let Some(size) = size.filter(|&size| size != served) {
+        return Err(format!(
+            "expected a maze of {size} cells, found the server has one of {served}"
+        ));
+    }
+    Ok((KnownMaze::new(served, start.cell, info.goal_cells()), start))
+}
+
+/// Says once, and then now and again, that there is no reply yet.
+#[allow(clippy::needless_pass_by_value)] // the transport hands it over
+pub(crate) fn say_waiting(waiting: Waiting<'_>) {
+    let Waiting { endpoint, since, answered } = waiting;
+    let seconds = since.as_secs();
+    if seconds != 1 && seconds % 10 != 0 {
+        return;
+    }
+    let hint = if answered { "" } else { "; start one with `mmsim`, or give up with Ctrl-C" };
+    eprintln!("no reply from {endpoint} for {seconds} s, waiting{hint}");
+}
+
+/// The map as the mouse knows it, with its weights unless they are all zero.
+pub(crate) fn drawing<S: Strategy>(mouse: &Mouse<S>) -> String {
+    let map = mouse.map();
+    let weight = |cell| Some(mouse.weight(cell)).filter(|&weight| weight != u16::MAX);
+    let drawing = map.drawing().with_mouse(mouse.pose());
+    if map.size().cells().all(|cell| mouse.weight(cell) == 0) {
+        drawing.to_string()
+    } else {
+        drawing.with_numbers(&weight).to_string()
+    }
+}
+
+/// How the search went, in a line.
+pub(crate) fn summary<S: Strategy>(strategy: &str, run: &SearchRun, mouse: &Mouse<S>) -> String {
+    let goal = if run.goal_reached { "goal reached" } else { "goal not reached" };
+    let SearchRun { steps, requests, .. } = run;
+    let visited = mouse.map().visited().len();
+    format!("{strategy}: {goal} after {steps} steps, {visited} cells visited, {requests} requests")
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    strategy: &'a str,
+    goal_reached: bool,
+    steps: u32,
+    states: u32,
+    requests: u32,
+    visited_cells: usize,
+    width: u8,
+    height: u8,
+    cell: [u8; 2],
+    heading: char,
+    map: String,
+    error: Option<String>,
+}
+
+impl<'a> Report<'a> {
+    fn new<S: Strategy>(
+        strategy: &'a str,
+        run: &SearchRun,
+        mouse: &Mouse<S>,
+        error: Option<&RunError>,
+    ) -> Self {
+        let Pose { cell, heading } = mouse.pose();
+        let size = mouse.map().size();
+        Self {
+            strategy,
+            goal_reached: run.goal_reached,
+            steps: run.steps,
+            states: run.states,
+            requests: run.requests,
+            visited_cells: mouse.map().visited().len(),
+            width: size.width(),
+            height: size.height(),
+            cell: [cell.x, cell.y],
+            heading: heading.letter(),
+            map: mouse.map().drawing().to_string(),
+            error: error.map(ToString::to_string),
+        }
+    }
+}
