@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::thread;
 use std::time::Duration;
 
-use mmsim_client::{RunError, SearchRun, Zmq, search_run};
+use mmsim_client::{BrokenRun, RunError, SearchRun, Zmq, search_run};
 use mmsim_server::Simulation;
 use mmsim_solvers::{Bundled, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
@@ -60,9 +60,8 @@ fn search(args: &DemoArgs, address: &str, interrupt: &Interrupt) -> Result<Ended
     let mut mouse = Mouse::new(STRATEGY.strategy(), map, start);
     let mut screen = Screen::new();
     let pace = args.pace.unwrap_or(if screen.is_terminal { PACE_MS } else { 0 });
-    let (mut so_far, mut interrupted, mut shown) = (SearchRun::default(), false, Ok(()));
+    let (mut interrupted, mut shown) = (false, Ok(()));
     let result = search_run(&mut transport, &mut mouse, u32::MAX, |mouse, run| {
-        so_far = *run;
         shown = screen.show(mouse, run);
         interrupted = interrupt.wait_for(Duration::from_millis(pace));
         if interrupted || shown.is_err() {
@@ -74,8 +73,8 @@ fn search(args: &DemoArgs, address: &str, interrupt: &Interrupt) -> Result<Ended
     shown?;
     let run = match result {
         Ok(run) => run,
-        Err(RunError::Search(error)) => {
-            screen.finish(&mouse, &so_far)?;
+        Err(BrokenRun { run, error: RunError::Search(error) }) => {
+            screen.finish(&mouse, &run)?;
             eprintln!("{}: {error}", STRATEGY.name());
             return Ok(Ended::GoalNotReached);
         }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::CommandFactory;
 use clap::error::ErrorKind;
-use mmsim_client::{RunError, SearchRun, Waiting, Zmq, ask_info, search_run};
+use mmsim_client::{BrokenRun, RunError, SearchRun, Waiting, Zmq, ask_info, search_run};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
@@ -27,9 +27,7 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
     };
     let mut mouse = Mouse::new(args.strategy.0.strategy(), map, start);
     let pace = Duration::from_millis(args.pace);
-    let mut so_far = SearchRun::default();
-    let result = search_run(&mut transport, &mut mouse, args.max_steps, |_, run| {
-        so_far = *run;
+    let result = search_run(&mut transport, &mut mouse, args.max_steps, |_, _| {
         if !pace.is_zero() {
             thread::sleep(pace);
         }
@@ -37,13 +35,13 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
     });
     let (run, error) = match result {
         Ok(run) => (run, None),
-        Err(error) => (so_far, Some(error)),
+        Err(BrokenRun { run, error }) => (run, Some(error)),
     };
     let mut out = io::stdout().lock();
     if args.json {
         let report = Report::new(args.strategy.0.name(), &run, &mouse, error.as_ref());
         writeln!(out, "{}", serde_json::to_string(&report)?)?;
-    } else {
+    } else if run.states > 0 {
         write!(out, "{}", drawing(&mouse))?;
         writeln!(out, "{}", summary(args.strategy.0.name(), &run, &mouse))?;
     }
@@ -55,11 +53,10 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
 
 /// Size and goals as far as they do not come from the server.
 fn told_goals(args: &SolveArgs) -> Option<(MazeSize, CellSet)> {
-    let wrong = |message: String| Cli::command().error(ErrorKind::ValueValidation, message).exit();
     let size = args.size.unwrap_or(MazeSize::CLASSIC);
     if args.goal.contains(&Goal::Server) {
         if args.goal.len() > 1 {
-            wrong("expected --goal server or cells, found both".into());
+            wrong_usage("expected --goal server or cells, found both".into());
         }
         return None;
     }
@@ -68,12 +65,20 @@ fn told_goals(args: &SolveArgs) -> Option<(MazeSize, CellSet)> {
         match *goal {
             Goal::Cell(cell) if size.contains(cell) => goals.extend([cell]),
             Goal::Cell(cell) => {
-                wrong(format!("expected --goal inside a maze of {size} cells, found {cell}"));
+                wrong_usage(format!("expected --goal inside a maze of {size} cells, found {cell}"));
             }
             Goal::Server => {}
         }
     }
     Some((size, if goals.is_empty() { size.central_cells() } else { goals }))
+}
+
+/// Ends the command as any other mistake on the command line does.
+fn wrong_usage(message: String) -> ! {
+    let mut command = Cli::command();
+    command.build();
+    let solve = command.find_subcommand("solve").cloned();
+    solve.unwrap_or(command).error(ErrorKind::ValueValidation, message).exit()
 }
 
 /// Size, start and goals as the server says.

@@ -26,7 +26,7 @@ mod transport;
 #[cfg(feature = "zmq")]
 mod zmq_transport;
 
-pub use run::{RunError, SearchRun, ask_info, search_run};
+pub use run::{BrokenRun, RunError, SearchRun, ask_info, search_run};
 pub use transport::{InMemory, Transport, TransportError};
 #[cfg(feature = "zmq")]
 pub use zmq_transport::{Waiting, Zmq};

@@ -76,6 +76,17 @@ pub enum RunError {
     Buffer(#[from] BufferTooSmall),
 }
 
+/// A search run that broke off.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}")]
+pub struct BrokenRun {
+    /// The run until then.
+    pub run: SearchRun,
+    /// Why it broke off.
+    #[source]
+    pub error: RunError,
+}
+
 /// Runs a search: `reset`, then in every cell reads the walls, lets the mouse decide, sends the
 /// state, and stops or takes a step.
 ///
@@ -89,14 +100,25 @@ pub fn search_run<S: Strategy>(
     transport: &mut impl Transport,
     mouse: &mut Mouse<S>,
     max_states: u32,
+    observe: impl FnMut(&Mouse<S>, &SearchRun) -> ControlFlow<()>,
+) -> Result<SearchRun, BrokenRun> {
+    let (mut exchange, mut run) = (Exchange::new(transport), SearchRun::default());
+    let result = drive(&mut exchange, mouse, max_states, observe, &mut run);
+    run.requests = exchange.requests;
+    result.map(|()| run).map_err(|error| BrokenRun { run, error })
+}
+
+fn drive<S: Strategy>(
+    exchange: &mut Exchange<'_, impl Transport>,
+    mouse: &mut Mouse<S>,
+    max_states: u32,
     mut observe: impl FnMut(&Mouse<S>, &SearchRun) -> ControlFlow<()>,
-) -> Result<SearchRun, RunError> {
-    let mut exchange = Exchange::new(transport);
-    let mut run = SearchRun::default();
+    run: &mut SearchRun,
+) -> Result<(), RunError> {
     let ok = |reply: Reply<'_>| (reply == Reply::Ok).then_some(());
     exchange.ask("reset", |buffer| Request::Reset.encode(buffer), ok)?;
     while run.states < max_states {
-        let (pose, size) = (mouse.pose(), mouse.map().size());
+        let pose = mouse.pose();
         let around = exchange.ask(
             "W",
             |buffer| Request::Walls(pose).encode(buffer),
@@ -105,12 +127,7 @@ pub fn search_run<S: Strategy>(
                 _ => None,
             },
         )?;
-        mouse.see(around).map_err(|error| match error {
-            Contradiction { cell, heading, .. } if size.neighbour(cell, heading).is_none() => {
-                RunError::LargerMaze { size, cell, heading }
-            }
-            error => error.into(),
-        })?;
+        mouse.see(around).map_err(|error| contradiction(error, mouse.map().size()))?;
         let decision = mouse.decide();
         let weight = |cell| mouse.weight(cell);
         exchange.ask(
@@ -121,18 +138,24 @@ pub fn search_run<S: Strategy>(
         run.states += 1;
         run.requests = exchange.requests;
         run.goal_reached |= mouse.map().goals().contains(pose.cell);
-        let go_on = observe(mouse, &run).is_continue();
+        let go_on = observe(mouse, run).is_continue();
         match decision? {
-            Move::Stop => break,
-            Move::Step(_) if !go_on => break,
-            Move::Step(step) if run.states < max_states => {
+            Move::Step(step) if go_on && run.states < max_states => {
                 mouse.go(step)?;
                 run.steps += 1;
             }
-            Move::Step(_) => {}
+            Move::Step(_) | Move::Stop => break,
         }
     }
-    Ok(run)
+    Ok(())
+}
+
+fn contradiction(error: Contradiction, size: MazeSize) -> RunError {
+    let Contradiction { cell, heading, .. } = error;
+    match size.neighbour(cell, heading) {
+        Some(_) => error.into(),
+        None => RunError::LargerMaze { size, cell, heading },
+    }
 }
 
 /// Asks a server of this project what it serves. The reference server never answers this.
@@ -205,7 +228,7 @@ o---o---o---o
         map: KnownMaze,
         max_states: u32,
         mut change: impl FnMut(&[u8], &mut Vec<u8>),
-    ) -> (Result<SearchRun, RunError>, Simulation) {
+    ) -> (Result<SearchRun, BrokenRun>, Simulation) {
         let maze: Maze = MAZE.parse().unwrap();
         let start = maze.start();
         let mut simulation = Simulation::new("small", maze);
@@ -267,7 +290,10 @@ o---o---o---o
         let goals = [Cell::new(0, 5)].into_iter().collect();
         let map = KnownMaze::new(known().size(), Cell::new(0, 0), goals);
         let (result, simulation) = run(map, 1000, |_, _| {});
-        assert!(matches!(result, Err(RunError::Search(SearchError::GoalUnreachable { .. }))));
+        let BrokenRun { run, error } = result.unwrap_err();
+        assert!(matches!(error, RunError::Search(SearchError::GoalUnreachable { .. })), "{error}");
+        let expected = SearchRun { goal_reached: false, steps: 0, states: 1, requests: 3 };
+        assert_eq!(run, expected);
         assert_eq!(simulation.history().len(), 1);
     }
 

@@ -63,9 +63,9 @@ impl<'a> Zmq<'a> {
                 Err(error) => return Err(failed(&self.endpoint, error)),
             }
             let since = begun.elapsed();
-            if patience.is_some_and(|all| since >= all) {
+            if let Some(after) = patience.filter(|&all| since >= all) {
                 let endpoint = self.endpoint.clone();
-                return Err(TransportError::NoReply { endpoint, after: since });
+                return Err(TransportError::NoReply { endpoint, after });
             }
             let Self { endpoint, answered, .. } = self;
             (self.on_wait)(Waiting { endpoint, since, answered: *answered });
