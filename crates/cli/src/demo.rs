@@ -28,8 +28,8 @@ pub(crate) fn run(args: &DemoArgs) -> Outcome {
     let selected = Collection::at(None)?.select(&args.maze.words.join(" "))?;
     let server = bind("127.0.0.1", args.port)?;
     let (address, stop) = (server.address().to_string(), server.stop_handle()?);
-    eprintln!("{}", announce(&selected, &address));
     let interrupt = Interrupt::catch()?;
+    eprintln!("{}", announce(&selected, &address));
     let mut simulation = Simulation::new(&selected.name, selected.maze);
     let serving = thread::spawn(move || server.run(&mut simulation));
     let ended = search(args, &address, &interrupt);

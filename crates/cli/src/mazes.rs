@@ -8,9 +8,9 @@ use mmsim_maze::{Catalogue, Entry, Maze};
 use mmsim_solvers::{Distances, MazeFacts};
 use serde::Serialize;
 
-use crate::Outcome;
 use crate::args::{MazesArgs, MazesCommand};
 use crate::selection::{Collection, Selected};
+use crate::{Outcome, counted};
 
 pub(crate) fn run(args: &MazesArgs) -> Outcome {
     match &args.command {
@@ -125,16 +125,16 @@ impl Row {
         };
         let size = format!("{width}x{height}");
         let goal = match self.shortest_path {
-            Some(steps) => format!("goal {steps} steps away"),
+            Some(steps) => format!("goal {} away", counted(steps, "step")),
             None => "goal cannot be reached".to_string(),
         };
         let cells = usize::from(*width) * usize::from(*height);
         let closed = match cells - self.reachable_cells.unwrap_or(cells) {
             0 => String::new(),
-            closed => format!(", {closed} cells cannot be reached"),
+            closed => format!(", {} cannot be reached", counted(closed as u64, "cell")),
         };
-        let (count, s) = (goals.len(), if goals.len() == 1 { "" } else { "s" });
-        format!("{path}: {size}, {count} goal cell{s}, {goal}{closed}")
+        let goals = counted(goals.len() as u64, "goal cell");
+        format!("{path}: {size}, {goals}, {goal}{closed}")
     }
 }
 

@@ -12,8 +12,8 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
-use crate::Outcome;
 use crate::args::{Cli, Goal, SolveArgs};
+use crate::{Outcome, counted};
 
 pub(crate) fn run(args: &SolveArgs) -> Outcome {
     let told = told_goals(args);
@@ -125,9 +125,10 @@ pub(crate) fn drawing<S: Strategy>(mouse: &Mouse<S>) -> String {
 /// How the search went, in a line.
 pub(crate) fn summary<S: Strategy>(strategy: &str, run: &SearchRun, mouse: &Mouse<S>) -> String {
     let goal = if run.goal_reached { "goal reached" } else { "goal not reached" };
-    let SearchRun { steps, requests, .. } = run;
-    let visited = mouse.map().visited().len();
-    format!("{strategy}: {goal} after {steps} steps, {visited} cells visited, {requests} requests")
+    let steps = counted(run.steps, "step");
+    let visited = counted(mouse.map().visited().len() as u64, "cell");
+    let requests = counted(run.requests, "request");
+    format!("{strategy}: {goal} after {steps}, {visited} visited, {requests}")
 }
 
 /// What `--json` prints.

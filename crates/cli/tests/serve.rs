@@ -1,0 +1,109 @@
+//! `mmsim`: serving a maze.
+
+mod harness;
+
+use harness::Home;
+
+const OPEN: &str = "o---o---o\n| S   G |\no---o---o\n";
+const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
+
+fn port(address: &str) -> &str {
+    address.rsplit(':').next().unwrap()
+}
+
+#[test]
+fn without_mazes_of_ones_own_a_bundled_one_is_served() {
+    let server = Home::new().serve(&["--port", "0"]);
+    assert!(
+        server
+            .said
+            .starts_with("serving 01-harbour.txt (16x16, goal 52 steps away) at tcp://127.0.0.1:")
+    );
+}
+
+#[test]
+fn the_folder_in_the_home_is_found() {
+    let home = Home::new();
+    home.write(".mmsim/contest/own.txt", OPEN);
+    let server = home.serve(&["-p", "0"]);
+    assert!(server.said.contains("own.txt (2x1, goal 1 step away)"), "{}", server.said);
+}
+
+#[test]
+fn words_pick_a_maze_of_a_folder_and_its_subfolders() {
+    let home = Home::new();
+    home.write("mazes/a-closed.txt", CLOSED);
+    home.write("mazes/b-rubbish.txt", "rubbish");
+    home.write("mazes/deep/er/c-open.txt", OPEN);
+    let served = |arguments: &[&str]| home.serve(arguments).said.clone();
+    assert!(served(&["./mazes", "-p", "0"]).contains("c-open.txt"), "the first within reach");
+    assert!(served(&["./mazes", "-p", "0", "--maze", "CLOSED a"]).contains("a-closed.txt"));
+    assert!(served(&["mazes/a-closed.txt", "-p", "0"]).contains("whose goal cannot be reached"));
+    let ended = home.run(&["./mazes", "--maze", "no such"]);
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.starts_with("mmsim: expected a maze whose path holds \"no such\""));
+    let ended = home.run(&["mazes/b-rubbish.txt"]);
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.contains("b-rubbish.txt: line 1, column 1: expected "), "{ended:?}");
+}
+
+#[test]
+fn a_port_in_use_is_a_clear_error() {
+    let home = Home::new();
+    let server = home.serve(&["--port", "0"]);
+    for command in
+        [vec!["--port", port(&server.address)], vec!["demo", "--port", port(&server.address)]]
+    {
+        let ended = home.run(&command);
+        assert_eq!(ended.code, Some(1));
+        let expected =
+            format!("mmsim: expected port {} of 127.0.0.1 to be free", port(&server.address));
+        assert!(ended.stderr.contains(&expected), "{ended:?}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn signals_end_it_cleanly() {
+    for signal in ["INT", "TERM"] {
+        let home = Home::new();
+        let mut server = home.serve(&["--port", "0"]);
+        assert_eq!(home.run(&["solve", "flood-fill", "--connect", &server.address]).code, Some(0));
+        server.signal(signal);
+        let (status, said) = server.wait();
+        assert_eq!(status.code(), Some(0), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+    }
+}
+
+#[test]
+fn wrong_usage_is_told_apart_from_failure() {
+    let home = Home::new();
+    for arguments in [
+        &["--nonsense"][..],
+        &["--port", "65536"],
+        &["solve"],
+        &["solve", "floodfill"],
+        &["solve", "flood-fill", "--size", "33x33"],
+        &["solve", "flood-fill", "--goal", "16,0"],
+        &["solve", "flood-fill", "--goal", "server", "1,1"],
+        &["solve", "flood-fill", "--max-steps", "0"],
+        &["mazes"],
+        &["mazes", "check"],
+    ] {
+        let ended = home.run(arguments);
+        assert_eq!(ended.code, Some(2), "{arguments:?}: {ended:?}");
+        assert!(ended.stdout.is_empty() && ended.stderr.contains("--help"), "{ended:?}");
+    }
+    for arguments in [&["no-such-folder"][..], &["--host", "no such host"]] {
+        assert_eq!(home.run(arguments).code, Some(1), "{arguments:?}");
+    }
+}
+
+#[test]
+fn help_shows_every_default() {
+    let home = Home::new();
+    insta::assert_snapshot!("help", home.run(&["--help"]).stdout);
+    insta::assert_snapshot!("help-solve", home.run(&["solve", "--help"]).stdout);
+    insta::assert_snapshot!("help-demo", home.run(&["demo", "--help"]).stdout);
+}

@@ -1,0 +1,136 @@
+//! `mmsim solve` against a server in another process, and `mmsim demo`.
+
+mod harness;
+
+use std::process::Stdio;
+
+use harness::Home;
+use serde_json::json;
+
+#[test]
+fn each_strategy_searches_a_served_maze() {
+    let home = Home::new();
+    let server = home.serve(&["--port", "0", "--maze", "hedgerow"]);
+    let solve = |strategy| home.run(&["solve", strategy, "--connect", &server.address, "--json"]);
+    for (strategy, steps) in [("flood-fill", 191), ("weight-increment", 0), ("left-wall", 301)] {
+        let ended = solve(strategy);
+        let report = ended.json();
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        assert_eq!(report["strategy"], strategy);
+        assert_eq!(report["goal_reached"], json!(true));
+        assert_eq!(report["error"], json!(null));
+        let took = report["steps"].as_u64().unwrap();
+        assert!(took == steps || steps == 0, "{strategy} took {took}");
+        assert_eq!(report["states"].as_u64().unwrap(), took + 1);
+        assert_eq!(report["requests"].as_u64().unwrap(), 2 * took + 3);
+    }
+}
+
+#[test]
+fn a_small_search_prints_what_the_mouse_knows() {
+    let home = Home::new();
+    let server = home.serve(&["--port", "0", "--maze", "first steps"]);
+    let ended =
+        home.run(&["solve", "flood-fill", "--connect", &server.address, "--goal", "server"]);
+    assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""));
+    insta::assert_snapshot!(ended.stdout, @"
+    o---o---o---o---o---o---o---o---o
+    | 9 . 8 . 7   6   5   6 . 5 . 6 |
+    o . o . o---o   o   o . o . o . o
+    |10 . 9 | 8   7 | 4 | 5 . 4 . 5 |
+    o . o   o   o---o   o---o . o . o
+    |11 |10   9 | 4   3   2 | 3 . 4 |
+    o---o   o---o---o---o   o . o . o
+    | 8   9 |10 | 0   <   1   2 . 3 |
+    o   o---o   o . o   o   o . o . o
+    | 7   8   9 | 0 . 0 . 1 . 2 . 3 |
+    o   o---o---o . o . o . o . o . o
+    | 6 | 3 . 2 . 1 . 1 . 2 . 3 . 4 |
+    o   o . o . o . o . o . o . o . o
+    | 5   4 . 3 . 2 . 2 . 3 . 4 . 5 |
+    o   o . o . o . o . o . o . o . o
+    | 6 | 5 . 4 . 3 . 3 . 4 . 5 . 6 |
+    o---o---o---o---o---o---o---o---o
+    flood-fill: goal reached after 24 steps, 21 cells visited, 51 requests
+    ");
+    let told = ["--size", "8x8", "--goal", "3,3", "4,3", "--goal", "3,4", "4,4"];
+    let arguments = [&["solve", "flood-fill", "--connect", &server.address][..], &told].concat();
+    assert_eq!(home.run(&arguments).stdout.lines().last(), ended.stdout.lines().last());
+}
+
+#[test]
+fn a_goal_not_reached_is_exit_code_1() {
+    let home = Home::new();
+    let server = home.serve(&["--port", "0", "--maze", "closed garden"]);
+    let solve = |more: &[&str]| {
+        home.run(&[&["solve", "flood-fill", "--connect", &server.address][..], more].concat())
+    };
+    let ended = solve(&[]);
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.starts_with("mmsim: expected a way from "), "{ended:?}");
+    assert!(ended.stdout.contains("goal not reached after 137 steps"), "{ended:?}");
+    let report = solve(&["--json"]).json();
+    assert_eq!(report["goal_reached"], json!(false));
+    assert!(report["error"].as_str().unwrap().starts_with("expected a way from "));
+    let ended = solve(&["--max-steps", "10"]);
+    assert_eq!((ended.code, ended.stderr.as_str()), (Some(1), ""));
+    assert!(ended.stdout.contains("goal not reached after 9 steps"), "{ended:?}");
+    let ended = solve(&["--size", "32x32"]);
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.contains("refused S: expected S of 518 bytes"), "{ended:?}");
+}
+
+#[test]
+fn a_client_without_a_server_says_so_and_gives_up_when_told() {
+    let home = Home::new();
+    let ended =
+        home.run(&["solve", "left-wall", "--connect", "tcp://127.0.0.1:1", "--timeout", "1.2"]);
+    assert_eq!((ended.code, ended.stdout.as_str()), (Some(1), ""));
+    insta::assert_snapshot!(ended.stderr, @"
+    no reply from tcp://127.0.0.1:1 for 1 s, waiting; start one with `mmsim`, or give up with Ctrl-C
+    mmsim: expected a reply from tcp://127.0.0.1:1, found none within 1.2 s
+    ");
+}
+
+#[test]
+fn the_demo_draws_the_last_map_where_there_is_no_terminal() {
+    let home = Home::new();
+    let ended = home.run(&["demo", "--port", "0", "--once", "--maze", "first steps"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    insta::assert_snapshot!("demo", ended.stdout);
+    let ended = home.run(&["demo", "--port", "0", "--once", "--maze", "closed garden"]);
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn the_demo_serves_on_until_it_is_interrupted() {
+    let home = Home::new();
+    let mut demo = home.serve_until(&["demo", "--port", "0"], "still serving");
+    let searched = home.run(&["solve", "weight-increment", "--connect", &demo.address]);
+    assert_eq!(searched.code, Some(0), "{searched:?}");
+    demo.signal("INT");
+    let (status, said) = demo.wait();
+    assert_eq!(status.code(), Some(0), "{said}");
+    assert!(demo.stdout().contains("flood-fill: goal reached after 172 steps"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_a_demo_on_its_way() {
+    let home = Home::new();
+    let mut demo = home.serve(&["demo", "--port", "0", "--pace", "60000"]);
+    demo.signal("TERM");
+    assert_eq!(demo.wait().0.code(), Some(0));
+}
+
+#[test]
+fn output_that_nobody_reads_to_the_end_is_no_failure() {
+    let home = Home::new();
+    let mut command = home.command(&["mazes", "list"]);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.stderr, b"");
+    assert_eq!(output.status.code(), Some(0));
+}
