@@ -12,12 +12,12 @@ use mmsim_server::Simulation;
 use mmsim_solvers::{Bundled, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
-use crate::Outcome;
 use crate::args::DemoArgs;
 use crate::interrupt::Interrupt;
 use crate::selection::Collection;
 use crate::serve::{announce, bind};
 use crate::solve::{ask_goals, drawing, say_waiting, summary};
+use crate::{Outcome, counted, own_command};
 
 /// Time between two steps that an eye can follow, in milliseconds.
 const PACE_MS: u64 = 50;
@@ -34,9 +34,8 @@ pub(crate) fn run(args: &DemoArgs) -> Outcome {
     let serving = thread::spawn(move || server.run(&mut simulation));
     let ended = search(args, &address, &interrupt);
     if !args.once && matches!(ended, Ok(Ended::GoalReached | Ended::GoalNotReached)) {
-        eprintln!(
-            "still serving at {address}; try `mmsim solve weight-increment` in another terminal"
-        );
+        let more = own_command(&format!("solve weight-increment --connect {address}"));
+        eprintln!("still serving at {address}; try {more} in another terminal, or your own mouse");
         interrupt.wait();
     }
     stop.stop();
@@ -103,7 +102,8 @@ impl Screen {
     /// Shows the mouse on its way, as large as the terminal allows.
     fn show<S: Strategy>(&mut self, mouse: &Mouse<S>, run: &SearchRun) -> io::Result<()> {
         if self.is_terminal {
-            self.replace(&picture(mouse), &summary(STRATEGY.name(), run, mouse))?;
+            let steps = counted(run.steps, "step");
+            self.replace(&picture(mouse), &format!("{}: searching, {steps}", STRATEGY.name()))?;
         }
         Ok(())
     }

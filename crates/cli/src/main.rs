@@ -10,6 +10,7 @@ mod selection;
 mod serve;
 mod solve;
 
+use std::env;
 use std::error::Error;
 use std::io::{self, ErrorKind, IsTerminal};
 use std::process::ExitCode;
@@ -54,6 +55,16 @@ fn main() -> ExitCode {
 fn counted(count: impl Into<u64>, thing: &str) -> String {
     let count = count.into();
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
+/// How to run another command of ours, given how this one was run.
+fn own_command(arguments: &str) -> String {
+    let run = if env::var_os("CARGO_MANIFEST_DIR").is_some() {
+        "cargo run --release --"
+    } else {
+        "mmsim"
+    };
+    format!("`{}`", format!("{run} {arguments}").trim_end())
 }
 
 fn is_broken_pipe(error: &(dyn Error + 'static)) -> bool {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use mmsim_maze::{Catalogue, CatalogueError, Maze, ReadError};
 use mmsim_solvers::MazeFacts;
 
-use crate::embedded;
+use crate::{embedded, own_command};
 
 /// The folder below the user's own in which mazes are looked for.
 const HOME_FOLDER: &str = ".mmsim";
@@ -31,9 +31,9 @@ pub(crate) enum SelectionError {
     #[error(transparent)]
     Catalogue(#[from] CatalogueError),
     #[error(
-        "expected a maze whose path holds {words:?}, found none of {count} in {place}; `mmsim mazes list` shows them"
+        "expected a maze whose path holds {words:?}, found none of {count} in {place}; {list} shows them"
     )]
-    NoMatch { words: String, count: usize, place: String },
+    NoMatch { words: String, count: usize, place: String, list: String },
     #[error("expected a maze in {place}, found none")]
     Empty { place: String },
     #[error("{0}")]
@@ -84,7 +84,10 @@ impl Collection {
             return Err(match unreadable.into_iter().next() {
                 Some(error) => error.into(),
                 None if count == 0 => SelectionError::Empty { place },
-                None => SelectionError::NoMatch { words: words.into(), count, place },
+                None => {
+                    let list = own_command("mazes list");
+                    SelectionError::NoMatch { words: words.into(), count, place, list }
+                }
             });
         };
         if let Some(error) = unreadable.first() {

@@ -13,7 +13,7 @@ use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
 use crate::args::{Cli, Goal, SolveArgs};
-use crate::{Outcome, counted};
+use crate::{Outcome, counted, own_command};
 
 pub(crate) fn run(args: &SolveArgs) -> Outcome {
     let told = told_goals(args);
@@ -106,8 +106,9 @@ pub(crate) fn say_waiting(waiting: Waiting<'_>) {
     if seconds != 1 && seconds % 10 != 0 {
         return;
     }
-    let hint = if answered { "" } else { "; start one with `mmsim`, or give up with Ctrl-C" };
-    eprintln!("no reply from {endpoint} for {seconds} s, waiting{hint}");
+    let serve = own_command("");
+    let hint = if answered { String::new() } else { format!("; start a simulator with {serve}") };
+    eprintln!("no reply from {endpoint} for {seconds} s, waiting{hint}; Ctrl-C gives up");
 }
 
 /// The map as the mouse knows it, with its weights unless they are all zero.

@@ -87,7 +87,7 @@ fn a_client_without_a_server_says_so_and_gives_up_when_told() {
         home.run(&["solve", "left-wall", "--connect", "tcp://127.0.0.1:1", "--timeout", "1.2"]);
     assert_eq!((ended.code, ended.stdout.as_str()), (Some(1), ""));
     insta::assert_snapshot!(ended.stderr, @"
-    no reply from tcp://127.0.0.1:1 for 1 s, waiting; start one with `mmsim`, or give up with Ctrl-C
+    no reply from tcp://127.0.0.1:1 for 1 s, waiting; start a simulator with `mmsim`; Ctrl-C gives up
     mmsim: expected a reply from tcp://127.0.0.1:1, found none within 1.2 s
     ");
 }

@@ -35,7 +35,8 @@ impl Home {
             .current_dir(self.path())
             .env("HOME", self.path())
             .env("USERPROFILE", self.path())
-            .env_remove("RUST_LOG");
+            .env_remove("RUST_LOG")
+            .env_remove("CARGO_MANIFEST_DIR");
         command
     }
 
