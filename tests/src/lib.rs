@@ -105,3 +105,8 @@ pub fn ask(socket: &zmq::Socket, request: &[u8]) -> Vec<u8> {
     socket.send(request, 0).unwrap();
     socket.recv_bytes(0).unwrap_or_else(|error| panic!("no reply to {request:?}: {error}"))
 }
+
+/// The code in the project's README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;

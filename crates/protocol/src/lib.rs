@@ -28,27 +28,24 @@
 //! fn main() -> Result<(), Box<dyn std::error::Error>> {
 //!     let socket = zmq::Context::new().socket(zmq::REQ)?;
 //!     socket.connect("tcp://127.0.0.1:6574")?;
-//!     let mut buffer = [0; mmsim_protocol::MAX_STATE_BYTES];
+//!     let ask = |request: &[u8]| socket.send(request, 0).and_then(|()| socket.recv_bytes(0));
+//!     let (size, mut buffer) = (MazeSize::CLASSIC, [0; mmsim_protocol::MAX_STATE_BYTES]);
 //!     let mut pose = Pose::new(Cell::new(0, 0), Heading::North);
-//!     let size = MazeSize::CLASSIC;
 //!     let mut map = KnownMaze::new(size, pose.cell, size.central_cells());
-//!     socket.send("reset", 0)?;
-//!     socket.recv_bytes(0)?;
-//!     while !map.goals().contains(pose.cell) {
+//!     ask(b"reset")?;
+//!     loop {
 //!         let length = Request::Walls(pose).encode(&mut buffer)?;
-//!         socket.send(&buffer[..length], 0)?;
-//!         let reply = socket.recv_bytes(0)?;
+//!         let reply = ask(&buffer[..length])?;
 //!         let Reply::Walls(around) = Reply::decode(&reply)? else { return Err("no walls".into()) };
 //!         map.note(pose, around)?;
-//!         let weight = |cell| u16::from(map.visited().contains(cell));
-//!         let length = mmsim_protocol::encode_state(&mut buffer, pose, &map, weight, Order::C)?;
-//!         socket.send(&buffer[..length], 0)?;
-//!         socket.recv_bytes(0)?;
-//!         let ways = [(Step::Left, around.left), (Step::Front, around.front), (Step::Right, around.right)];
-//!         let step = ways.iter().find(|(_, wall)| !wall).map_or(Step::Back, |(step, _)| *step);
-//!         pose = pose.after(step).ok_or("off the map")?;
+//!         let visited = |cell| u16::from(map.visited().contains(cell));
+//!         let length = mmsim_protocol::encode_state(&mut buffer, pose, &map, visited, Order::C)?;
+//!         ask(&buffer[..length])?;
+//!         if map.goals().contains(pose.cell) { return Ok(()) }
+//!         let walls = [(Step::Left, around.left), (Step::Front, around.front), (Step::Right, around.right)];
+//!         let open = walls.iter().find(|(_, wall)| !wall).map_or(Step::Back, |(step, _)| *step);
+//!         pose = pose.after(open).ok_or("off the map")?;
 //!     }
-//!     Ok(())
 //! }
 //! ```
 #![cfg_attr(not(any(test, feature = "std")), no_std)]

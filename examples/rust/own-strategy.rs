@@ -1,0 +1,73 @@
+//! A strategy of one's own, run against a simulator.
+//!
+//! Start a simulator with `mmsim`, then run this; an endpoint such as `tcp://127.0.0.1:6574` may
+//! be given. The same strategy runs in memory and on a mouse.
+
+use std::collections::HashMap;
+use std::error::Error;
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+
+use mmsim_client::{Zmq, search_run};
+use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
+use mmsim_solvers::{Mouse, Move, SearchError, Strategy, steps_from};
+
+/// Goes to the neighbour it has visited least; of several, to the one nearest to the goal as the
+/// crow flies.
+#[derive(Default)]
+struct Explorer {
+    visits: HashMap<Cell, u16>,
+}
+
+impl Strategy for Explorer {
+    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
+        *self.visits.entry(pose.cell).or_default() += 1;
+        if map.goals().contains(pose.cell) {
+            return Ok(Move::Stop);
+        }
+        let distance = |cell: Cell| {
+            map.goals().iter().map(|goal| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y)).min()
+        };
+        steps_from(map, pose)
+            .min_by_key(|&(_, cell)| (self.weight(cell), distance(cell)))
+            .map(|(step, _)| Move::Step(step))
+            .ok_or(SearchError::BoxedIn { cell: pose.cell })
+    }
+
+    /// What a viewer shows in each cell.
+    fn weight(&self, cell: Cell) -> u16 {
+        self.visits.get(&cell).copied().unwrap_or(0)
+    }
+}
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Searches the maze; says whether the goal was reached.
+fn run() -> Result<bool, Box<dyn Error>> {
+    let endpoint = std::env::args().nth(1).unwrap_or("tcp://127.0.0.1:6574".into());
+    let mut transport = Zmq::connect(&endpoint, None, |waiting| {
+        eprintln!("no reply from {} yet", waiting.endpoint);
+    })?;
+
+    let size = MazeSize::CLASSIC;
+    let start = Pose::new(Cell::new(0, 0), Heading::North);
+    let map = KnownMaze::new(size, start.cell, size.central_cells());
+    let mut mouse = Mouse::new(Explorer::default(), map, start);
+    // Here you could watch each state, and sleep to slow the mouse down.
+    let observe = |_: &Mouse<Explorer>, _: &_| ControlFlow::Continue(());
+    let run = search_run(&mut transport, &mut mouse, 1000, observe)?;
+
+    print!("{}", mouse.map().drawing().with_mouse(mouse.pose()));
+    let goal = if run.goal_reached { "goal reached" } else { "goal not reached" };
+    println!("{goal} after {} steps", run.steps);
+    Ok(run.goal_reached)
+}
