@@ -2,7 +2,7 @@
 
 use crate::request::{decode_pose, heading_byte};
 use crate::{
-    BufferTooSmall, Cell, Heading, KnownMaze, MazeSize, Pose, RequestError, WallState, front_of,
+    BufferTooSmall, Cell, Heading, KnownMaze, MazeSize, Pose, RequestError, Unknown, front_of,
 };
 
 /// Where everything stands in a state of A cells: `S` x y heading order weights order walls.
@@ -147,7 +147,8 @@ impl CellWalls {
     /// ```
     pub fn known(map: &KnownMaze, cell: Cell) -> Self {
         let visited = if map.visited().contains(cell) { Self::VISITED } else { 0 };
-        let present = |&heading: &Heading| map.wall(cell, heading) == WallState::Present;
+        let certain = map.walls(Unknown::Open);
+        let present = |&heading: &Heading| certain.has(cell, heading);
         let walls = Heading::ALL.into_iter().filter(present).map(Self::flag);
         Self(walls.fold(visited, |byte, flag| byte | flag))
     }
