@@ -1,10 +1,9 @@
 //! What the benchmarks share: mazes, and a server to talk to.
 
 use std::path::Path;
-use std::thread::{self, JoinHandle};
 
 use mmsim_maze::{Catalogue, Maze};
-use mmsim_server::{Server, Simulation, Stop};
+use mmsim_server::{Background, Server, Simulation};
 
 /// The classic mazes to measure on: those of the project, and those of the shared collection
 /// beside it where that is there.
@@ -31,41 +30,10 @@ pub fn bundled_maze(name: &str) -> Maze {
     Maze::read(&folder.join(name).with_extension("txt")).unwrap()
 }
 
-/// A server on a free port of loopback, stopped when it is dropped.
-pub struct Running {
-    address: String,
-    stop: Option<Stop>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Running {
-    /// Serves this maze.
-    ///
-    /// # Panics
-    /// There is no free port.
-    pub fn serve(maze: Maze) -> Self {
-        let server = Server::bind("127.0.0.1", 0).unwrap();
-        let address = server.address().to_string();
-        let stop = server.stop_handle().unwrap();
-        let thread = thread::spawn(move || {
-            server.run(&mut Simulation::new("served", maze)).unwrap();
-        });
-        Self { address, stop: Some(stop), thread: Some(thread) }
-    }
-
-    /// Where it listens.
-    pub fn address(&self) -> &str {
-        &self.address
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        if let Some(stop) = self.stop.take() {
-            stop.stop();
-        }
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
-    }
+/// A server of this maze on a free port of loopback.
+///
+/// # Panics
+/// There is no free port.
+pub fn serve(maze: Maze) -> Background {
+    Server::bind("127.0.0.1", 0).unwrap().spawn(Simulation::new("served", maze)).unwrap()
 }

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput};
-use mmsim_benches::{Running, bundled_maze};
+use mmsim_benches::{bundled_maze, serve};
 use mmsim_maze::KnownMaze;
 use mmsim_protocol::{Order, encode_state};
 
@@ -97,7 +97,7 @@ fn compare(exchange: &Exchange, ours: &zmq::Socket, bare: &zmq::Socket) {
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
     let is_test = std::env::args().any(|argument| argument == "--test");
-    let server = Running::serve(bundled_maze("01-harbour"));
+    let server = serve(bundled_maze("01-harbour"));
     for exchange in exchanges() {
         let (ours, bare) = (connect(server.address()), echo(exchange.reply));
         let mut group = criterion.benchmark_group(format!("round_trip/{}", exchange.name));

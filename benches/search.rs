@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use mmsim_benches::{Running, bundled_maze};
+use mmsim_benches::{bundled_maze, serve};
 use mmsim_client::{InMemory, SearchRun, Transport, Zmq, search_run};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_server::Simulation;
@@ -25,7 +25,7 @@ fn searches(criterion: &mut Criterion) {
     let mut simulation = Simulation::new("memory", maze.clone());
     let mut memory = InMemory::new(|request, reply| simulation.handle(request, reply));
     group.bench_function("in memory", |b| b.iter(|| search(&mut memory, &maze)));
-    let server = Running::serve(maze.clone());
+    let server = serve(maze.clone());
     let mut zmq = Zmq::connect(server.address(), None, |_| {}).unwrap();
     group.bench_function("over ZeroMQ", |b| b.iter(|| search(&mut zmq, &maze)));
     group.finish();

@@ -3,7 +3,7 @@
 
 use mmsim_maze::{Maze, MazeSize, Walls};
 use mmsim_protocol::{Cell, Order, encode_state};
-use mmsim_tests::{Running, ask, classic_map};
+use mmsim_tests::{ask, classic_map, connect, serve};
 
 fn open_maze(cells: usize) -> Maze {
     let size = MazeSize::new(cells, cells).unwrap();
@@ -70,23 +70,23 @@ fn check_error(reply: &[u8], request: &str) {
 
 #[test]
 fn each_gets_one_error_and_changes_nothing() {
-    let server = Running::serve(open_maze(16));
-    let (client, other) = (server.connect(zmq::REQ), server.connect(zmq::REQ));
+    let server = serve(open_maze(16));
+    let (client, other) = (connect(&server, zmq::REQ), connect(&server, zmq::REQ));
     assert_eq!(ask(&client, &good_state()), b"ok");
     for request in malformed() {
         let name = format!("{:?}", request.escape_ascii().to_string());
         check_error(&ask(&client, &request), &name);
         check_well(&client, &other, &name);
     }
-    let simulation = server.stop();
+    let simulation = server.stop().unwrap();
     assert_eq!(simulation.history().get(0), Some(&good_state()[..]));
     assert_eq!(simulation.history().len(), 1);
 }
 
 #[test]
 fn several_frames_get_one_error() {
-    let server = Running::serve(open_maze(16));
-    let (client, other) = (server.connect(zmq::REQ), server.connect(zmq::REQ));
+    let server = serve(open_maze(16));
+    let (client, other) = (connect(&server, zmq::REQ), connect(&server, zmq::REQ));
     assert_eq!(ask(&client, &good_state()), b"ok");
     let requests: [&[&[u8]]; 7] = [
         &[b"ping", b"x"],
@@ -108,25 +108,25 @@ fn several_frames_get_one_error() {
     client.send_multipart(many, 0).unwrap();
     check_error(&client.recv_bytes(0).unwrap(), "1000 frames");
     check_well(&client, &other, "1000 frames");
-    server.stop();
+    server.stop().unwrap();
 }
 
 #[test]
 fn a_request_over_the_limit_cuts_its_sender_off() {
-    let server = Running::serve(open_maze(16));
-    let (large, other) = (server.connect(zmq::REQ), server.connect(zmq::REQ));
+    let server = serve(open_maze(16));
+    let (large, other) = (connect(&server, zmq::REQ), connect(&server, zmq::REQ));
     assert_eq!(ask(&other, &good_state()), b"ok");
     large.set_rcvtimeo(300).unwrap();
     large.send(vec![b'x'; 1 << 20], 0).unwrap();
     assert_eq!(large.recv_bytes(0), Err(zmq::Error::EAGAIN));
-    check_well(&other, &server.connect(zmq::REQ), "1 MiB");
-    server.stop();
+    check_well(&other, &connect(&server, zmq::REQ), "1 MiB");
+    server.stop().unwrap();
 }
 
 #[test]
 fn a_dealer_without_the_empty_frame_gets_no_reply_and_does_no_harm() {
-    let server = Running::serve(open_maze(16));
-    let (dealer, other) = (server.connect(zmq::DEALER), server.connect(zmq::REQ));
+    let server = serve(open_maze(16));
+    let (dealer, other) = (connect(&server, zmq::DEALER), connect(&server, zmq::REQ));
     assert_eq!(ask(&other, &good_state()), b"ok");
     dealer.set_rcvtimeo(300).unwrap();
     for request in [&b"ping"[..], b"reset"] {
@@ -134,18 +134,18 @@ fn a_dealer_without_the_empty_frame_gets_no_reply_and_does_no_harm() {
         dealer.send_multipart([request, request], 0).unwrap();
     }
     assert_eq!(dealer.recv_bytes(0), Err(zmq::Error::EAGAIN));
-    check_well(&other, &server.connect(zmq::REQ), "a dealer");
+    check_well(&other, &connect(&server, zmq::REQ), "a dealer");
     dealer.set_rcvtimeo(5000).unwrap();
     dealer.send_multipart([&b""[..], b"ping"], 0).unwrap();
     assert_eq!(dealer.recv_multipart(0).unwrap(), [b"".to_vec(), b"pong".to_vec()]);
-    server.stop();
+    server.stop().unwrap();
 }
 
 #[test]
 fn larger_mazes_have_their_own_bounds() {
     for side in [21, 32] {
-        let server = Running::serve(open_maze(side.into()));
-        let client = server.connect(zmq::REQ);
+        let server = serve(open_maze(side.into()));
+        let client = connect(&server, zmq::REQ);
         let last = side - 1;
         assert_eq!(ask(&client, &[b'W', last, last, b'N']), [0, 1, 1]);
         for (x, y) in [(side, last), (last, side), (255, 255)] {
@@ -156,6 +156,6 @@ fn larger_mazes_have_their_own_bounds() {
         let reply = String::from_utf8(reply).unwrap();
         let length = 6 + 2 * usize::from(side) * usize::from(side);
         assert!(reply.contains(&length.to_string()) && reply.contains("518"), "{reply}");
-        assert!(server.stop().history().is_empty());
+        assert!(server.stop().unwrap().history().is_empty());
     }
 }

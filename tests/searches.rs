@@ -10,7 +10,7 @@ use mmsim_protocol::{MazeSize, Request};
 use mmsim_server::{Server, Simulation};
 use mmsim_solvers::MazeFacts;
 use mmsim_solvers::{Bundled, Mouse};
-use mmsim_tests::{Running, bundled_mazes, known_distance};
+use mmsim_tests::{bundled_mazes, known_distance, serve};
 
 fn mazes() -> Vec<(String, Maze)> {
     let catalogue = mmsim_maze::Catalogue::of_path(&bundled_mazes()).unwrap();
@@ -20,7 +20,7 @@ fn mazes() -> Vec<(String, Maze)> {
 #[test]
 fn flood_fill_reaches_every_goal_that_can_be_reached() {
     for (name, maze) in mazes() {
-        let server = Running::serve(maze.clone());
+        let server = serve(maze.clone());
         let mut transport = Zmq::connect(server.address(), None, |_| {}).unwrap();
         let info = ask_info(&mut transport).unwrap();
         let (size, start) = (info.size().unwrap(), info.start_pose().unwrap());
@@ -30,10 +30,10 @@ fn flood_fill_reaches_every_goal_that_can_be_reached() {
         let result =
             search_run(&mut transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(()));
         let shortest = MazeFacts::of(&maze).shortest_path;
-        let simulation = server.stop();
+        let simulation = server.stop().unwrap();
         let last = simulation.history().iter().last().unwrap();
         let Ok(Request::State(last)) = Request::decode(last, size) else { panic!("{name}") };
-        assert_eq!(last.pose, mouse.pose(), "{name}");
+        assert_eq!(last.pose(), mouse.pose(), "{name}");
         if let Some(shortest) = shortest {
             let run = result.unwrap();
             assert!(run.goal_reached && run.steps >= shortest.into(), "{name}: {run:?}");
@@ -65,23 +65,17 @@ fn a_client_may_start_before_its_server() {
     });
     was_told.recv_timeout(Duration::from_secs(10)).unwrap();
     let server = Server::bind("127.0.0.1", port).unwrap();
-    let stop = server.stop_handle().unwrap();
-    let serving = thread::spawn(move || {
-        let mut simulation = Simulation::new("late", maze);
-        server.run(&mut simulation).unwrap();
-        simulation
-    });
+    let server = server.spawn(Simulation::new("late", maze)).unwrap();
     let run = client.join().unwrap();
     assert!(run.goal_reached);
-    stop.stop();
-    assert_eq!(serving.join().unwrap().history().len(), run.states as usize);
+    assert_eq!(server.stop().unwrap().history().len(), run.states as usize);
 }
 
 #[test]
 fn two_clients_each_get_their_own_replies() {
     let (_, maze) = mazes().swap_remove(0);
     assert_eq!(maze.size(), MazeSize::CLASSIC);
-    let server = Running::serve(maze.clone());
+    let server = serve(maze.clone());
     thread::scope(|scope| {
         for strategy in [Bundled::FloodFill, Bundled::WeightIncrement, Bundled::LeftWall] {
             let (maze, address) = (&maze, server.address());
@@ -100,5 +94,5 @@ fn two_clients_each_get_their_own_replies() {
             });
         }
     });
-    server.stop();
+    server.stop().unwrap();
 }

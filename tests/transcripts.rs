@@ -8,7 +8,7 @@ use mmsim_client::{InMemory, search_run};
 use mmsim_maze::Maze;
 use mmsim_server::Simulation;
 use mmsim_solvers::{Bundled, Mouse};
-use mmsim_tests::{Running, ask, classic_map, json_lines, shared};
+use mmsim_tests::{ask, classic_map, connect, json_lines, serve, shared};
 use serde::{Deserialize, Deserializer};
 
 const MAZES: [&str; 2] = ["alljapan-045-2024-exp-fin", "apec2018"];
@@ -41,8 +41,8 @@ fn the_server_replies_as_the_reference_did() {
     let Some(shared) = shared("") else { return };
     for name in MAZES {
         for client in ["flood-fill", "weight-increment", "left-wall", "tester"] {
-            let server = Running::serve(maze(&shared, name));
-            let socket = server.connect(zmq::REQ);
+            let server = serve(maze(&shared, name));
+            let socket = connect(&server, zmq::REQ);
             let mut states = Vec::new();
             for (n, Exchange { req, rep }) in
                 transcript(&shared, client, name).into_iter().enumerate()
@@ -52,7 +52,7 @@ fn the_server_replies_as_the_reference_did() {
                     states.push(req);
                 }
             }
-            let simulation = server.stop();
+            let simulation = server.stop().unwrap();
             assert!(simulation.history().iter().eq(&states), "{client} on {name}");
         }
     }

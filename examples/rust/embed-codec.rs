@@ -4,8 +4,7 @@
 //! allocates, so the same calls work in firmware.
 
 use mmsim_protocol::{
-    Cell, CellWalls, Heading, KnownMaze, MAX_STATE_BYTES, MazeSize, Order, Pose, Reply, Request,
-    encode_state,
+    Cell, Heading, KnownMaze, MAX_STATE_BYTES, MazeSize, Order, Pose, Reply, Request, encode_state,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -40,8 +39,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let Request::State(state) = Request::decode(&buffer[..length], size)? else {
         return Err("expected a state".into());
     };
-    let flags = CellWalls(state.walls.at(pose.cell).ok_or("expected a cell of the maze")?);
-    println!("the mouse stands in {} heading {}", state.pose.cell, state.pose.heading);
+    let flags = state.cell_walls(pose.cell).ok_or("expected a cell of the maze")?;
+    println!("the mouse stands in {} heading {}", state.pose().cell, state.pose().heading);
     println!("it has visited this cell: {}", flags.visited());
     for heading in Heading::ALL {
         println!("it believes in a wall to the {heading}: {}", flags.wall(heading));

@@ -1,12 +1,11 @@
 //! What the tests across crates share: real mazes, transcripts, and a running server.
 
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::thread::JoinHandle;
-use std::{fs, thread};
 
 use mmsim_maze::{KnownMaze, Maze, Pose, Unknown};
 use mmsim_protocol::{Cell, Heading};
-use mmsim_server::{Server, Simulation, Stop};
+use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::Distances;
 
 /// The folder of real mazes and transcripts beside the project. They carry no licence, so they are
@@ -46,55 +45,25 @@ pub fn known_distance(map: &KnownMaze, from: Cell, unknown: Unknown) -> Option<u
     Distances::flood(map.walls(unknown), map.goals()).at(from)
 }
 
-/// A server on a free port of loopback, which serves until it is stopped.
-pub struct Running {
-    address: String,
-    stop: Stop,
-    thread: JoinHandle<Simulation>,
+/// A server of this maze on a free port of loopback.
+///
+/// # Panics
+/// There is no free port.
+pub fn serve(maze: Maze) -> Background {
+    let server = Server::bind("127.0.0.1", 0).unwrap();
+    server.spawn(Simulation::new("served", maze)).unwrap()
 }
 
-impl Running {
-    /// Serves this maze.
-    ///
-    /// # Panics
-    /// There is no free port.
-    pub fn serve(maze: Maze) -> Self {
-        let server = Server::bind("127.0.0.1", 0).unwrap();
-        let address = server.address().to_string();
-        let stop = server.stop_handle().unwrap();
-        let thread = thread::spawn(move || {
-            let mut simulation = Simulation::new("served", maze);
-            server.run(&mut simulation).unwrap();
-            simulation
-        });
-        Self { address, stop, thread }
-    }
-
-    /// Where it listens.
-    pub fn address(&self) -> &str {
-        &self.address
-    }
-
-    /// A connected socket of this kind that gives up after five seconds.
-    ///
-    /// # Panics
-    /// ZeroMQ has no socket left.
-    pub fn connect(&self, kind: zmq::SocketType) -> zmq::Socket {
-        let socket = zmq::Context::new().socket(kind).unwrap();
-        socket.set_rcvtimeo(5000).unwrap();
-        socket.set_linger(0).unwrap();
-        socket.connect(&self.address).unwrap();
-        socket
-    }
-
-    /// Stops it and gives what it has kept.
-    ///
-    /// # Panics
-    /// The server has failed.
-    pub fn stop(self) -> Simulation {
-        self.stop.stop();
-        self.thread.join().unwrap()
-    }
+/// A socket of this kind, connected to the server, that gives up after five seconds.
+///
+/// # Panics
+/// ZeroMQ has no socket left.
+pub fn connect(server: &Background, kind: zmq::SocketType) -> zmq::Socket {
+    let socket = zmq::Context::new().socket(kind).unwrap();
+    socket.set_rcvtimeo(5000).unwrap();
+    socket.set_linger(0).unwrap();
+    socket.connect(server.address()).unwrap();
+    socket
 }
 
 /// Sends a request and waits for its reply.

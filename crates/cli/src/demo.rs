@@ -4,7 +4,6 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
-use std::thread;
 use std::time::Duration;
 
 use mmsim_client::{BrokenRun, RunError, SearchRun, Zmq, search_run};
@@ -27,19 +26,17 @@ const STRATEGY: Bundled = Bundled::FloodFill;
 pub(crate) fn run(args: &DemoArgs) -> Outcome {
     let selected = Collection::at(None)?.select(&args.maze.words.join(" "))?;
     let server = bind("127.0.0.1", args.port)?;
-    let (address, stop) = (server.address().to_string(), server.stop_handle()?);
     let interrupt = Interrupt::catch()?;
-    eprintln!("{}", announce(&selected, &address));
-    let mut simulation = Simulation::new(&selected.name, selected.maze);
-    let serving = thread::spawn(move || server.run(&mut simulation));
-    let ended = search(args, &address, &interrupt);
+    eprintln!("{}", announce(&selected, server.address()));
+    let server = server.spawn(Simulation::new(&selected.name, selected.maze))?;
+    let address = server.address();
+    let ended = search(args, address, &interrupt);
     if !args.once && matches!(ended, Ok(Ended::GoalReached | Ended::GoalNotReached)) {
         let more = own_command(&format!("solve weight-increment --connect {address}"));
         eprintln!("still serving at {address}; try {more} in another terminal, or your own mouse");
         interrupt.wait();
     }
-    stop.stop();
-    serving.join().map_err(|_| "the server has failed")??;
+    server.stop()?;
     Ok(match ended? {
         Ended::GoalReached | Ended::Interrupted => true,
         Ended::GoalNotReached => !args.once,

@@ -41,13 +41,9 @@ pub const fn state_bytes(size: MazeSize) -> usize {
 /// What a mouse believes at one moment of its search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct State<'a> {
-    /// Where the mouse stands.
-    pub pose: Pose,
-    /// A number a cell, with whatever meaning the client gives it: a distance in steps, a count of
-    /// visits. 255 also stands for anything greater.
-    pub weights: Matrix<'a>,
-    /// A set of flags a cell, see [`CellWalls`].
-    pub walls: Matrix<'a>,
+    pose: Pose,
+    weights: Matrix<'a>,
+    walls: Matrix<'a>,
 }
 
 /// A byte for each cell of a maze.
@@ -174,6 +170,34 @@ impl CellWalls {
 }
 
 impl<'a> State<'a> {
+    /// A state of these parts; `None` unless both matrices are of one size and the mouse stands
+    /// inside.
+    pub fn new(pose: Pose, weights: Matrix<'a>, walls: Matrix<'a>) -> Option<Self> {
+        let fits = weights.size == walls.size && weights.size.contains(pose.cell);
+        fits.then_some(Self { pose, weights, walls })
+    }
+
+    /// Where the mouse stands.
+    pub const fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// A number a cell, with whatever meaning the client gives it: a distance in steps, a count of
+    /// visits. 255 also stands for anything greater.
+    pub const fn weights(&self) -> Matrix<'a> {
+        self.weights
+    }
+
+    /// A set of flags a cell, as bytes. See [`cell_walls`](Self::cell_walls).
+    pub const fn walls(&self) -> Matrix<'a> {
+        self.walls
+    }
+
+    /// What the client says of one cell, `None` outside of the maze.
+    pub fn cell_walls(&self, cell: Cell) -> Option<CellWalls> {
+        self.walls.at(cell).map(CellWalls)
+    }
+
     /// The state of a message that begins with `S`.
     pub(crate) fn decode(message: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
         let area = size.area();
@@ -220,8 +244,8 @@ impl<'a> State<'a> {
 /// let mut buffer = [0; 518];
 /// encode_state(&mut buffer, start, &map, |cell| 100 * u16::from(cell.x), Order::F)?;
 /// let Ok(Request::State(state)) = Request::decode(&buffer, size) else { panic!() };
-/// assert_eq!(state.weights.at(Cell::new(2, 9)), Some(200));
-/// assert_eq!(state.weights.at(Cell::new(3, 9)), Some(255));
+/// assert_eq!(state.weights().at(Cell::new(2, 9)), Some(200));
+/// assert_eq!(state.weights().at(Cell::new(3, 9)), Some(255));
 /// # Ok::<(), mmsim_protocol::BufferTooSmall>(())
 /// ```
 pub fn encode_state(
@@ -275,7 +299,7 @@ mod tests {
         assert_eq!((state.weights.order(), state.walls.order()), (Order::C, Order::F));
         assert_eq!(state.weights.at(Cell::new(1, 0)), Some(9));
         assert_eq!(state.weights.at(Cell::new(0, 1)), None);
-        let walls = CellWalls(state.walls.at(Cell::new(0, 0)).unwrap());
+        let walls = state.cell_walls(Cell::new(0, 0)).unwrap();
         assert!(walls.visited() && walls.wall(Heading::South) && walls.wall(Heading::West));
         assert!(!walls.wall(Heading::North) && !walls.wall(Heading::East));
         let mut buffer = [0xa5; 12];
@@ -327,6 +351,17 @@ mod tests {
         assert!(Matrix::new(Order::C, small(), &[1, 2, 3]).is_none());
     }
 
+    #[test]
+    fn the_parts_of_a_state_fit_together() {
+        let matrix = |size: MazeSize, bytes| Matrix::new(Order::C, size, bytes).unwrap();
+        let (wide, high) =
+            (matrix(small(), &[1, 2]), matrix(MazeSize::new(1, 2).unwrap(), &[1, 2]));
+        let pose = |x| Pose::new(Cell::new(x, 0), Heading::North);
+        assert!(State::new(pose(1), wide, wide).is_some());
+        assert!(State::new(pose(1), wide, high).is_none());
+        assert!(State::new(pose(2), wide, wide).is_none());
+    }
+
     fn any_order() -> impl Strategy<Value = Order> {
         prop_oneof![Just(Order::C), Just(Order::F)]
     }
@@ -342,11 +377,10 @@ mod tests {
             let size = MazeSize::new(width, height).unwrap();
             let cell = Cell::new(x % size.width(), y % size.height());
             let (weights, walls) = bytes[..2 * size.area()].split_at(size.area());
-            let state = State {
-                pose: Pose::new(cell, Heading::ALL[heading]),
-                weights: Matrix::new(orders.0, size, weights).unwrap(),
-                walls: Matrix::new(orders.1, size, walls).unwrap(),
-            };
+            let pose = Pose::new(cell, Heading::ALL[heading]);
+            let weights_matrix = Matrix::new(orders.0, size, weights).unwrap();
+            let walls_matrix = Matrix::new(orders.1, size, walls).unwrap();
+            let state = State::new(pose, weights_matrix, walls_matrix).unwrap();
             let mut buffer = [0xa5; MAX_STATE_BYTES];
             let length = Request::State(state).encode(&mut buffer).unwrap();
             prop_assert_eq!(length, state_bytes(size));

@@ -18,10 +18,12 @@
 //! # Ok::<(), mmsim_maze::ParseError>(())
 //! ```
 
+mod background;
 mod history;
 mod server;
 mod simulation;
 
+pub use background::Background;
 pub use history::History;
 pub use server::{BindError, MAX_REQUEST_BYTES, ServeError, Server, Stop};
 pub use simulation::{ReplyBuffer, Simulation};

@@ -1,0 +1,51 @@
+//! A server on a thread of its own.
+
+use std::thread::{self, JoinHandle};
+
+use crate::{ServeError, Server, Simulation, Stop};
+
+/// A server on a thread of its own, which serves until it is stopped or the process ends.
+///
+/// ```
+/// use mmsim_server::{Server, Simulation};
+/// let maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+/// let server = Server::bind("127.0.0.1", 0)?.spawn(Simulation::new("small", maze))?;
+/// println!("a client may now connect to {}", server.address());
+/// let simulation = server.stop()?;
+/// assert!(simulation.history().is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Background {
+    address: String,
+    stop: Stop,
+    thread: JoinHandle<Result<Simulation, ServeError>>,
+}
+
+impl Server {
+    /// Serves the simulation on a thread of its own.
+    ///
+    /// # Errors
+    /// ZeroMQ has no socket left to stop it with.
+    pub fn spawn(self, mut simulation: Simulation) -> zmq::Result<Background> {
+        let (address, stop) = (self.address().to_string(), self.stop_handle()?);
+        let thread = thread::spawn(move || self.run(&mut simulation).map(|()| simulation));
+        Ok(Background { address, stop, thread })
+    }
+}
+
+impl Background {
+    /// Where clients connect, such as `tcp://127.0.0.1:6574`.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// Stops the server and gives the simulation with all it has kept.
+    ///
+    /// # Errors
+    /// The server has failed before.
+    pub fn stop(self) -> Result<Simulation, ServeError> {
+        self.stop.stop();
+        // A panic of the server's thread goes on in the one that waits for it.
+        self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    }
+}
