@@ -78,7 +78,7 @@ pub(crate) struct SolveArgs {
     /// server understands [default: the central cells]
     #[arg(long, value_name = "x,y|server", num_args = 1.., value_parser = parse_goal)]
     pub(crate) goal: Vec<Goal>,
-    /// Give up after this many steps: each reads the walls and sends the state
+    /// Give up after sending this many states, one more than the steps between them
     #[arg(long, value_name = "STEPS", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_steps: u32,
     /// Wait this long after each step
@@ -138,7 +138,8 @@ pub(crate) enum MazesCommand {
     },
     /// Size, goals and shortest path of maze files, or what is wrong with them
     Check {
-        /// Maze files and folders, which are searched with their subfolders
+        /// Maze files, and folders, which are searched with their subfolders but for hidden files
+        /// and those that end in .md or .json
         #[arg(required = true, value_name = "PATH")]
         paths: Vec<PathBuf>,
         /// Print a JSON array

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 use std::fmt::Write as _;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
@@ -11,12 +11,13 @@ use mmsim_server::Simulation;
 use mmsim_solvers::{Bundled, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
+use crate::Outcome;
 use crate::args::DemoArgs;
 use crate::interrupt::Interrupt;
+use crate::output::{counted, own_command, print, say};
 use crate::selection::Collection;
 use crate::serve::{announce, bind};
 use crate::solve::{ask_goals, drawing, say_waiting, summary};
-use crate::{Outcome, counted, own_command};
 
 /// Time between two steps that an eye can follow, in milliseconds.
 const PACE_MS: u64 = 50;
@@ -27,13 +28,15 @@ pub(crate) fn run(args: &DemoArgs) -> Outcome {
     let selected = Collection::at(None)?.select(&args.maze.words.join(" "))?;
     let server = bind("127.0.0.1", args.port)?;
     let interrupt = Interrupt::catch()?;
-    eprintln!("{}", announce(&selected, server.address()));
+    say(announce(&selected, server.address()));
     let server = server.spawn(Simulation::new(&selected.name, selected.maze))?;
     let address = server.address();
     let ended = search(args, address, &interrupt);
     if !args.once && matches!(ended, Ok(Ended::GoalReached | Ended::GoalNotReached)) {
         let more = own_command(&format!("solve weight-increment --connect {address}"));
-        eprintln!("still serving at {address}; try {more} in another terminal, or your own mouse");
+        say(format_args!(
+            "still serving at {address}; try {more} in another terminal, or your own mouse"
+        ));
         interrupt.wait();
     }
     server.stop()?;
@@ -51,7 +54,7 @@ enum Ended {
 
 /// Lets the mouse search the served maze and shows it.
 fn search(args: &DemoArgs, address: &str, interrupt: &Interrupt) -> Result<Ended, Box<dyn Error>> {
-    let mut transport = Zmq::connect(address, None, say_waiting)?;
+    let mut transport = Zmq::connect(address, None, |waiting| say_waiting(&waiting, true))?;
     let (map, start) = ask_goals(&mut transport, None)?;
     let mut mouse = Mouse::new(STRATEGY.strategy(), map, start);
     let mut screen = Screen::new();
@@ -71,7 +74,7 @@ fn search(args: &DemoArgs, address: &str, interrupt: &Interrupt) -> Result<Ended
         Ok(run) => run,
         Err(BrokenRun { run, error: RunError::Search(error) }) => {
             screen.finish(&mouse, &run)?;
-            eprintln!("{}: {error}", STRATEGY.name());
+            say(format_args!("{STRATEGY}: {error}"));
             return Ok(Ended::GoalNotReached);
         }
         Err(error) => return Err(error.into()),
@@ -113,9 +116,7 @@ impl Screen {
         if self.is_terminal {
             return self.replace(&last, &summary);
         }
-        let mut out = io::stdout().lock();
-        writeln!(out, "{last}{summary}")?;
-        out.flush()
+        print(&format!("{last}{summary}\n"))
     }
 
     /// Writes over what was drawn before, from the upper left corner of the screen.
@@ -127,9 +128,7 @@ impl Screen {
             let _ = write!(frame, "{line}\x1b[K\r\n");
         }
         frame += "\x1b[J";
-        let mut out = io::stdout().lock();
-        out.write_all(frame.as_bytes())?;
-        out.flush()
+        print(&frame)
     }
 }
 

@@ -6,17 +6,18 @@ mod demo;
 mod embedded;
 mod interrupt;
 mod mazes;
+mod output;
 mod selection;
 mod serve;
 mod solve;
 
-use std::env;
 use std::error::Error;
-use std::io::{self, ErrorKind, IsTerminal};
+use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
 use args::{Cli, Command};
 use clap::Parser;
+use output::say;
 use tracing_subscriber::EnvFilter;
 
 /// Whether the work was done: the goal reached, every maze valid. An error says why it could not
@@ -31,6 +32,8 @@ fn main() -> ExitCode {
         .with_writer(io::stderr)
         .with_ansi(io::stderr().is_terminal())
         .with_target(false)
+        // A log that cannot be written shall not end a server.
+        .log_internal_errors(false)
         .without_time()
         .init();
     let outcome = match cli.command {
@@ -42,31 +45,9 @@ fn main() -> ExitCode {
     match outcome {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
-        // Whoever read our output has read enough, as `head` does.
-        Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("mmsim: {error}");
+            say(format_args!("mmsim: {error}"));
             ExitCode::FAILURE
         }
     }
-}
-
-/// A number of things, such as `1 step` or `2 steps`.
-fn counted(count: impl Into<u64>, thing: &str) -> String {
-    let count = count.into();
-    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
-}
-
-/// How to run another command of ours, given how this one was run.
-fn own_command(arguments: &str) -> String {
-    let run = if env::var_os("CARGO_MANIFEST_DIR").is_some() {
-        "cargo run --release --"
-    } else {
-        "mmsim"
-    };
-    format!("`{}`", format!("{run} {arguments}").trim_end())
-}
-
-fn is_broken_pipe(error: &(dyn Error + 'static)) -> bool {
-    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
 }

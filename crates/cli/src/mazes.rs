@@ -1,16 +1,17 @@
 //! `mmsim mazes`: list, show and check mazes.
 
 use std::fmt::Display;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use mmsim_maze::{Catalogue, Entry, Maze};
 use mmsim_solvers::{Distances, MazeFacts};
 use serde::Serialize;
 
+use crate::Outcome;
 use crate::args::{MazesArgs, MazesCommand};
+use crate::output::{counted, goal_away, print};
 use crate::selection::{Collection, Selected};
-use crate::{Outcome, counted};
 
 pub(crate) fn run(args: &MazesArgs) -> Outcome {
     match &args.command {
@@ -54,7 +55,6 @@ fn show(name: &str, mazes: Option<&Path>, json: bool) -> Outcome {
     };
     let Selected { path, maze, .. } = collection?.select(name)?;
     let row = Row::of_maze(&path, &maze);
-    let mut out = io::stdout().lock();
     if json {
         #[derive(Serialize)]
         struct Shown {
@@ -63,11 +63,11 @@ fn show(name: &str, mazes: Option<&Path>, json: bool) -> Outcome {
             maze: String,
         }
         let shown = Shown { row, maze: maze.to_string() };
-        writeln!(out, "{}", serde_json::to_string(&shown)?)?;
+        print(&format!("{}\n", serde_json::to_string(&shown)?))?;
     } else {
         let distances = Distances::flood(maze.walls(), maze.goals());
         let distance = |cell| distances.at(cell);
-        writeln!(out, "{}\n{}", row.line(), maze.drawing().with_numbers(&distance))?;
+        print(&format!("{}\n{}", row.line(), maze.drawing().with_numbers(&distance)))?;
     }
     Ok(true)
 }
@@ -124,10 +124,7 @@ impl Row {
             return self.error.clone().unwrap_or_default();
         };
         let size = format!("{width}x{height}");
-        let goal = match self.shortest_path {
-            Some(steps) => format!("goal {} away", counted(steps, "step")),
-            None => "goal cannot be reached".to_string(),
-        };
+        let goal = goal_away(self.shortest_path);
         let cells = usize::from(*width) * usize::from(*height);
         let closed = match cells - self.reachable_cells.unwrap_or(cells) {
             0 => String::new(),
@@ -139,12 +136,8 @@ impl Row {
 }
 
 fn print_rows(rows: &[Row], json: bool) -> io::Result<()> {
-    let mut out = io::stdout().lock();
     if json {
-        return writeln!(out, "{}", serde_json::to_string_pretty(rows)?);
+        return print(&(serde_json::to_string_pretty(rows)? + "\n"));
     }
-    for row in rows {
-        writeln!(out, "{}", row.line())?;
-    }
-    Ok(())
+    print(&rows.iter().map(|row| row.line() + "\n").collect::<String>())
 }

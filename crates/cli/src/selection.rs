@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use mmsim_maze::{Catalogue, CatalogueError, Maze, ReadError};
 use mmsim_solvers::MazeFacts;
 
-use crate::{embedded, own_command};
+use crate::embedded;
+use crate::output::{own_command, say};
 
 /// The folder below the user's own in which mazes are looked for.
 const HOME_FOLDER: &str = ".mmsim";
@@ -41,20 +42,26 @@ pub(crate) enum SelectionError {
 }
 
 impl Collection {
-    /// The mazes at this path, or the default ones.
+    /// The mazes at this path. Without one those in the user's own folder, and where that holds
+    /// none the bundled ones.
     pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
-        let home =
-            || env::home_dir().map(|home| home.join(HOME_FOLDER)).filter(|path| path.is_dir());
-        match path.map(Path::to_path_buf).or_else(home) {
-            Some(path) => {
-                let place = path.display().to_string();
-                Ok(Self { catalogue: Catalogue::of_path(&path)?, place })
-            }
-            None => Ok(Self::bundled()),
-        }
+        let Some(path) = path else { return Ok(Self::of_the_user().unwrap_or_else(Self::bundled)) };
+        let place = path.display().to_string();
+        Ok(Self { catalogue: Catalogue::of_path(path)?, place })
     }
 
-    pub(crate) fn bundled() -> Self {
+    fn of_the_user() -> Option<Self> {
+        let path = env::home_dir()?.join(HOME_FOLDER);
+        let catalogue = Catalogue::of_path(&path).ok()?;
+        let place = path.display().to_string();
+        if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {
+            return Some(Self { catalogue, place });
+        }
+        say(format_args!("expected mazes in {place}, found none; here are the bundled ones"));
+        None
+    }
+
+    fn bundled() -> Self {
         Self { catalogue: embedded::catalogue(), place: "the bundled mazes".into() }
     }
 
@@ -92,7 +99,9 @@ impl Collection {
         };
         if let Some(error) = unreadable.first() {
             let (count, place) = (unreadable.len(), &self.place);
-            eprintln!("passed over {count} of {place} that cannot be read, such as {error}");
+            say(format_args!(
+                "passed over {count} of {place} that cannot be read, such as {error}"
+            ));
         }
         Ok(selected)
     }

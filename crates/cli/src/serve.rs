@@ -1,18 +1,28 @@
 //! `mmsim`: serve a maze.
 
+use std::path::Path;
+
+use clap::CommandFactory;
 use mmsim_server::{Server, Simulation};
 use mmsim_solvers::MazeFacts;
 
-use crate::args::ServeArgs;
+use crate::Outcome;
+use crate::args::{Cli, ServeArgs};
 use crate::interrupt::Interrupt;
+use crate::output::{goal_away, say};
 use crate::selection::{Collection, Selected};
-use crate::{Outcome, counted};
 
 pub(crate) fn run(args: &ServeArgs) -> Outcome {
+    if let Some(command) = args.mazes.as_deref().filter(|path| is_command(path)) {
+        let command = command.display();
+        return Err(
+            format!("expected options after the command, as in `mmsim {command} --help`").into()
+        );
+    }
     let selected = Collection::at(args.mazes.as_deref())?.select(&args.maze.words.join(" "))?;
     let server = bind(&args.host, args.port)?;
     let (interrupt, stop) = (Interrupt::catch()?, server.stop_handle()?);
-    eprintln!("{}", announce(&selected, server.address()));
+    say(announce(&selected, server.address()));
     let mut simulation = Simulation::new(&selected.name, selected.maze);
     std::thread::spawn(move || {
         interrupt.wait();
@@ -20,6 +30,13 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
     });
     server.run(&mut simulation)?;
     Ok(true)
+}
+
+/// Whether what stands in the place of mazes is a command that came after an option.
+fn is_command(path: &Path) -> bool {
+    let commands = Cli::command();
+    !path.exists()
+        && commands.get_subcommands().any(|command| Path::new(command.get_name()) == path)
 }
 
 /// Listens, or says what to try where that fails.
@@ -33,9 +50,6 @@ pub(crate) fn bind(host: &str, port: u16) -> Result<Server, String> {
 /// What is served and where.
 pub(crate) fn announce(selected: &Selected, address: &str) -> String {
     let Selected { path, maze, .. } = selected;
-    let goal = match MazeFacts::of(maze).shortest_path {
-        Some(steps) => format!("goal {} away", counted(steps, "step")),
-        None => "whose goal cannot be reached".into(),
-    };
+    let goal = goal_away(MazeFacts::of(maze).shortest_path);
     format!("serving {} ({}, {goal}) at {address}; Ctrl-C ends it", path.display(), maze.size())
 }

@@ -1,6 +1,5 @@
 //! `mmsim solve`: run a bundled strategy against a simulator.
 
-use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::thread;
 use std::time::Duration;
@@ -12,20 +11,34 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
+use crate::Outcome;
 use crate::args::{Cli, Goal, SolveArgs};
-use crate::{Outcome, counted, own_command};
+use crate::output::{counted, own_command, print, say};
 
 pub(crate) fn run(args: &SolveArgs) -> Outcome {
+    let strategy = args.strategy.0;
     let told = told_goals(args);
-    let mut transport = Zmq::connect(&args.connect, args.timeout, say_waiting)?;
-    let (map, start) = match told {
+    let asks_server = told.is_none();
+    let on_wait = |waiting: Waiting<'_>| say_waiting(&waiting, asks_server);
+    let mut transport = Zmq::connect(&args.connect, args.timeout, on_wait)?;
+    let known = match told {
         Some((size, goals)) => {
             let start = Pose::new(Cell::new(0, 0), Heading::North);
-            (KnownMaze::new(size, start.cell, goals), start)
+            Ok((KnownMaze::new(size, start.cell, goals), start))
         }
-        None => ask_goals(&mut transport, args.size)?,
+        None => ask_goals(&mut transport, args.size),
     };
-    let mut mouse = Mouse::new(args.strategy.0.strategy(), map, start);
+    let (map, start) = match known {
+        Ok(known) => known,
+        Err(error) if args.json => {
+            let report =
+                Report { strategy: strategy.name(), error: Some(error), ..Report::default() };
+            print(&(serde_json::to_string(&report)? + "\n"))?;
+            return Ok(false);
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let mut mouse = Mouse::new(strategy.strategy(), map, start);
     let pace = Duration::from_millis(args.pace);
     let result = search_run(&mut transport, &mut mouse, args.max_steps, |_, _| {
         if !pace.is_zero() {
@@ -37,13 +50,11 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         Ok(run) => (run, None),
         Err(BrokenRun { run, error }) => (run, Some(error)),
     };
-    let mut out = io::stdout().lock();
     if args.json {
-        let report = Report::new(args.strategy.0.name(), &run, &mouse, error.as_ref());
-        writeln!(out, "{}", serde_json::to_string(&report)?)?;
+        let report = Report::new(strategy.name(), &run, &mouse, error.as_ref());
+        print(&(serde_json::to_string(&report)? + "\n"))?;
     } else if run.states > 0 {
-        write!(out, "{}", drawing(&mouse))?;
-        writeln!(out, "{}", summary(args.strategy.0.name(), &run, &mouse))?;
+        print(&format!("{}{}\n", drawing(&mouse), summary(strategy.name(), &run, &mouse)))?;
     }
     match error {
         Some(error) if !args.json => Err(error.into()),
@@ -98,17 +109,19 @@ pub(crate) fn ask_goals(
     Ok((KnownMaze::new(served, start.cell, info.goal_cells()), start))
 }
 
-/// Says once, and then now and again, that there is no reply yet.
-#[allow(clippy::needless_pass_by_value)] // the transport hands it over
-pub(crate) fn say_waiting(waiting: Waiting<'_>) {
-    let Waiting { endpoint, since, answered } = waiting;
-    let seconds = since.as_secs();
-    if seconds != 1 && seconds % 10 != 0 {
+/// Says after a second, and then now and again, that there is no reply yet.
+pub(crate) fn say_waiting(waiting: &Waiting<'_>, asks_server: bool) {
+    let Waiting { endpoint, since, times, answered } = waiting;
+    if *times != 1 && times % 10 != 0 {
         return;
     }
-    let serve = own_command("");
-    let hint = if answered { String::new() } else { format!("; start a simulator with {serve}") };
-    eprintln!("no reply from {endpoint} for {seconds} s, waiting{hint}; Ctrl-C gives up");
+    let seconds = since.as_secs();
+    let hint = match (answered, asks_server) {
+        (true, _) => String::new(),
+        (false, false) => format!("; start a simulator with {}", own_command("")),
+        (false, true) => "; only a simulator of this project answers --goal server".into(),
+    };
+    say(format_args!("no reply from {endpoint} for {seconds} s, waiting{hint}; Ctrl-C gives up"));
 }
 
 /// The map as the mouse knows it, with its weights unless they are all zero.
@@ -132,8 +145,8 @@ pub(crate) fn summary<S: Strategy>(strategy: &str, run: &SearchRun, mouse: &Mous
     format!("{strategy}: {goal} after {steps}, {visited} visited, {requests}")
 }
 
-/// What `--json` prints.
-#[derive(Serialize)]
+/// What `--json` prints; null is what there was no search to tell of.
+#[derive(Default, Serialize)]
 struct Report<'a> {
     strategy: &'a str,
     goal_reached: bool,
@@ -141,11 +154,11 @@ struct Report<'a> {
     states: u32,
     requests: u32,
     visited_cells: usize,
-    width: u8,
-    height: u8,
-    cell: [u8; 2],
-    heading: char,
-    map: String,
+    width: Option<u8>,
+    height: Option<u8>,
+    cell: Option<[u8; 2]>,
+    heading: Option<char>,
+    map: Option<String>,
     error: Option<String>,
 }
 
@@ -165,11 +178,11 @@ impl<'a> Report<'a> {
             states: run.states,
             requests: run.requests,
             visited_cells: mouse.map().visited().len(),
-            width: size.width(),
-            height: size.height(),
-            cell: [cell.x, cell.y],
-            heading: heading.letter(),
-            map: mouse.map().drawing().to_string(),
+            width: Some(size.width()),
+            height: Some(size.height()),
+            cell: Some([cell.x, cell.y]),
+            heading: Some(heading.letter()),
+            map: Some(mouse.map().drawing().to_string()),
             error: error.map(ToString::to_string),
         }
     }

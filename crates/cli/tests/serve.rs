@@ -30,6 +30,19 @@ fn the_folder_in_the_home_is_found() {
 }
 
 #[test]
+fn a_folder_in_the_home_without_a_maze_is_no_obstacle() {
+    let home = Home::new();
+    home.write(".mmsim/rubbish.txt", "rubbish");
+    let server = home.serve(&["-p", "0"]);
+    assert!(
+        server.said.contains(".mmsim, found none; here are the bundled ones"),
+        "{}",
+        server.said
+    );
+    assert!(server.said.contains("serving 01-harbour.txt"), "{}", server.said);
+}
+
+#[test]
 fn words_pick_a_maze_of_a_folder_and_its_subfolders() {
     let home = Home::new();
     home.write("mazes/a-closed.txt", CLOSED);
@@ -38,7 +51,7 @@ fn words_pick_a_maze_of_a_folder_and_its_subfolders() {
     let served = |arguments: &[&str]| home.serve(arguments).said.clone();
     assert!(served(&["./mazes", "-p", "0"]).contains("c-open.txt"), "the first within reach");
     assert!(served(&["./mazes", "-p", "0", "--maze", "CLOSED a"]).contains("a-closed.txt"));
-    assert!(served(&["mazes/a-closed.txt", "-p", "0"]).contains("whose goal cannot be reached"));
+    assert!(served(&["mazes/a-closed.txt", "-p", "0"]).contains("goal cannot be reached"));
     let ended = home.run(&["./mazes", "--maze", "no such"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.starts_with("mmsim: expected a maze whose path holds \"no such\""));
@@ -77,6 +90,17 @@ fn signals_end_it_cleanly() {
 }
 
 #[test]
+fn a_server_whose_messages_nobody_reads_goes_on() {
+    let home = Home::new();
+    let server = home.serve_unheard(&["--port", "0", "--maze", "hedgerow"]);
+    for size in ["8x8", "16x16"] {
+        let reaches = size == "16x16";
+        let arguments = ["solve", "flood-fill", "--size", size, "--connect", &server.address];
+        assert_eq!(home.run(&arguments).code, Some(i32::from(!reaches)), "{size}");
+    }
+}
+
+#[test]
 fn wrong_usage_is_told_apart_from_failure() {
     let home = Home::new();
     for arguments in [
@@ -95,7 +119,9 @@ fn wrong_usage_is_told_apart_from_failure() {
         assert_eq!(ended.code, Some(2), "{arguments:?}: {ended:?}");
         assert!(ended.stdout.is_empty() && ended.stderr.contains("--help"), "{ended:?}");
     }
-    for arguments in [&["no-such-folder"][..], &["--host", "no such host"]] {
+    for arguments in
+        [&["no-such-folder"][..], &["--host", "no such host"], &["--port", "0", "demo"]]
+    {
         assert_eq!(home.run(arguments).code, Some(1), "{arguments:?}");
     }
 }

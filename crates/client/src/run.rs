@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use mmsim_maze::{Cell, Contradiction, Heading, MazeSize};
+use mmsim_maze::{Cell, Contradiction, Heading, MazeSize, Pose, WallState, WallsAround};
 use mmsim_protocol::{
     BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, Order, Reply, Request, UnknownReply,
     encode_state,
@@ -26,6 +26,7 @@ pub struct SearchRun {
 
 /// Why a search run broke off. What the mouse has learned until then it still knows.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RunError {
     /// No reply.
     #[error(transparent)]
@@ -88,7 +89,8 @@ pub struct BrokenRun {
 }
 
 /// Runs a search: `reset`, then in every cell reads the walls, lets the mouse decide, sends the
-/// state, and stops or takes a step.
+/// state, and stops or takes a step. Where nothing is known of the side behind the mouse at the
+/// start, it reads the walls there with the nose turned round, first of all.
 ///
 /// It ends when the strategy stops or `max_states` states are sent. After each state `observe` is
 /// shown the mouse and the run so far, and may end it by breaking off.
@@ -117,16 +119,14 @@ fn drive<S: Strategy>(
 ) -> Result<(), RunError> {
     let ok = |reply: Reply<'_>| (reply == Reply::Ok).then_some(());
     exchange.ask("reset", |buffer| Request::Reset.encode(buffer), ok)?;
+    let behind = mouse.turned_round();
+    if mouse.map().wall(behind.cell, behind.heading) == WallState::Unknown {
+        let around = exchange.ask_walls(behind)?;
+        mouse.see_behind(around).map_err(|error| contradiction(error, mouse.map().size()))?;
+    }
     while run.states < max_states {
         let pose = mouse.pose();
-        let around = exchange.ask(
-            "W",
-            |buffer| Request::Walls(pose).encode(buffer),
-            |reply| match reply {
-                Reply::Walls(around) => Some(around),
-                _ => None,
-            },
-        )?;
+        let around = exchange.ask_walls(pose)?;
         mouse.see(around).map_err(|error| contradiction(error, mouse.map().size()))?;
         let decision = mouse.decide();
         let weight = |cell| mouse.weight(cell);
@@ -187,6 +187,17 @@ impl<'t, T: Transport> Exchange<'t, T> {
         Self { transport, requests: 0, request: [0; MAX_STATE_BYTES], reply: Vec::new() }
     }
 
+    fn ask_walls(&mut self, pose: Pose) -> Result<WallsAround, RunError> {
+        self.ask(
+            "W",
+            |buffer| Request::Walls(pose).encode(buffer),
+            |reply| match reply {
+                Reply::Walls(around) => Some(around),
+                _ => None,
+            },
+        )
+    }
+
     fn ask<R>(
         &mut self,
         request: &'static str,
@@ -194,14 +205,21 @@ impl<'t, T: Transport> Exchange<'t, T> {
         expected: impl FnOnce(Reply<'_>) -> Option<R>,
     ) -> Result<R, RunError> {
         let length = encode(&mut self.request)?;
-        self.transport.exchange(&self.request[..length], &mut self.reply)?;
         self.requests += 1;
+        self.transport.exchange(&self.request[..length], &mut self.reply)?;
         match Reply::decode(&self.reply)? {
-            Reply::Error(reason) => Err(RunError::Refused { request, reason: reason.into() }),
+            Reply::Error(reason) => Err(RunError::Refused { request, reason: printable(reason) }),
             reply => expected(reply)
                 .ok_or_else(|| RunError::WrongReply { request, found: Excerpt::of(&self.reply) }),
         }
     }
+}
+
+/// The words of somebody else, without what a terminal would obey.
+fn printable(text: &str) -> String {
+    text.chars()
+        .flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] })
+        .collect()
 }
 
 #[cfg(test)]
@@ -286,6 +304,20 @@ o---o---o---o
     }
 
     #[test]
+    fn a_start_open_only_behind_is_no_trap() {
+        for strategy in Bundled::ALL {
+            let maze: Maze = "o---o\n| S |\no   o\n| G |\no---o\n".parse().unwrap();
+            let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::before(&maze), maze.start());
+            let mut simulation = Simulation::new("behind", maze);
+            let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
+            let go_on = |_: &Mouse<_>, _: &_| ControlFlow::Continue(());
+            let run = search_run(&mut transport, &mut mouse, 1000, go_on).unwrap();
+            let expected = SearchRun { goal_reached: true, steps: 1, states: 2, requests: 6 };
+            assert_eq!(run, expected, "{strategy}");
+        }
+    }
+
+    #[test]
     fn a_goal_out_of_reach_ends_with_its_last_state() {
         let goals = [Cell::new(0, 5)].into_iter().collect();
         let map = KnownMaze::new(known().size(), Cell::new(0, 0), goals);
@@ -325,6 +357,7 @@ o---o---o---o
             run(known(), 1000, change).0.unwrap_err().to_string()
         };
         assert_eq!(error(b"reset", b"error: no"), "the simulator refused reset: no");
+        assert_eq!(error(b"W", b"error: \x1b[2J\n"), "the simulator refused W: \\u{1b}[2J\\n");
         assert_eq!(error(b"W", b"ok"), "expected the reply to W, found \"ok\"");
         assert_eq!(error(b"S", b"pong"), "expected the reply to S, found \"pong\"");
         assert!(error(b"S", b"").starts_with("expected pong, ok, "));

@@ -13,6 +13,7 @@ pub trait Transport {
 
 /// Why there is no reply.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TransportError {
     /// The simulator did not answer in time.
     #[error("expected a reply from {endpoint}, found none within {} s", after.as_secs_f64())]

@@ -26,6 +26,8 @@ pub struct Waiting<'a> {
     pub endpoint: &'a str,
     /// How long we have waited for this reply.
     pub since: Duration,
+    /// How often this has been said of this reply, this time included.
+    pub times: u32,
     /// Whether the simulator has answered an earlier request.
     pub answered: bool,
 }
@@ -43,14 +45,21 @@ impl<'a> Zmq<'a> {
         timeout: Option<Duration>,
         on_wait: impl FnMut(Waiting<'_>) + 'a,
     ) -> Result<Self, TransportError> {
-        let socket = connect(endpoint).map_err(|error| failed(endpoint, error))?;
+        // ZeroMQ would wait for ever for a port that cannot be.
+        if let Some(port) = endpoint.strip_prefix("tcp://").and_then(|rest| rest.rsplit(':').next())
+            && !port.parse::<u16>().is_ok_and(|port| port > 0)
+        {
+            let found = format!("expected a port from 1 to 65535, found {port:?}");
+            return Err(failed(endpoint, &found));
+        }
+        let socket = connect(endpoint).map_err(|error| failed(endpoint, &error))?;
         let on_wait = Box::new(on_wait);
         Ok(Self { socket, endpoint: endpoint.into(), timeout, answered: false, on_wait })
     }
 
     fn receive(&mut self, reply: &mut Vec<u8>) -> Result<(), TransportError> {
         let patience = self.timeout.or(self.answered.then_some(PATIENCE));
-        let begun = Instant::now();
+        let (begun, mut times) = (Instant::now(), 0);
         loop {
             let left = patience.map_or(NOTICE, |all| all.saturating_sub(begun.elapsed()));
             // Round up: poll 0 ms would turn the last fraction of a millisecond into a busy loop.
@@ -60,18 +69,26 @@ impl<'a> Zmq<'a> {
                 Ok(0) => {}
                 Ok(_) => break,
                 Err(zmq::Error::EINTR) => continue,
-                Err(error) => return Err(failed(&self.endpoint, error)),
+                Err(error) => return Err(failed(&self.endpoint, &error)),
             }
             let since = begun.elapsed();
             if let Some(after) = patience.filter(|&all| since >= all) {
                 let endpoint = self.endpoint.clone();
+                // This socket would wait on for the reply that did not come.
+                self.socket = connect(&endpoint).map_err(|error| failed(&endpoint, &error))?;
                 return Err(TransportError::NoReply { endpoint, after });
             }
             let Self { endpoint, answered, .. } = self;
-            (self.on_wait)(Waiting { endpoint, since, answered: *answered });
+            times += 1;
+            (self.on_wait)(Waiting { endpoint, since, times, answered: *answered });
         }
-        let message = self.socket.recv_msg(0).map_err(|error| failed(&self.endpoint, error))?;
-        reply.extend_from_slice(&message);
+        let frames =
+            self.socket.recv_multipart(0).map_err(|error| failed(&self.endpoint, &error))?;
+        let [frame] = frames.as_slice() else {
+            let found = format!("expected a reply of one frame, found {}", frames.len());
+            return Err(failed(&self.endpoint, &found));
+        };
+        reply.extend_from_slice(frame);
         self.answered = true;
         Ok(())
     }
@@ -80,7 +97,7 @@ impl<'a> Zmq<'a> {
 impl Transport for Zmq<'_> {
     fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError> {
         reply.clear();
-        self.socket.send(request, 0).map_err(|error| failed(&self.endpoint, error))?;
+        self.socket.send(request, 0).map_err(|error| failed(&self.endpoint, &error))?;
         self.receive(reply)
     }
 }
@@ -93,8 +110,8 @@ fn connect(endpoint: &str) -> zmq::Result<zmq::Socket> {
     Ok(socket)
 }
 
-fn failed(endpoint: &str, error: zmq::Error) -> TransportError {
-    TransportError::Failed { endpoint: endpoint.into(), reason: error.to_string() }
+fn failed(endpoint: &str, reason: &impl ToString) -> TransportError {
+    TransportError::Failed { endpoint: endpoint.into(), reason: reason.to_string() }
 }
 
 #[cfg(test)]
@@ -103,22 +120,47 @@ mod tests {
 
     #[test]
     fn a_simulator_that_is_not_there_is_waited_for_and_given_up() {
-        let mut notices = 0;
-        let patience = Duration::from_millis(1100);
+        let (mut notices, patience) = (Vec::new(), Duration::from_millis(2500));
         let mut transport = Zmq::connect("tcp://127.0.0.1:1", Some(patience), |waiting| {
             assert!(!waiting.answered);
-            notices += 1;
+            notices.push(waiting.times);
         })
         .unwrap();
         let error = transport.exchange(b"ping", &mut Vec::new()).unwrap_err();
         assert!(matches!(error, TransportError::NoReply { .. }), "{error}");
         drop(transport);
-        assert_eq!(notices, 1);
+        assert_eq!(notices[0], 1);
+    }
+
+    #[test]
+    fn after_a_reply_that_did_not_come_the_next_request_is_served() {
+        let simulator = zmq::Context::new().socket(zmq::REP).unwrap();
+        simulator.bind("tcp://127.0.0.1:*").unwrap();
+        let endpoint = simulator.get_last_endpoint().unwrap().unwrap();
+        let patience = Some(Duration::from_millis(300));
+        let mut transport = Zmq::connect(&endpoint, patience, |_| {}).unwrap();
+        let mut reply = Vec::new();
+        let error = transport.exchange(b"slow", &mut reply).unwrap_err();
+        assert!(matches!(error, TransportError::NoReply { .. }), "{error}");
+        let answering = std::thread::spawn(move || {
+            for expected in [&b"slow"[..], b"ping"] {
+                assert_eq!(simulator.recv_bytes(0).unwrap(), expected);
+                simulator.send(expected, 0).unwrap();
+            }
+        });
+        transport.timeout = None;
+        transport.exchange(b"ping", &mut reply).unwrap();
+        assert_eq!(reply, b"ping", "not the late reply");
+        answering.join().unwrap();
     }
 
     #[test]
     fn an_endpoint_that_is_none_is_an_error() {
         let error = Zmq::connect("127.0.0.1:6574", None, |_| {}).err().unwrap().to_string();
         assert!(error.starts_with("cannot reach 127.0.0.1:6574: "), "{error}");
+        for port in ["99999", "0", "http", "127.0.0.1"] {
+            let error = Zmq::connect(&format!("tcp://host:{port}"), None, |_| {}).err().unwrap();
+            assert!(error.to_string().contains("expected a port from 1 to 65535"), "{error}");
+        }
     }
 }

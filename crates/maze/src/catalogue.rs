@@ -4,6 +4,8 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+use walkdir::{DirEntry, WalkDir};
+
 use crate::{Maze, ParseError, ReadError};
 
 /// A collection of mazes, in the order of their paths.
@@ -51,19 +53,19 @@ impl Catalogue {
     }
 
     /// The file `path`, or every file in the folder `path` and its subfolders, but for hidden
-    /// ones and those that end in `.md` or `.json`. Links to folders are not followed.
+    /// ones and those that end in `.md` or `.json`. Links are followed. A subfolder that cannot be
+    /// listed is an entry that cannot be read.
     ///
     /// # Errors
-    /// `path` is not there, or a folder cannot be listed.
+    /// `path` is not there or cannot be listed.
     pub fn of_path(path: &Path) -> Result<Self, CatalogueError> {
         let error = |source| CatalogueError { path: path.into(), source };
-        let mut paths = Vec::new();
-        if fs::metadata(path).map_err(error)?.is_dir() {
-            list_folder(path, &mut paths)?;
-            paths.sort();
+        let paths = if fs::metadata(path).map_err(error)?.is_dir() {
+            fs::read_dir(path).map_err(error)?;
+            list_folder(path)
         } else {
-            paths.push(path.to_path_buf());
-        }
+            vec![path.to_path_buf()]
+        };
         let entries = paths.into_iter().map(|path| Entry { path, text: None }).collect();
         Ok(Self { entries })
     }
@@ -106,23 +108,30 @@ impl Entry {
     }
 }
 
-fn list_folder(folder: &Path, paths: &mut Vec<PathBuf>) -> Result<(), CatalogueError> {
-    let error = |source| CatalogueError { path: folder.into(), source };
-    for entry in fs::read_dir(folder).map_err(error)? {
-        let entry = entry.map_err(error)?;
-        let path = entry.path();
-        let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
+/// The files that may be mazes, and folders that cannot be listed: reading those as a file says
+/// what is wrong with them.
+fn list_folder(folder: &Path) -> Vec<PathBuf> {
+    let is_hidden = |entry: &DirEntry| {
+        entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")
+    };
+    let is_other = |path: &Path| {
         let ending = path.extension().unwrap_or_default();
-        if hidden || ["md", "json"].iter().any(|other| ending.eq_ignore_ascii_case(other)) {
-            continue;
-        }
-        if entry.file_type().map_err(error)?.is_dir() {
-            list_folder(&path, paths)?;
-        } else if path.is_file() {
-            paths.push(path);
-        }
-    }
-    Ok(())
+        ["md", "json"].iter().any(|other| ending.eq_ignore_ascii_case(other))
+    };
+    let mut paths: Vec<PathBuf> = WalkDir::new(folder)
+        .follow_links(true)
+        .into_iter()
+        .filter_entry(|entry| !is_hidden(entry))
+        .filter_map(|entry| match entry {
+            Ok(entry) => entry.file_type().is_file().then(|| entry.into_path()),
+            // A link back to a folder around it leads to nothing new.
+            Err(error) if error.loop_ancestor().is_some() => None,
+            Err(error) => error.path().map(Path::to_path_buf),
+        })
+        .filter(|path| !is_other(path))
+        .collect();
+    paths.sort();
+    paths
 }
 
 #[cfg(test)]
@@ -156,6 +165,20 @@ mod tests {
         assert_eq!(names(catalogue.matching("nothing like it")), [""; 0]);
         let readable = catalogue.entries().iter().map(|entry| entry.maze().is_ok());
         assert!(readable.eq([true, false, true]));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_but_not_in_circles() {
+        use std::os::unix::fs::symlink;
+        let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        fs::write(elsewhere.path().join("a.txt"), MAZE).unwrap();
+        symlink(elsewhere.path(), folder.path().join("link")).unwrap();
+        symlink(folder.path(), folder.path().join("circle")).unwrap();
+        symlink(folder.path().join("nowhere"), folder.path().join("broken.txt")).unwrap();
+        let catalogue = Catalogue::of_path(folder.path()).unwrap();
+        assert_eq!(names(catalogue.entries()), ["broken", "a"]);
+        assert!(catalogue.entries()[0].maze().is_err());
     }
 
     #[test]

@@ -11,6 +11,7 @@ pub const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// A file from which no maze could be read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReadError {
     /// The file could not be opened or read.
     #[error("{}: cannot be read: {source}", path.display())]
@@ -19,12 +20,6 @@ pub enum ReadError {
         path: PathBuf,
         /// What the operating system says.
         source: io::Error,
-    },
-    /// The file is larger than any maze.
-    #[error("{}: expected a maze file of at most {MAX_FILE_BYTES} bytes, found a larger one", path.display())]
-    TooLarge {
-        /// The file.
-        path: PathBuf,
     },
     /// The content is no maze.
     #[error("{}: {source}", path.display())]
@@ -46,10 +41,12 @@ impl Maze {
         let mut content = Vec::new();
         let file = File::open(path).map_err(io_error)?;
         file.take(MAX_FILE_BYTES + 1).read_to_end(&mut content).map_err(io_error)?;
-        if content.len() as u64 > MAX_FILE_BYTES {
-            return Err(ReadError::TooLarge { path: path.into() });
-        }
-        Self::parse(&content).map_err(|source| ReadError::Parse { path: path.into(), source })
+        let maze = if content.len() as u64 > MAX_FILE_BYTES {
+            Err(ParseError::too_large(&content))
+        } else {
+            Self::parse(&content)
+        };
+        maze.map_err(|source| ReadError::Parse { path: path.into(), source })
     }
 }
 
@@ -69,7 +66,7 @@ mod tests {
         fs::write(folder.path().join("maze.txt"), "o---o\n| S |\no-- o\n").unwrap();
         fs::write(folder.path().join("large"), vec![b' '; (1 << 20) + 1]).unwrap();
         insta::assert_snapshot!(error("maze.txt"), @r#"FOLDER/maze.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
-        insta::assert_snapshot!(error("large"), @"FOLDER/large: expected a maze file of at most 1048576 bytes, found a larger one");
+        insta::assert_snapshot!(error("large"), @"FOLDER/large: line 1, column 1048578: expected the end of the file before byte 1048577, found more");
         assert!(error("missing").starts_with("FOLDER/missing: cannot be read: "));
         assert!(error("").contains("cannot be read: "), "a folder is no file");
     }

@@ -1,7 +1,7 @@
 //! Maze file formats, told from their content.
 use std::str::FromStr;
 
-use crate::Maze;
+use crate::{Cell, CellSet, Maze, MazeSize, Walls};
 
 mod grid;
 mod oshwdem;
@@ -10,6 +10,7 @@ mod trial;
 
 /// A way to write a maze down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Format {
     /// Posts and walls drawn as text, north on top:
     ///
@@ -52,7 +53,7 @@ pub struct ParseError {
 }
 
 impl Format {
-    /// The format of this content, judged by its first line that is not blank.
+    /// The format of this content, judged by its first two lines that are not blank.
     ///
     /// ```
     /// use mmsim_maze::Format;
@@ -60,12 +61,13 @@ impl Format {
     /// assert_eq!(Format::of("2\n1,3\n4,12\n"), Format::Trial);
     /// ```
     pub fn of(text: &str) -> Self {
-        let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("");
+        let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+        let (first, second) = (lines.next().unwrap_or(""), lines.next().unwrap_or(""));
+        let is_number = !first.is_empty() && first.chars().all(|c| c.is_ascii_digit());
         if first.starts_with("OSHWDEM") {
             Self::Oshwdem
-        } else if first.starts_with(|c: char| c.is_ascii_digit())
-            && first.chars().all(|c| c.is_ascii_digit() || c == ',' || c == ' ')
-        {
+        } else if is_number && (first.len() <= 2 || second.contains(',')) {
+            // The narrowest row of posts has three characters, and a maze may be drawn with digits.
             Self::Trial
         } else {
             Self::Text
@@ -122,6 +124,38 @@ impl ParseError {
     }
 }
 
+impl ParseError {
+    /// The error for a file that goes on after this content, the most that is read.
+    pub(crate) fn too_large(content: &[u8]) -> Self {
+        let lines = content.split(|&byte| byte == b'\n');
+        let column = lines.clone().next_back().map_or(0, <[u8]>::len) + 1;
+        let line = lines.count();
+        let expected = format!("the end of the file before byte {}", content.len());
+        Self::new(line, column, expected, "more")
+    }
+}
+
+/// The cell at these coordinates, which a format has checked to be below 32.
+#[allow(clippy::cast_possible_truncation)]
+fn cell(x: usize, y: usize) -> Cell {
+    Cell::new(x as u8, y as u8)
+}
+
+/// A size that a format has checked already, so that its errors carry a place.
+fn size(width: usize, height: usize) -> Result<MazeSize, ParseError> {
+    MazeSize::new(width, height).map_err(|error| {
+        let found = format!("{}x{}", error.width, error.height);
+        ParseError::new(1, 1, "a maze of 1x1 to 32x32 cells", found)
+    })
+}
+
+/// The maze of these parts, which come from inside the drawing.
+fn finish(walls: Walls, start: Option<Cell>, goals: CellSet) -> Result<Maze, ParseError> {
+    Maze::new(walls, start.unwrap_or(Cell::new(0, 0)), goals).map_err(|error| {
+        ParseError::new(1, 1, "a start and goals inside the maze", error.cell.to_string())
+    })
+}
+
 /// Some of the file's own text for an error message: in quotes, escaped, not too long.
 fn quoted(found: &str) -> String {
     const LONGEST: usize = 24;
@@ -139,7 +173,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{Cell, CellSet, Heading, MazeSize, Walls};
+    use crate::Heading;
 
     #[test]
     fn rubbish_gets_a_place_and_a_reason() {

@@ -121,7 +121,7 @@ impl KnownMaze {
     }
 
     /// Notes what the mouse senses at `pose` and marks its cell as visited. Outside of the maze
-    /// there is nothing to note.
+    /// there are walls all round, and no cell to visit.
     ///
     /// # Errors
     /// A reading that contradicts what is known. Nothing is noted then.

@@ -60,8 +60,8 @@ mod request;
 mod state;
 
 pub use mmsim_maze::{
-    Cell, CellSet, Contradiction, Heading, KnownMaze, MazeSize, Pose, Step, Unknown, WallState,
-    WallsAround,
+    Cell, CellSet, Contradiction, Drawing, Heading, KnownMaze, MazeSize, Pose, SizeError, Step,
+    Unknown, WallState, WallsAround,
 };
 
 #[cfg(feature = "info")]

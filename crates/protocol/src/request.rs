@@ -31,6 +31,7 @@ pub enum Request<'a> {
 
 /// A request that a simulator of this size of maze cannot serve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RequestError {
     /// None of the messages of the protocol.
     #[error("expected ping, reset, info, W or S, found {0}")]
@@ -133,13 +134,8 @@ impl<'a> Request<'a> {
     }
 }
 
-pub(crate) fn heading_byte(heading: Heading) -> u8 {
-    match heading {
-        Heading::North => b'N',
-        Heading::East => b'E',
-        Heading::South => b'S',
-        Heading::West => b'W',
-    }
+pub(crate) const fn heading_byte(heading: Heading) -> u8 {
+    heading.letter() as u8
 }
 
 /// The pose of a walls request or a state, which both have it right after their letter.

@@ -43,6 +43,9 @@ impl Background {
     ///
     /// # Errors
     /// The server has failed before.
+    ///
+    /// # Panics
+    /// The server's thread has panicked, which would be a mistake of ours.
     pub fn stop(self) -> Result<Simulation, ServeError> {
         self.stop.stop();
         // A panic of the server's thread goes on in the one that waits for it.

@@ -4,6 +4,7 @@ use std::io;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use mmsim_protocol::{ERROR_PREFIX, RequestError};
 use tracing::{debug, info, warn};
@@ -11,7 +12,7 @@ use tracing::{debug, info, warn};
 use crate::simulation::refuse;
 use crate::{ReplyBuffer, Simulation};
 
-/// The largest request that is received, in bytes; who sends a larger one is cut off.
+/// The largest frame that is received, in bytes; who sends a larger one is cut off.
 pub const MAX_REQUEST_BYTES: i64 = 64 * 1024;
 
 /// How long replies still on their way may delay the end of the server, in milliseconds.
@@ -19,6 +20,12 @@ const LINGER_MS: i32 = 500;
 
 /// How long a [`Stop`] waits for the server, in milliseconds.
 const STOP_MS: i32 = 1000;
+
+/// A server that shall stop does so once no request has come for so long, in milliseconds …
+const QUIET_MS: i32 = 20;
+
+/// … or after this time, however many come.
+const LAST_CALL: Duration = Duration::from_millis(200);
 
 /// Where a [`Stop`] knocks. Each server has a context of its own, so the name is free in each.
 const STOP_ENDPOINT: &str = "inproc://stop";
@@ -36,6 +43,7 @@ pub struct Server {
 
 /// An address on which no server can listen.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum BindError {
     /// Somebody listens there already.
     #[error(
@@ -79,7 +87,7 @@ pub struct ServeError {
 
 impl Server {
     /// Listens on a port of this machine; port 0 takes a free one. The host may be a name, an
-    /// address, or `*` for every address of the machine.
+    /// address, or `*` for every IPv4 address of the machine.
     ///
     /// # Errors
     /// The port is in use, or the host is not one of this machine's.
@@ -98,6 +106,9 @@ impl Server {
         socket.set_linger(LINGER_MS)?;
         socket.set_maxmsgsize(MAX_REQUEST_BYTES)?;
         socket.set_ipv6(resolved.is_ipv6())?;
+        // A client with a name of its own that starts again is the same client, not a stranger
+        // whose name is taken.
+        socket.set_router_handover(true)?;
         socket.bind(&format!("tcp://{resolved}"))?;
         let address = match socket.get_last_endpoint()? {
             Ok(address) => address,
@@ -132,16 +143,20 @@ impl Server {
     pub fn run(self, simulation: &mut Simulation) -> Result<(), ServeError> {
         let failed = |source| ServeError { address: self.address.clone(), source };
         let (mut request, mut reply) = (zmq::Message::new(), ReplyBuffer::new());
-        let mut refused = 0_u64;
-        loop {
+        let (mut refused, mut end) = (0_u64, None);
+        while end.is_none_or(|end| Instant::now() < end) {
             let frames = match self.receive(&mut request) {
                 Ok(frames) => frames,
-                Err(zmq::Error::EINTR) => continue,
+                // Nobody asks any more.
+                Err(zmq::Error::EAGAIN) => break,
                 Err(source) => return Err(failed(source)),
             };
             if &*request == STOP_REQUEST && self.stopped.load(Ordering::Acquire) {
                 let _ = self.socket.send("", zmq::DONTWAIT);
-                break;
+                // Requests may have come in before, from other peers.
+                self.socket.set_rcvtimeo(QUIET_MS).map_err(failed)?;
+                end = Some(Instant::now() + LAST_CALL);
+                continue;
             }
             if frames == 1 {
                 simulation.handle(&request, &mut reply);
@@ -162,15 +177,25 @@ impl Server {
 
     /// Receives one message, of which the first frame is kept, and gives the number of frames.
     fn receive(&self, first: &mut zmq::Message) -> zmq::Result<usize> {
-        self.socket.recv(first, 0)?;
+        self.receive_frame(first)?;
         let (mut frames, mut further) = (1, zmq::Message::new());
         let mut more = first.get_more();
         while more {
-            self.socket.recv(&mut further, 0)?;
+            self.receive_frame(&mut further)?;
             more = further.get_more();
             frames += 1;
         }
         Ok(frames)
+    }
+
+    fn receive_frame(&self, frame: &mut zmq::Message) -> zmq::Result<()> {
+        loop {
+            match self.socket.recv(frame, 0) {
+                // A signal, which is for others to act on.
+                Err(zmq::Error::EINTR) => {}
+                result => return result,
+            }
+        }
     }
 }
 
@@ -201,8 +226,8 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// Lets the server end once it has answered the requests before, and waits for that, but at
-    /// most a second. Does nothing if the server has ended.
+    /// Lets the server end once it has answered the requests that have come in. Waits until it
+    /// knows, but at most a second. Does nothing if the server has ended.
     pub fn stop(self) {
         self.stopped.store(true, Ordering::Release);
         // If it cannot be sent or nobody answers, the server has ended.
@@ -246,6 +271,43 @@ mod tests {
         let error = |host| Server::bind(host, 0).err().unwrap().to_string();
         assert!(error("no such host").starts_with("expected the name or address of this machine"));
         assert!(error("192.0.2.1").starts_with("cannot listen on port 0 of 192.0.2.1: "));
+    }
+
+    #[test]
+    fn requests_that_came_in_before_the_stop_are_answered() {
+        let server = Server::bind("127.0.0.1", 0).unwrap();
+        let clients: Vec<zmq::Socket> = (0..20)
+            .map(|_| {
+                let client = zmq::Context::new().socket(zmq::REQ).unwrap();
+                client.set_rcvtimeo(5000).unwrap();
+                client.connect(server.address()).unwrap();
+                client.send("ping", 0).unwrap();
+                client
+            })
+            .collect();
+        let stop = server.stop_handle().unwrap();
+        thread::scope(|scope| {
+            scope.spawn(|| stop.stop());
+            server.run(&mut simulation()).unwrap();
+        });
+        for client in clients {
+            assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
+        }
+    }
+
+    #[test]
+    fn a_name_may_come_back() {
+        let server = Server::bind("127.0.0.1", 0).unwrap().spawn(simulation()).unwrap();
+        for _ in 0..50 {
+            let client = zmq::Context::new().socket(zmq::REQ).unwrap();
+            client.set_identity(b"mouse").unwrap();
+            client.set_rcvtimeo(5000).unwrap();
+            client.set_linger(0).unwrap();
+            client.connect(server.address()).unwrap();
+            client.send("ping", 0).unwrap();
+            assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
+        }
+        server.stop().unwrap();
     }
 
     #[test]

@@ -63,6 +63,20 @@ impl<S: Strategy> Mouse<S> {
         self.map.note(self.pose, around)
     }
 
+    /// Notes the walls that the mouse senses with its nose turned round: at the start nothing may
+    /// be known of the side behind it. The mouse itself heads on as before.
+    ///
+    /// # Errors
+    /// A reading that contradicts an earlier one; the map is left as it was.
+    pub fn see_behind(&mut self, around: WallsAround) -> Result<(), Contradiction> {
+        self.map.note(self.turned_round(), around)
+    }
+
+    /// Its pose after half a turn on the spot.
+    pub const fn turned_round(&self) -> Pose {
+        Pose::new(self.pose.cell, self.pose.heading.back())
+    }
+
     /// Lets the strategy decide what to do here.
     ///
     /// # Errors

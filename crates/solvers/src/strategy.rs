@@ -77,6 +77,7 @@ pub enum Move {
 
 /// Why a search cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SearchError {
     /// Known walls close every way from the mouse to the goal.
     #[error("expected a way from {cell} to the goal, found all of them closed by walls")]

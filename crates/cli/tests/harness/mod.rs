@@ -3,7 +3,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
 use std::thread::JoinHandle;
 use std::{fs, thread};
 
@@ -65,20 +65,34 @@ impl Home {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let mut stderr = BufReader::new(child.stderr.take().unwrap());
-        let mut said = String::new();
-        while !said.contains(text) {
-            assert_ne!(stderr.read_line(&mut said).unwrap(), 0, "it has ended: {said}");
-        }
-        let address = said.split("tcp://").nth(1).unwrap().split(';').next().unwrap();
-        let address = format!("tcp://{address}");
+        let (mut stderr, said) = read_until(child.stderr.take().unwrap(), text);
         let rest = thread::spawn(move || {
             let mut rest = String::new();
             stderr.read_to_string(&mut rest).unwrap();
             rest
         });
-        Serving { child, address, said, rest: Some(rest) }
+        Serving { child, address: address(&said), said, rest: Some(rest) }
     }
+
+    /// Starts the command as a server and closes its stderr once it has said where it serves.
+    pub fn serve_unheard(&self, arguments: &[&str]) -> Serving {
+        let mut child = self.command(arguments).stderr(Stdio::piped()).spawn().unwrap();
+        let (_, said) = read_until(child.stderr.take().unwrap(), "tcp://");
+        Serving { child, address: address(&said), said, rest: None }
+    }
+}
+
+fn read_until(stderr: ChildStderr, text: &str) -> (BufReader<ChildStderr>, String) {
+    let (mut stderr, mut said) = (BufReader::new(stderr), String::new());
+    while !said.contains(text) {
+        assert_ne!(stderr.read_line(&mut said).unwrap(), 0, "it has ended: {said}");
+    }
+    (stderr, said)
+}
+
+fn address(said: &str) -> String {
+    let rest = said.split("tcp://").nth(1).unwrap();
+    format!("tcp://{}", rest.split(';').next().unwrap())
 }
 
 /// How a command ended.
@@ -121,7 +135,8 @@ impl Serving {
     #[cfg(unix)]
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-s", name, &id]).status().unwrap().success());
+        let kill = format!("kill -s {name} {id}");
+        assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
     }
 }
 

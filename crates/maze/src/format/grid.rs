@@ -36,7 +36,16 @@ impl Mark {
 /// Reads the drawing in `text`, whose first line in the file is number `first_line`.
 pub(super) fn parse(text: &str, first_line: usize) -> Result<Grid, ParseError> {
     let lines = drawing_lines(text, first_line)?;
-    let (pitch, columns) = measure(&lines[0])?;
+    let pitches = pitches(&lines[0])?;
+    // Where posts and walls look alike, the pitch is the first with which there is a maze.
+    let first = parse_with(&lines, pitches[0]);
+    first.or_else(|error| {
+        pitches.iter().skip(1).find_map(|&other| parse_with(&lines, other).ok()).ok_or(error)
+    })
+}
+
+/// Reads a drawing with a post every `pitch` characters.
+fn parse_with(lines: &[Line], (pitch, columns): (usize, usize)) -> Result<Grid, ParseError> {
     let rows = lines.len() / 2;
     let mut grid = Grid {
         rows,
@@ -67,6 +76,12 @@ pub(super) fn parse(text: &str, first_line: usize) -> Result<Grid, ParseError> {
 }
 
 impl Grid {
+    /// Every (row, column).
+    pub(super) fn cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let columns = self.columns;
+        (0..self.rows).flat_map(move |row| (0..columns).map(move |column| (row, column)))
+    }
+
     /// Reads the posts above row `row` and the walls between them.
     fn read_posts(
         &mut self,
@@ -162,15 +177,14 @@ impl Line {
 /// The lines that belong to the drawing: posts and cells in turn, posts first and last. What
 /// follows after them is no concern of ours.
 fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>, ParseError> {
+    let mut following = (first_line..)
+        .zip(text.lines())
+        .map(|(number, content)| Line { number, characters: content.trim_end().chars().collect() })
+        .filter(|line| !line.characters.is_empty())
+        .peekable();
     let mut lines: Vec<Line> = Vec::new();
-    for (number, content) in (first_line..).zip(text.lines()) {
-        let characters: Vec<char> = content.trim_end().chars().collect();
-        if characters.is_empty() {
-            continue;
-        }
-        let line = Line { number, characters };
-        let after_posts = lines.len() % 2 == 1;
-        if after_posts && !continues(&line, &lines) {
+    while let Some(line) = following.next() {
+        if lines.len() % 2 == 1 && !continues(&line, &lines, following.peek()) {
             break;
         }
         let unprintable = |c: &char| c.is_control() || *c == char::REPLACEMENT_CHARACTER;
@@ -183,54 +197,64 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>, ParseError>
             return Err(line.error(index, "a maze drawn with printable characters", &found));
         }
         if lines.is_empty() {
-            measure(&line)?;
+            pitches(&line)?;
         }
         if lines.len() > 2 * usize::from(MazeSize::MAX_SIDE) {
             return Err(line.error(0, "at most 32 rows of cells", "one more"));
         }
         lines.push(line);
     }
-    match lines.last() {
-        None => Err(ParseError::new(first_line, 1, "a maze", "the end of the file")),
-        Some(last) if lines.len() == 1 => {
-            Err(ParseError::new(last.number + 1, 1, "a row of cells between outer walls", "none"))
+    let after = lines.last().map_or(first_line, |last| last.number + 1);
+    match lines.len() {
+        0 => Err(ParseError::new(first_line, 1, "a maze", "the end of the file")),
+        1 => Err(ParseError::new(after, 1, "a row of cells between outer walls", "none")),
+        count if count % 2 == 0 => {
+            Err(ParseError::new(after, 1, "a row of posts", "the end of the file"))
         }
-        Some(last) if lines.len().is_multiple_of(2) => {
-            Err(ParseError::new(last.number + 1, 1, "a row of posts", "the end of the file"))
-        }
-        Some(_) => Ok(lines),
+        _ => Ok(lines),
     }
 }
 
 /// Whether the line after a row of posts is another row of cells rather than text that follows the
 /// maze. It is one if it starts with a wall: `|`, or whatever the first row of cells starts with.
-fn continues(line: &Line, lines: &[Line]) -> bool {
-    let wall = lines.get(1).map_or('|', |cells| cells.at(0));
-    let open_to_the_left = line.at(0) == ' ' && line.characters.contains(&wall);
-    lines.len() == 1 || line.at(0) == '|' || line.at(0) == wall || open_to_the_left
+/// So is one after which a row of posts follows, lest a maze with a gap in its outer wall be read
+/// as a smaller one.
+fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
+    let (posts, wall) = (&lines[0], lines.get(1).map_or('|', |cells| cells.at(0)));
+    let is_posts =
+        |next: &Line| next.at(0) == posts.at(0) && next.characters.len() == posts.characters.len();
+    lines.len() == 1 || line.at(0) == '|' || line.at(0) == wall || next.is_some_and(is_posts)
 }
 
-/// The distance between two posts in characters and the number of cells, off the first line.
-fn measure(line: &Line) -> Result<(usize, usize), ParseError> {
-    const MOST: usize = MazeSize::MAX_SIDE as usize;
-    let last = line.characters.len() - 1;
+/// The possible distances between two posts in characters, each with the number of cells side by
+/// side, off the first line: several where posts and walls look alike, at least one.
+fn pitches(line: &Line) -> Result<Vec<(usize, usize)>, ParseError> {
     let post = line.at(0);
-    let pitch = match line.characters.iter().skip(1).position(|&c| c == post) {
-        Some(0) if last.is_multiple_of(4) => 4,
-        Some(between @ 1..=3) => between + 1,
+    let pitches = match line.characters.iter().skip(1).position(|&c| c == post) {
+        Some(0) if line.characters.iter().all(|&c| c == post) => vec![4, 2, 3],
+        Some(between @ 1..=3) => vec![between + 1],
         _ => {
             let expected = r#"a row of posts and walls such as "o---o---o""#;
             return Err(line.error(0, expected, &quoted(&line.rest(0))));
         }
     };
-    if !last.is_multiple_of(pitch) {
+    let measured = |&pitch: &usize| measure(line, pitch).map(|columns| (pitch, columns));
+    let possible: Vec<_> = pitches.iter().flat_map(measured).collect();
+    if possible.is_empty() { measured(&pitches[0]).map(|one| vec![one]) } else { Ok(possible) }
+}
+
+/// The number of cells side by side, off the first line.
+fn measure(line: &Line, pitch: usize) -> Result<usize, ParseError> {
+    const MOST: usize = MazeSize::MAX_SIDE as usize;
+    let last = line.characters.len() - 1;
+    if !last.is_multiple_of(pitch) || last == 0 {
         let at = last - last % pitch;
-        let expected = format!("a post {post:?} every {pitch} columns");
+        let expected = format!("a post {:?} every {pitch} columns", line.at(0));
         return Err(line.error(at + 1, &expected, &quoted(&line.rest(at + 1))));
     }
     if last / pitch > MOST {
         let found = format!("{} cells", last / pitch);
         return Err(line.error(MOST * pitch + 1, "at most 32 cells side by side", &found));
     }
-    Ok((pitch, last / pitch))
+    Ok(last / pitch)
 }

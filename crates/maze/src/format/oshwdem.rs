@@ -1,9 +1,7 @@
 //! The format of the OSHWDEM maze generator, whose axes are turned: the cell in row r and column c
 //! of the file is x = r, y = c, so that file right is north, down east, left south, up west.
 
-use super::ParseError;
-use super::grid;
-use super::text::{cell, cells, finish, size};
+use super::{ParseError, cell, finish, grid, size};
 use crate::{CellSet, Heading, Maze, Walls};
 
 pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
@@ -11,7 +9,7 @@ pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
     let drawing: usize = text.split_inclusive('\n').take(title + 1).map(str::len).sum();
     let grid = grid::parse(&text[drawing..], title + 2)?;
     let mut walls = Walls::open(size(grid.rows, grid.columns)?);
-    for (row, column) in cells(&grid) {
+    for (row, column) in grid.cells() {
         walls.set(cell(row, column), Heading::East, grid.below[row][column]);
         walls.set(cell(row, column), Heading::North, grid.right[row][column]);
     }

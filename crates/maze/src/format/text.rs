@@ -1,8 +1,7 @@
 //! The text format: north on top.
 
-use super::ParseError;
-use super::grid::{self, Grid};
-use crate::{Cell, CellSet, Heading, Maze, MazeSize, Walls};
+use super::{ParseError, cell, finish, grid, size};
+use crate::{CellSet, Heading, Maze, Walls};
 
 pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
     let grid = grid::parse(text, 1)?;
@@ -11,7 +10,7 @@ pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
     }
     let maze_cell = |row: usize, column: usize| cell(column, grid.rows - 1 - row);
     let mut walls = Walls::open(size(grid.columns, grid.rows)?);
-    for (row, column) in cells(&grid) {
+    for (row, column) in grid.cells() {
         walls.set(maze_cell(row, column), Heading::South, grid.below[row][column]);
         walls.set(maze_cell(row, column), Heading::East, grid.right[row][column]);
     }
@@ -31,40 +30,11 @@ pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
     finish(walls, start, goals)
 }
 
-/// Every (row, column) of the drawing.
-pub(super) fn cells(grid: &Grid) -> impl Iterator<Item = (usize, usize)> + use<> {
-    let columns = grid.columns;
-    (0..grid.rows).flat_map(move |row| (0..columns).map(move |column| (row, column)))
-}
-
-#[allow(clippy::cast_possible_truncation)] // a grid has at most 32 rows and columns
-pub(super) fn cell(x: usize, y: usize) -> Cell {
-    Cell::new(x as u8, y as u8)
-}
-
-/// A size that the reader of the file has checked already, so that its errors carry a place.
-pub(super) fn size(width: usize, height: usize) -> Result<MazeSize, ParseError> {
-    MazeSize::new(width, height).map_err(|error| {
-        let found = format!("{}x{}", error.width, error.height);
-        ParseError::new(1, 1, "a maze of 1x1 to 32x32 cells", found)
-    })
-}
-
-/// The maze of these parts, which come from inside the drawing.
-pub(super) fn finish(
-    walls: Walls,
-    start: Option<Cell>,
-    goals: CellSet,
-) -> Result<Maze, ParseError> {
-    Maze::new(walls, start.unwrap_or(Cell::new(0, 0)), goals).map_err(|error| {
-        ParseError::new(1, 1, "a start and goals inside the maze", error.cell.to_string())
-    })
-}
-
 #[cfg(test)]
 mod tests {
 
     use super::*;
+    use crate::{Cell, MazeSize};
 
     const MAZE: &str = "\
 o---o---o---o
@@ -89,6 +59,7 @@ o---o---o---o
             ("dots", MAZE.replace('o', ".")),
             ("a sign beyond ASCII", MAZE.replace('o', "·")),
             ("other walls", MAZE.replace('-', "=").replace('|', "!")),
+            ("walls of several kinds", MAZE.replace("| S", "I S")),
             ("carriage returns", MAZE.replace('\n', "\r\n")),
             ("blank lines", MAZE.replace('\n', "\n\n")),
             ("blank lines first", "\n \n".to_string() + MAZE),
@@ -96,6 +67,7 @@ o---o---o---o
             ("a byte order mark", "\u{feff}".to_string() + MAZE),
             ("text after it", MAZE.to_string() + "\nofficial: 2 goals\n| and more\n"),
             ("text right after it", MAZE.to_string() + "official\n"),
+            ("text with bars in it", MAZE.to_string() + "  source: a|b\n  c|d\n"),
             ("two columns a cell", "+-+-+-+\n|  G G|\n+ +-+ +\n|S|   |\n+-+-+-+\n".to_string()),
             (
                 "three columns a cell",
@@ -117,6 +89,10 @@ o---o---o---o
     fn a_maze_of_one_kind_of_character_reads() {
         let maze: Maze = MAZE.replace(['o', '-', '|'], "#").parse().unwrap();
         assert_eq!(maze, MAZE.parse().unwrap());
+        let narrow: Maze = "#######\n#  G G#\n# ### #\n#S#   #\n#######\n".parse().unwrap();
+        assert_eq!(narrow, maze);
+        let digits = MAZE.replace(['o', '-', '|'], "1").parse();
+        assert_eq!(digits, Ok(maze));
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! The number format of the two-run trial.
 
-use super::text::{cell, finish, size};
-use super::{ParseError, quoted};
+use super::{ParseError, cell, finish, quoted, size};
 use crate::{Cell, CellSet, Heading, Maze, MazeSize, Walls};
 
 /// A number of the file and where it stands.
@@ -107,7 +106,7 @@ fn parse_column(line: usize, content: &str, side: usize) -> Result<Vec<Number>, 
     }
     if numbers.len() < side {
         let found = format!("{} numbers", numbers.len());
-        return Err(ParseError::new(line, column, format!("{side} numbers"), found));
+        return Err(ParseError::new(line, column - 1, format!("{side} numbers"), found));
     }
     Ok(numbers)
 }
@@ -156,7 +155,7 @@ mod tests {
         insta::assert_snapshot!(error("10", "16"), @r#"line 3, column 3: expected a number from 0 to 15, found "16""#);
         insta::assert_snapshot!(error("10", ""), @"line 3, column 3: expected a number from 0 to 15, found the end of the line");
         insta::assert_snapshot!(error("10", "-1"), @r#"line 3, column 3: expected a number from 0 to 15, found "-1""#);
-        insta::assert_snapshot!(error("2,10,3,6", "2,10,3"), @"line 3, column 8: expected 4 numbers, found 3 numbers");
+        insta::assert_snapshot!(error("2,10,3,6", "2,10,3"), @"line 3, column 7: expected 4 numbers, found 3 numbers");
         insta::assert_snapshot!(error("2,10,3,6", "2,10,3,6,1"), @r#"line 3, column 10: expected the end of the line after 4 numbers, found "1""#);
         insta::assert_snapshot!(error("9,5,13,4\n", ""), @"line 5, column 1: expected 4 lines of cells, found 3 lines");
         insta::assert_snapshot!(error("9,5,13,4\n", "9,5,13,4\n1,2,3,4\n"), @r#"line 6, column 1: expected the end of the file after 4 lines of cells, found "1,2,3,4""#);

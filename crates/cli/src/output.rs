@@ -1,0 +1,40 @@
+//! What the command says: data on stdout, messages on stderr.
+
+use std::env;
+use std::fmt::Display;
+use std::io::{self, ErrorKind, Write};
+
+/// Prints data. A reader that has read enough, as `head` does, is no failure.
+pub(crate) fn print(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        result => result,
+    }
+}
+
+/// Tells the user something. If nobody listens, the work goes on all the same.
+pub(crate) fn say(text: impl Display) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// A number of things, such as `1 step` or `2 steps`.
+pub(crate) fn counted(count: impl Into<u64>, thing: &str) -> String {
+    let count = count.into();
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
+/// How far the goal is, as a shortest path in steps.
+pub(crate) fn goal_away(shortest_path: Option<u16>) -> String {
+    match shortest_path {
+        Some(steps) => format!("goal {} away", counted(steps, "step")),
+        None => "goal cannot be reached".into(),
+    }
+}
+
+/// How to run another command of ours, given how this one was run.
+pub(crate) fn own_command(arguments: &str) -> String {
+    let is_cargo = env::var_os("CARGO_MANIFEST_DIR").is_some();
+    let run = if is_cargo { "cargo run --release --" } else { "mmsim" };
+    format!("`{}`", format!("{run} {arguments}").trim_end())
+}
