@@ -18,6 +18,13 @@ fn the_clients_are_the_example_files() {
 }
 
 #[test]
+fn the_strategy_is_that_of_the_example() {
+    let example = read("examples/rust/own-strategy.rs");
+    let strategy = &example[example.find("/// Goes to").unwrap()..example.find("fn main").unwrap()];
+    assert!(read("README.md").contains(strategy.trim()));
+}
+
+#[test]
 fn the_map_is_what_the_demo_prints() {
     let snapshot = read("crates/cli/tests/snapshots/solve__demo.snap");
     let (_, map) = snapshot.split_once("ended.stdout\n---\n").unwrap();

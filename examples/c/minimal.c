@@ -1,3 +1,4 @@
+#include <stdio.h>
 #include <string.h>
 #include <zmq.h>
 
@@ -6,14 +7,15 @@ int main(void) {
     zmq_connect(socket, "tcp://127.0.0.1:6574");
     unsigned char state[518] = {[0] = 'S', [4] = 'F', [261] = 'F'}, wall[3];
     zmq_send(socket, "reset", 5, 0), zmq_recv(socket, wall, 3, 0);
-    for (int x = 0, y = 0, heading = 0, goal = 0; !goal;) { /* heading 0 to 3: N, E, S, W */
-        unsigned char pose[4] = {'W', x, y, "NESW"[heading]};
+    for (int x = 0, y = 0, heading = 0, steps = 0;; steps++) { /* heading 0 to 3: N, E, S, W */
+        unsigned char pose[4] = {'W', x, y, "NESW"[heading]}, reply[2];
         zmq_send(socket, pose, 4, 0), zmq_recv(socket, wall, 3, 0);
-        heading = (heading + (!wall[0] ? 3 : !wall[1] ? 0 : !wall[2] ? 1 : 2)) % 4;
         memcpy(state + 1, pose + 1, 3);
         state[262 + 16 * x + y] = 1; /* visited; add 2, 4, 8, 16 for walls east, south, west, north */
-        zmq_send(socket, state, sizeof state, 0), zmq_recv(socket, wall, 3, 0);
-        goal = (x == 7 || x == 8) && (y == 7 || y == 8);
+        zmq_send(socket, state, sizeof state, 0), zmq_recv(socket, reply, 2, 0);
+        if (memcmp(reply, "ok", 2) != 0) return 1;
+        if ((x == 7 || x == 8) && (y == 7 || y == 8)) return printf("goal reached after %d steps\n", steps), 0;
+        heading = (heading + (!wall[0] ? 3 : !wall[1] ? 0 : !wall[2] ? 1 : 2)) % 4;
         x += heading == 1 ? 1 : heading == 3 ? -1 : 0, y += heading == 0 ? 1 : heading == 2 ? -1 : 0;
     }
 }

@@ -5,15 +5,19 @@ socket.connect("tcp://127.0.0.1:6574")
 
 def ask(request):
     socket.send(request)
-    return socket.recv()
+    reply = socket.recv()
+    assert not reply.startswith(b"error: "), reply
+    return reply
 
 ask(b"reset")
-x, y, heading, walls, goal = 0, 0, 0, bytearray(256), False  # heading 0 to 3: N, E, S, W
-while not goal:
+x, y, heading, walls, steps = 0, 0, 0, bytearray(256), 0  # heading 0 to 3: N, E, S, W
+while True:
     pose = bytes([x, y, b"NESW"[heading]])
     left, front, right = ask(b"W" + pose)
     walls[16 * x + y] = 1  # visited; add 2, 4, 8, 16 for a wall east, south, west, north
     ask(b"S" + pose + b"F" + bytes(256) + b"F" + walls)
+    if x in (7, 8) and y in (7, 8):
+        break
     heading = (heading + (3 if not left else 0 if not front else 1 if not right else 2)) % 4
-    goal = x in (7, 8) and y in (7, 8)
-    x, y = x + (0, 1, 0, -1)[heading], y + (1, 0, -1, 0)[heading]
+    x, y, steps = x + (0, 1, 0, -1)[heading], y + (1, 0, -1, 0)[heading], steps + 1
+print(f"goal reached after {steps} steps")

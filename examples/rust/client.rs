@@ -1,8 +1,8 @@
 //! A whole client by hand: a left-wall follower with a ZeroMQ socket and the wire codec, and
 //! nothing else of this project.
 //!
-//! Start a simulator with `mmsim`, then run this; an endpoint such as `tcp://127.0.0.1:6574` may
-//! be given.
+//! Start a simulator with `mmsim --maze hedgerow`, whose goal a wall follower reaches, then run
+//! this; an endpoint such as `tcp://127.0.0.1:6574` may be given.
 
 use std::error::Error;
 use std::process::ExitCode;

@@ -64,10 +64,11 @@ pub(crate) struct MazeArg {
 }
 
 #[derive(Debug, Args)]
+#[command(override_usage = "mmsim solve <STRATEGY> [OPTIONS]")]
 pub(crate) struct SolveArgs {
     /// The strategy
     pub(crate) strategy: Strategy,
-    /// Where the simulator listens; it may start later
+    /// Where the simulator listens, as tcp://HOST:PORT; it may start later
     #[arg(long, value_name = "ENDPOINT", default_value_t = format!("tcp://127.0.0.1:{DEFAULT_PORT}"))]
     pub(crate) connect: String,
     /// Cells of the maze from west to east and from south to north [default: 16x16, with --goal
@@ -81,7 +82,7 @@ pub(crate) struct SolveArgs {
     /// Give up after sending this many states, one more than the steps between them
     #[arg(long, value_name = "STEPS", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_steps: u32,
-    /// Wait this long after each step
+    /// Wait this long after each step; a terminal shows the mouse on its way then
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pub(crate) pace: u64,
     /// Give up when a reply takes longer, in seconds [default: wait for the simulator to start
@@ -95,6 +96,9 @@ pub(crate) struct SolveArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
+    /// A maze file, or a folder that is searched with its subfolders [default: ~/.mmsim where
+    /// that exists, else the bundled mazes]
+    pub(crate) mazes: Option<PathBuf>,
     /// The port to listen on, 0 for any that is free
     #[arg(short, long, default_value_t = DEFAULT_PORT)]
     pub(crate) port: u16,

@@ -1,7 +1,10 @@
 //! Ctrl-C and the signals that ask a process to end.
 
+use std::io::{self, IsTerminal};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::Duration;
+
+use crate::output::say;
 
 /// Told once the user wants the command to end.
 pub(crate) struct Interrupt {
@@ -13,6 +16,10 @@ impl Interrupt {
     pub(crate) fn catch() -> Result<Self, ctrlc::Error> {
         let (tell, told) = mpsc::channel();
         ctrlc::set_handler(move || {
+            if io::stderr().is_terminal() {
+                // Past the ^C that the terminal shows.
+                say("");
+            }
             let _ = tell.send(());
         })?;
         Ok(Self { told })

@@ -7,6 +7,7 @@ mod embedded;
 mod interrupt;
 mod mazes;
 mod output;
+mod screen;
 mod selection;
 mod serve;
 mod solve;

@@ -16,6 +16,8 @@ const HOME_FOLDER: &str = ".mmsim";
 pub(crate) struct Collection {
     pub(crate) catalogue: Catalogue,
     place: String,
+    /// Where it is, empty for the bundled mazes.
+    path: PathBuf,
 }
 
 /// A maze and its name.
@@ -47,7 +49,7 @@ impl Collection {
     pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
         let Some(path) = path else { return Ok(Self::of_the_user().unwrap_or_else(Self::bundled)) };
         let place = path.display().to_string();
-        Ok(Self { catalogue: Catalogue::of_path(path)?, place })
+        Ok(Self { catalogue: Catalogue::of_path(path)?, place, path: path.into() })
     }
 
     fn of_the_user() -> Option<Self> {
@@ -55,14 +57,18 @@ impl Collection {
         let catalogue = Catalogue::of_path(&path).ok()?;
         let place = path.display().to_string();
         if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {
-            return Some(Self { catalogue, place });
+            return Some(Self { catalogue, place, path });
         }
         say(format_args!("expected mazes in {place}, found none; here are the bundled ones"));
         None
     }
 
     fn bundled() -> Self {
-        Self { catalogue: embedded::catalogue(), place: "the bundled mazes".into() }
+        Self {
+            catalogue: embedded::catalogue(),
+            place: "the bundled mazes".into(),
+            path: PathBuf::new(),
+        }
     }
 
     /// The first maze whose path holds these words; without a word, the first whose goal can be
@@ -92,7 +98,7 @@ impl Collection {
                 Some(error) => error.into(),
                 None if count == 0 => SelectionError::Empty { place },
                 None => {
-                    let list = own_command("mazes list");
+                    let list = own_command(&format!("mazes list {}", self.path.display()));
                     SelectionError::NoMatch { words: words.into(), count, place, list }
                 }
             });

@@ -13,14 +13,18 @@ use serde::Serialize;
 
 use crate::Outcome;
 use crate::args::{Cli, Goal, SolveArgs};
-use crate::output::{counted, own_command, print, say};
+use crate::output::{own_command, print, say};
+use crate::screen::{Screen, ending};
 
 pub(crate) fn run(args: &SolveArgs) -> Outcome {
     let strategy = args.strategy.0;
     let told = told_goals(args);
+    let has_transport = args.connect.contains("://");
+    let endpoint =
+        if has_transport { args.connect.clone() } else { format!("tcp://{}", args.connect) };
     let asks_server = told.is_none();
     let on_wait = |waiting: Waiting<'_>| say_waiting(&waiting, asks_server);
-    let mut transport = Zmq::connect(&args.connect, args.timeout, on_wait)?;
+    let mut transport = Zmq::connect(&endpoint, args.timeout, on_wait)?;
     let known = match told {
         Some((size, goals)) => {
             let start = Pose::new(Cell::new(0, 0), Heading::North);
@@ -40,12 +44,14 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
     };
     let mut mouse = Mouse::new(strategy.strategy(), map, start);
     let pace = Duration::from_millis(args.pace);
-    let result = search_run(&mut transport, &mut mouse, args.max_steps, |_, _| {
-        if !pace.is_zero() {
-            thread::sleep(pace);
-        }
-        ControlFlow::Continue(())
+    let mut screen = Screen::new(strategy, !pace.is_zero() && !args.json);
+    let mut shown = Ok(());
+    let result = search_run(&mut transport, &mut mouse, args.max_steps, |mouse, run| {
+        shown = screen.show(mouse, run);
+        thread::sleep(pace);
+        if shown.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });
+    shown?;
     let (run, error) = match result {
         Ok(run) => (run, None),
         Err(BrokenRun { run, error }) => (run, Some(error)),
@@ -54,12 +60,29 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         let report = Report::new(strategy.name(), &run, &mouse, error.as_ref());
         print(&(serde_json::to_string(&report)? + "\n"))?;
     } else if run.states > 0 {
-        print(&format!("{}{}\n", drawing(&mouse), summary(strategy.name(), &run, &mouse)))?;
+        screen.finish(&mouse, &run, ending(&run))?;
     }
     match error {
-        Some(error) if !args.json => Err(error.into()),
-        _ => Ok(run.goal_reached && error.is_none()),
+        Some(error) if !args.json => Err(explain(&error).into()),
+        Some(_) => Ok(false),
+        None => {
+            if !run.goal_reached && run.states == args.max_steps {
+                say(format_args!("gave up at --max-steps {}", args.max_steps));
+            }
+            Ok(run.goal_reached)
+        }
     }
+}
+
+/// The error, and what to try where the mouse was told another maze than the one that is served.
+fn explain(error: &RunError) -> String {
+    let hint = match error {
+        RunError::Refused { request: "S", .. } | RunError::LargerMaze { .. } => {
+            "; --size and --goal tell the mouse its maze, --goal server lets it ask"
+        }
+        _ => "",
+    };
+    format!("{error}{hint}")
 }
 
 /// Size and goals as far as they do not come from the server.
@@ -122,27 +145,6 @@ pub(crate) fn say_waiting(waiting: &Waiting<'_>, asks_server: bool) {
         (false, true) => "; only a simulator of this project answers --goal server".into(),
     };
     say(format_args!("no reply from {endpoint} for {seconds} s, waiting{hint}; Ctrl-C gives up"));
-}
-
-/// The map as the mouse knows it, with its weights unless they are all zero.
-pub(crate) fn drawing<S: Strategy>(mouse: &Mouse<S>) -> String {
-    let map = mouse.map();
-    let weight = |cell| Some(mouse.weight(cell)).filter(|&weight| weight != u16::MAX);
-    let drawing = map.drawing().with_mouse(mouse.pose());
-    if map.size().cells().all(|cell| mouse.weight(cell) == 0) {
-        drawing.to_string()
-    } else {
-        drawing.with_numbers(&weight).to_string()
-    }
-}
-
-/// How the search went, in a line.
-pub(crate) fn summary<S: Strategy>(strategy: &str, run: &SearchRun, mouse: &Mouse<S>) -> String {
-    let goal = if run.goal_reached { "goal reached" } else { "goal not reached" };
-    let steps = counted(run.steps, "step");
-    let visited = counted(mouse.map().visited().len() as u64, "cell");
-    let requests = counted(run.requests, "request");
-    format!("{strategy}: {goal} after {steps}, {visited} visited, {requests}")
 }
 
 /// What `--json` prints; null is what there was no search to tell of.

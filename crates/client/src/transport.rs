@@ -23,7 +23,7 @@ pub enum TransportError {
         /// How long we waited.
         after: Duration,
     },
-    /// The endpoint is none, or the socket failed.
+    /// The endpoint is not one of ZeroMQ's, or the socket failed.
     #[error("cannot reach {endpoint}: {reason}")]
     Failed {
         /// Where the simulator should be.

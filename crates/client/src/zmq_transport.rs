@@ -39,7 +39,7 @@ impl<'a> Zmq<'a> {
     /// each after it ten seconds. `on_wait` is called once a second while a reply is waited for.
     ///
     /// # Errors
-    /// The endpoint is none.
+    /// `endpoint` is not one of ZeroMQ's endpoints.
     pub fn connect(
         endpoint: &str,
         timeout: Option<Duration>,

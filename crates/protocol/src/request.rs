@@ -53,13 +53,13 @@ pub enum RequestError {
         /// Its length in bytes.
         found: usize,
     },
-    /// A heading that is none.
+    /// A byte that is no heading.
     #[error("expected N, E, S or W as heading, found {}", Excerpt::of(&[*found]))]
     Heading {
         /// The byte in its place.
         found: u8,
     },
-    /// A matrix in an order that is none.
+    /// A byte that is no order of a matrix.
     #[error("expected C or F as order of the {matrix}, found {}", Excerpt::of(&[*found]))]
     Order {
         /// `weights` or `walls`.

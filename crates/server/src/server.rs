@@ -55,7 +55,7 @@ pub enum BindError {
         /// The port.
         port: u16,
     },
-    /// The host is none.
+    /// The host is not one of this machine.
     #[error("expected the name or address of this machine, found {host:?}: {source}")]
     Host {
         /// What was given as host.

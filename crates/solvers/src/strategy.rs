@@ -12,7 +12,7 @@ use mmsim_maze::{Cell, Heading, KnownMaze, Pose, Step, WallState};
 /// use mmsim_maze::{Cell, KnownMaze, Pose};
 /// use mmsim_solvers::{Move, SearchError, Strategy, steps_from};
 ///
-/// /// Goes straight on as long as there is a way, and takes the last one that there is if not.
+/// /// Goes straight on as long as it can, else left, else right, else back.
 /// struct Straight;
 ///
 /// impl Strategy for Straight {

@@ -36,7 +36,8 @@ impl Home {
             .env("HOME", self.path())
             .env("USERPROFILE", self.path())
             .env_remove("RUST_LOG")
-            .env_remove("CARGO_MANIFEST_DIR");
+            .env_remove("CARGO_MANIFEST_DIR")
+            .env_remove("COLUMNS");
         command
     }
 

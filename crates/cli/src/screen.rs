@@ -1,0 +1,116 @@
+//! What the mouse knows, shown to the one who runs it.
+
+use std::fmt::Write as _;
+use std::io::{self, IsTerminal};
+
+use mmsim_client::SearchRun;
+use mmsim_solvers::{Bundled, Mouse, Strategy};
+use terminal_size::{Height, Width, terminal_size};
+
+use crate::output::{counted, print};
+
+/// Where the map is shown: at the end, and on a terminal also on the way, redrawn in place.
+pub(crate) struct Screen {
+    strategy: Bundled,
+    is_terminal: bool,
+    /// Whether to show the mouse on its way.
+    is_live: bool,
+    /// Whether something was drawn, which the next picture replaces.
+    drawn: bool,
+}
+
+/// How a search ended, in the words of the summary.
+pub(crate) fn ending(run: &SearchRun) -> &'static str {
+    if run.goal_reached { "goal reached" } else { "goal not reached" }
+}
+
+impl Screen {
+    /// A screen for a mouse of this strategy. Only a terminal shows it on its way.
+    pub(crate) fn new(strategy: Bundled, is_live: bool) -> Self {
+        let is_terminal = io::stdout().is_terminal();
+        Self { strategy, is_terminal, is_live: is_live && is_terminal, drawn: false }
+    }
+
+    /// Shows the mouse on its way, as well as the terminal has room.
+    pub(crate) fn show<S: Strategy>(
+        &mut self,
+        mouse: &Mouse<S>,
+        run: &SearchRun,
+    ) -> io::Result<()> {
+        if !self.is_live {
+            return Ok(());
+        }
+        let (strategy, steps) = (self.strategy, counted(run.steps, "step"));
+        let mut status = format!("{strategy}: searching, {steps}");
+        let room = terminal();
+        let map = pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
+            let (width, height) = (mouse.map().size().width(), mouse.map().size().height());
+            let (columns, lines) = (4 * u16::from(width) + 1, u16::from(height) + 4);
+            let _ = write!(status, "; a window of {columns}x{lines} shows the map");
+            String::new()
+        });
+        self.replace(&map, &status)
+    }
+
+    /// Shows the last picture, which stays, and a line that sums the run up.
+    pub(crate) fn finish<S: Strategy>(
+        &mut self,
+        mouse: &Mouse<S>,
+        run: &SearchRun,
+        ending: &str,
+    ) -> io::Result<()> {
+        let [numbers, compact] = pictures(mouse);
+        let (columns, lines) = terminal();
+        // What was shown on the way has the same form at the end. Else only lines that are too long
+        // are a nuisance, the upper ones may scroll away.
+        let room = (columns, if self.is_live { lines } else { usize::MAX });
+        let is_better = !fits(&numbers, room) && fits(&compact, (columns, usize::MAX));
+        let map = if self.is_terminal && is_better { compact } else { numbers };
+        let steps = counted(run.steps, "step");
+        let visited = counted(mouse.map().visited().len() as u64, "cell");
+        let requests = counted(run.requests, "request");
+        let strategy = self.strategy;
+        let summary = format!("{strategy}: {ending} after {steps}, {visited} visited, {requests}");
+        if self.is_live {
+            self.replace(&map, &summary)
+        } else {
+            print(&format!("{map}{summary}\n"))
+        }
+    }
+
+    /// Writes over what was drawn before, from the upper left corner of the screen.
+    fn replace(&mut self, map: &str, status: &str) -> io::Result<()> {
+        let mut frame = String::from(if self.drawn { "\x1b[H" } else { "\x1b[2J\x1b[H" });
+        self.drawn = true;
+        for line in map.lines().chain([status]) {
+            // Writing to a string cannot fail. What is left of an old line is erased.
+            let _ = write!(frame, "{line}\x1b[K\r\n");
+        }
+        frame += "\x1b[J";
+        print(&frame)
+    }
+}
+
+/// Columns and lines of the terminal.
+fn terminal() -> (usize, usize) {
+    let (Width(columns), Height(lines)) = terminal_size().unwrap_or((Width(80), Height(24)));
+    (columns.into(), lines.into())
+}
+
+/// Whether the picture has room, with a line for the status, one for the cursor, and one for what
+/// is said at the end.
+fn fits(picture: &str, (columns, lines): (usize, usize)) -> bool {
+    let widest = picture.lines().map(str::len).max().unwrap_or(0);
+    picture.lines().count() + 3 <= lines && widest <= columns
+}
+
+/// The map as the mouse knows it: with its weights unless they are all zero, and small.
+fn pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
+    let map = mouse.map();
+    let weight = |cell| Some(mouse.weight(cell)).filter(|&weight| weight != u16::MAX);
+    let drawing = map.drawing().with_mouse(mouse.pose());
+    let all_zero = map.size().cells().all(|cell| mouse.weight(cell) == 0);
+    let numbers =
+        if all_zero { drawing.to_string() } else { drawing.with_numbers(&weight).to_string() };
+    [numbers, drawing.compact().to_string()]
+}
