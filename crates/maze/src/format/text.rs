@@ -67,6 +67,7 @@ o---o---o---o
             ("a byte order mark", "\u{feff}".to_string() + MAZE),
             ("text after it", MAZE.to_string() + "\nofficial: 2 goals\n| and more\n"),
             ("text right after it", MAZE.to_string() + "official\n"),
+            ("another maze after it", MAZE.to_string() + "the same again\n" + MAZE),
             ("text with bars in it", MAZE.to_string() + "  source: a|b\n  c|d\n"),
             ("two columns a cell", "+-+-+-+\n|  G G|\n+ +-+ +\n|S|   |\n+-+-+-+\n".to_string()),
             (
