@@ -1,6 +1,5 @@
 //! A collection of mazes, from a folder or built in.
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -29,7 +28,7 @@ pub struct Catalogue {
 pub struct Entry {
     path: PathBuf,
     /// The content of a maze that is built in, else the file is read.
-    text: Option<Cow<'static, str>>,
+    text: Option<&'static str>,
 }
 
 /// A folder that cannot be listed.
@@ -47,7 +46,7 @@ impl Catalogue {
     pub fn of_texts(texts: &[(&'static str, &'static str)]) -> Self {
         let entry = |&(name, text): &(&'static str, &'static str)| Entry {
             path: name.into(),
-            text: Some(text.into()),
+            text: Some(text),
         };
         Self { entries: texts.iter().map(entry).collect() }
     }
@@ -102,7 +101,7 @@ impl Entry {
     /// # Errors
     /// As for [`Maze::read`].
     pub fn maze(&self) -> Result<Maze, ReadError> {
-        let Some(text) = &self.text else { return Maze::read(&self.path) };
+        let Some(text) = self.text else { return Maze::read(&self.path) };
         text.parse()
             .map_err(|source: ParseError| ReadError::Parse { path: self.path.clone(), source })
     }
