@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use clap::CommandFactory;
-use mmsim_server::{Server, Simulation};
+use mmsim_server::Server;
 use mmsim_solvers::MazeFacts;
 
 use crate::Outcome;
 use crate::args::{Cli, ServeArgs};
 use crate::interrupt::Interrupt;
+use crate::keep;
 use crate::output::{goal_away, say};
 use crate::selection::{Collection, Selected};
 
@@ -20,15 +21,17 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
         );
     }
     let selected = Collection::at(args.mazes.as_deref())?.select(&args.maze.words.join(" "))?;
+    let recorder = keep::recorder(&args.keep)?;
     let server = bind(&args.host, args.port)?;
     let (interrupt, stop) = (Interrupt::catch()?, server.stop_handle()?);
     say(announce(&selected, server.address()));
-    let mut simulation = Simulation::new(&selected.name, selected.maze);
+    let mut simulation = keep::simulation(selected, &args.keep);
+    keep::announce(&args.keep, &simulation);
     std::thread::spawn(move || {
         interrupt.wait();
         stop.stop();
     });
-    server.run(&mut simulation)?;
+    server.with_recorder(recorder).run(&mut simulation)?;
     Ok(true)
 }
 

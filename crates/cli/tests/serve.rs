@@ -85,7 +85,8 @@ fn signals_end_it_cleanly() {
         server.signal(signal);
         let (status, said) = server.wait();
         assert_eq!(status.code(), Some(0), "{said}");
-        assert_eq!(said.lines().count(), 1, "{said}");
+        assert_eq!(said.lines().count(), 2, "{said}");
+        assert!(said.contains("MiB of states, half of the free memory"), "{said}");
     }
 }
 

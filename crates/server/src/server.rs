@@ -126,8 +126,8 @@ impl Server {
 
     /// Records each simulation, from reset to reset, into a file. A state that cannot be recorded
     /// is refused and not kept.
-    pub fn with_recorder(mut self, recorder: Recorder) -> Self {
-        self.recorder = Some(recorder);
+    pub fn with_recorder(mut self, recorder: impl Into<Option<Recorder>>) -> Self {
+        self.recorder = recorder.into();
         self
     }
 
