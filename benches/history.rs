@@ -148,11 +148,6 @@ fn main() {
     }
     print_pushes(&pushes);
     print_reads(&history, &hashes);
-
-    history.clear();
-    if let (Some(before), Some(now)) = (before, resident()) {
-        println!("history/reset: {:+.1} bytes a state left", bytes(now.saturating_sub(before)));
-    }
 }
 
 fn print_pushes(pushes: &[Duration]) {
