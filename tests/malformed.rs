@@ -79,7 +79,7 @@ fn each_gets_one_error_and_changes_nothing() {
         check_well(&client, &other, &name);
     }
     let simulation = server.stop().unwrap();
-    assert_eq!(simulation.history().get(0), Some(&good_state()[..]));
+    assert_eq!(simulation.history().get(0), Some(good_state()));
     assert_eq!(simulation.history().len(), 1);
 }
 

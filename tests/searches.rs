@@ -32,7 +32,7 @@ fn flood_fill_reaches_every_goal_that_can_be_reached() {
         let shortest = MazeFacts::of(&maze).shortest_path;
         let simulation = server.stop().unwrap();
         let last = simulation.history().iter().last().unwrap();
-        let Ok(Request::State(last)) = Request::decode(last, size) else { panic!("{name}") };
+        let Ok(Request::State(last)) = Request::decode(&last, size) else { panic!("{name}") };
         assert_eq!(last.pose(), mouse.pose(), "{name}");
         if let Some(shortest) = shortest {
             let run = result.unwrap();

@@ -53,7 +53,7 @@ fn the_server_replies_as_the_reference_did() {
                 }
             }
             let simulation = server.stop().unwrap();
-            assert!(simulation.history().iter().eq(&states), "{client} on {name}");
+            assert!(simulation.history().iter().eq(states), "{client} on {name}");
         }
     }
 }

@@ -1,105 +1,357 @@
 //! Every state of a search, in the order in which they came.
 
+use std::fmt;
+
 use mmsim_maze::MazeSize;
 use mmsim_protocol::state_bytes;
+use zstd::bulk::{Compressor, Decompressor};
 
 /// States in a block.
 const BLOCK_STATES: usize = 256;
 
+/// How hard blocks are packed. States of real searches come to 9 bytes each at this level; higher
+/// ones take longer and gain nothing.
+const LEVEL: i32 = 1;
+
+/// What a packed block takes beside its bytes: where it is, how long, and the allocator's own.
+const BLOCK_OVERHEAD: usize = 32;
+
 /// Every state since the last reset, as the bytes of its message.
 ///
-/// States are kept in blocks, so that adding one never moves those before it.
-#[derive(Clone, Debug)]
+/// The newest states, up to 256, are kept as they came; once there is one more, they are packed
+/// into a block. Neighbouring states differ little, so those of real searches come to some 10 bytes
+/// each. Adding a state never moves those before it, and any of them can be read.
+///
+/// ```
+/// use mmsim_maze::MazeSize;
+/// use mmsim_server::{Full, History};
+/// let mut history = History::new(MazeSize::new(2, 1)?);
+/// history.push(b"S\x00\x00NC\x01\x00C\x0d\x00")?;
+/// history.push(b"S\x01\x00EC\x01\x00C\x0d\x17")?;
+/// assert_eq!(history.get(1).as_deref(), Some(&b"S\x01\x00EC\x01\x00C\x0d\x17"[..]));
+/// assert_eq!(history.get(2), None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct History {
     /// Length of a state in bytes, the same for all.
     state_bytes: usize,
-    /// All blocks but the last are full.
-    blocks: Vec<Vec<u8>>,
+    /// How many bytes may be held.
+    limit: usize,
+    /// Blocks of 256 states. One that would not get smaller is as long as its states.
+    packed: Vec<Box<[u8]>>,
+    packed_bytes: usize,
+    /// The newest states as they came.
+    open: Vec<u8>,
+    packer: Packer,
+}
+
+/// A history that has no room for another state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "expected room for a state in a history of at most {} MiB, found it full with {states} states; \
+     reset empties it",
+    limit >> 20
+)]
+pub struct Full {
+    /// How many bytes may be held.
+    pub limit: usize,
+    /// How many states are held.
+    pub states: usize,
+}
+
+/// Why a state was not added to a history.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PushError {
+    /// Its message has not the length of a state of this maze.
+    #[error("expected a state of {expected} bytes, found {found} bytes")]
+    Length {
+        /// The length of every state, in bytes.
+        expected: usize,
+        /// That of the message.
+        found: usize,
+    },
+    /// There is no room for it.
+    #[error(transparent)]
+    Full(#[from] Full),
 }
 
 impl History {
-    /// A history without a state, for a maze of this size.
+    /// A history without a state, for a maze of this size, limited by the memory of the machine
+    /// alone.
     pub const fn new(size: MazeSize) -> Self {
-        Self { state_bytes: state_bytes(size), blocks: Vec::new() }
+        Self::with_limit(size, usize::MAX)
+    }
+
+    /// A history that holds at most so many bytes. What reading and packing need beside them, about
+    /// a mebibyte, is not counted.
+    pub const fn with_limit(size: MazeSize, limit: usize) -> Self {
+        Self {
+            state_bytes: state_bytes(size),
+            limit,
+            packed: Vec::new(),
+            packed_bytes: 0,
+            open: Vec::new(),
+            packer: Packer(None),
+        }
     }
 
     /// How many states there are.
-    pub fn len(&self) -> usize {
-        self.blocks.last().map_or(0, |last| {
-            (self.blocks.len() - 1) * BLOCK_STATES + last.len() / self.state_bytes
-        })
+    pub const fn len(&self) -> usize {
+        self.packed.len() * BLOCK_STATES + self.open.len() / self.state_bytes
     }
 
     /// Whether there is none.
     pub const fn is_empty(&self) -> bool {
-        self.blocks.is_empty()
+        self.packed.is_empty() && self.open.is_empty()
     }
 
-    /// Adds a state. Gives `false` and adds nothing if the message has not the length of one.
-    pub fn push(&mut self, state: &[u8]) -> bool {
+    /// How many bytes it holds, the packed states with what it takes to find them.
+    pub const fn bytes(&self) -> usize {
+        self.packed_bytes + self.open.len()
+    }
+
+    /// Adds a state.
+    ///
+    /// # Errors
+    /// The message has not the length of a state, or there is no room for it. Nothing changes then.
+    pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
         if state.len() != self.state_bytes {
-            return false;
+            return Err(PushError::Length { expected: self.state_bytes, found: state.len() });
         }
-        let full = BLOCK_STATES * self.state_bytes;
-        if self.blocks.last().is_none_or(|block| block.len() == full) {
-            self.blocks.push(Vec::with_capacity(full));
+        if self.open.len() == self.block_bytes() {
+            self.pack();
         }
-        if let Some(block) = self.blocks.last_mut() {
-            block.extend_from_slice(state);
+        if self.bytes().saturating_add(state.len()) > self.limit {
+            return Err(Full { limit: self.limit, states: self.len() }.into());
         }
-        true
+        if self.open.capacity() == 0 {
+            self.open.reserve_exact(self.block_bytes());
+        }
+        self.open.extend_from_slice(state);
+        Ok(())
+    }
+
+    /// Takes back the state that was just added, as if it had never come. Only the newest can be
+    /// taken back for sure: the one before it may be packed.
+    pub(crate) fn take_back(&mut self) {
+        self.open.truncate(self.open.len().saturating_sub(self.state_bytes));
     }
 
     /// The bytes of the state with this index, counted from 0.
-    pub fn get(&self, index: usize) -> Option<&[u8]> {
-        let start = index % BLOCK_STATES * self.state_bytes;
-        self.blocks.get(index / BLOCK_STATES)?.get(start..start + self.state_bytes)
+    pub fn get(&self, index: usize) -> Option<Vec<u8>> {
+        self.reader().get(index).map(<[u8]>::to_vec)
+    }
+
+    /// For reading many states: those of a block are unpacked once.
+    pub const fn reader(&self) -> Reader<'_> {
+        Reader { history: self, unpacker: None, block: None, states: Vec::new() }
     }
 
     /// All states, oldest first.
-    pub fn iter(&self) -> impl Iterator<Item = &[u8]> {
-        self.blocks.iter().flat_map(|block| block.chunks_exact(self.state_bytes))
+    pub fn iter(&self) -> impl Iterator<Item = Vec<u8>> {
+        let mut reader = self.reader();
+        (0..self.len()).map_while(move |index| reader.get(index).map(<[u8]>::to_vec))
     }
 
     /// Forgets all states and frees their memory.
     pub fn clear(&mut self) {
-        self.blocks = Vec::new();
+        self.packed = Vec::new();
+        self.packed_bytes = 0;
+        self.open = Vec::new();
+    }
+
+    const fn block_bytes(&self) -> usize {
+        BLOCK_STATES * self.state_bytes
+    }
+
+    /// Makes a block of the open states.
+    fn pack(&mut self) {
+        let block = self.packer.pack(&self.open);
+        self.packed_bytes += block.len() + BLOCK_OVERHEAD;
+        self.packed.push(block);
+        self.open.clear();
+    }
+}
+
+impl fmt::Debug for History {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (states, bytes) = (self.len(), self.bytes());
+        f.debug_struct("History").field("states", &states).field("bytes", &bytes).finish()
+    }
+}
+
+/// What packs blocks, made for the first of them, and the room in which it does.
+struct Packer(Option<(Compressor<'static>, Vec<u8>)>);
+
+impl Packer {
+    /// The block packed, or as it is where that fails or gains nothing: no state may get lost.
+    fn pack(&mut self, block: &[u8]) -> Box<[u8]> {
+        self.try_pack(block).filter(|packed| packed.len() < block.len()).unwrap_or(block).into()
+    }
+
+    fn try_pack(&mut self, block: &[u8]) -> Option<&[u8]> {
+        if self.0.is_none() {
+            let room = Vec::with_capacity(zstd::zstd_safe::compress_bound(block.len()));
+            self.0 = Some((Compressor::new(LEVEL).ok()?, room));
+        }
+        let (compressor, room) = self.0.as_mut()?;
+        compressor.compress_to_buffer(block, room).ok()?;
+        Some(room)
+    }
+}
+
+/// Reads states of a history, one block at a time.
+pub struct Reader<'h> {
+    history: &'h History,
+    unpacker: Option<Decompressor<'static>>,
+    /// Which block is unpacked, and its states.
+    block: Option<usize>,
+    states: Vec<u8>,
+}
+
+impl Reader<'_> {
+    /// The bytes of the state with this index, counted from 0; `None` if there is none, or if the
+    /// machine has no memory left to unpack it.
+    pub fn get(&mut self, index: usize) -> Option<&[u8]> {
+        let (block, History { state_bytes, packed, open, .. }) =
+            (index / BLOCK_STATES, self.history);
+        let start = index % BLOCK_STATES * state_bytes;
+        let states: &[u8] = match packed.get(block) {
+            Some(packed) if packed.len() == self.history.block_bytes() => packed,
+            Some(packed) => {
+                if self.block != Some(block) {
+                    self.unpack(packed)?;
+                    self.block = Some(block);
+                }
+                &self.states
+            }
+            None if block == packed.len() => open,
+            None => return None,
+        };
+        states.get(start..start + state_bytes)
+    }
+
+    fn unpack(&mut self, packed: &[u8]) -> Option<()> {
+        self.block = None;
+        if self.unpacker.is_none() {
+            self.unpacker = Some(Decompressor::new().ok()?);
+            self.states = Vec::with_capacity(self.history.block_bytes());
+        }
+        self.unpacker.as_mut()?.decompress_to_buffer(packed, &mut self.states).ok().map(|_| ())
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     fn state(number: usize) -> Vec<u8> {
         number.to_le_bytes().into_iter().cycle().take(state_bytes(MazeSize::CLASSIC)).collect()
     }
 
+    /// A state that no compression makes smaller.
+    fn noise(number: u64) -> Vec<u8> {
+        let mut seed = number.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        let mut byte = || {
+            seed ^= seed << 13;
+            seed ^= seed >> 7;
+            seed ^= seed << 17;
+            seed.to_le_bytes()[0]
+        };
+        (0..state_bytes(MazeSize::CLASSIC)).map(|_| byte()).collect()
+    }
+
     #[test]
     fn every_state_is_kept_across_blocks() {
-        let mut history = History::new(MazeSize::CLASSIC);
-        assert!(history.is_empty());
-        for count in 0..3 * BLOCK_STATES + 7 {
-            assert_eq!(history.len(), count);
-            assert!(history.get(count).is_none());
-            assert!(history.push(&state(count)));
+        for make in [state, |number| noise(number as u64)] {
+            let mut history = History::new(MazeSize::CLASSIC);
+            assert!(history.is_empty());
+            for count in 0..3 * BLOCK_STATES + 7 {
+                assert_eq!(history.len(), count);
+                assert!(history.get(count).is_none());
+                history.push(&make(count)).unwrap();
+            }
+            for (index, kept) in history.iter().enumerate() {
+                assert_eq!(kept, make(index));
+                assert_eq!(history.get(index), Some(kept));
+            }
+            assert_eq!(history.iter().count(), history.len());
+            history.clear();
+            assert!(history.is_empty() && history.get(0).is_none());
+            assert_eq!((history.len(), history.bytes()), (0, 0));
         }
-        for (index, kept) in history.iter().enumerate() {
-            assert_eq!(kept, state(index));
-            assert_eq!(history.get(index), Some(kept));
-        }
-        assert_eq!(history.iter().count(), history.len());
-        history.clear();
-        assert!(history.is_empty() && history.get(0).is_none());
-        assert_eq!(history.len(), 0);
     }
 
     #[test]
     fn what_is_no_state_is_not_kept() {
         let mut history = History::new(MazeSize::CLASSIC);
-        assert!(!history.push(b"S"));
-        assert!(!history.push(&[b'S'; 519]));
+        let error = history.push(b"S").unwrap_err();
+        assert_eq!(error, PushError::Length { expected: 518, found: 1 });
+        assert!(history.push(&[b'S'; 519]).is_err());
         assert!(history.is_empty());
         assert!(history.get(usize::MAX).is_none());
+    }
+
+    #[test]
+    fn a_full_history_keeps_what_it_has_until_it_is_emptied() {
+        let limit = 1 << 20;
+        let mut history = History::with_limit(MazeSize::CLASSIC, limit);
+        let error = loop {
+            match history.push(&noise(history.len() as u64)) {
+                Ok(()) => assert!(history.bytes() <= limit),
+                Err(error) => break error,
+            }
+        };
+        let states = history.len();
+        assert!((2000..=limit / 518).contains(&states), "{states} states");
+        assert_eq!(error, Full { limit, states }.into());
+        insta::assert_snapshot!(Full { limit, states: 7 }, @"expected room for a state in a history of at most 1 MiB, found it full with 7 states; reset empties it");
+        assert!(history.push(&noise(0)).is_err());
+        assert!(history.iter().enumerate().all(|(index, kept)| kept == noise(index as u64)));
+        assert_eq!(history.len(), states);
+        history.clear();
+        history.push(&noise(1)).unwrap();
+        assert_eq!(history.get(0), Some(noise(1)));
+    }
+
+    #[test]
+    fn the_newest_state_can_be_taken_back() {
+        let mut history = History::new(MazeSize::CLASSIC);
+        history.take_back();
+        for number in 0..2 * BLOCK_STATES + 2 {
+            history.push(&state(usize::MAX)).unwrap();
+            history.take_back();
+            assert_eq!(history.len(), number);
+            history.push(&state(number)).unwrap();
+        }
+        assert!(history.iter().eq((0..2 * BLOCK_STATES + 2).map(state)));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(50))]
+        #[test]
+        fn a_history_is_a_list(
+            (width, height) in (1usize..=8, 1usize..=8),
+            bytes in prop::collection::vec(any::<u8>(), 1..40),
+            count in 0usize..2000,
+            reads in prop::collection::vec(0usize..2100, 100),
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            let length = state_bytes(size);
+            let twin: Vec<Vec<u8>> = (0..count)
+                .map(|number| bytes.iter().copied().cycle().skip(number).take(length).collect())
+                .collect();
+            let mut history = History::new(size);
+            for state in &twin {
+                history.push(state).unwrap();
+            }
+            prop_assert_eq!(history.len(), count);
+            let mut reader = history.reader();
+            for index in reads {
+                prop_assert_eq!(reader.get(index), twin.get(index).map(Vec::as_slice));
+            }
+        }
     }
 }

@@ -20,10 +20,14 @@
 
 mod background;
 mod history;
+mod recording;
 mod server;
 mod simulation;
 
 pub use background::Background;
-pub use history::History;
+pub use history::{Full, History, PushError, Reader};
+pub use recording::{
+    Ending, NoRecording, RecordError, Recorder, Recording, RecordingError, RecordingWriter,
+};
 pub use server::{BindError, MAX_REQUEST_BYTES, ServeError, Server, Stop};
-pub use simulation::{ReplyBuffer, Simulation};
+pub use simulation::{Change, ReplyBuffer, Simulation};

@@ -10,7 +10,7 @@ use mmsim_protocol::{ERROR_PREFIX, RequestError};
 use tracing::{debug, info, warn};
 
 use crate::simulation::refuse;
-use crate::{ReplyBuffer, Simulation};
+use crate::{Change, Recorder, ReplyBuffer, Simulation};
 
 /// The largest frame that is received, in bytes; who sends a larger one is cut off.
 pub const MAX_REQUEST_BYTES: i64 = 64 * 1024;
@@ -39,6 +39,7 @@ pub struct Server {
     socket: zmq::Socket,
     address: String,
     stopped: Arc<AtomicBool>,
+    recorder: Option<Recorder>,
 }
 
 /// An address on which no server can listen.
@@ -115,12 +116,19 @@ impl Server {
             Err(_) => format!("tcp://{resolved}"),
         };
         socket.bind(STOP_ENDPOINT)?;
-        Ok(Self { context, socket, address, stopped: Arc::default() })
+        Ok(Self { context, socket, address, stopped: Arc::default(), recorder: None })
     }
 
     /// Where clients connect, such as `tcp://127.0.0.1:6574`.
     pub fn address(&self) -> &str {
         &self.address
+    }
+
+    /// Records each simulation, from reset to reset, into a file. A state that cannot be recorded
+    /// is refused and not kept.
+    pub fn with_recorder(mut self, recorder: Recorder) -> Self {
+        self.recorder = Some(recorder);
+        self
     }
 
     /// A way to stop the server from another thread.
@@ -140,8 +148,9 @@ impl Server {
     ///
     /// # Errors
     /// The socket itself fails.
-    pub fn run(self, simulation: &mut Simulation) -> Result<(), ServeError> {
-        let failed = |source| ServeError { address: self.address.clone(), source };
+    pub fn run(mut self, simulation: &mut Simulation) -> Result<(), ServeError> {
+        let address = self.address.clone();
+        let failed = |source| ServeError { address: address.clone(), source };
         let (mut request, mut reply) = (zmq::Message::new(), ReplyBuffer::new());
         let (mut refused, mut end) = (0_u64, None);
         while end.is_none_or(|end| Instant::now() < end) {
@@ -159,7 +168,8 @@ impl Server {
                 continue;
             }
             if frames == 1 {
-                simulation.handle(&request, &mut reply);
+                let change = simulation.handle(&request, &mut reply);
+                self.record(change, &request, simulation, &mut reply);
             } else {
                 refuse(&mut reply, RequestError::Frames { found: frames });
             }
@@ -171,8 +181,30 @@ impl Server {
                 debug!(%error, "reply not sent");
             }
         }
+        if let Some(Err(error)) = self.recorder.as_mut().map(Recorder::close) {
+            warn!("a recording is not closed, but whole: {error}");
+        }
         info!(states = simulation.history().len(), refused, "stopped");
         Ok(())
+    }
+
+    /// Records what the request has changed. A state that cannot be recorded is taken back.
+    fn record(
+        &mut self,
+        change: Change,
+        request: &[u8],
+        simulation: &mut Simulation,
+        reply: &mut ReplyBuffer,
+    ) {
+        let Some(recorder) = &mut self.recorder else { return };
+        match (recorder.follow(change, request, simulation), change) {
+            (Ok(()), _) => {}
+            (Err(error), Change::State) => {
+                simulation.take_back();
+                refuse(reply, error);
+            }
+            (Err(error), _) => warn!("a recording is not closed, but whole: {error}"),
+        }
     }
 
     /// Receives one message, of which the first frame is kept, and gives the number of frames.

@@ -9,7 +9,7 @@ use mmsim_protocol::{ERROR_PREFIX, Info, Reply, Request};
 use crate::History;
 
 /// The true maze and every state that a client has reported since the last reset.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Simulation {
     name: String,
     maze: Maze,
@@ -21,6 +21,13 @@ impl Simulation {
     pub fn new(name: &str, maze: Maze) -> Self {
         let history = History::new(maze.size());
         Self { name: name.into(), maze, history }
+    }
+
+    /// The same with a history of at most so many bytes: a state for which there is no room is
+    /// refused, and those before it stay.
+    pub fn with_history_limit(mut self, bytes: usize) -> Self {
+        self.history = History::with_limit(self.maze.size(), bytes);
+        self
     }
 
     /// The name of the maze.
@@ -39,31 +46,53 @@ impl Simulation {
     }
 
     /// Serves one request: any bytes get exactly one reply, and only a well-formed state or reset
-    /// changes the history.
-    pub fn handle(&mut self, request: &[u8], reply: &mut ReplyBuffer) {
+    /// changes the history. Tells what has changed.
+    pub fn handle(&mut self, request: &[u8], reply: &mut ReplyBuffer) -> Change {
         match Request::decode(request, self.maze.size()) {
             Ok(Request::Ping) => set(reply, Reply::Pong),
             Ok(Request::Reset) => {
                 self.history.clear();
                 set(reply, Reply::Ok);
+                return Change::Reset;
             }
             Ok(Request::Walls(pose)) => set(reply, Reply::Walls(self.maze.walls().around(pose))),
-            Ok(Request::State(_)) => {
-                self.history.push(request);
-                set(reply, Reply::Ok);
-            }
+            Ok(Request::State(_)) => match self.history.push(request) {
+                Ok(()) => {
+                    set(reply, Reply::Ok);
+                    return Change::State;
+                }
+                Err(error) => refuse(reply, error),
+            },
             Ok(Request::Info) => match serde_json::to_string(&self.info()) {
                 Ok(json) => set(reply, Reply::Info(&json)),
                 Err(error) => refuse(reply, error),
             },
             Err(error) => refuse(reply, error),
         }
+        Change::Nothing
     }
 
-    fn info(&self) -> Info {
+    /// What `info` tells.
+    pub fn info(&self) -> Info {
         let Self { name, maze, history } = self;
         Info::new(name, maze.size(), maze.start(), maze.goals(), history.len())
     }
+
+    /// Takes back the state that was added last, for which something else failed.
+    pub(crate) fn take_back(&mut self) {
+        self.history.take_back();
+    }
+}
+
+/// What a request has changed in a simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// Nothing.
+    Nothing,
+    /// A state was added.
+    State,
+    /// All states were deleted.
+    Reset,
 }
 
 /// Where a simulation writes its reply, in place of an earlier one.
@@ -118,12 +147,32 @@ mod tests {
         for number in 0..3 {
             let state = state(MazeSize::CLASSIC, start, number);
             assert_eq!(reply(&mut simulation, &state), b"ok");
-            assert_eq!(simulation.history().get(number.into()), Some(&state[..]));
+            assert_eq!(simulation.history().get(number.into()), Some(state));
         }
         let info: Info = serde_json::from_slice(&reply(&mut simulation, b"info")).unwrap();
         assert_eq!((info.name.as_str(), info.states), ("open", 3));
         assert_eq!(reply(&mut simulation, b"reset"), b"ok");
         assert!(simulation.history().is_empty());
+    }
+
+    #[test]
+    fn a_full_history_refuses_states_and_serves_on() {
+        let size = MazeSize::CLASSIC;
+        let mut simulation = simulation(size).with_history_limit(1100);
+        let state = state(size, Pose::new(Cell::new(0, 0), Heading::North), 1);
+        let mut buffer = ReplyBuffer::new();
+        assert_eq!(simulation.handle(&state, &mut buffer), Change::State);
+        assert_eq!(reply(&mut simulation, &state), b"ok");
+        for _ in 0..3 {
+            assert_eq!(simulation.handle(&state, &mut buffer), Change::Nothing);
+            assert!(
+                buffer.starts_with(b"error: expected room for a state in a history of at most")
+            );
+            assert_eq!(simulation.history().len(), 2);
+            assert_eq!(reply(&mut simulation, b"ping"), b"pong");
+        }
+        assert_eq!(simulation.handle(b"reset", &mut buffer), Change::Reset);
+        assert_eq!(reply(&mut simulation, &state), b"ok");
     }
 
     #[test]
@@ -164,7 +213,7 @@ mod tests {
                 prop_assert_eq!(valid, !matches!(decoded, Ok(Reply::Error(_))));
                 prop_assert_eq!(simulation.history().len(), 1);
             }
-            prop_assert_eq!(simulation.history().get(0), Some(&start[..]));
+            prop_assert_eq!(simulation.history().get(0), Some(start));
         }
     }
 }

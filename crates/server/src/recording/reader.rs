@@ -1,0 +1,300 @@
+//! Reads a recording as far as it is whole.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use mcap::McapError;
+use mcap::records::{Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mmsim_maze::Maze;
+use mmsim_protocol::Info;
+
+use super::{
+    ENCODING, Ending, INFO, MAZE, METADATA, NoRecording, Recording, RecordingError, TOPIC, state,
+};
+use crate::History;
+
+/// The longest record that is read, in bytes; a state takes 2,085 at most, a maze less than 10,000.
+const MAX_RECORD_BYTES: usize = 1 << 20;
+
+/// The most that is read at once: as much as is asked for at a time is not promised to be there.
+const STEP_BYTES: usize = 64 * 1024;
+
+impl Recording {
+    /// Reads a recording from a file.
+    ///
+    /// # Errors
+    /// The file cannot be read or holds no recording. One that is cut off or damaged somewhere
+    /// behind its description is no error: [`ending`](Self::ending) tells of it.
+    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        let file =
+            File::open(path).map_err(|source| RecordingError::Io { path: path.into(), source })?;
+        Self::read(BufReader::with_capacity(STEP_BYTES, file)).map_err(|error| match error {
+            NoRecording::Io(source) => RecordingError::Io { path: path.into(), source },
+            source => RecordingError::Content { path: path.into(), source },
+        })
+    }
+
+    /// Reads a recording from its bytes. Many small pieces are asked for.
+    ///
+    /// # Errors
+    /// As for [`open`](Self::open).
+    pub fn read(mut source: impl Read) -> Result<Self, NoRecording> {
+        let options = LinearReaderOptions::default()
+            .with_record_length_limit(MAX_RECORD_BYTES)
+            .with_validate_chunk_crcs(true)
+            .with_validate_data_section_crc(true);
+        let mut reader = LinearReader::new_with_options(options);
+        let mut assembly = Assembly::default();
+        // Bytes read, and how many of them are records that make sense. No more is ever read than
+        // what the next record needs.
+        let (mut length, mut whole) = (0, 0);
+        let ending = loop {
+            match reader.next_event() {
+                None => break Ending::Closed,
+                Some(Ok(LinearReadEvent::ReadRequest(need))) => {
+                    let count = source.read(reader.insert(need.min(STEP_BYTES)))?;
+                    reader.notify_read(count);
+                    length += count as u64;
+                }
+                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                    if let Err(reason) = assembly.take(opcode, data)? {
+                        break Ending::Damaged { whole, reason };
+                    }
+                    whole = length;
+                }
+                Some(Err(McapError::UnexpectedEof)) => break Ending::Cut { whole, length },
+                Some(Err(McapError::BadMagic)) if whole == 0 => return Err(NoRecording::NoMcap),
+                Some(Err(error)) => break Ending::Damaged { whole, reason: error.to_string() },
+            }
+        };
+        let Some(mut recording) = assembly.recording else {
+            let (at, found) = match ending {
+                Ending::Closed | Ending::Cut { .. } => (length, "the end of the file".into()),
+                Ending::Damaged { whole, reason } => (whole, reason),
+            };
+            return Err(NoRecording::NoDescription { at, found });
+        };
+        recording.info.states = recording.history.len();
+        recording.ending = ending;
+        Ok(recording)
+    }
+}
+
+/// A recording that is put together record by record.
+#[derive(Default)]
+struct Assembly {
+    recording: Option<Recording>,
+    /// The channels that carry states.
+    channels: Vec<u16>,
+}
+
+impl Assembly {
+    /// Takes a record of any kind; the inner error says what is wrong with it.
+    fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, NoRecording> {
+        // Of the other kinds nothing is needed.
+        if !matches!(opcode, op::METADATA | op::CHANNEL | op::MESSAGE) {
+            return Ok(Ok(()));
+        }
+        match (mcap::parse_record(opcode, body), &mut self.recording) {
+            (Ok(Record::Metadata(record)), None) if record.name == METADATA => {
+                let get = |key| record.metadata.get(key).map(String::as_str);
+                self.recording = Some(describe(get(INFO), get(MAZE))?);
+            }
+            (Ok(Record::Channel(channel)), _)
+                if channel.topic == TOPIC && channel.message_encoding == ENCODING =>
+            {
+                self.channels.push(channel.id);
+            }
+            (Ok(Record::Message { header, data }), Some(recording))
+                if self.channels.contains(&header.channel_id) =>
+            {
+                return Ok(recording.add(&data, header.log_time));
+            }
+            (Ok(_), _) => {}
+            (Err(error), _) => return Ok(Err(error.to_string())),
+        }
+        Ok(Ok(()))
+    }
+}
+
+impl Recording {
+    fn add(&mut self, message: &[u8], time: u64) -> Result<(), String> {
+        state(message, self.size)?;
+        self.history.push(message).map_err(|error| error.to_string())?;
+        self.times.push(time);
+        Ok(())
+    }
+}
+
+/// A recording without a state, of what its description says.
+fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Recording, NoRecording> {
+    let wrong = |what: String| NoRecording::Description(what);
+    let info = info.ok_or_else(|| wrong("info is missing".into()))?;
+    let info: Info =
+        serde_json::from_str(info).map_err(|error| wrong(format!("info is no JSON: {error}")))?;
+    let sides = (info.width, info.height);
+    let size = info.size().ok_or_else(|| {
+        wrong(format!("the maze has {}x{} cells, not 1x1 to 32x32", sides.0, sides.1))
+    })?;
+    if info.start_pose().is_none_or(|start| !size.contains(start.cell)) {
+        return Err(wrong(format!("the start is none in a maze of {size} cells")));
+    }
+    let maze = maze
+        .map(|text| Maze::parse(text.as_bytes()))
+        .transpose()
+        .map_err(|error| wrong(format!("the maze is none: {error}")))?;
+    if let Some(other) = maze.as_ref().map(Maze::size).filter(|&other| other != size) {
+        return Err(wrong(format!("the maze has {other} cells, but the states have {size}")));
+    }
+    let (history, ending) = (History::new(size), Ending::Closed);
+    Ok(Recording { info, size, maze, history, times: Vec::new(), ending })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use mcap::records::MessageHeader;
+    use mmsim_protocol::MazeSize;
+
+    use super::*;
+    use crate::{RecordingWriter, Simulation};
+
+    const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
+
+    fn state(number: u8) -> Vec<u8> {
+        [b"S\x00\x00NC\x01".to_vec(), vec![number], b"C\x0d\x00".to_vec()].concat()
+    }
+
+    /// The bytes of a recording of so many states.
+    fn recorded(states: u8) -> Vec<u8> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        let simulation = Simulation::new("small", MAZE.parse().unwrap());
+        let mut writer =
+            RecordingWriter::create(&path, &simulation.info(), Some(simulation.maze())).unwrap();
+        for number in 0..states {
+            writer.write(&state(number)).unwrap();
+        }
+        writer.close().unwrap();
+        fs::read(&path).unwrap()
+    }
+
+    #[test]
+    fn a_recording_is_read_as_it_was_written() {
+        let recording = Recording::read(&recorded(200)[..]).unwrap();
+        assert_eq!(recording.maze().unwrap().to_string(), MAZE);
+        let size = MazeSize::new(2, 1).unwrap();
+        assert_eq!((recording.info().states, recording.size()), (200, size));
+        assert_eq!(recording.info().name, "small");
+        assert!(recording.history().iter().eq((0..200).map(state)));
+        assert!(recording.times().is_sorted() && recording.times().len() == 200);
+        assert_eq!(*recording.ending(), Ending::Closed);
+    }
+
+    #[test]
+    fn cut_at_any_byte_it_shows_the_whole_states_or_says_what_is_missing() {
+        let bytes = recorded(5);
+        // Where each state ends: its bytes are at the end of its record.
+        let ends: Vec<usize> = (0..5)
+            .map(|number| {
+                let state = state(number);
+                bytes.windows(state.len()).position(|bytes| bytes == state).unwrap() + state.len()
+            })
+            .collect();
+        let mut described = false;
+        for length in 0..bytes.len() {
+            match Recording::read(&bytes[..length]) {
+                Ok(recording) => {
+                    let states = ends.iter().filter(|&&end| end <= length).count();
+                    let expected = (0..5).map(state).take(states);
+                    assert!(recording.history().iter().eq(expected), "{length} bytes");
+                    let Ending::Cut { whole, length: found } = *recording.ending() else {
+                        panic!("{length} bytes: {:?}", recording.ending())
+                    };
+                    assert_eq!(found, length as u64);
+                    assert!(
+                        whole <= found
+                            && ends.iter().all(|&end| end > length || end as u64 <= whole)
+                    );
+                    described = true;
+                }
+                Err(error) => {
+                    assert!(!described, "{length} bytes: {error}");
+                    let expected = format!("found the end of the file at byte {length}");
+                    assert!(error.to_string().ends_with(&expected), "{error}");
+                }
+            }
+        }
+        assert!(described);
+        assert_eq!(*Recording::read(&bytes[..]).unwrap().ending(), Ending::Closed);
+    }
+
+    #[test]
+    fn any_changed_byte_gives_states_or_an_error() {
+        let bytes = recorded(3);
+        let mut noticed = 0;
+        for at in 0..bytes.len() {
+            let mut changed = bytes.clone();
+            changed[at] ^= 0x55;
+            match Recording::read(&changed[..]) {
+                Ok(recording) => noticed += usize::from(*recording.ending() != Ending::Closed),
+                Err(_) => noticed += 1,
+            }
+        }
+        assert!(noticed > bytes.len() / 2, "{noticed} of {}", bytes.len());
+    }
+
+    #[test]
+    fn what_is_no_recording_is_told() {
+        let error = |bytes: &[u8]| Recording::read(bytes).unwrap_err().to_string();
+        insta::assert_snapshot!(error(b""), @"expected a recording's description of its maze, found the end of the file at byte 0");
+        insta::assert_snapshot!(error(b"o---o---o\n"), @"expected a recording, which is an MCAP file, found something else at byte 0");
+        let other = |description: &[(&str, &str)]| {
+            let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
+            let metadata = description.iter().map(|&(key, text)| (key.into(), text.into()));
+            let name = METADATA.into();
+            let metadata = mcap::records::Metadata { name, metadata: metadata.collect() };
+            mcap.write_metadata(&metadata).unwrap();
+            mcap.finish().unwrap();
+            error(&mcap.into_inner().into_inner())
+        };
+        let info = |width: u8, start: u8| {
+            format!(
+                r#"{{"name":"","width":{width},"height":1,"start":[{start},0],"heading":"N","goals":[],"states":0,"protocol":1}}"#
+            )
+        };
+        insta::assert_snapshot!(other(&[]), @"expected a recording's description of its maze, found one in which info is missing");
+        insta::assert_snapshot!(other(&[("info", "{}")]), @"expected a recording's description of its maze, found one in which info is no JSON: missing field `name` at line 1 column 2");
+        insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"expected a recording's description of its maze, found one in which the maze has 40x1 cells, not 1x1 to 32x32");
+        insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"expected a recording's description of its maze, found one in which the start is none in a maze of 2x1 cells");
+        insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"expected a recording's description of its maze, found one in which the maze is none: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
+        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"expected a recording's description of its maze, found one in which the maze has 2x1 cells, but the states have 3x1");
+    }
+
+    #[test]
+    fn a_file_that_another_tool_packed_is_read_as_well() {
+        let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
+        let simulation = Simulation::new("small", MAZE.parse().unwrap());
+        let info = serde_json::to_string(&simulation.info()).unwrap();
+        let metadata = [(INFO.into(), info)].into();
+        mcap.write_metadata(&mcap::records::Metadata { name: METADATA.into(), metadata }).unwrap();
+        let channel_id = mcap.add_channel(0, TOPIC, ENCODING, &[].into()).unwrap();
+        let other = mcap.add_channel(0, "/other", ENCODING, &[].into()).unwrap();
+        for number in 0..100 {
+            let time = 7 + u64::from(number);
+            let sequence = number.into();
+            let header = MessageHeader { channel_id, sequence, log_time: time, publish_time: time };
+            mcap.write_to_known_channel(&header, &state(number)).unwrap();
+            mcap.write_to_known_channel(&MessageHeader { channel_id: other, ..header }, b"?")
+                .unwrap();
+        }
+        mcap.finish().unwrap();
+        let recording = Recording::read(&mcap.into_inner().into_inner()[..]).unwrap();
+        assert!(recording.history().iter().eq((0..100).map(state)));
+        assert_eq!((recording.times()[99], recording.maze()), (106, None));
+        assert_eq!(*recording.ending(), Ending::Closed);
+    }
+}
