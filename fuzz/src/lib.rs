@@ -4,4 +4,5 @@
 //! `CONTRIBUTING.md` says how to run them and what to do with a finding.
 
 pub mod mazes;
+pub mod recordings;
 pub mod requests;

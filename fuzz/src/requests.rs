@@ -1,10 +1,10 @@
 //! Requests to one simulation, one after the other.
 //!
-//! An input is a byte that chooses the size of the maze ([`SIZES`]), then pieces, each ended by
-//! [`CUT`] and a count:
+//! An input is a byte that chooses the size of the maze ([`SIZES`]) and whether the history is
+//! limited, then pieces, each ended by [`CUT`] and a count:
 //!
 //! ```text
-//! size  piece CUT count  piece CUT count  …
+//! maze  piece CUT count  piece CUT count  …
 //! ```
 //!
 //! A count of 0 gives the piece to the simulation as it is. Pieces are told apart by a mark rather
@@ -20,13 +20,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Walls, WallsAround};
 use mmsim_protocol::{Info, Reply, Request, state_bytes};
-use mmsim_server::{ReplyBuffer, Simulation};
+use mmsim_server::{Change, ReplyBuffer, Simulation};
 
 /// What ends a piece, before its count.
 pub const CUT: [u8; 2] = [0xa5, 0x5a];
 
-/// The sizes of maze, width and height in cells; the first byte chooses one.
+/// The sizes of maze, width and height in cells. The first byte is the index of one; the history
+/// is limited with as many added to it.
 pub const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
+
+/// What a limited history may hold, in bytes: from one state of the largest maze to several blocks
+/// of the smallest.
+const LIMIT: usize = 4096;
 
 /// The most requests that one input makes: several blocks of the history, at most 2 MiB of states.
 const MOST_REQUESTS: usize = 1 << 10;
@@ -59,9 +64,10 @@ static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
 
 /// Gives the requests of an input to a new simulation and checks each reply and the history.
 pub fn run(input: &[u8]) {
-    let Some((&size, mut pieces)) = input.split_first() else { return };
-    let maze = &MAZES[usize::from(size) % MAZES.len()];
-    let mut observed = Observed::new(maze);
+    let Some((&first, mut pieces)) = input.split_first() else { return };
+    let (choice, first) = (usize::from(first) / SIZES.len(), usize::from(first) % SIZES.len());
+    let maze = &MAZES[first];
+    let mut observed = Observed::new(maze, (choice % 2 == 1).then_some(LIMIT));
     let mut left = MOST_REQUESTS;
     while !pieces.is_empty() && left > 0 {
         let (piece, count, rest) = cut(pieces);
@@ -111,10 +117,9 @@ fn stretched(piece: &[u8], size: MazeSize) -> Option<Vec<u8>> {
     Some(message)
 }
 
-/// The input that makes these requests of a maze of the given of [`SIZES`]; `None` if one of them
-/// has a [`CUT`] in it.
-pub fn input<'a>(size: u8, requests: impl IntoIterator<Item = &'a [u8]>) -> Option<Vec<u8>> {
-    let mut input = vec![size];
+/// The input of this first byte and these requests; `None` if one of them has a [`CUT`] in it.
+pub fn input<'a>(first: u8, requests: impl IntoIterator<Item = &'a [u8]>) -> Option<Vec<u8>> {
+    let mut input = vec![first];
     let mut expected = VecDeque::new();
     for request in requests {
         input.extend_from_slice(request);
@@ -137,34 +142,41 @@ pub fn input<'a>(size: u8, requests: impl IntoIterator<Item = &'a [u8]>) -> Opti
 struct Observed<'a> {
     maze: &'a Maze,
     simulation: Simulation,
+    limit: Option<usize>,
     reply: ReplyBuffer,
     /// Every state since the last reset.
     states: Vec<Vec<u8>>,
 }
 
 impl<'a> Observed<'a> {
-    fn new(maze: &'a Maze) -> Self {
-        let simulation = Simulation::new("fuzz", maze.clone());
-        Self { maze, simulation, reply: ReplyBuffer::new(), states: Vec::new() }
+    fn new(maze: &'a Maze, limit: Option<usize>) -> Self {
+        let unlimited = Simulation::new("fuzz", maze.clone());
+        let simulation = match limit {
+            Some(bytes) => unlimited.with_history_limit(bytes),
+            None => unlimited,
+        };
+        Self { maze, simulation, limit, reply: ReplyBuffer::new(), states: Vec::new() }
     }
 
     /// Asks and holds the reply against the laws: there is one, it is the one that is due, and the
     /// history changes by it and by nothing else.
     fn ask(&mut self, request: &[u8]) {
-        let Self { maze, simulation, reply, states } = self;
+        let Self { maze, simulation, limit, reply, states } = self;
         let decoded = Request::decode(request, maze.size());
         if decoded == Ok(Request::Reset) {
             check_history(simulation, states);
         }
         reply.clear();
         reply.extend_from_slice(b"left of an earlier reply");
-        simulation.handle(request, reply);
+        let change = simulation.handle(request, reply);
+        let mut due = Change::Nothing;
         let reply = Reply::decode(reply).expect("a reply of the protocol");
         match decoded {
             Ok(Request::Ping) => assert_eq!(reply, Reply::Pong),
             Ok(Request::Reset) => {
                 assert_eq!(reply, Reply::Ok);
                 states.clear();
+                due = Change::Reset;
             }
             Ok(Request::Walls(pose)) => {
                 let wall = |heading| maze.walls().has(pose.cell, heading);
@@ -173,16 +185,21 @@ impl<'a> Observed<'a> {
                 let (left, front, right) = (wall(left), wall(front), wall(right));
                 assert_eq!(reply, Reply::Walls(WallsAround { left, front, right }));
             }
+            Ok(Request::State(_)) if matches!(reply, Reply::Error(_)) => {
+                let room = limit.expect("no limit") - simulation.history().bytes();
+                assert!(room < request.len(), "{reply:?} with room for {room} bytes");
+            }
             Ok(Request::State(_)) => {
                 assert_eq!(reply, Reply::Ok);
                 states.push(request.to_vec());
+                due = Change::State;
             }
             Ok(Request::Info) => {
                 let Reply::Info(json) = reply else { panic!("info answered by {reply:?}") };
                 let info: Info = serde_json::from_str(json).expect("info as JSON");
                 let name = simulation.name();
-                let due = Info::new(name, maze.size(), maze.start(), maze.goals(), states.len());
-                assert_eq!(info, due);
+                let told = Info::new(name, maze.size(), maze.start(), maze.goals(), states.len());
+                assert_eq!(info, told);
             }
             Err(error) => {
                 let reason = error.to_string();
@@ -195,6 +212,7 @@ impl<'a> Observed<'a> {
             assert_eq!(decoded.encode(&mut buffer), Ok(request.len()));
             assert_eq!(buffer, request, "decoded and encoded again");
         }
+        assert_eq!(change, due);
         assert_eq!(simulation.history().len(), states.len());
         assert_eq!(simulation.history().is_empty(), states.is_empty());
         if let Some(last) = states.len().checked_sub(1) {
@@ -207,7 +225,7 @@ impl<'a> Observed<'a> {
 fn check_history(simulation: &Simulation, states: &[Vec<u8>]) {
     let mut kept = simulation.history().iter();
     for (index, state) in states.iter().enumerate() {
-        assert_eq!(kept.next(), Some(&state[..]), "state {index}");
+        assert_eq!(kept.next().as_deref(), Some(&state[..]), "state {index}");
     }
     assert!(kept.next().is_none());
     for index in (0..=states.len()).step_by(61).chain([states.len(), usize::MAX]) {
@@ -217,7 +235,7 @@ fn check_history(simulation: &Simulation, states: &[Vec<u8>]) {
 
 fn check_state(simulation: &Simulation, states: &[Vec<u8>], index: usize) {
     let kept = simulation.history().get(index);
-    assert_eq!(kept, states.get(index).map(Vec::as_slice), "state {index}");
+    assert_eq!(kept.as_deref(), states.get(index).map(Vec::as_slice), "state {index}");
 }
 
 /// Counts them, and tells the number each time that it is past another million.

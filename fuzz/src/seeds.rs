@@ -4,10 +4,16 @@
 //! recorded exchanges in `../shared`.
 
 use std::ffi::OsStr;
+use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
-use std::{env, fs, io};
+use std::{env, fs};
 
+use mcap::read::LinearReader;
+use mcap::records::Record;
+use mcap::{Compression, McapError, MessageStream, WriteOptions};
 use mmsim_fuzz::requests::{self, CUT, SIZES};
+use mmsim_maze::Maze;
+use mmsim_server::{RecordingWriter, Simulation};
 use serde_json::Value;
 use walkdir::WalkDir;
 
@@ -52,7 +58,7 @@ fn main() -> io::Result<()> {
     for file in files(&shared.join("transcripts"), "jsonl") {
         write_exchange(&mut seeds, &fs::read_to_string(file)?)?;
     }
-    Ok(())
+    write_recordings(&mut Seeds::in_folder(&corpus.join("recordings"))?)
 }
 
 /// The files below a folder whose names end in this way, none where there is no such folder.
@@ -62,12 +68,12 @@ fn files(folder: &Path, extension: &str) -> impl Iterator<Item = PathBuf> {
     files.map(walkdir::DirEntry::into_path).filter(move |path| path.extension() == Some(&extension))
 }
 
-/// Of each size of maze: every request as it should be and with something wrong, and a history of
+/// Of each size of maze, without and with a limit of the history: every request as it should be and with something wrong, and a history of
 /// more than a block.
 fn write_made_up_requests(seeds: &mut Seeds) -> io::Result<()> {
     let short: [&[u8]; 10] =
         [b"", b"ping", b"PING", b"info", b"reset", b"W", b"W\0", b"W\0\0", b"W\0\0N", b"W\0\0NN"];
-    for (number, (width, height)) in (0..).zip(SIZES) {
+    for (number, (width, height)) in (0..).zip(SIZES.into_iter().chain(SIZES)) {
         seeds.write_requests(number, short)?;
         let state_bytes = 6 + 2 * usize::from(width) * usize::from(height);
         for heading in *b"NESWX\0" {
@@ -115,6 +121,49 @@ fn request_of_line(line: &str) -> Option<Vec<u8>> {
         .collect()
 }
 
+/// Recordings of a small maze: one that was closed, the same cut off, one whose writer did not know
+/// the maze, and one that another tool has written anew in chunks.
+fn write_recordings(seeds: &mut Seeds) -> io::Result<()> {
+    let maze: Maze = MAZES[0].parse().map_err(io::Error::other)?;
+    let simulation = Simulation::new("small", maze);
+    for maze in [Some(simulation.maze()), None] {
+        let path = seeds.next_path();
+        let _ = fs::remove_file(&path);
+        let mut writer =
+            RecordingWriter::create(&path, &simulation.info(), maze).map_err(io::Error::other)?;
+        for weight in 0..3 {
+            writer.write(&[b'S', 0, 0, b'N', b'C', weight, b'F', 31]).map_err(io::Error::other)?;
+        }
+        writer.close().map_err(io::Error::other)?;
+        let recording = fs::read(&path)?;
+        for end in [recording.len() / 3, recording.len() / 2, recording.len() - 1] {
+            seeds.write(&recording[..end])?;
+        }
+        for compression in [None, Some(Compression::Zstd)] {
+            seeds.write(&in_chunks(&recording, compression).map_err(io::Error::other)?)?;
+        }
+    }
+    Ok(())
+}
+
+/// The same recording with its messages in chunks.
+fn in_chunks(recording: &[u8], compression: Option<Compression>) -> Result<Vec<u8>, McapError> {
+    let mut chunked = Vec::new();
+    let options = WriteOptions::new().use_chunks(true).compression(compression);
+    let mut writer = options.create(Cursor::new(&mut chunked))?;
+    for record in LinearReader::new(recording)? {
+        if let Record::Metadata(metadata) = record? {
+            writer.write_metadata(&metadata)?;
+        }
+    }
+    for message in MessageStream::new(recording)? {
+        writer.write(&message?)?;
+    }
+    writer.finish()?;
+    drop(writer);
+    Ok(chunked)
+}
+
 /// A folder of inputs, with numbers as their names.
 struct Seeds {
     folder: PathBuf,
@@ -128,8 +177,12 @@ impl Seeds {
     }
 
     fn write(&mut self, input: &[u8]) -> io::Result<()> {
+        fs::write(self.next_path(), input)
+    }
+
+    fn next_path(&mut self) -> PathBuf {
         self.count += 1;
-        fs::write(self.folder.join(format!("seed-{:04}", self.count)), input)
+        self.folder.join(format!("seed-{:04}", self.count))
     }
 
     fn write_requests<'a>(

@@ -97,6 +97,9 @@ impl Assembly {
         if !matches!(opcode, op::METADATA | op::CHANNEL | op::MESSAGE) {
             return Ok(Ok(()));
         }
+        if !strings_fit(opcode, body) {
+            return Ok(Err("a length goes beyond the end of its record".into()));
+        }
         match (mcap::parse_record(opcode, body), &mut self.recording) {
             (Ok(Record::Metadata(record)), None) if record.name == METADATA => {
                 let get = |key| record.metadata.get(key).map(String::as_str);
@@ -117,6 +120,32 @@ impl Assembly {
         }
         Ok(Ok(()))
     }
+}
+
+/// Whether each string in a record of metadata or a channel ends inside of the record. For one
+/// that does not, mcap reserves as many bytes as its length says, up to 4 GiB, before it finds out.
+fn strings_fit(opcode: u8, body: &[u8]) -> bool {
+    let fit = || {
+        let rest = match opcode {
+            op::METADATA => after_string(body)?,
+            // Behind two numbers of two bytes each.
+            op::CHANNEL => after_string(after_string(body.get(4..)?)?)?,
+            _ => return Some(()),
+        };
+        let (length, map) = rest.split_first_chunk()?;
+        let mut map = map.get(..usize::try_from(u32::from_le_bytes(*length)).ok()?)?;
+        while !map.is_empty() {
+            map = after_string(after_string(map)?)?;
+        }
+        Some(())
+    };
+    fit().is_some()
+}
+
+/// What follows the string at the beginning, which stands behind its length in bytes.
+fn after_string(bytes: &[u8]) -> Option<&[u8]> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    rest.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)
 }
 
 impl Recording {
@@ -245,6 +274,27 @@ mod tests {
             }
         }
         assert!(noticed > bytes.len() / 2, "{noticed} of {}", bytes.len());
+    }
+
+    /// Found by fuzzing: memory was reserved for as much as a length promised.
+    #[test]
+    fn a_length_beyond_its_record_is_told_before_it_is_believed() {
+        for (string, described) in [(&b"\x05\0\0\0mmsim"[..], false), (b"\x06\0\0\0/state", true)] {
+            let mut bytes = recorded(1);
+            let at = bytes.windows(string.len()).position(|bytes| bytes == string).unwrap();
+            bytes[at + 3] = 0xff;
+            let wrong = "a length goes beyond the end of its record";
+            match Recording::read(&bytes[..]) {
+                Ok(recording) => {
+                    assert!(described);
+                    assert!(recording.history().is_empty());
+                    assert!(
+                        matches!(recording.ending(), Ending::Damaged { reason, .. } if reason == wrong)
+                    );
+                }
+                Err(error) => assert!(!described && error.to_string().contains(wrong), "{error}"),
+            }
+        }
     }
 
     #[test]
