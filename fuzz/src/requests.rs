@@ -72,19 +72,17 @@ pub fn run(input: &[u8]) {
     while !pieces.is_empty() && left > 0 {
         let (piece, count, rest) = cut(pieces);
         pieces = rest;
-        match stretched(piece, maze.size()) {
-            Some(mut state) if count > 0 => {
-                for _ in 0..count.min(left) {
-                    observed.ask(&state);
-                    left -= 1;
-                    state[HEAD_BYTES] = state[HEAD_BYTES].wrapping_add(1);
-                }
-            }
-            _ => {
-                observed.ask(piece);
-                left -= 1;
-            }
+        let state = if count > 0 { stretched(piece, maze.size()) } else { None };
+        let Some(mut state) = state else {
+            observed.ask(piece);
+            left -= 1;
+            continue;
+        };
+        for _ in 0..count.min(left) {
+            observed.ask(&state);
+            state[HEAD_BYTES] = state[HEAD_BYTES].wrapping_add(1);
         }
+        left -= count.min(left);
     }
     check_history(&observed.simulation, &observed.states);
     count_requests(MOST_REQUESTS - left);
