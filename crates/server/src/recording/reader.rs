@@ -66,7 +66,7 @@ impl Recording {
                 }
                 Some(Err(McapError::UnexpectedEof)) => break Ending::Cut { whole, length },
                 Some(Err(McapError::BadMagic)) if whole == 0 => return Err(NoRecording::NoMcap),
-                Some(Err(error)) => break Ending::Damaged { whole, reason: error.to_string() },
+                Some(Err(error)) => break Ending::Damaged { whole, reason: in_one_line(&error) },
             }
         };
         let Some(mut recording) = assembly.recording else {
@@ -116,10 +116,23 @@ impl Assembly {
                 return Ok(recording.add(&data, header.log_time));
             }
             (Ok(_), _) => {}
-            (Err(error), _) => return Ok(Err(error.to_string())),
+            (Err(error), _) => return Ok(Err(in_one_line(&error))),
         }
         Ok(Ok(()))
     }
+}
+
+/// What mcap says, which may hold pieces of the file: with no character in it that a terminal obeys.
+fn in_one_line(error: &McapError) -> String {
+    let mut line = String::new();
+    for character in error.to_string().chars() {
+        if character.is_control() {
+            line.extend(character.escape_default());
+        } else {
+            line.push(character);
+        }
+    }
+    line
 }
 
 /// Whether each string in a record of metadata or a channel ends inside of the record. For one
@@ -295,6 +308,21 @@ mod tests {
                 Err(error) => assert!(!described && error.to_string().contains(wrong), "{error}"),
             }
         }
+    }
+
+    /// Found by fuzzing: the name of a compression went to the terminal as it stood in the file.
+    #[test]
+    fn what_a_damaged_file_says_is_escaped() {
+        let mut bytes = recorded(0);
+        let data_end =
+            bytes.windows(9).position(|bytes| bytes == b"\x0f\x04\0\0\0\0\0\0\0").unwrap();
+        bytes.truncate(data_end);
+        // A chunk: its length, 28 bytes of times, length and checksum, and the compression's name.
+        bytes.extend([6, 44, 0, 0, 0, 0, 0, 0, 0]);
+        bytes.extend([[0; 28].as_slice(), &[4, 0, 0, 0], b"\x1b[2J", &[0; 8]].concat());
+        let recording = Recording::read(&bytes[..]).unwrap();
+        let Ending::Damaged { reason, .. } = recording.ending() else { panic!("{recording:?}") };
+        insta::assert_snapshot!(reason, @r"Unsupported compression format `\u{1b}[2J`");
     }
 
     #[test]
