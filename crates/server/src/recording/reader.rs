@@ -66,7 +66,7 @@ impl Recording {
                 }
                 Some(Err(McapError::UnexpectedEof)) => break Ending::Cut { whole, length },
                 Some(Err(McapError::BadMagic)) if whole == 0 => return Err(NoRecording::NoMcap),
-                Some(Err(error)) => break Ending::Damaged { whole, reason: error.to_string() },
+                Some(Err(error)) => break Ending::Damaged { whole, reason: in_one_line(&error) },
             }
         };
         let Some(mut recording) = assembly.recording else {
@@ -97,6 +97,9 @@ impl Assembly {
         if !matches!(opcode, op::METADATA | op::CHANNEL | op::MESSAGE) {
             return Ok(Ok(()));
         }
+        if !strings_fit(opcode, body) {
+            return Ok(Err("a length goes beyond the end of its record".into()));
+        }
         match (mcap::parse_record(opcode, body), &mut self.recording) {
             (Ok(Record::Metadata(record)), None) if record.name == METADATA => {
                 let get = |key| record.metadata.get(key).map(String::as_str);
@@ -113,10 +116,49 @@ impl Assembly {
                 return Ok(recording.add(&data, header.log_time));
             }
             (Ok(_), _) => {}
-            (Err(error), _) => return Ok(Err(error.to_string())),
+            (Err(error), _) => return Ok(Err(in_one_line(&error))),
         }
         Ok(Ok(()))
     }
+}
+
+/// What mcap says, which may hold pieces of the file: with no character in it that a terminal obeys.
+fn in_one_line(error: &McapError) -> String {
+    let mut line = String::new();
+    for character in error.to_string().chars() {
+        if character.is_control() {
+            line.extend(character.escape_default());
+        } else {
+            line.push(character);
+        }
+    }
+    line
+}
+
+/// Whether each string in a record of metadata or a channel ends inside of the record. For one
+/// that does not, mcap reserves as many bytes as its length says, up to 4 GiB, before it finds out.
+fn strings_fit(opcode: u8, body: &[u8]) -> bool {
+    let fit = || {
+        let rest = match opcode {
+            op::METADATA => after_string(body)?,
+            // Behind two numbers of two bytes each.
+            op::CHANNEL => after_string(after_string(body.get(4..)?)?)?,
+            _ => return Some(()),
+        };
+        let (length, map) = rest.split_first_chunk()?;
+        let mut map = map.get(..usize::try_from(u32::from_le_bytes(*length)).ok()?)?;
+        while !map.is_empty() {
+            map = after_string(after_string(map)?)?;
+        }
+        Some(())
+    };
+    fit().is_some()
+}
+
+/// What follows the string at the beginning, which stands behind its length in bytes.
+fn after_string(bytes: &[u8]) -> Option<&[u8]> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    rest.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)
 }
 
 impl Recording {
@@ -245,6 +287,42 @@ mod tests {
             }
         }
         assert!(noticed > bytes.len() / 2, "{noticed} of {}", bytes.len());
+    }
+
+    /// Found by fuzzing: memory was reserved for as much as a length promised.
+    #[test]
+    fn a_length_beyond_its_record_is_told_before_it_is_believed() {
+        for (string, described) in [(&b"\x05\0\0\0mmsim"[..], false), (b"\x06\0\0\0/state", true)] {
+            let mut bytes = recorded(1);
+            let at = bytes.windows(string.len()).position(|bytes| bytes == string).unwrap();
+            bytes[at + 3] = 0xff;
+            let wrong = "a length goes beyond the end of its record";
+            match Recording::read(&bytes[..]) {
+                Ok(recording) => {
+                    assert!(described);
+                    assert!(recording.history().is_empty());
+                    assert!(
+                        matches!(recording.ending(), Ending::Damaged { reason, .. } if reason == wrong)
+                    );
+                }
+                Err(error) => assert!(!described && error.to_string().contains(wrong), "{error}"),
+            }
+        }
+    }
+
+    /// Found by fuzzing: the name of a compression went to the terminal as it stood in the file.
+    #[test]
+    fn what_a_damaged_file_says_is_escaped() {
+        let mut bytes = recorded(0);
+        let data_end =
+            bytes.windows(9).position(|bytes| bytes == b"\x0f\x04\0\0\0\0\0\0\0").unwrap();
+        bytes.truncate(data_end);
+        // A chunk: its length, 28 bytes of times, length and checksum, and the compression's name.
+        bytes.extend([6, 44, 0, 0, 0, 0, 0, 0, 0]);
+        bytes.extend([[0; 28].as_slice(), &[4, 0, 0, 0], b"\x1b[2J", &[0; 8]].concat());
+        let recording = Recording::read(&bytes[..]).unwrap();
+        let Ending::Damaged { reason, .. } = recording.ending() else { panic!("{recording:?}") };
+        insta::assert_snapshot!(reason, @r"Unsupported compression format `\u{1b}[2J`");
     }
 
     #[test]

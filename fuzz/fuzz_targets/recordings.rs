@@ -1,0 +1,4 @@
+//! Recordings of any content. See `mmsim_fuzz::recordings`.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|content: &[u8]| mmsim_fuzz::recordings::run(content));

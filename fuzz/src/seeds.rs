@@ -1,0 +1,196 @@
+//! Writes the inputs that the fuzzer starts from: `seeds CORPUS`, in the project's folder.
+//!
+//! They are made from the mazes in `mazes` and, where there are any, from the mazes and the
+//! recorded exchanges in `../shared`.
+
+use std::ffi::OsStr;
+use std::io::{self, Cursor};
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+use mcap::read::LinearReader;
+use mcap::records::Record;
+use mcap::{Compression, McapError, MessageStream, WriteOptions};
+use mmsim_fuzz::requests::{self, CUT, SIZES};
+use mmsim_maze::Maze;
+use mmsim_server::{RecordingWriter, Simulation};
+use serde_json::Value;
+use walkdir::WalkDir;
+
+// The runtime that the flags of the targets ask for.
+use libfuzzer_sys as _;
+
+/// Requests of a recorded exchange that make up one input.
+const REQUESTS_TOGETHER: usize = 8;
+
+/// Inputs that are made of one recorded exchange, spread over its length.
+const INPUTS_OF_EXCHANGE: usize = 16;
+
+/// Mazes in the formats that no file of our own has, and on the edges of the text format.
+const MAZES: [&str; 8] = [
+    "o---o\n| S |\no---o\n",
+    "o---o\n|SG |\no---o\n",
+    "#######\n#  G G#\n# ### #\n#S#   #\n#######\n",
+    "+--+--+\n|S    |\n+  +  +\n|G |  |\n+--+--+\n",
+    "\u{feff}·-·-·\r\n|  G|\r\n\r\n· ·-·\n|S  |\n·-·-·\nofficial\n|",
+    "2\n1,3\n4,12\n",
+    "4\n1,7,5,4\n2,10,3,6\n11,13,14,8\n9,5,13,4\n",
+    "OSHWDEM Maze Generator\n+---+---+---+\n| A |       |\n+   +   B   +\n|   |   |   |\n\
+     +   +   +   +\n|           |\n+---+---+---+\n",
+];
+
+fn main() -> io::Result<()> {
+    let Some(corpus) = env::args_os().nth(1).map(PathBuf::from) else {
+        return Err(io::Error::other("usage: seeds CORPUS"));
+    };
+    let shared = Path::new("../shared");
+    let mut seeds = Seeds::in_folder(&corpus.join("mazes"))?;
+    for maze in MAZES {
+        seeds.write(maze.as_bytes())?;
+    }
+    for folder in [Path::new("mazes"), &shared.join("mazes")] {
+        for file in files(folder, "txt") {
+            seeds.write(&fs::read(file)?)?;
+        }
+    }
+    let mut seeds = Seeds::in_folder(&corpus.join("requests"))?;
+    write_made_up_requests(&mut seeds)?;
+    for file in files(&shared.join("transcripts"), "jsonl") {
+        write_exchange(&mut seeds, &fs::read_to_string(file)?)?;
+    }
+    write_recordings(&mut Seeds::in_folder(&corpus.join("recordings"))?)
+}
+
+/// The files below a folder whose names end in this way, none where there is no such folder.
+fn files(folder: &Path, extension: &str) -> impl Iterator<Item = PathBuf> {
+    let files = WalkDir::new(folder).sort_by_file_name().into_iter().flatten();
+    let extension = OsStr::new(extension).to_owned();
+    files.map(walkdir::DirEntry::into_path).filter(move |path| path.extension() == Some(&extension))
+}
+
+/// Of each size of maze, without and with a limit of the history: every request as it should be and with something wrong, and a history of
+/// more than a block.
+fn write_made_up_requests(seeds: &mut Seeds) -> io::Result<()> {
+    let short: [&[u8]; 10] =
+        [b"", b"ping", b"PING", b"info", b"reset", b"W", b"W\0", b"W\0\0", b"W\0\0N", b"W\0\0NN"];
+    for (number, (width, height)) in (0..).zip(SIZES.into_iter().chain(SIZES)) {
+        seeds.write_requests(number, short)?;
+        let state_bytes = 6 + 2 * usize::from(width) * usize::from(height);
+        for heading in *b"NESWX\0" {
+            let last = [b'W', width - 1, height - 1, heading];
+            let outside = [[b'W', width, 0, heading], [b'W', 0, height, heading]];
+            seeds.write_requests(number, [&last[..], &outside[0], &outside[1]])?;
+        }
+        for order in *b"CFZ" {
+            let mut state = vec![order; state_bytes];
+            state[..5].copy_from_slice(&[b'S', width - 1, 0, b'E', order]);
+            let longer = [&state[..], b"\0"].concat();
+            seeds.write_requests(number, [&state[..], &state[1..], &state[..6], &longer])?;
+        }
+        let pieces: [(&[u8], u8); 4] =
+            [(b"S\0\0NC\0\x01\x02F", 255), (b"S\0\0SFF", 40), (b"info", 0), (b"reset", 0)];
+        let mut input = vec![number];
+        for (piece, count) in pieces {
+            input.extend_from_slice(piece);
+            input.extend_from_slice(&CUT);
+            input.push(count);
+        }
+        seeds.write(&input)?;
+    }
+    Ok(())
+}
+
+/// Pieces of a recorded exchange: a JSON object a line, with the request in hex as `req`. Those of
+/// the trial are none.
+fn write_exchange(seeds: &mut Seeds, lines: &str) -> io::Result<()> {
+    let requests: Vec<Vec<u8>> = lines.lines().filter_map(request_of_line).collect();
+    let inputs = requests.chunks(REQUESTS_TOGETHER);
+    let step = inputs.len().div_ceil(INPUTS_OF_EXCHANGE).max(1);
+    for requests in inputs.step_by(step) {
+        seeds.write_requests(0, requests.iter().map(Vec::as_slice))?;
+    }
+    Ok(())
+}
+
+fn request_of_line(line: &str) -> Option<Vec<u8>> {
+    let exchange: Value = serde_json::from_str(line).ok()?;
+    let digits = exchange["req"].as_str()?.as_bytes();
+    digits
+        .chunks(2)
+        .map(|digits| u8::from_str_radix(str::from_utf8(digits).ok()?, 16).ok())
+        .collect()
+}
+
+/// Recordings of a small maze: one that was closed, the same cut off, one whose writer did not know
+/// the maze, and one that another tool has written anew in chunks.
+fn write_recordings(seeds: &mut Seeds) -> io::Result<()> {
+    let maze: Maze = MAZES[0].parse().map_err(io::Error::other)?;
+    let simulation = Simulation::new("small", maze);
+    for maze in [Some(simulation.maze()), None] {
+        let path = seeds.next_path();
+        let _ = fs::remove_file(&path);
+        let mut writer =
+            RecordingWriter::create(&path, &simulation.info(), maze).map_err(io::Error::other)?;
+        for weight in 0..3 {
+            writer.write(&[b'S', 0, 0, b'N', b'C', weight, b'F', 31]).map_err(io::Error::other)?;
+        }
+        writer.close().map_err(io::Error::other)?;
+        let recording = fs::read(&path)?;
+        for end in [recording.len() / 3, recording.len() / 2, recording.len() - 1] {
+            seeds.write(&recording[..end])?;
+        }
+        for compression in [None, Some(Compression::Zstd)] {
+            seeds.write(&in_chunks(&recording, compression).map_err(io::Error::other)?)?;
+        }
+    }
+    Ok(())
+}
+
+/// The same recording with its messages in chunks.
+fn in_chunks(recording: &[u8], compression: Option<Compression>) -> Result<Vec<u8>, McapError> {
+    let mut chunked = Vec::new();
+    let options = WriteOptions::new().use_chunks(true).compression(compression);
+    let mut writer = options.create(Cursor::new(&mut chunked))?;
+    for record in LinearReader::new(recording)? {
+        if let Record::Metadata(metadata) = record? {
+            writer.write_metadata(&metadata)?;
+        }
+    }
+    for message in MessageStream::new(recording)? {
+        writer.write(&message?)?;
+    }
+    writer.finish()?;
+    drop(writer);
+    Ok(chunked)
+}
+
+/// A folder of inputs, with numbers as their names.
+struct Seeds {
+    folder: PathBuf,
+    count: usize,
+}
+
+impl Seeds {
+    fn in_folder(folder: &Path) -> io::Result<Self> {
+        fs::create_dir_all(folder)?;
+        Ok(Self { folder: folder.into(), count: 0 })
+    }
+
+    fn write(&mut self, input: &[u8]) -> io::Result<()> {
+        fs::write(self.next_path(), input)
+    }
+
+    fn next_path(&mut self) -> PathBuf {
+        self.count += 1;
+        self.folder.join(format!("seed-{:04}", self.count))
+    }
+
+    fn write_requests<'a>(
+        &mut self,
+        size: u8,
+        requests: impl IntoIterator<Item = &'a [u8]>,
+    ) -> io::Result<()> {
+        // Requests that cannot be told apart again are left out.
+        requests::input(size, requests).map_or(Ok(()), |input| self.write(&input))
+    }
+}
