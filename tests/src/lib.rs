@@ -53,7 +53,7 @@ pub fn known_distance(map: &KnownMaze, from: Cell, unknown: Unknown) -> Option<u
 /// There is no free port.
 pub fn serve(maze: Maze) -> Background {
     let server = Server::bind("127.0.0.1", 0).unwrap();
-    server.spawn(Simulation::new("served", maze)).unwrap()
+    server.spawn(Simulation::new("served", maze))
 }
 
 /// A socket of this kind, connected to the server, that gives up after five seconds.

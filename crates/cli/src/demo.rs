@@ -28,7 +28,7 @@ pub(crate) fn run(args: &DemoArgs) -> Outcome {
     let server = bind("127.0.0.1", args.port)?;
     let interrupt = Interrupt::catch()?;
     say(announce(&selected, server.address()));
-    let server = server.spawn(Simulation::new(&selected.name, selected.maze))?;
+    let server = server.spawn(Simulation::new(&selected.name, selected.maze));
     let address = server.address();
     let ended = search(args, address, &interrupt);
     if !args.once && matches!(ended, Ok(Ended::GoalReached | Ended::GoalNotReached)) {

@@ -21,7 +21,7 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
     }
     let selected = Collection::at(args.mazes.as_deref())?.select(&args.maze.words.join(" "))?;
     let server = bind(&args.host, args.port)?;
-    let (interrupt, stop) = (Interrupt::catch()?, server.stop_handle()?);
+    let (interrupt, stop) = (Interrupt::catch()?, server.stop_handle());
     say(announce(&selected, server.address()));
     let mut simulation = Simulation::new(&selected.name, selected.maze);
     std::thread::spawn(move || {
