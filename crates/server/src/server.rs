@@ -33,6 +33,7 @@ const LAST_CALL: Duration = Duration::from_millis(300);
 pub struct Server {
     network: Network,
     address: String,
+    loopback: bool,
     stopping: Arc<Stopping>,
 }
 
@@ -105,19 +106,26 @@ impl Server {
 
     fn bind_resolved(resolved: SocketAddr) -> io::Result<Self> {
         let network = Network::bind(resolved)?;
-        let address = format!("tcp://{}", network.local_address()?);
+        let local = network.local_address()?;
         let stopping = Stopping {
             waker: network.waker()?,
             stopped: AtomicBool::new(false),
             ended: Mutex::new(false),
             has_ended: Condvar::new(),
         };
-        Ok(Self { network, address, stopping: Arc::new(stopping) })
+        let (address, loopback) =
+            (format!("tcp://{local}"), local.ip().to_canonical().is_loopback());
+        Ok(Self { network, address, loopback, stopping: Arc::new(stopping) })
     }
 
     /// Where clients connect, such as `tcp://127.0.0.1:6574`.
     pub fn address(&self) -> &str {
         &self.address
+    }
+
+    /// Whether only programs on this machine can connect.
+    pub fn is_loopback(&self) -> bool {
+        self.loopback
     }
 
     /// A way to stop the server from another thread.
@@ -250,6 +258,7 @@ mod tests {
         for host in ["127.0.0.1", "localhost", "*"] {
             let server = Server::bind(host, 0).unwrap();
             assert!(server.address().starts_with("tcp://"), "{}", server.address());
+            assert_eq!(server.is_loopback(), host != "*");
         }
         let error = |host| Server::bind(host, 0).err().unwrap().to_string();
         assert!(error("no such host").starts_with("expected the name or address of this machine"));

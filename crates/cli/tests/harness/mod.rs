@@ -59,8 +59,12 @@ impl Home {
 
     /// Starts the command as a server and waits until it has said this.
     pub fn serve_until(&self, arguments: &[&str], text: &str) -> Serving {
-        let mut child = self
-            .command(arguments)
+        Self::serve_by(self.command(arguments), text)
+    }
+
+    /// Starts a server by this command and waits until it has said this.
+    pub fn serve_by(mut command: Command, text: &str) -> Serving {
+        let mut child = command
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -120,6 +124,11 @@ pub struct Serving {
 }
 
 impl Serving {
+    /// The number of the process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Waits until it has ended; gives its exit status and all that it said.
     pub fn wait(&mut self) -> (ExitStatus, String) {
         let status = self.child.wait().unwrap();
