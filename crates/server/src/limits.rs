@@ -17,9 +17,14 @@ pub const MAX_ENVELOPE_BYTES: usize = 4 * 1024;
 pub const MAX_HANDSHAKE_BYTES: usize = 4 * 1024;
 
 /// How many connections there are at the same time, of whatever kind. Further ones wait in the
-/// operating system's queue until one of these ends. A thousand leave room for other files under
-/// the usual limit of 1,024 open files.
+/// operating system's queue until one of these ends, or has been silent for [`SILENCE`]. A thousand
+/// leave room for other files under the usual limit of 1,024 open files.
 pub const MAX_CONNECTIONS: usize = 1000;
+
+/// When there are as many connections as there may be and another one waits, it takes the place of
+/// the one that has been silent for longest, if it has been so for this long. The sockets of
+/// ZeroMQ connect again by themselves, so a client that only thinks for long does not notice.
+pub const SILENCE: Duration = Duration::from_secs(10);
 
 /// How long a connection may take until it has shown that it speaks `ZMTP`, from when it is
 /// accepted. On a network that works at all a handshake takes some round trips.

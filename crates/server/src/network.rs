@@ -11,12 +11,15 @@ use socket2::{SockRef, TcpKeepalive};
 use tracing::{debug, warn};
 
 use crate::ReplyBuffer;
-use crate::limits::{HANDSHAKE_TIME, MAX_CONNECTIONS};
+use crate::limits::{HANDSHAKE_TIME, MAX_CONNECTIONS, SILENCE};
 use crate::peer::{End, Peer, Turn};
 
 const LISTENER: Token = Token(0);
 const WAKER: Token = Token(1);
 const FIRST_PEER: usize = 2;
+
+/// Connections that the operating system lets wait to be accepted; it may allow fewer.
+const QUEUE: i32 = 1024;
 
 /// Events taken at once.
 const EVENTS: usize = 256;
@@ -35,7 +38,7 @@ const KEEPALIVE: Duration = Duration::from_secs(60);
 pub(crate) struct Network {
     poll: Poll,
     listener: TcpListener,
-    peers: HashMap<Token, Peer<TcpStream>>,
+    peers: HashMap<Token, Connection>,
     next: usize,
     /// Those that may do something now, each once in a while, oldest first.
     queue: VecDeque<Token>,
@@ -43,15 +46,25 @@ pub(crate) struct Network {
     handshakes: VecDeque<(Instant, Token)>,
     /// Whether somebody may wait to be accepted …
     acceptable: bool,
-    /// … and until when there is no use in trying.
+    /// … and until when there is no use in trying, unless a connection ends before.
     accept_again: Option<Instant>,
     warned: bool,
+}
+
+/// A peer as the network sees it.
+struct Connection {
+    peer: Peer<TcpStream>,
+    /// When it last had something for us.
+    heard: Instant,
+    /// Whether it waits for its turn.
+    queued: bool,
 }
 
 impl Network {
     /// Listens at this address.
     pub(crate) fn bind(address: SocketAddr) -> io::Result<Self> {
         let (poll, mut listener) = (Poll::new()?, TcpListener::bind(address)?);
+        SockRef::from(&listener).listen(QUEUE)?;
         poll.registry().register(&mut listener, LISTENER, Interest::READABLE)?;
         Ok(Self {
             poll,
@@ -84,18 +97,23 @@ impl Network {
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(true),
             result => result?,
         }
+        let now = Instant::now();
         for event in &*events {
             match event.token() {
                 WAKER => {}
                 LISTENER => self.acceptable = true,
                 token => {
-                    if let Some(peer) = self.peers.get_mut(&token) {
+                    if let Some(connection) = self.peers.get_mut(&token) {
+                        let peer = &mut connection.peer;
                         // Trying to read or write is how one learns of an error.
                         let gone = event.is_error() || event.is_read_closed();
+                        if event.is_readable() {
+                            connection.heard = now;
+                        }
                         peer.readable |= event.is_readable() || gone;
                         peer.writable |= event.is_writable() || gone;
-                        if !peer.queued {
-                            peer.queued = true;
+                        if !connection.queued {
+                            connection.queued = true;
                             self.queue.push_back(token);
                         }
                     }
@@ -119,9 +137,9 @@ impl Network {
     ) {
         for _ in 0..self.queue.len() {
             let Some(token) = self.queue.pop_front() else { break };
-            let Some(peer) = self.peers.get_mut(&token) else { continue };
-            let turn = peer.turn(&mut answer, reply);
-            peer.queued = matches!(turn, Ok(Turn::Again));
+            let Some(connection) = self.peers.get_mut(&token) else { continue };
+            let turn = connection.peer.turn(&mut answer, reply);
+            connection.queued = matches!(turn, Ok(Turn::Again));
             match turn {
                 Ok(Turn::Idle) => {}
                 Ok(Turn::Again) => self.queue.push_back(token),
@@ -134,15 +152,16 @@ impl Network {
 
     /// Whether anybody is in a handshake.
     pub(crate) fn has_handshakes(&self) -> bool {
-        self.peers.values().any(|peer| !peer.is_ready())
+        self.peers.values().any(|connection| !connection.peer.is_ready())
     }
 
     /// Sends the replies that are still on their way, until they are gone or the time has come.
     pub(crate) fn flush(&mut self, events: &mut Events, end: Instant) -> io::Result<()> {
         loop {
-            self.peers.retain(|_, peer| peer.send().is_ok());
+            self.peers.retain(|_, connection| connection.peer.send().is_ok());
             let left = end.saturating_duration_since(Instant::now());
-            if left.is_zero() || !self.peers.values().any(Peer::has_output) {
+            if left.is_zero() || !self.peers.values().any(|connection| connection.peer.has_output())
+            {
                 return Ok(());
             }
             self.queue.clear();
@@ -155,7 +174,7 @@ impl Network {
         if !self.queue.is_empty() || self.may_accept(now) {
             return Some(Duration::ZERO);
         }
-        let accept = self.accept_again.filter(|_| self.has_room());
+        let accept = self.accept_again.filter(|_| self.acceptable);
         let handshake = self.handshakes.front().map(|&(end, _)| end);
         let next = accept.into_iter().chain(handshake).min()?;
         // The system counts in milliseconds and could otherwise be asked too early.
@@ -164,7 +183,7 @@ impl Network {
 
     fn end_late_handshakes(&mut self, now: Instant) {
         while let Some(&(end, token)) = self.handshakes.front() {
-            if self.peers.get(&token).is_some_and(|peer| !peer.is_ready()) {
+            if self.peers.get(&token).is_some_and(|connection| !connection.peer.is_ready()) {
                 if now < end {
                     break;
                 }
@@ -174,12 +193,8 @@ impl Network {
         }
     }
 
-    fn has_room(&self) -> bool {
-        self.peers.len() < MAX_CONNECTIONS
-    }
-
     fn may_accept(&self, now: Instant) -> bool {
-        self.acceptable && self.has_room() && self.accept_again.is_none_or(|again| again <= now)
+        self.acceptable && self.accept_again.is_none_or(|again| again <= now)
     }
 
     fn accept(&mut self, now: Instant) {
@@ -187,8 +202,18 @@ impl Network {
             if !self.may_accept(now) {
                 return;
             }
+            let mut in_place_of = None;
+            if self.peers.len() >= MAX_CONNECTIONS {
+                in_place_of = self.silent(now);
+                if in_place_of.is_none() {
+                    return;
+                }
+            }
             match self.listener.accept() {
                 Ok((stream, address)) => {
+                    if let Some(token) = in_place_of {
+                        self.end(token, &End::Silent);
+                    }
                     if let Err(error) = self.add(stream, now) {
                         debug!(%error, %address, "connection not accepted");
                     }
@@ -199,17 +224,34 @@ impl Network {
                     ErrorKind::ConnectionAborted
                     | ErrorKind::ConnectionReset
                     | ErrorKind::Interrupted => {}
-                    _ => {
-                        self.accept_again = Some(now + ACCEPT_AGAIN);
-                        if !self.warned {
-                            self.warned = true;
-                            let count = self.peers.len();
-                            warn!("{count} connections, no more for now: {error}");
-                        }
-                    }
+                    _ => self.no_more(&error, now),
                 },
             }
         }
+    }
+
+    /// The system cannot give another connection.
+    fn no_more(&mut self, error: &io::Error, now: Instant) {
+        if !self.warned {
+            self.warned = true;
+            warn!("{} connections, no more for now: {error}", self.peers.len());
+        }
+        match self.silent(now) {
+            Some(token) => self.end(token, &End::Silent),
+            None => self.accept_again = Some(now + ACCEPT_AGAIN),
+        }
+    }
+
+    /// Who has been silent for longest, if that is so long that another may take its place; else
+    /// there is no use in trying before.
+    fn silent(&mut self, now: Instant) -> Option<Token> {
+        let all = self.peers.iter().map(|(&token, connection)| (token, connection.heard));
+        let (token, heard) = all.min_by_key(|&(_, heard)| heard)?;
+        if heard + SILENCE <= now {
+            return Some(token);
+        }
+        self.accept_again = Some(heard + SILENCE);
+        None
     }
 
     fn add(&mut self, mut stream: TcpStream, now: Instant) -> io::Result<()> {
@@ -220,15 +262,15 @@ impl Network {
         let interest = Interest::READABLE | Interest::WRITABLE;
         self.poll.registry().register(&mut stream, token, interest)?;
         self.next += 1;
-        let peer = Peer::new(stream);
-        self.peers.insert(token, peer);
+        let connection = Connection { peer: Peer::new(stream), heard: now, queued: true };
+        self.peers.insert(token, connection);
         self.queue.push_back(token);
         self.handshakes.push_back((now + HANDSHAKE_TIME, token));
         Ok(())
     }
 
     fn end(&mut self, token: Token, end: &End) {
-        if let Some(mut peer) = self.peers.remove(&token) {
+        if let Some(Connection { mut peer, .. }) = self.peers.remove(&token) {
             // It is closed all the same, and with that forgotten by the system.
             let _ = self.poll.registry().deregister(peer.stream_mut());
             self.accept_again = None;

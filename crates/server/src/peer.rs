@@ -30,8 +30,6 @@ pub(crate) struct Peer<S> {
     pub(crate) readable: bool,
     /// Whether the stream may take bytes of us.
     pub(crate) writable: bool,
-    /// Whether it waits for its turn.
-    pub(crate) queued: bool,
 }
 
 /// Why a connection ends.
@@ -39,6 +37,8 @@ pub(crate) struct Peer<S> {
 pub(crate) enum End {
     #[error("the peer has left")]
     Left,
+    #[error("another takes the place of one that was silent")]
+    Silent,
     #[error("expected a handshake within {} s, found none", HANDSHAKE_TIME.as_secs())]
     Late,
     #[error(transparent)]
@@ -68,7 +68,6 @@ impl<S: Read + Write> Peer<S> {
             sent: 0,
             readable: true,
             writable: true,
-            queued: true,
         }
     }
 
