@@ -35,7 +35,7 @@ pub fn bundled_maze(name: &str) -> Maze {
 /// # Panics
 /// There is no free port.
 pub fn serve(maze: Maze) -> Background {
-    Server::bind("127.0.0.1", 0).unwrap().spawn(Simulation::new("served", maze)).unwrap()
+    Server::bind("127.0.0.1", 0).unwrap().spawn(Simulation::new("served", maze))
 }
 
 /// Numbers without a pattern, the same for the same seed.

@@ -31,7 +31,7 @@ pub(crate) fn run(args: &DemoArgs) -> Outcome {
     say(announce(&selected, server.address()));
     let simulation = keep::simulation(selected, &args.keep);
     keep::announce(&args.keep, &simulation);
-    let server = server.with_recorder(recorder).spawn(simulation)?;
+    let server = server.with_recorder(recorder).spawn(simulation);
     let address = server.address();
     let ended = search(args, address, &interrupt);
     if !args.once && matches!(ended, Ok(Ended::GoalReached | Ended::GoalNotReached)) {
