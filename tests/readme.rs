@@ -32,13 +32,35 @@ fn the_map_is_what_the_demo_prints() {
 }
 
 #[test]
-fn files_that_are_linked_are_there() {
-    for page in ["README.md", "CONTRIBUTING.md", "docs/protocol.md", "examples/README.md"] {
-        let text = read(page);
-        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page);
-            let target = folder.parent().unwrap().join(link);
-            assert!(link.starts_with("https://") || target.exists(), "{page} links {link}");
+fn what_is_linked_is_there() {
+    for page in [
+        "README.md",
+        "ARCHITECTURE.md",
+        "CONTRIBUTING.md",
+        "docs/protocol.md",
+        "docs/recordings.md",
+        "examples/README.md",
+    ] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page);
+        for link in read(page).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if link.starts_with("https://") {
+                continue;
+            }
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            let target = folder.parent().unwrap().join(file);
+            assert!(target.exists(), "{page} links {link}");
+            let has = |heading: &str| {
+                fs::read_to_string(&target).unwrap().lines().any(|line| {
+                    line.starts_with("## ") && anchor(line.trim_start_matches("## ")) == heading
+                })
+            };
+            assert!(heading.is_empty() || has(heading), "{page} links {link}");
         }
     }
+}
+
+/// The name by which a heading is linked.
+fn anchor(heading: &str) -> String {
+    let plain = heading.to_lowercase().replace(' ', "-");
+    plain.chars().filter(|&c| c.is_alphanumeric() || c == '-').collect()
 }
