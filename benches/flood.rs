@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use mmsim_benches::classic_mazes;
+use mmsim_benches::{Noise, classic_mazes};
 use mmsim_maze::{CellSet, Heading, Maze, Walls};
 use mmsim_solvers::Distances;
 
@@ -49,25 +49,16 @@ fn floods(criterion: &mut Criterion) {
         black_box(textbook(maze.walls(), maze.goals()));
     };
     for (name, flood) in [("mmsim", &ours as &dyn Fn(&Maze)), ("textbook queue", &twin)] {
-        let mut order = mixed(mazes.len());
+        let mut noise = Noise::new(1);
         group.bench_function(name, |b| {
             b.iter_batched(
-                || &mazes[order.next().unwrap_or(0)],
+                || &mazes[noise.below(mazes.len())],
                 |maze| flood(black_box(maze)),
                 BatchSize::SmallInput,
             );
         });
     }
     group.finish();
-}
-
-/// Indices below `count` in an order without a pattern, for ever.
-fn mixed(count: usize) -> impl Iterator<Item = usize> {
-    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
-    std::iter::repeat_with(move || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        usize::try_from(seed >> 33).unwrap_or(0) % count
-    })
 }
 
 criterion_group!(benches, floods);

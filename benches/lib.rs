@@ -35,5 +35,23 @@ pub fn bundled_maze(name: &str) -> Maze {
 /// # Panics
 /// There is no free port.
 pub fn serve(maze: Maze) -> Background {
-    Server::bind("127.0.0.1", 0).unwrap().spawn(Simulation::new("served", maze)).unwrap()
+    Server::bind("127.0.0.1", 0).unwrap().spawn(Simulation::new("served", maze))
+}
+
+/// Numbers without a pattern, the same for the same seed.
+pub struct Noise(u64);
+
+impl Noise {
+    /// Numbers of this seed.
+    pub const fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// A number below `count`, which is not 0.
+    pub fn below(&mut self, count: usize) -> usize {
+        // Knuth's MMIX generator; the upper bits are the good ones.
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        usize::try_from(self.0 >> 33).unwrap_or(0) % count
+    }
 }

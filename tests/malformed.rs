@@ -2,54 +2,12 @@
 //! request works, of the same client and of another.
 
 use mmsim_maze::{Maze, MazeSize, Walls};
-use mmsim_protocol::{Cell, Order, encode_state};
-use mmsim_tests::{ask, classic_map, connect, serve};
+use mmsim_protocol::Cell;
+use mmsim_tests::{ask, connect, good_state, malformed_requests, serve};
 
 fn open_maze(cells: usize) -> Maze {
     let size = MazeSize::new(cells, cells).unwrap();
     Maze::new(Walls::open(size), Cell::new(0, 0), size.central_cells()).unwrap()
-}
-
-/// The state of a mouse at the start of a classic maze, 518 bytes.
-fn good_state() -> Vec<u8> {
-    let (map, start) = classic_map();
-    let mut state = vec![0; 518];
-    encode_state(&mut state, start, &map, |cell| cell.x.into(), Order::C).unwrap();
-    state
-}
-
-/// The good state with one byte changed.
-fn changed(index: usize, byte: u8) -> Vec<u8> {
-    let mut state = good_state();
-    state[index] = byte;
-    state
-}
-
-fn malformed() -> Vec<Vec<u8>> {
-    let mut requests: Vec<Vec<u8>> =
-        [&b"foo"[..], b"", b"PING", b"ping\n", b"reset "].map(<[u8]>::to_vec).to_vec();
-    requests.extend([&b"W"[..], b"W\0", b"W\0\0", b"W\0\0NN", b"WW\0\0N"].map(<[u8]>::to_vec));
-    for (x, y) in
-        [(16, 16), (15, 16), (16, 15), (255, 0), (255, 255), (0x57, 0), (0x57, 0x57), (0, 0x57)]
-    {
-        requests.push(vec![b'W', x, y, b'N']);
-    }
-    requests.extend([b'X', b'n', 0, 0xff].map(|heading| vec![b'W', 0, 0, heading]));
-    for length in [1, 2, 4, 6, 517, 519] {
-        let mut state = good_state();
-        state.resize(length, 0);
-        requests.push(state);
-    }
-    for order in [b'Z', b'c', b'f'] {
-        requests.extend([changed(4, order), changed(261, order)]);
-    }
-    requests.push(changed(3, b'X'));
-    for cell in [[200, 0], [0x53, 0x53]] {
-        let mut state = good_state();
-        state[1..3].copy_from_slice(&cell);
-        requests.push(state);
-    }
-    requests
 }
 
 /// Asks something that works, on both sockets, and checks that the history has not changed.
@@ -73,7 +31,7 @@ fn each_gets_one_error_and_changes_nothing() {
     let server = serve(open_maze(16));
     let (client, other) = (connect(&server, zmq::REQ), connect(&server, zmq::REQ));
     assert_eq!(ask(&client, &good_state()), b"ok");
-    for request in malformed() {
+    for request in malformed_requests() {
         let name = format!("{:?}", request.escape_ascii().to_string());
         check_error(&ask(&client, &request), &name);
         check_well(&client, &other, &name);

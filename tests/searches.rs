@@ -65,7 +65,7 @@ fn a_client_may_start_before_its_server() {
     });
     was_told.recv_timeout(Duration::from_secs(10)).unwrap();
     let server = Server::bind("127.0.0.1", port).unwrap();
-    let server = server.spawn(Simulation::new("late", maze)).unwrap();
+    let server = server.spawn(Simulation::new("late", maze));
     let run = client.join().unwrap();
     assert!(run.goal_reached);
     assert_eq!(server.stop().unwrap().history().len(), run.states as usize);

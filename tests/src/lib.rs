@@ -1,5 +1,7 @@
 //! What the tests across crates share: real mazes, transcripts, and a running server.
 
+mod malformed;
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -8,6 +10,8 @@ use mmsim_maze::{KnownMaze, Maze, Pose, Unknown};
 use mmsim_protocol::{Cell, Heading};
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::Distances;
+
+pub use malformed::{good_state, malformed_requests};
 
 /// The folder of real mazes and transcripts beside the project. They carry no licence, so they are
 /// no part of it: where the folder is absent, this says so and the test has nothing to do.
@@ -53,7 +57,7 @@ pub fn known_distance(map: &KnownMaze, from: Cell, unknown: Unknown) -> Option<u
 /// There is no free port.
 pub fn serve(maze: Maze) -> Background {
     let server = Server::bind("127.0.0.1", 0).unwrap();
-    server.spawn(Simulation::new("served", maze)).unwrap()
+    server.spawn(Simulation::new("served", maze))
 }
 
 /// A socket of this kind, connected to the server, that gives up after five seconds.

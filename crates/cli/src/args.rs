@@ -36,6 +36,8 @@ pub(crate) enum Command {
     Solve(SolveArgs),
     /// Serve a maze and let a flood-fill mouse search it, all in one.
     Demo(DemoArgs),
+    /// Show a recording: the maze, and any state of the search.
+    Replay(ReplayArgs),
     /// List, show and check mazes.
     Mazes(MazesArgs),
 }
@@ -53,6 +55,20 @@ pub(crate) struct ServeArgs {
     pub(crate) port: u16,
     #[command(flatten)]
     pub(crate) maze: MazeArg,
+    #[command(flatten)]
+    pub(crate) keep: KeepArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct KeepArgs {
+    /// Record each simulation, from reset to reset, into a file of its own in this folder; `mmsim
+    /// replay` reads it
+    #[arg(long, value_name = "DIR")]
+    pub(crate) record: Option<PathBuf>,
+    /// Keep at most so many mebibytes of states, and refuse further ones until reset; a mebibyte
+    /// has room for some 100,000 states [default: half of the free memory]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) history_limit: Option<u64>,
 }
 
 #[derive(Debug, Args)]
@@ -85,6 +101,9 @@ pub(crate) struct SolveArgs {
     /// Wait this long after each step; a terminal shows the mouse on its way then
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pub(crate) pace: u64,
+    /// Record the states that are sent into this new file; `mmsim replay` reads it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
     /// Give up when a reply takes longer, in seconds [default: wait for the simulator to start
     /// for ever, then 10 for each reply]
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
@@ -104,12 +123,27 @@ pub(crate) struct DemoArgs {
     pub(crate) port: u16,
     #[command(flatten)]
     pub(crate) maze: MazeArg,
+    #[command(flatten)]
+    pub(crate) keep: KeepArgs,
     /// Wait this long after each step [default: 50 on a terminal, else 0]
     #[arg(long, value_name = "MS")]
     pub(crate) pace: Option<u64>,
     /// End after the search instead of serving on
     #[arg(long)]
     pub(crate) once: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReplayArgs {
+    /// The recording; one that was cut off in a crash is shown as far as it is whole
+    pub(crate) file: PathBuf,
+    /// Show the state with this number; the first has 0, so that it is the number of steps before
+    /// it [default: the last one]
+    #[arg(long, value_name = "N")]
+    pub(crate) at: Option<usize>,
+    /// Print a JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

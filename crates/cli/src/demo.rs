@@ -6,12 +6,12 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use mmsim_client::{BrokenRun, RunError, Zmq, search_run};
-use mmsim_server::Simulation;
 use mmsim_solvers::{Bundled, Mouse};
 
 use crate::Outcome;
 use crate::args::DemoArgs;
 use crate::interrupt::Interrupt;
+use crate::keep;
 use crate::output::{own_command, say};
 use crate::screen::{Screen, ending};
 use crate::selection::Collection;
@@ -25,10 +25,13 @@ const STRATEGY: Bundled = Bundled::FloodFill;
 
 pub(crate) fn run(args: &DemoArgs) -> Outcome {
     let selected = Collection::at(args.mazes.as_deref())?.select(&args.maze.words.join(" "))?;
+    let recorder = keep::recorder(&args.keep)?;
     let server = bind("127.0.0.1", args.port)?;
     let interrupt = Interrupt::catch()?;
     say(announce(&selected, server.address()));
-    let server = server.spawn(Simulation::new(&selected.name, selected.maze))?;
+    let simulation = keep::simulation(selected, &args.keep);
+    keep::announce(&args.keep, &simulation);
+    let server = server.with_recorder(recorder).spawn(simulation);
     let address = server.address();
     let ended = search(args, address, &interrupt);
     if !args.once && matches!(ended, Ok(Ended::GoalReached | Ended::GoalNotReached)) {

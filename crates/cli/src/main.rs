@@ -5,8 +5,11 @@ mod args;
 mod demo;
 mod embedded;
 mod interrupt;
+mod keep;
 mod mazes;
 mod output;
+mod recorded;
+mod replay;
 mod screen;
 mod selection;
 mod serve;
@@ -41,6 +44,7 @@ fn main() -> ExitCode {
         None => serve::run(&cli.serve),
         Some(Command::Solve(args)) => solve::run(&args),
         Some(Command::Demo(args)) => demo::run(&args),
+        Some(Command::Replay(args)) => replay::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
     };
     match outcome {

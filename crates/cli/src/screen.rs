@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, IsTerminal};
 
 use mmsim_client::SearchRun;
+use mmsim_maze::{Cell, KnownMaze, Maze, Pose};
 use mmsim_solvers::{Bundled, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
@@ -12,7 +13,6 @@ use crate::output::{counted, print};
 /// Where the map is shown: at the end, and on a terminal also on the way, redrawn in place.
 pub(crate) struct Screen {
     strategy: Bundled,
-    is_terminal: bool,
     /// Whether to show the mouse on its way.
     is_live: bool,
     /// Whether something was drawn, which the next picture replaces.
@@ -27,8 +27,7 @@ pub(crate) fn ending(run: &SearchRun) -> &'static str {
 impl Screen {
     /// A screen for a mouse of this strategy. Only a terminal shows it on its way.
     pub(crate) fn new(strategy: Bundled, is_live: bool) -> Self {
-        let is_terminal = io::stdout().is_terminal();
-        Self { strategy, is_terminal, is_live: is_live && is_terminal, drawn: false }
+        Self { strategy, is_live: is_live && io::stdout().is_terminal(), drawn: false }
     }
 
     /// Shows the mouse on its way, as well as the terminal has room.
@@ -60,12 +59,13 @@ impl Screen {
         ending: &str,
     ) -> io::Result<()> {
         let [numbers, compact] = pictures(mouse);
-        let (columns, lines) = terminal();
-        // What was shown on the way has the same form at the end. Else only lines that are too long
-        // are a nuisance, the upper ones may scroll away.
-        let room = (columns, if self.is_live { lines } else { usize::MAX });
-        let is_better = !fits(&numbers, room) && fits(&compact, (columns, usize::MAX));
-        let map = if self.is_terminal && is_better { compact } else { numbers };
+        // What was shown on the way has the same form at the end.
+        let is_compact = self.is_live && !fits(&numbers, terminal());
+        let map = if is_compact && fits(&compact, (terminal().0, usize::MAX)) {
+            compact
+        } else {
+            wide_or_compact([numbers, compact])
+        };
         let steps = counted(run.steps, "step");
         let visited = counted(mouse.map().visited().len() as u64, "cell");
         let requests = counted(run.requests, "request");
@@ -106,11 +106,32 @@ fn fits(picture: &str, (columns, lines): (usize, usize)) -> bool {
 
 /// The map as the mouse knows it: with its weights unless they are all zero, and small.
 fn pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
-    let map = mouse.map();
-    let weight = |cell| Some(mouse.weight(cell)).filter(|&weight| weight != u16::MAX);
-    let drawing = map.drawing().with_mouse(mouse.pose());
-    let all_zero = map.size().cells().all(|cell| mouse.weight(cell) == 0);
+    pictures_of(mouse.map(), mouse.pose(), &|cell| mouse.weight(cell))
+}
+
+fn pictures_of(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> [String; 2] {
+    let number = |cell| Some(weight(cell)).filter(|&weight| weight != u16::MAX);
+    let drawing = map.drawing().with_mouse(pose);
+    let all_zero = map.size().cells().all(|cell| weight(cell) == 0);
     let numbers =
-        if all_zero { drawing.to_string() } else { drawing.with_numbers(&weight).to_string() };
+        if all_zero { drawing.to_string() } else { drawing.with_numbers(&number).to_string() };
     [numbers, drawing.compact().to_string()]
+}
+
+/// A map that is printed once, with its weights unless they are all zero or the terminal is too
+/// narrow for them.
+pub(crate) fn still(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> String {
+    wide_or_compact(pictures_of(map, pose, weight))
+}
+
+/// A maze that is printed once.
+pub(crate) fn still_maze(maze: &Maze) -> String {
+    wide_or_compact([maze.to_string(), maze.drawing().compact().to_string()])
+}
+
+/// Only lines that are too long are a nuisance, the upper ones may scroll away.
+fn wide_or_compact([wide, compact]: [String; 2]) -> String {
+    let room = (terminal().0, usize::MAX);
+    let is_better = !fits(&wide, room) && fits(&compact, room);
+    if io::stdout().is_terminal() && is_better { compact } else { wide }
 }

@@ -3,14 +3,23 @@
 use std::path::Path;
 
 use clap::CommandFactory;
-use mmsim_server::{Server, Simulation};
+use mmsim_server::Server;
+use mmsim_server::limits::MAX_CONNECTIONS;
 use mmsim_solvers::MazeFacts;
 
 use crate::Outcome;
 use crate::args::{Cli, ServeArgs};
 use crate::interrupt::Interrupt;
+use crate::keep;
 use crate::output::{goal_away, say};
 use crate::selection::{Collection, Selected};
+
+/// Files that may be open at the same time: all connections, and some more.
+const DESCRIPTORS: u64 = MAX_CONNECTIONS as u64 + 100;
+
+/// What it means to listen on anything but loopback.
+const ANYBODY: &str = "whoever reaches this port can read walls, add states and delete the \
+    history: the protocol has neither password nor encryption";
 
 pub(crate) fn run(args: &ServeArgs) -> Outcome {
     if let Some(command) = args.mazes.as_deref().filter(|path| is_command(path)) {
@@ -20,15 +29,20 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
         );
     }
     let selected = Collection::at(args.mazes.as_deref())?.select(&args.maze.words.join(" "))?;
+    let recorder = keep::recorder(&args.keep)?;
     let server = bind(&args.host, args.port)?;
-    let (interrupt, stop) = (Interrupt::catch()?, server.stop_handle()?);
+    let (interrupt, stop) = (Interrupt::catch()?, server.stop_handle());
     say(announce(&selected, server.address()));
-    let mut simulation = Simulation::new(&selected.name, selected.maze);
+    if !server.is_loopback() {
+        say(ANYBODY);
+    }
+    let mut simulation = keep::simulation(selected, &args.keep);
+    keep::announce(&args.keep, &simulation);
     std::thread::spawn(move || {
         interrupt.wait();
         stop.stop();
     });
-    server.run(&mut simulation)?;
+    server.with_recorder(recorder).run(&mut simulation)?;
     Ok(true)
 }
 
@@ -41,6 +55,9 @@ fn is_command(path: &Path) -> bool {
 
 /// Listens, or says what to try where that fails.
 pub(crate) fn bind(host: &str, port: u16) -> Result<Server, String> {
+    // Some systems let a process open only 256 files unless it asks for more. Where it gets
+    // fewer, fewer clients are connected at the same time.
+    let _ = rlimit::increase_nofile_limit(DESCRIPTORS);
     Server::bind(host, port).map_err(|error| match error {
         mmsim_server::BindError::InUse { .. } => format!("{error} Try another --port"),
         error => error.to_string(),

@@ -8,12 +8,14 @@ use clap::CommandFactory;
 use clap::error::ErrorKind;
 use mmsim_client::{BrokenRun, RunError, SearchRun, Waiting, Zmq, ask_info, search_run};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
+use mmsim_protocol::Info;
 use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
 use crate::Outcome;
 use crate::args::{Cli, Goal, SolveArgs};
 use crate::output::{own_command, print, say};
+use crate::recorded::Recorded;
 use crate::screen::{Screen, ending};
 
 pub(crate) fn run(args: &SolveArgs) -> Outcome {
@@ -42,6 +44,9 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         }
         Err(error) => return Err(error.into()),
     };
+    // What the simulator calls the maze is not asked for; where it is, tells as much.
+    let info = Info::new(&endpoint, map.size(), start, map.goals(), 0);
+    let mut transport = Recorded::new(transport, args.record.as_deref(), &info)?;
     let mut mouse = Mouse::new(strategy.strategy(), map, start);
     let pace = Duration::from_millis(args.pace);
     let mut screen = Screen::new(strategy, !pace.is_zero() && !args.json);
@@ -62,6 +67,10 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
     } else if run.states > 0 {
         screen.finish(&mouse, &run, ending(&run))?;
     }
+    let recorded = transport.close();
+    if let Err(error) = &recorded {
+        say(format_args!("the recording lacks states: {error}"));
+    }
     match error {
         Some(error) if !args.json => Err(explain(&error).into()),
         Some(_) => Ok(false),
@@ -69,7 +78,7 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
             if !run.goal_reached && run.states == args.max_steps {
                 say(format_args!("gave up at --max-steps {}", args.max_steps));
             }
-            Ok(run.goal_reached)
+            Ok(run.goal_reached && recorded.is_ok())
         }
     }
 }

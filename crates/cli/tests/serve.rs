@@ -75,6 +75,18 @@ fn a_port_in_use_is_a_clear_error() {
     }
 }
 
+#[test]
+fn serving_others_than_this_machine_is_asked_for_and_said() {
+    let home = Home::new();
+    let warning = "whoever reaches this port can read walls, add states and delete the history: \
+                   the protocol has neither password nor encryption\n";
+    for host in ["0.0.0.0", "*"] {
+        let server = home.serve_until(&["--port", "0", "--host", host], "encryption");
+        assert!(server.said.contains("at tcp://0.0.0.0:"), "{}", server.said);
+        assert!(server.said.ends_with(warning), "{}", server.said);
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn signals_end_it_cleanly() {
@@ -85,7 +97,8 @@ fn signals_end_it_cleanly() {
         server.signal(signal);
         let (status, said) = server.wait();
         assert_eq!(status.code(), Some(0), "{said}");
-        assert_eq!(said.lines().count(), 1, "{said}");
+        assert_eq!(said.lines().count(), 2, "{said}");
+        assert!(said.contains("MiB of states, half of the free memory"), "{said}");
     }
 }
 

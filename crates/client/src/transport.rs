@@ -34,18 +34,19 @@ pub enum TransportError {
 }
 
 /// A simulator in the same process: a function from a request to the reply it puts in the buffer.
+/// What the function returns is not looked at.
 pub struct InMemory<F> {
     answer: F,
 }
 
-impl<F: FnMut(&[u8], &mut Vec<u8>)> InMemory<F> {
+impl<F: FnMut(&[u8], &mut Vec<u8>) -> R, R> InMemory<F> {
     /// A transport to the simulator that `answer` is.
     pub const fn new(answer: F) -> Self {
         Self { answer }
     }
 }
 
-impl<F: FnMut(&[u8], &mut Vec<u8>)> Transport for InMemory<F> {
+impl<F: FnMut(&[u8], &mut Vec<u8>) -> R, R> Transport for InMemory<F> {
     fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError> {
         reply.clear();
         (self.answer)(request, reply);

@@ -142,10 +142,23 @@ impl KnownMaze {
             self.certain.set(cell, heading, found);
             self.possible.set(cell, heading, found);
         }
+        self.visit(cell);
+        Ok(())
+    }
+
+    /// Takes the wall at the side of `cell` towards `heading` as this, whatever was known before.
+    /// Outer walls stay as they are. This is for maps that come from elsewhere; a mouse that senses
+    /// [notes](Self::note).
+    pub fn set_wall(&mut self, cell: Cell, heading: Heading, wall: WallState) {
+        self.certain.set(cell, heading, wall == WallState::Present);
+        self.possible.set(cell, heading, wall != WallState::Absent);
+    }
+
+    /// Marks a cell as visited, unless it is outside of the maze.
+    pub fn visit(&mut self, cell: Cell) {
         if self.size().contains(cell) {
             self.visited.insert(cell);
         }
-        Ok(())
     }
 
     /// The map as text, to which numbers and the mouse may be added.
@@ -216,6 +229,20 @@ mod tests {
             Contradiction { cell: corner.cell, heading: Heading::North, found: true }
         );
         assert_eq!(map, seen);
+    }
+
+    #[test]
+    fn a_wall_can_be_taken_as_anything_but_outer_ones() {
+        let (mut map, middle) = (map(), Cell::new(1, 1));
+        for wall in [WallState::Present, WallState::Absent, WallState::Unknown] {
+            map.set_wall(middle, Heading::West, wall);
+            assert_eq!(map.wall(Cell::new(0, 1), Heading::East), wall);
+            map.set_wall(Cell::new(0, 1), Heading::West, wall);
+        }
+        map.visit(Cell::new(3, 0));
+        assert_eq!(map, self::map());
+        map.visit(middle);
+        assert!(map.visited().contains(middle));
     }
 
     #[test]

@@ -53,6 +53,7 @@
 #[cfg(feature = "info")]
 extern crate alloc;
 
+mod belief;
 #[cfg(feature = "info")]
 mod info;
 mod reply;

@@ -177,6 +177,11 @@ impl<'a> State<'a> {
         fits.then_some(Self { pose, weights, walls })
     }
 
+    /// How many cells the maze has each way.
+    pub const fn size(&self) -> MazeSize {
+        self.weights.size
+    }
+
     /// Where the mouse stands.
     pub const fn pose(&self) -> Pose {
         self.pose

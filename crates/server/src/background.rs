@@ -9,7 +9,7 @@ use crate::{ServeError, Server, Simulation, Stop};
 /// ```
 /// use mmsim_server::{Server, Simulation};
 /// let maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
-/// let server = Server::bind("127.0.0.1", 0)?.spawn(Simulation::new("small", maze))?;
+/// let server = Server::bind("127.0.0.1", 0)?.spawn(Simulation::new("small", maze));
 /// println!("a client may now connect to {}", server.address());
 /// let simulation = server.stop()?;
 /// assert!(simulation.history().is_empty());
@@ -23,13 +23,10 @@ pub struct Background {
 
 impl Server {
     /// Serves the simulation on a thread of its own.
-    ///
-    /// # Errors
-    /// ZeroMQ has no socket left to stop it with.
-    pub fn spawn(self, mut simulation: Simulation) -> zmq::Result<Background> {
-        let (address, stop) = (self.address().to_string(), self.stop_handle()?);
+    pub fn spawn(self, mut simulation: Simulation) -> Background {
+        let (address, stop) = (self.address().to_string(), self.stop_handle());
         let thread = thread::spawn(move || self.run(&mut simulation).map(|()| simulation));
-        Ok(Background { address, stop, thread })
+        Background { address, stop, thread }
     }
 }
 

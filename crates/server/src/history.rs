@@ -110,6 +110,11 @@ impl History {
         self.packed_bytes + self.open.len()
     }
 
+    /// How many bytes it may hold.
+    pub const fn limit(&self) -> usize {
+        self.limit
+    }
+
     /// Adds a state.
     ///
     /// # Errors

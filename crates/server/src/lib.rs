@@ -2,7 +2,7 @@
 //! around the mouse, and keeps every state that the client reports.
 //!
 //! [`Simulation`] does no input or output: it turns the bytes of a request into the bytes of its
-//! reply, whatever they are, and never panics. [`Server`] is the ZeroMQ socket around it.
+//! reply, whatever they are, and never panics. [`Server`] is the ZeroMQ server around it.
 //!
 //! ```
 //! use mmsim_maze::Maze;
@@ -20,14 +20,18 @@
 
 mod background;
 mod history;
+pub mod limits;
+mod network;
+mod peer;
 mod recording;
 mod server;
 mod simulation;
+mod zmtp;
 
 pub use background::Background;
 pub use history::{Full, History, PushError, Reader};
 pub use recording::{
     Ending, NoRecording, RecordError, Recorder, Recording, RecordingError, RecordingWriter,
 };
-pub use server::{BindError, MAX_REQUEST_BYTES, ServeError, Server, Stop};
+pub use server::{BindError, ServeError, Server, Stop};
 pub use simulation::{Change, ReplyBuffer, Simulation};

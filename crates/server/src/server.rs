@@ -1,45 +1,49 @@
-//! The ZeroMQ socket around a simulation.
+//! The server around a simulation: where it listens, how it serves, how it stops.
 
-use std::io;
+use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, ToSocketAddrs};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use mio::Waker;
 use mmsim_protocol::{ERROR_PREFIX, RequestError};
 use tracing::{debug, info, warn};
 
+use crate::network::Network;
 use crate::simulation::refuse;
 use crate::{Change, Recorder, ReplyBuffer, Simulation};
 
-/// The largest frame that is received, in bytes; who sends a larger one is cut off.
-pub const MAX_REQUEST_BYTES: i64 = 64 * 1024;
+/// How long replies still on their way may delay the end of the server.
+const LINGER: Duration = Duration::from_millis(500);
 
-/// How long replies still on their way may delay the end of the server, in milliseconds.
-const LINGER_MS: i32 = 500;
+/// How long a [`Stop`] waits for the server.
+const STOP: Duration = Duration::from_secs(1);
 
-/// How long a [`Stop`] waits for the server, in milliseconds.
-const STOP_MS: i32 = 1000;
+/// A server that shall stop does so once nothing has come for so long …
+const QUIET: Duration = Duration::from_millis(20);
 
-/// A server that shall stop does so once no request has come for so long, in milliseconds …
-const QUIET_MS: i32 = 20;
+/// … or for so long, if somebody is about to connect …
+const QUIET_HANDSHAKE: Duration = Duration::from_millis(100);
 
-/// … or after this time, however many come.
-const LAST_CALL: Duration = Duration::from_millis(200);
-
-/// Where a [`Stop`] knocks. Each server has a context of its own, so the name is free in each.
-const STOP_ENDPOINT: &str = "inproc://stop";
-
-/// What a [`Stop`] sends. It counts only once the stop is called for, so no client can use it.
-const STOP_REQUEST: &[u8] = b"\0stop";
+/// … or after this time, however much comes.
+const LAST_CALL: Duration = Duration::from_millis(300);
 
 /// A bound REP socket that serves a simulation until it is told to stop.
 pub struct Server {
-    context: zmq::Context,
-    socket: zmq::Socket,
+    network: Network,
     address: String,
-    stopped: Arc<AtomicBool>,
+    loopback: bool,
+    stopping: Arc<Stopping>,
     recorder: Option<Recorder>,
+}
+
+/// What a server and those who may stop it have in common.
+struct Stopping {
+    waker: Waker,
+    stopped: AtomicBool,
+    ended: Mutex<bool>,
+    has_ended: Condvar,
 }
 
 /// An address on which no server can listen.
@@ -64,15 +68,15 @@ pub enum BindError {
         /// What the name service says.
         source: io::Error,
     },
-    /// Anything else that ZeroMQ says.
+    /// Anything else that the system says.
     #[error("cannot listen on port {port} of {host}: {source}")]
-    Zmq {
+    Listen {
         /// The host.
         host: String,
         /// The port.
         port: u16,
-        /// What ZeroMQ says.
-        source: zmq::Error,
+        /// What the system says.
+        source: io::Error,
     },
 }
 
@@ -82,8 +86,8 @@ pub enum BindError {
 pub struct ServeError {
     /// Where it listened.
     pub address: String,
-    /// What ZeroMQ says.
-    pub source: zmq::Error,
+    /// What the system says.
+    pub source: io::Error,
 }
 
 impl Server {
@@ -95,28 +99,24 @@ impl Server {
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let resolved =
             resolve(host, port).map_err(|source| BindError::Host { host: host.into(), source })?;
-        Self::bind_resolved(resolved).map_err(|source| match source {
-            zmq::Error::EADDRINUSE => BindError::InUse { host: host.into(), port },
-            source => BindError::Zmq { host: host.into(), port, source },
+        Self::bind_resolved(resolved).map_err(|source| match source.kind() {
+            ErrorKind::AddrInUse => BindError::InUse { host: host.into(), port },
+            _ => BindError::Listen { host: host.into(), port, source },
         })
     }
 
-    fn bind_resolved(resolved: SocketAddr) -> zmq::Result<Self> {
-        let context = zmq::Context::new();
-        let socket = context.socket(zmq::REP)?;
-        socket.set_linger(LINGER_MS)?;
-        socket.set_maxmsgsize(MAX_REQUEST_BYTES)?;
-        socket.set_ipv6(resolved.is_ipv6())?;
-        // A client with a name of its own that starts again is the same client, not a stranger
-        // whose name is taken.
-        socket.set_router_handover(true)?;
-        socket.bind(&format!("tcp://{resolved}"))?;
-        let address = match socket.get_last_endpoint()? {
-            Ok(address) => address,
-            Err(_) => format!("tcp://{resolved}"),
+    fn bind_resolved(resolved: SocketAddr) -> io::Result<Self> {
+        let network = Network::bind(resolved)?;
+        let local = network.local_address()?;
+        let stopping = Stopping {
+            waker: network.waker()?,
+            stopped: AtomicBool::new(false),
+            ended: Mutex::new(false),
+            has_ended: Condvar::new(),
         };
-        socket.bind(STOP_ENDPOINT)?;
-        Ok(Self { context, socket, address, stopped: Arc::default(), recorder: None })
+        let (address, loopback) =
+            (format!("tcp://{local}"), local.ip().to_canonical().is_loopback());
+        Ok(Self { network, address, loopback, stopping: Arc::new(stopping), recorder: None })
     }
 
     /// Where clients connect, such as `tcp://127.0.0.1:6574`.
@@ -126,108 +126,97 @@ impl Server {
 
     /// Records each simulation, from reset to reset, into a file. A state that cannot be recorded
     /// is refused and not kept.
-    pub fn with_recorder(mut self, recorder: Recorder) -> Self {
-        self.recorder = Some(recorder);
+    pub fn with_recorder(mut self, recorder: impl Into<Option<Recorder>>) -> Self {
+        self.recorder = recorder.into();
         self
     }
 
+    /// Whether only programs on this machine can connect.
+    pub fn is_loopback(&self) -> bool {
+        self.loopback
+    }
+
     /// A way to stop the server from another thread.
-    ///
-    /// # Errors
-    /// ZeroMQ has no socket left.
-    pub fn stop_handle(&self) -> zmq::Result<Stop> {
-        let socket = self.context.socket(zmq::REQ)?;
-        socket.set_linger(0)?;
-        socket.set_rcvtimeo(STOP_MS)?;
-        socket.connect(STOP_ENDPOINT)?;
-        Ok(Stop { socket, stopped: Arc::clone(&self.stopped) })
+    pub fn stop_handle(&self) -> Stop {
+        Stop { stopping: Arc::clone(&self.stopping) }
     }
 
     /// Serves the simulation until it is stopped. Every request gets exactly one reply, and
     /// nothing that a client sends ends it.
     ///
     /// # Errors
-    /// The socket itself fails.
+    /// The system cannot say any more who has sent something.
     pub fn run(mut self, simulation: &mut Simulation) -> Result<(), ServeError> {
-        let address = self.address.clone();
-        let failed = |source| ServeError { address: address.clone(), source };
-        let (mut request, mut reply) = (zmq::Message::new(), ReplyBuffer::new());
-        let (mut refused, mut end) = (0_u64, None);
-        while end.is_none_or(|end| Instant::now() < end) {
-            let frames = match self.receive(&mut request) {
-                Ok(frames) => frames,
-                // Nobody asks any more.
-                Err(zmq::Error::EAGAIN) => break,
-                Err(source) => return Err(failed(source)),
-            };
-            if &*request == STOP_REQUEST && self.stopped.load(Ordering::Acquire) {
-                let _ = self.socket.send("", zmq::DONTWAIT);
-                // Requests may have come in before, from other peers.
-                self.socket.set_rcvtimeo(QUIET_MS).map_err(failed)?;
-                end = Some(Instant::now() + LAST_CALL);
-                continue;
-            }
+        let (mut refused, mut recorder) = (0_u64, self.recorder.take());
+        let result = self.serve(|request, frames, reply| {
             if frames == 1 {
-                let change = simulation.handle(&request, &mut reply);
-                self.record(change, &request, simulation, &mut reply);
+                let change = simulation.handle(request, reply);
+                if let Some(recorder) = &mut recorder {
+                    record(recorder, change, request, simulation, reply);
+                }
             } else {
-                refuse(&mut reply, RequestError::Frames { found: frames });
+                refuse(reply, RequestError::Frames { found: frames });
             }
             if let Some(reason) = reply.strip_prefix(ERROR_PREFIX.as_bytes()) {
                 refused += 1;
                 log_refusal(&String::from_utf8_lossy(reason), refused);
             }
-            if let Err(error) = self.socket.send(&reply, zmq::DONTWAIT) {
-                debug!(%error, "reply not sent");
-            }
-        }
-        if let Some(Err(error)) = self.recorder.as_mut().map(Recorder::close) {
+        });
+        if let Some(Err(error)) = recorder.as_mut().map(Recorder::close) {
             warn!("a recording is not closed, but whole: {error}");
         }
+        result.map_err(|source| ServeError { address: self.address.clone(), source })?;
         info!(states = simulation.history().len(), refused, "stopped");
         Ok(())
     }
 
-    /// Records what the request has changed. A state that cannot be recorded is taken back.
-    fn record(
-        &mut self,
-        change: Change,
-        request: &[u8],
-        simulation: &mut Simulation,
-        reply: &mut ReplyBuffer,
-    ) {
-        let Some(recorder) = &mut self.recorder else { return };
-        match (recorder.follow(change, request, simulation), change) {
-            (Ok(()), _) => {}
-            (Err(error), Change::State) => {
-                simulation.take_back();
-                refuse(reply, error);
-            }
-            (Err(error), _) => warn!("a recording is not closed, but whole: {error}"),
+    /// Has each request answered until the server is stopped.
+    fn serve(&mut self, mut answer: impl FnMut(&[u8], usize, &mut ReplyBuffer)) -> io::Result<()> {
+        let (mut events, mut reply) = (Network::events(), ReplyBuffer::new());
+        while !self.stopping.stopped.load(Ordering::Acquire) {
+            self.network.wait(&mut events, None)?;
+            self.network.serve(&mut answer, &mut reply);
         }
-    }
-
-    /// Receives one message, of which the first frame is kept, and gives the number of frames.
-    fn receive(&self, first: &mut zmq::Message) -> zmq::Result<usize> {
-        self.receive_frame(first)?;
-        let (mut frames, mut further) = (1, zmq::Message::new());
-        let mut more = first.get_more();
-        while more {
-            self.receive_frame(&mut further)?;
-            more = further.get_more();
-            frames += 1;
-        }
-        Ok(frames)
-    }
-
-    fn receive_frame(&self, frame: &mut zmq::Message) -> zmq::Result<()> {
+        // Requests may have come in before, from any peer.
+        let (begun, mut last) = (Instant::now(), Instant::now());
         loop {
-            match self.socket.recv(frame, 0) {
-                // A signal, which is for others to act on.
-                Err(zmq::Error::EINTR) => {}
-                result => return result,
+            let quiet = if self.network.has_handshakes() { QUIET_HANDSHAKE } else { QUIET };
+            let end = (begun + LAST_CALL).min(last + quiet);
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                break;
             }
+            if self.network.wait(&mut events, Some(left))? {
+                last = Instant::now();
+            }
+            self.network.serve(&mut answer, &mut reply);
         }
+        self.network.flush(&mut events, begun + LINGER)
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        *self.stopping.ended.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        self.stopping.has_ended.notify_all();
+    }
+}
+
+/// Records what a request has changed. A state that cannot be recorded is taken back.
+fn record(
+    recorder: &mut Recorder,
+    change: Change,
+    request: &[u8],
+    simulation: &mut Simulation,
+    reply: &mut ReplyBuffer,
+) {
+    match (recorder.follow(change, request, simulation), change) {
+        (Ok(()), _) => {}
+        (Err(error), Change::State) => {
+            simulation.take_back();
+            refuse(reply, error);
+        }
+        (Err(error), _) => warn!("a recording is not closed, but whole: {error}"),
     }
 }
 
@@ -252,19 +241,21 @@ fn resolve(host: &str, port: u16) -> io::Result<SocketAddr> {
 }
 
 /// Stops a [`Server`].
+#[derive(Clone)]
 pub struct Stop {
-    socket: zmq::Socket,
-    stopped: Arc<AtomicBool>,
+    stopping: Arc<Stopping>,
 }
 
 impl Stop {
     /// Lets the server end once it has answered the requests that have come in. Waits until it
-    /// knows, but at most a second. Does nothing if the server has ended.
+    /// has, but at most a second. Does nothing if the server has ended.
     pub fn stop(self) {
-        self.stopped.store(true, Ordering::Release);
-        // If it cannot be sent or nobody answers, the server has ended.
-        let _ =
-            self.socket.send(STOP_REQUEST, zmq::DONTWAIT).and_then(|()| self.socket.recv_bytes(0));
+        let Stopping { waker, stopped, ended, has_ended } = &*self.stopping;
+        stopped.store(true, Ordering::Release);
+        // If it cannot be woken it has ended.
+        let _ = waker.wake();
+        let ended = ended.lock().unwrap_or_else(PoisonError::into_inner);
+        let _ = has_ended.wait_timeout_while(ended, STOP, |ended| !*ended);
     }
 }
 
@@ -299,6 +290,7 @@ mod tests {
         for host in ["127.0.0.1", "localhost", "*"] {
             let server = Server::bind(host, 0).unwrap();
             assert!(server.address().starts_with("tcp://"), "{}", server.address());
+            assert_eq!(server.is_loopback(), host != "*");
         }
         let error = |host| Server::bind(host, 0).err().unwrap().to_string();
         assert!(error("no such host").starts_with("expected the name or address of this machine"));
@@ -317,7 +309,7 @@ mod tests {
                 client
             })
             .collect();
-        let stop = server.stop_handle().unwrap();
+        let stop = server.stop_handle();
         thread::scope(|scope| {
             scope.spawn(|| stop.stop());
             server.run(&mut simulation()).unwrap();
@@ -329,7 +321,7 @@ mod tests {
 
     #[test]
     fn a_name_may_come_back() {
-        let server = Server::bind("127.0.0.1", 0).unwrap().spawn(simulation()).unwrap();
+        let server = Server::bind("127.0.0.1", 0).unwrap().spawn(simulation());
         for _ in 0..50 {
             let client = zmq::Context::new().socket(zmq::REQ).unwrap();
             client.set_identity(b"mouse").unwrap();
@@ -345,7 +337,7 @@ mod tests {
     #[test]
     fn a_waiting_server_stops_and_one_that_has_ended_does_not_mind() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
-        let (stop, late) = (server.stop_handle().unwrap(), server.stop_handle().unwrap());
+        let (stop, late) = (server.stop_handle(), server.stop_handle());
         thread::scope(|scope| {
             let running = scope.spawn(move || server.run(&mut simulation()));
             stop.stop();

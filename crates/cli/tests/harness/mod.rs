@@ -59,20 +59,7 @@ impl Home {
 
     /// Starts the command as a server and waits until it has said this.
     pub fn serve_until(&self, arguments: &[&str], text: &str) -> Serving {
-        let mut child = self
-            .command(arguments)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let (mut stderr, said) = read_until(child.stderr.take().unwrap(), text);
-        let rest = thread::spawn(move || {
-            let mut rest = String::new();
-            stderr.read_to_string(&mut rest).unwrap();
-            rest
-        });
-        Serving { child, address: address(&said), said, rest: Some(rest) }
+        Serving::start(self.command(arguments), text)
     }
 
     /// Starts the command as a server and closes its stderr once it has said where it serves.
@@ -120,6 +107,29 @@ pub struct Serving {
 }
 
 impl Serving {
+    /// Starts a command that serves and waits until it has said this.
+    pub fn start(mut command: Command, text: &str) -> Self {
+        let pipes = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = pipes.spawn().unwrap();
+        let (mut stderr, said) = read_until(child.stderr.take().unwrap(), text);
+        let rest = thread::spawn(move || {
+            let mut rest = String::new();
+            stderr.read_to_string(&mut rest).unwrap();
+            rest
+        });
+        Self { child, address: address(&said), said, rest: Some(rest) }
+    }
+
+    /// Kills it, as `kill -9` does.
+    pub fn kill(&mut self) {
+        self.child.kill().unwrap();
+    }
+
+    /// The number of the process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Waits until it has ended; gives its exit status and all that it said.
     pub fn wait(&mut self) -> (ExitStatus, String) {
         let status = self.child.wait().unwrap();

@@ -1,0 +1,215 @@
+//! `mmsim replay`: show a recording.
+
+use std::path::Path;
+
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, WallState};
+use mmsim_protocol::{Info, Matrix, Request, State};
+use mmsim_server::{Ending, Recording};
+use mmsim_solvers::MazeFacts;
+use serde::Serialize;
+
+use crate::Outcome;
+use crate::args::ReplayArgs;
+use crate::output::{counted, goal_away, print, say};
+use crate::screen::{still, still_maze};
+
+pub(crate) fn run(args: &ReplayArgs) -> Outcome {
+    let recording = Recording::open(&args.file)?;
+    let shown = match (args.at, recording.history().len().checked_sub(1)) {
+        (Some(index), last) => Some(Shown::of(&recording, index).ok_or_else(|| {
+            let states = last.map_or("none".into(), |last| format!("0 to {last}"));
+            format!("{}: expected --at one of its states, {states}, found {index}", file(args))
+        })?),
+        (None, last) => last.and_then(|last| Shown::of(&recording, last)),
+    };
+    if args.json {
+        let report = Report::new(args, &recording, shown)?;
+        print(&(serde_json::to_string(&report)? + "\n"))?;
+    } else {
+        print(&text(args, &recording, shown.as_ref()))?;
+    }
+    if let Ending::Damaged { whole, reason } = recording.ending() {
+        let file = file(args);
+        say(format_args!("{file}: expected a whole recording, found {reason} at byte {whole}"));
+    }
+    Ok(!matches!(recording.ending(), Ending::Damaged { .. }))
+}
+
+fn file(args: &ReplayArgs) -> std::path::Display<'_> {
+    args.file.display()
+}
+
+/// What is told without `--json`: of what it is a recording, the maze, and one state.
+fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&Shown>) -> String {
+    let (info, size) = (recording.info(), recording.size());
+    let goal = recording.maze().map(|maze| goal_away(MazeFacts::of(maze).shortest_path));
+    let goal = goal.map(|goal| format!(", {goal}")).unwrap_or_default();
+    let maze = recording.maze().filter(|_| args.at.is_none()).map(still_maze);
+    let state = shown.map(|shown| format!("{}\n{}", shown.caption(), shown.picture));
+    let (maze, state) = (maze.unwrap_or_default(), state.unwrap_or_default());
+    format!("{}: {}, {size}{goal}\n{}\n{maze}{state}", file(args), info.name, summary(recording))
+}
+
+/// How many states there are, since when, and how the file ends.
+fn summary(recording: &Recording) -> String {
+    let states = counted(recording.history().len() as u64, "state");
+    let time = began(recording).zip(recording.times().last()).map(|(began, &last)| {
+        let local = began.to_zoned(TimeZone::system()).strftime("%Y-%m-%d %H:%M:%S");
+        format!(" in {:.3} s, from {local}", milliseconds(recording, last) / 1e3)
+    });
+    let ending = match recording.ending() {
+        Ending::Closed => "closed properly".into(),
+        Ending::Cut { whole, length } => {
+            format!("not closed: the file ends at byte {length}, whole up to byte {whole}")
+        }
+        Ending::Damaged { whole, .. } => format!("damaged after byte {whole}"),
+    };
+    format!("{states}{}, {ending}", time.unwrap_or_default())
+}
+
+fn began(recording: &Recording) -> Option<Timestamp> {
+    Timestamp::from_nanosecond((*recording.times().first()?).into()).ok()
+}
+
+/// Time since the first state.
+#[expect(clippy::cast_precision_loss, reason = "no search takes so long that it matters")]
+fn milliseconds(recording: &Recording, time: u64) -> f64 {
+    let first = recording.times().first().copied().unwrap_or(time);
+    time.saturating_sub(first) as f64 / 1e6
+}
+
+/// One state. The names are those of the JSON.
+#[derive(Serialize)]
+struct Shown {
+    index: usize,
+    ms: f64,
+    cell: [u8; 2],
+    heading: char,
+    visited_cells: usize,
+    /// Walls that the client says are there or not and are not or are; null if the maze is unknown.
+    wrong_walls: Option<usize>,
+    /// The byte of cell (x, y) is at `[x][y]`.
+    weights: Vec<Vec<u8>>,
+    walls: Vec<Vec<u8>>,
+    map: String,
+    #[serde(skip)]
+    picture: String,
+}
+
+impl Shown {
+    fn of(recording: &Recording, index: usize) -> Option<Self> {
+        let message = recording.history().get(index)?;
+        let state = decode(&message, recording.size())?;
+        let (pose, info) = (state.pose(), recording.info());
+        let map = state.map(Cell::new(info.start[0], info.start[1]), info.goal_cells());
+        let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
+        Some(Self {
+            index,
+            ms: milliseconds(recording, *recording.times().get(index)?),
+            cell: [pose.cell.x, pose.cell.y],
+            heading: pose.heading.letter(),
+            visited_cells: map.visited().len(),
+            wrong_walls: recording.maze().map(|maze| wrong_walls(&map, maze)),
+            weights: columns(recording.size(), state.weights()),
+            walls: columns(recording.size(), state.walls()),
+            map: map.drawing().with_mouse(pose).to_string(),
+            picture: still(&map, pose, &weight),
+        })
+    }
+
+    fn caption(&self) -> String {
+        let Self { index, ms, cell: [x, y], heading, visited_cells, wrong_walls, .. } = self;
+        let heading = Heading::ALL.into_iter().find(|h| h.letter() == *heading);
+        let heading = heading.map(|heading| format!(" heading {heading}")).unwrap_or_default();
+        let visited = counted(*visited_cells as u64, "cell");
+        let wrong = match wrong_walls {
+            Some(count @ 1..) => {
+                format!(", mistaken about {}", counted(*count as u64, "wall"))
+            }
+            _ => String::new(),
+        };
+        format!("state {index} after {ms:.3} ms: ({x}, {y}){heading}, {visited} visited{wrong}")
+    }
+}
+
+fn decode(message: &[u8], size: MazeSize) -> Option<State<'_>> {
+    match Request::decode(message, size) {
+        Ok(Request::State(state)) => Some(state),
+        _ => None,
+    }
+}
+
+/// A matrix by columns from the west, each from the south.
+fn columns(size: MazeSize, matrix: Matrix<'_>) -> Vec<Vec<u8>> {
+    let column = |x| (0..size.height()).filter_map(|y| matrix.at(Cell::new(x, y))).collect();
+    (0..size.width()).map(column).collect()
+}
+
+/// How many walls the client knows wrongly.
+fn wrong_walls(map: &KnownMaze, maze: &Maze) -> usize {
+    let sides = |cell| [Heading::North, Heading::East].map(|heading| (cell, heading));
+    let is_wrong = |&(cell, heading): &(Cell, Heading)| match map.wall(cell, heading) {
+        WallState::Present => !maze.walls().has(cell, heading),
+        WallState::Absent => maze.walls().has(cell, heading),
+        WallState::Unknown => false,
+    };
+    map.size().cells().flat_map(sides).filter(is_wrong).count()
+}
+
+/// What `--json` prints: what `info` told, and what is in the file.
+#[derive(Serialize)]
+struct Report<'a> {
+    path: &'a Path,
+    #[serde(flatten)]
+    info: &'a Info,
+    /// When the first state was recorded, in UTC.
+    began: Option<String>,
+    /// `closed`, `cut` or `damaged`.
+    ending: &'static str,
+    /// Bytes of whole records, where the file is not closed.
+    whole_bytes: Option<u64>,
+    maze: Option<String>,
+    /// Where the mouse was in each state, unless one of them is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poses: Option<Vec<PoseAt>>,
+    /// The state that is asked for, else the last.
+    state: Option<Shown>,
+}
+
+#[derive(Serialize)]
+struct PoseAt {
+    ms: f64,
+    cell: [u8; 2],
+    heading: char,
+}
+
+impl<'a> Report<'a> {
+    fn new(
+        args: &'a ReplayArgs,
+        recording: &'a Recording,
+        state: Option<Shown>,
+    ) -> Result<Self, String> {
+        let (ending, whole_bytes) = match recording.ending() {
+            Ending::Closed => ("closed", None),
+            Ending::Cut { whole, .. } => ("cut", Some(*whole)),
+            Ending::Damaged { whole, .. } => ("damaged", Some(*whole)),
+        };
+        let poses = recording.history().iter().zip(recording.times()).map(|(message, &time)| {
+            let pose = decode(&message, recording.size()).ok_or("expected a state")?.pose();
+            let (ms, heading) = (milliseconds(recording, time), pose.heading.letter());
+            Ok(PoseAt { ms, cell: [pose.cell.x, pose.cell.y], heading })
+        });
+        Ok(Self {
+            path: &args.file,
+            info: recording.info(),
+            began: began(recording).map(|began| began.to_string()),
+            ending,
+            whole_bytes,
+            maze: recording.maze().map(ToString::to_string),
+            poses: args.at.is_none().then(|| poses.collect::<Result<_, String>>()).transpose()?,
+            state,
+        })
+    }
+}

@@ -1,0 +1,472 @@
+//! Attacks on a running server, while a well-behaved client searches its maze. Every search must be
+//! right, and after each attack the server must hold no more memory, threads and descriptors than
+//! before.
+//!
+//! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` does each thing 20
+//! times as often and tells what was measured.
+
+#[path = "../harness/mod.rs"]
+mod harness;
+mod measure;
+mod raw;
+mod searcher;
+
+use std::env;
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::sync::OnceLock;
+use std::thread;
+use std::time::Duration;
+
+use harness::{Home, Serving};
+use measure::Held;
+use mmsim_maze::{Cell, Heading, Pose};
+use mmsim_protocol::Reply;
+use mmsim_tests::malformed_requests;
+use searcher::while_searching;
+
+/// How often each thing is done, where once is usual.
+fn force() -> usize {
+    static FORCE: OnceLock<usize> = OnceLock::new();
+    *FORCE.get_or_init(|| env::var("MMSIM_ATTACK_FORCE").map_or(1, |force| force.parse().unwrap()))
+}
+
+/// A server under attack.
+struct Target(Serving);
+
+impl Target {
+    fn start() -> Self {
+        Self(Home::new().serve(&["--port", "0", "--maze", searcher::MAZE]))
+    }
+
+    fn address(&self) -> &str {
+        &self.0.address
+    }
+
+    /// Attacks it, and checks that it is none the worse for it.
+    fn suffer(&self, name: &str, attack: impl FnOnce(&str)) {
+        println!("{name}");
+        while_searching(self.address(), || {
+            let before = Held::by(self.0.id());
+            attack(self.address());
+            if let Some(before) = before {
+                before.wait_until_back(self.0.id());
+            }
+        });
+    }
+}
+
+/// A socket of ZeroMQ, connected, that gives up after a time that is always enough.
+fn socket(context: &zmq::Context, kind: zmq::SocketType, address: &str) -> zmq::Socket {
+    let socket = context.socket(kind).unwrap();
+    socket.set_linger(0).unwrap();
+    socket.set_rcvtimeo(60_000).unwrap();
+    socket.set_sndtimeo(60_000).unwrap();
+    socket.connect(address).unwrap();
+    socket
+}
+
+fn assert_refused(reply: &[u8], request: &[u8]) {
+    let start = request.get(..8).unwrap_or(request).escape_ascii();
+    let shown = reply.escape_ascii();
+    assert!(reply.starts_with(b"error: expected "), "{shown} to {start}, {}", request.len());
+}
+
+fn assert_served(socket: &zmq::Socket) {
+    socket.send("ping", 0).unwrap();
+    assert_eq!(socket.recv_multipart(0).unwrap(), [b"pong"]);
+}
+
+#[test]
+fn wrong_requests() {
+    let target = Target::start();
+    target.suffer("malformed requests", |address| {
+        let client = socket(&zmq::Context::new(), zmq::REQ, address);
+        for request in (0..force()).flat_map(|_| malformed_requests()) {
+            client.send(&request, 0).unwrap();
+            assert_refused(&client.recv_bytes(0).unwrap(), &request);
+            assert_served(&client);
+        }
+    });
+    target.suffer("every length with every first byte", |address| {
+        let dealer = socket(&zmq::Context::new(), zmq::DEALER, address);
+        for first in 0..=u8::MAX {
+            // Zeros make no request whatever comes first: no heading and no order is a zero.
+            let requests = (0..=600).map(|length| {
+                let mut request = vec![0; length];
+                request[..length.min(1)].fill(first);
+                request
+            });
+            for request in requests.clone() {
+                dealer.send_multipart([vec![], request], 0).unwrap();
+            }
+            for request in requests {
+                let reply = dealer.recv_multipart(0).unwrap();
+                assert_eq!((reply.len(), reply[0].len()), (2, 0));
+                assert_refused(&reply[1], &request);
+            }
+        }
+        dealer.send_multipart(["", "ping"], 0).unwrap();
+        assert_eq!(dealer.recv_multipart(0).unwrap()[1], b"pong", "exactly one reply to each");
+    });
+    target.suffer("requests of several frames", |address| {
+        let client = socket(&zmq::Context::new(), zmq::REQ, address);
+        let many = vec!["x"; 10_000];
+        let several: [&[&str]; 8] = [
+            &["ping", "x"],
+            &["foo", "ping"],
+            &["", "ping"],
+            &["ping", ""],
+            &["ping", "ping"],
+            &["W\0\0N", "S\0\0N"],
+            &["W\0\0", "N"],
+            &many,
+        ];
+        for frames in several.repeat(force()) {
+            client.send_multipart(frames, 0).unwrap();
+            let reply = client.recv_multipart(0).unwrap();
+            assert_eq!(reply.len(), 1);
+            assert_refused(&reply[0], b"");
+            assert_served(&client);
+        }
+        let mut peer = raw::greet(address);
+        for _ in 0..force() {
+            peer.write_all(&raw::frame(1, b"").repeat(1_000_000)).unwrap();
+            peer.write_all(&raw::frame(0, b"ping")).unwrap();
+            let expected = "error: expected one frame, found 1000000";
+            let mut reply = vec![0; 2 + 2 + expected.len()];
+            peer.read_exact(&mut reply).unwrap();
+            assert_eq!(reply[4..].escape_ascii().to_string(), expected);
+        }
+        // Large ones without end hold no memory either, and no frame of them is wrong.
+        peer.write_all(&raw::frame(1, b"")).unwrap();
+        peer.write_all(&raw::frame(1, &vec![7; 60_000]).repeat(1000)).unwrap();
+        raw::reset(peer);
+    });
+}
+
+#[test]
+fn dealers() {
+    let target = Target::start();
+    target.suffer("dealers without the empty frame", |address| {
+        for _ in 0..20 * force() {
+            let dealer = socket(&zmq::Context::new(), zmq::DEALER, address);
+            // A reset in good form would not be wrong, these are no requests at all.
+            for request in ["ping", "info", "reset"] {
+                dealer.send(request, 0).unwrap();
+                dealer.send_multipart([request, request], 0).unwrap();
+            }
+            dealer.send_multipart(["", "ping"], 0).unwrap();
+            assert_eq!(dealer.recv_multipart(0).unwrap(), [&b""[..], b"pong"]);
+            // It leaves while requests without a reply are under way, then and at once.
+            let mut peer = raw::greet(address);
+            peer.write_all(&raw::frame(0, b"ping").repeat(100)).unwrap();
+            raw::reset(peer);
+        }
+    });
+    target.suffer("dealers that never read", |address| {
+        let context = zmq::Context::new();
+        let dealers = (0..4).map(|_| {
+            let dealer = socket(&context, zmq::DEALER, address);
+            dealer.set_rcvhwm(1).unwrap();
+            dealer.set_sndtimeo(10).unwrap();
+            for _ in 0..1000 * force() {
+                if dealer.send_multipart(["", "info"], 0).is_err() {
+                    break; // the server takes no more of it
+                }
+            }
+            dealer
+        });
+        let dealers: Vec<_> = dealers.collect();
+        // Then malformed ones, of which no reply may take the place of another client's.
+        for dealer in &dealers {
+            let _ = dealer.send("ping", 0);
+        }
+        assert_served(&socket(&context, zmq::REQ, address));
+    });
+    target.suffer("a peer that never reads what is sent without end", |address| {
+        let mut peer = raw::greet(address);
+        peer.set_write_timeout(Some(Duration::from_millis(500))).unwrap();
+        let requests = raw::request(b"info").repeat(1 << 13);
+        // Until the server takes no more.
+        while peer.write_all(&requests).is_ok() {}
+        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
+        // No reply is lost when it reads after all.
+        for _ in 0..1000 {
+            let mut head = [0; 4];
+            peer.read_exact(&mut head).unwrap();
+            assert_eq!(head[..3], [1, 0, 0]);
+            let mut reply = vec![0; head[3].into()];
+            peer.read_exact(&mut reply).unwrap();
+            assert!(reply.starts_with(b"{") && reply.ends_with(b"}"));
+        }
+    });
+}
+
+#[test]
+fn what_is_not_the_protocol() {
+    let target = Target::start();
+    target.suffer("no greeting", |address| {
+        for _ in 0..20 * force() {
+            for garbage in [&b"GET / HTTP/1.1\r\n\r\n"[..], b"\0", &[0xff; 500], &[7; 9]] {
+                let mut peer = raw::connect(address);
+                raw::send(&mut peer, garbage);
+                raw::wait_until_cut_off(peer);
+            }
+        }
+        let mut zeros = raw::connect(address);
+        for _ in 0..64 {
+            raw::send(&mut zeros, &vec![0; 1 << 20]);
+        }
+        raw::wait_until_cut_off(zeros);
+    });
+    target.suffer("other greetings and handshakes", |address| {
+        let changed = |index: usize, bytes: &[u8]| {
+            let mut greeting = raw::greeting();
+            greeting[index..index + bytes.len()].copy_from_slice(bytes);
+            [greeting, raw::ready("REQ", 0)].concat()
+        };
+        let after = |handshake: Vec<u8>| [raw::greeting(), handshake].concat();
+        let wrong = [
+            b"\x01\0\0\x04ping".to_vec(),
+            b"\xff\0\0\0\0\0\0\0\x01\x7f\x01\x03\0\0".to_vec(),
+            changed(12, b"PLAIN"),
+            changed(12, b"CURVE"),
+            changed(16, b"x"),
+            after(raw::ready("PUB", 0)),
+            after(raw::ready("SUB", 0)),
+            after(raw::ready("PUSH", 0)),
+            after(raw::ready("REP", 0)),
+            after(raw::ready("", 0)),
+            after(raw::ready("REQ", 60_000)),
+            after(raw::request(b"ping")),
+            after(raw::command("ERROR", b"\x03no!")),
+            after(raw::command("READY", b"\x0bSocket-Type\xff\xff\xff\xffREQ")),
+            after(raw::command("HELLO", &[7; 200])),
+            after(vec![4, 0]),
+        ];
+        for wrong in wrong.iter().cycle().take(wrong.len() * force()) {
+            let mut peer = raw::connect(address);
+            raw::send(&mut peer, wrong);
+            raw::wait_until_cut_off(peer);
+        }
+        let context = zmq::Context::new();
+        let others = [zmq::PUB, zmq::SUB, zmq::PUSH, zmq::PULL, zmq::ROUTER, zmq::PAIR];
+        let _others = others.map(|kind| socket(&context, kind, address));
+        assert_served(&socket(&context, zmq::REQ, address));
+    });
+    target.suffer("frames and commands that are wrong", |address| {
+        let exbibytes = |first: u8| [&[2, first][..], &[0xff; 7]].concat();
+        let wrong = [
+            exbibytes(0x7f),
+            exbibytes(0xff),
+            [raw::frame(1, b""), exbibytes(0x7f)].concat(),
+            [&[6][..], &(1_u64 << 62).to_be_bytes()].concat(),
+            raw::request(&vec![b'x'; 1 << 20]),
+            raw::frame(1, &[7; 255]).repeat(100),
+            vec![0xff; 100],
+            vec![5, 0],
+            vec![4, 0],
+            raw::frame(4, b"\xffPING"),
+            raw::command("PING", b""),
+            raw::command("ERROR", b""),
+        ];
+        for wrong in wrong.iter().cycle().take(wrong.len() * force()) {
+            let mut peer = raw::greet(address);
+            raw::send(&mut peer, wrong);
+            raw::wait_until_cut_off(peer);
+        }
+        let mut peer = raw::greet(address);
+        peer.write_all(&vec![0; 4 << 20]).unwrap();
+        peer.write_all(&raw::command("SUBSCRIBE", b"W")).unwrap();
+        peer.write_all(&raw::command("NO-SUCH", &vec![7; 60_000])).unwrap();
+        peer.write_all(&raw::request(b"ping")).unwrap();
+        let mut reply = [0; 8];
+        peer.read_exact(&mut reply).unwrap();
+        assert_eq!(&reply, b"\x01\0\0\x04pong");
+    });
+    target.suffer("pings without end", |address| {
+        let mut peer = raw::greet(address);
+        peer.set_write_timeout(Some(Duration::from_millis(200))).unwrap();
+        let pings = raw::command("PING", b"\0\x010123456789abcdef").repeat(1 << 14);
+        for _ in 0..8 * force() {
+            if peer.write_all(&pings).is_err() {
+                break; // the server takes no more of it
+            }
+        }
+        raw::reset(peer);
+        // This ended a server whose sockets were those of libzmq.
+        for _ in 0..300 * force() {
+            let mut peer = raw::greet(address);
+            let burst = [raw::request(b"").repeat(1900), raw::command("PING", b"\0\0").repeat(50)];
+            raw::send(&mut peer, &burst.concat());
+            raw::reset(peer);
+        }
+    });
+}
+
+#[test]
+fn connections() {
+    let target = Target::start();
+    rlimit::increase_nofile_limit(4096).unwrap();
+    target.suffer("half a greeting and silence, or byte by byte", |address| {
+        let half = raw::greeting()[..32].to_vec();
+        let mut slow: Vec<_> = (0..50 * force().min(10)).map(|_| raw::connect(address)).collect();
+        let half: Vec<_> = slow
+            .iter()
+            .map(|_| {
+                let mut peer = raw::connect(address);
+                raw::send(&mut peer, &half);
+                peer
+            })
+            .collect();
+        for byte in &raw::greeting()[..40] {
+            for peer in &mut slow {
+                raw::send(peer, &[*byte]);
+            }
+            thread::sleep(Duration::from_millis(100));
+        }
+        slow.into_iter().chain(half).for_each(raw::wait_until_cut_off);
+    });
+    target.suffer("500 idle connections of each kind", |address| {
+        let silent: Vec<_> = (0..500).map(|_| raw::connect(address)).collect();
+        silent.into_iter().for_each(raw::wait_until_cut_off);
+        let idle: Vec<_> = (0..500).map(|_| raw::greet(address)).collect();
+        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
+        drop(idle);
+    });
+    target.suffer("more connections than there may be", |address| {
+        const MOST: usize = mmsim_server::limits::MAX_CONNECTIONS;
+        // One is the searcher's.
+        let mut all: Vec<_> = (1..MOST).map(|_| raw::greet(address)).collect();
+        let further = 20 * force().min(20);
+        let late: Vec<_> = (0..further).map(|_| raw::connect(address)).collect();
+        let client = socket(&zmq::Context::new(), zmq::REQ, address);
+        client.send("ping", 0).unwrap();
+        // Those within go on; those outside wait until some have left.
+        for peer in &mut all {
+            peer.write_all(&raw::request(b"ping")).unwrap();
+            let mut reply = [0; 8];
+            peer.read_exact(&mut reply).unwrap();
+            assert_eq!(&reply, b"\x01\0\0\x04pong");
+        }
+        all.truncate(all.len() - further - 1);
+        late.into_iter().for_each(raw::wait_until_cut_off);
+        assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
+        drop(all);
+        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
+    });
+    target.suffer("as many connections as there may be, which never leave", |address| {
+        let all: Vec<_> = (0..mmsim_server::limits::MAX_CONNECTIONS + 10)
+            .map(|_| {
+                let mut peer = raw::connect(address);
+                raw::send(&mut peer, &[raw::greeting(), raw::ready("REQ", 0)].concat());
+                peer
+            })
+            .collect();
+        // It takes the place of one that has been silent.
+        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
+        drop(all);
+    });
+}
+
+#[cfg(unix)]
+#[test]
+fn more_connections_than_descriptors() {
+    let home = Home::new();
+    let mut command = std::process::Command::new("sh");
+    command.args(["-c", "ulimit -n 64 && exec \"$0\" --port 0 --maze \"$1\""]);
+    command.args([env!("CARGO_BIN_EXE_mmsim"), searcher::MAZE]).env("HOME", home.path());
+    let target = Target(Serving::start(command, "tcp://"));
+    target.suffer("more connections than descriptors", |address| {
+        let all: Vec<_> = (0..200).map(|_| raw::connect(address)).collect();
+        let client = socket(&zmq::Context::new(), zmq::REQ, address);
+        client.send("ping", 0).unwrap();
+        all.into_iter().for_each(raw::wait_until_cut_off);
+        assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
+    });
+}
+
+#[test]
+fn peers_that_vanish() {
+    let target = Target::start();
+    target.suffer("peers that vanish between request and reply", |address| {
+        let walls = [raw::greeting(), raw::ready("REQ", 0), raw::request(b"W\0\0N")].concat();
+        for count in 0..10_000 * force() {
+            let mut peer = raw::connect(address);
+            raw::send(&mut peer, &walls);
+            if count % 2 == 0 {
+                // The server sees the end only after the request.
+                peer.shutdown(Shutdown::Write).unwrap();
+            }
+            if count % 4 < 2 {
+                let _ = peer.read(&mut [0; 1]);
+            }
+            raw::reset(peer);
+        }
+    });
+    target.suffer("resets in the middle of a frame", |address| {
+        let whole = raw::request(&[b'S'; 518]);
+        for cut in (0..whole.len()).cycle().take(whole.len() * force()) {
+            let mut peer: TcpStream = raw::greet(address);
+            raw::send(&mut peer, &whole[..cut]);
+            raw::reset(peer);
+        }
+    });
+    target.suffer("sockets of ZeroMQ that are closed before the reply", |address| {
+        let context = zmq::Context::new();
+        for _ in 0..500 * force() {
+            let client = socket(&context, zmq::REQ, address);
+            client.send("W\0\0N", 0).unwrap();
+        }
+    });
+}
+
+#[test]
+fn many_clients_at_once() {
+    let target = Target::start();
+    target.suffer("32 clients, each with its own replies", |address| {
+        let maze = searcher::maze();
+        thread::scope(|scope| {
+            for first in 0..32 {
+                let maze = &maze;
+                scope.spawn(move || {
+                    let client = socket(&zmq::Context::new(), zmq::REQ, address);
+                    for number in (first * 37..).take(300 * force()) {
+                        let byte = |divisor| u8::try_from(number / divisor % 16).unwrap();
+                        let (cell, side) = (Cell::new(byte(1), byte(16)), number % 4);
+                        let pose = Pose::new(cell, Heading::ALL[side]);
+                        let (around, letter) = (maze.walls().around(pose), b"NESW"[side]);
+                        client.send(&[b'W', cell.x, cell.y, letter][..], 0).unwrap();
+                        let reply = client.recv_multipart(0).unwrap();
+                        assert_eq!(reply.len(), 1);
+                        assert_eq!(Reply::decode(&reply[0]), Ok(Reply::Walls(around)), "{cell}");
+                    }
+                });
+            }
+        });
+    });
+    target.suffer("many clients of one name, some with heartbeats", |address| {
+        let context = zmq::Context::new();
+        let named = (0..100 * force().min(5)).map(|number| {
+            let client = context.socket(zmq::REQ).unwrap();
+            client.set_identity(b"mouse").unwrap();
+            if number % 2 == 0 {
+                client.set_heartbeat_ivl(20).unwrap();
+            }
+            client.set_linger(0).unwrap();
+            client.set_rcvtimeo(60_000).unwrap();
+            client.connect(address).unwrap();
+            client
+        });
+        let named: Vec<_> = named.collect();
+        for _ in 0..5 {
+            for client in &named {
+                client.send("ping", 0).unwrap();
+            }
+            for client in &named {
+                assert_eq!(client.recv_multipart(0).unwrap(), [b"pong"]);
+            }
+        }
+    });
+}

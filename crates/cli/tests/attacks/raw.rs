@@ -1,0 +1,96 @@
+//! Peers that speak ZMTP byte by byte, so that they can get it wrong.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+use socket2::SockRef;
+
+/// The greeting of ZMTP 3.1 with the mechanism NULL.
+pub(crate) fn greeting() -> Vec<u8> {
+    [&[0xff, 0, 0, 0, 0, 0, 0, 0, 0, 0x7f, 3, 1][..], b"NULL", &[0; 48]].concat()
+}
+
+/// The command READY of a socket of this kind, with a property of this many bytes beside it.
+pub(crate) fn ready(kind: &str, more: usize) -> Vec<u8> {
+    let property = |name: &str, value: &[u8]| {
+        let lengths = (
+            [u8::try_from(name.len()).unwrap()],
+            u32::try_from(value.len()).unwrap().to_be_bytes(),
+        );
+        [&lengths.0[..], name.as_bytes(), &lengths.1, value].concat()
+    };
+    let mut body = [&b"\x05READY"[..], &property("Socket-Type", kind.as_bytes())].concat();
+    if more > 0 {
+        body.extend(property("X-More", &vec![b'x'; more]));
+    }
+    frame(4, &body)
+}
+
+/// A frame with these flags; that its length is long is added where it is.
+pub(crate) fn frame(flags: u8, body: &[u8]) -> Vec<u8> {
+    match u8::try_from(body.len()) {
+        Ok(length) => [&[flags, length][..], body].concat(),
+        Err(_) => [&[flags | 2][..], &(body.len() as u64).to_be_bytes(), body].concat(),
+    }
+}
+
+/// A request as a REQ socket sends it.
+pub(crate) fn request(body: &[u8]) -> Vec<u8> {
+    [&frame(1, b"")[..], &frame(0, body)].concat()
+}
+
+/// A command of this name.
+pub(crate) fn command(name: &str, rest: &[u8]) -> Vec<u8> {
+    frame(4, &[&[u8::try_from(name.len()).unwrap()][..], name.as_bytes(), rest].concat())
+}
+
+/// A connection on which nothing has been said; gives up after a time that is always enough.
+pub(crate) fn connect(address: &str) -> TcpStream {
+    let stream = TcpStream::connect(address.strip_prefix("tcp://").unwrap()).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+    stream.set_write_timeout(Some(Duration::from_secs(30))).unwrap();
+    stream.set_nodelay(true).unwrap();
+    stream
+}
+
+/// A connection after a handshake.
+pub(crate) fn greet(address: &str) -> TcpStream {
+    let mut stream = connect(address);
+    stream.write_all(&[greeting(), ready("DEALER", 0)].concat()).unwrap();
+    let (mut theirs, mut head) = ([0; 64], [0; 2]);
+    stream.read_exact(&mut theirs).unwrap();
+    stream.read_exact(&mut head).unwrap();
+    let mut body = vec![0; head[1].into()];
+    stream.read_exact(&mut body).unwrap();
+    assert!(theirs[0] == 0xff && body.starts_with(b"\x05READY"));
+    stream
+}
+
+/// Sends as much as the other side takes until it closes.
+pub(crate) fn send(stream: &mut TcpStream, bytes: &[u8]) {
+    if let Err(error) = stream.write_all(bytes) {
+        let gone =
+            [ErrorKind::ConnectionReset, ErrorKind::BrokenPipe, ErrorKind::ConnectionAborted];
+        assert!(gone.contains(&error.kind()), "{error}");
+    }
+}
+
+/// Waits until the other side has closed.
+pub(crate) fn wait_until_cut_off(mut stream: TcpStream) {
+    let mut rest = [0; 4096];
+    loop {
+        match stream.read(&mut rest) {
+            Ok(0) => return,
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => panic!("still connected"),
+            Err(_) => return,
+        }
+    }
+}
+
+/// Closes at once, as a process does that dies with something unread: the other side gets a reset.
+pub(crate) fn reset(stream: TcpStream) {
+    SockRef::from(&stream).set_linger(Some(Duration::ZERO)).unwrap();
+    drop(stream);
+}

@@ -1,0 +1,81 @@
+//! A client that does what a client should, while others do not.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::time::Duration;
+use std::{fs, thread};
+
+use mmsim_client::{InMemory, SearchRun, Transport, Zmq, ask_info, search_run};
+use mmsim_maze::{KnownMaze, Maze};
+use mmsim_server::Simulation;
+use mmsim_solvers::{FloodFill, Mouse};
+use mmsim_tests::bundled_mazes;
+
+/// The maze that is served.
+pub(crate) const MAZE: &str = "01-harbour";
+
+/// A reply that takes longer is none.
+const GIVE_UP: Duration = Duration::from_secs(60);
+
+/// The maze that is served.
+pub(crate) fn maze() -> Maze {
+    let path = bundled_mazes().join(MAZE).with_extension("txt");
+    fs::read_to_string(path).unwrap().parse().unwrap()
+}
+
+fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
+    let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::before(maze), maze.start());
+    search_run(transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(())).unwrap()
+}
+
+/// Searches again and again while `attack` runs, and at least once before and once after it.
+/// Each search must be what it is in memory.
+pub(crate) fn while_searching<T>(address: &str, attack: impl FnOnce() -> T) -> T {
+    let (searches, enough) = (AtomicU32::new(0), AtomicBool::new(false));
+    let wait_for_another = || {
+        let before = searches.load(Ordering::Acquire);
+        // One may have been under way already.
+        while searches.load(Ordering::Acquire) < before + 2 && !enough.load(Ordering::Acquire) {
+            thread::sleep(Duration::from_millis(1));
+        }
+    };
+    thread::scope(|scope| {
+        let searching = scope.spawn(|| {
+            let ended = Ended(&enough);
+            search_on(address, &searches, &enough);
+            drop(ended);
+        });
+        let ended = Ended(&enough);
+        wait_for_another();
+        let result = attack();
+        wait_for_another();
+        drop(ended);
+        searching.join().unwrap();
+        println!("  {} searches", searches.load(Ordering::Acquire));
+        result
+    })
+}
+
+/// Whoever ends, however that is, ends the other.
+struct Ended<'a>(&'a AtomicBool);
+
+impl Drop for Ended<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
+    }
+}
+
+fn search_on(address: &str, searches: &AtomicU32, enough: &AtomicBool) {
+    let maze = maze();
+    let mut simulation = Simulation::new(MAZE, maze.clone());
+    let in_memory =
+        search(&mut InMemory::new(|request, reply| simulation.handle(request, reply)), &maze);
+    assert!(in_memory.goal_reached);
+    let mut transport = Zmq::connect(address, Some(GIVE_UP), |_| {}).unwrap();
+    while !enough.load(Ordering::Acquire) {
+        assert_eq!(search(&mut transport, &maze), in_memory);
+        let kept = ask_info(&mut transport).unwrap().states;
+        assert_eq!(kept, simulation.history().len(), "states that the server has kept");
+        searches.fetch_add(1, Ordering::AcqRel);
+    }
+}

@@ -1,0 +1,310 @@
+//! Recording and replay: nothing that was acknowledged is ever lost.
+
+mod harness;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use std::{fs, thread};
+
+use harness::{Home, Serving};
+use mmsim_server::{Ending, Recording};
+
+const MAZE: &str = "hedgerow";
+
+/// A state of a classic maze that no other number has.
+fn state(number: u64) -> Vec<u8> {
+    let mut seed = number;
+    let mut noise = || {
+        // splitmix64
+        seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (seed ^ seed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed.to_be_bytes()[0]
+    };
+    let mut state = vec![0; 518];
+    state.fill_with(&mut noise);
+    state[..5].copy_from_slice(&[b'S', noise() % 16, noise() % 16, b'N', b'C']);
+    state[261] = b'F';
+    state
+}
+
+/// A socket that gives up after this time, in milliseconds.
+fn connect(address: &str, kind: zmq::SocketType, patience: i32) -> zmq::Socket {
+    let socket = zmq::Context::new().socket(kind).unwrap();
+    socket.set_linger(0).unwrap();
+    socket.set_rcvtimeo(patience).unwrap();
+    socket.connect(address).unwrap();
+    socket
+}
+
+fn ask(socket: &zmq::Socket, request: &[u8]) -> Vec<u8> {
+    socket.send(request, 0).unwrap();
+    socket.recv_bytes(0).unwrap()
+}
+
+/// The recordings in a folder, in the order in which they were begun. A file that was only just
+/// created is none.
+fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    // By the number at the end: the time before it may go back.
+    files.sort_by_key(|path| path.file_stem().unwrap().to_str().unwrap()[20..].to_string());
+    let read = |path: PathBuf| match Recording::open(&path) {
+        Ok(recording) => Some((path, recording)),
+        Err(_) if fs::metadata(&path).unwrap().len() < 200 => None,
+        Err(error) => panic!("{error}"),
+    };
+    files.into_iter().filter_map(read).collect()
+}
+
+/// Sends states one by one, with a reset now and then, and gives how many were acknowledged.
+fn send_one_by_one(address: &str) -> u64 {
+    let socket = connect(address, zmq::REQ, 200);
+    let mut acknowledged = 0;
+    loop {
+        if acknowledged % 300 == 299 {
+            let asked = socket.send("reset", 0).and_then(|()| socket.recv_bytes(0));
+            if asked.as_deref() != Ok(b"ok") {
+                return acknowledged;
+            }
+        }
+        let asked = socket.send(state(acknowledged), 0).and_then(|()| socket.recv_bytes(0));
+        match asked.as_deref() {
+            Ok(b"ok") => acknowledged += 1,
+            Ok(other) => panic!("{}", other.escape_ascii()),
+            Err(_) => return acknowledged,
+        }
+    }
+}
+
+/// Sends states without waiting for replies, and gives how many were acknowledged.
+fn send_in_advance(address: &str, killed: &AtomicBool) -> u64 {
+    let socket = connect(address, zmq::DEALER, 200);
+    let (mut sent, mut acknowledged) = (0, 0);
+    loop {
+        while sent < acknowledged + 100 && !killed.load(Ordering::Relaxed) {
+            socket.send_multipart([b"".to_vec(), state(sent)], 0).unwrap();
+            sent += 1;
+        }
+        match socket.recv_multipart(0).as_deref() {
+            Ok([_, reply]) if reply == b"ok" => acknowledged += 1,
+            Ok(other) => panic!("{other:?}"),
+            Err(_) => return acknowledged,
+        }
+    }
+}
+
+/// Kills the server at fifty moments while it is given states as fast as it takes them.
+#[test]
+fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
+    let (mut lost, mut total) = (0, 0);
+    for round in 0..50_u64 {
+        let home = Home::new();
+        let mut server = home.serve(&["--port", "0", "--maze", MAZE, "--record", "recordings"]);
+        let address = server.address.clone();
+        let (one_by_one, killed) = (round % 2 == 0, AtomicBool::new(false));
+        let acknowledged = thread::scope(|scope| {
+            let client = scope.spawn(|| {
+                if one_by_one {
+                    send_one_by_one(&address)
+                } else {
+                    send_in_advance(&address, &killed)
+                }
+            });
+            // Some 100 µs apart, so that some hit the beginning and most the middle of things.
+            thread::sleep(Duration::from_micros(round * 7919 % 101 * 700));
+            server.kill();
+            killed.store(true, Ordering::Relaxed);
+            client.join().unwrap()
+        });
+        server.wait();
+        let recorded: Vec<Vec<u8>> = recordings(&home.path().join("recordings"))
+            .iter()
+            .flat_map(|(_, recording)| recording.history().iter().collect::<Vec<_>>())
+            .collect();
+        for (number, recorded) in (0..).zip(&recorded) {
+            assert!(*recorded == state(number), "round {round}: state {number} is another one");
+        }
+        let recorded = recorded.len() as u64;
+        lost += acknowledged.saturating_sub(recorded);
+        // What was written last need not have been acknowledged any more.
+        let ahead = if one_by_one { 1 } else { 100 };
+        assert!(recorded <= acknowledged + ahead, "round {round}: {recorded} of {acknowledged}");
+        total += acknowledged;
+    }
+    assert_eq!(lost, 0, "of {total}");
+    println!("{lost} of {total} acknowledged states lost in 50 kills");
+    assert!(total > 1000, "only {total} states in all");
+}
+
+#[test]
+fn each_search_is_a_recording_that_can_be_replayed() {
+    let home = Home::new();
+    let mut server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "recordings"]);
+    let own = home.path().join("own.mcap");
+    let solve = |strategy, more: &[&str]| {
+        let arguments = [&["solve", strategy, "--connect", &server.address], more].concat();
+        assert_eq!(home.run(&arguments).code, Some(0));
+    };
+    solve("flood-fill", &["--record", "own.mcap"]);
+    solve("weight-increment", &[]);
+    #[cfg(unix)]
+    {
+        server.signal("INT");
+        assert_eq!(server.wait().0.code(), Some(0));
+    }
+    let recordings = recordings(&home.path().join("recordings"));
+    let [(first, flood_fill), (second, weight_increment)] = &recordings[..] else { panic!() };
+    assert_eq!(*flood_fill.ending(), Ending::Closed);
+    assert_eq!(
+        flood_fill.maze().unwrap().to_string(),
+        include_str!("../../../mazes/05-hedgerow.txt")
+    );
+    assert_eq!((flood_fill.info().states, weight_increment.info().states), (192, 446));
+    #[cfg(unix)]
+    assert_eq!(*weight_increment.ending(), Ending::Closed);
+
+    let client = Recording::open(&own).unwrap();
+    assert!(client.history().iter().eq(flood_fill.history().iter()));
+    assert_eq!((client.maze(), client.ending()), (None, &Ending::Closed));
+
+    let replay = |path: &Path, more: &[&str]| {
+        home.run(&[&["replay", path.to_str().unwrap()], more].concat())
+    };
+    let shown = replay(first, &[]);
+    assert_eq!(shown.code, Some(0));
+    assert!(shown.stdout.contains(": 05-hedgerow, 16x16, goal 59 steps away\n192 states in "));
+    assert!(shown.stdout.contains("state 191 after "), "{}", shown.stdout);
+    assert!(shown.stdout.contains("(8, 7) heading north, 126 cells visited\n"), "{}", shown.stdout);
+    let shown = replay(first, &["--at", "4"]).stdout;
+    let (_, state) = shown.split_once("state 4 after ").unwrap();
+    let (_, state) = state.split_once(" ms: ").unwrap();
+    insta::assert_snapshot!("replayed-state", state);
+
+    let json = replay(first, &["--json"]).json();
+    assert_eq!((&json["states"], &json["ending"]), (&192.into(), &"closed".into()));
+    assert_eq!(json["poses"].as_array().unwrap().len(), 192);
+    assert_eq!(json["state"]["index"], 191);
+    assert_eq!(json["state"]["wrong_walls"], 0);
+    let json = replay(second, &["--json", "--at", "0"]).json();
+    assert_eq!((&json["poses"], &json["state"]["cell"]), (&().into(), &[0, 0].into()));
+    assert_eq!(json["state"]["walls"][0][0].as_u64().unwrap() & 1, 1, "visited");
+    let json = replay(&own, &["--json"]).json();
+    assert_eq!((&json["maze"], &json["state"]["wrong_walls"]), (&().into(), &().into()));
+
+    let ended = replay(first, &["--at", "192"]);
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.ends_with("expected --at one of its states, 0 to 191, found 192\n"));
+    let ended =
+        home.run(&["solve", "flood-fill", "--record", "own.mcap", "--connect", "127.0.0.1:1"]);
+    assert_eq!(ended.code, Some(1));
+    assert!(
+        ended.stderr.starts_with("mmsim: expected to record in own.mcap, found: "),
+        "{ended:?}"
+    );
+}
+
+#[test]
+fn a_recording_that_was_cut_off_shows_its_whole_states() {
+    let home = Home::new();
+    let server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
+    home.run(&["solve", "flood-fill", "--connect", &server.address]);
+    let (path, _) = recordings(&home.path().join("r")).swap_remove(0);
+    let mut bytes = fs::read(path).unwrap();
+    bytes.truncate(bytes.len() - 1000);
+    let whole = home.write("cut.mcap", &bytes);
+    let shown = home.run(&["replay", whole.to_str().unwrap()]);
+    assert_eq!(shown.code, Some(0), "{shown:?}");
+    let expected = format!("not closed: the file ends at byte {}, whole up to byte ", bytes.len());
+    assert!(shown.stdout.contains(&expected), "{shown:?}");
+    assert!(shown.stdout.contains("\n190 states in "), "{shown:?}");
+    bytes[50_000..60_000].fill(0xa5);
+    home.write("damaged.mcap", &bytes);
+    let shown = home.run(&["replay", "damaged.mcap"]);
+    assert_eq!(shown.code, Some(1), "{shown:?}");
+    assert!(shown.stdout.contains(", damaged after byte "), "{shown:?}");
+    assert!(shown.stderr.contains("expected a whole recording, found "), "{shown:?}");
+    for (name, content, found) in [
+        ("empty.mcap", &b""[..], "found the end of the file at byte 0"),
+        ("head.mcap", &bytes[..40], "found the end of the file at byte 40"),
+        ("text.mcap", b"o---o---o", "found something else at byte 0"),
+    ] {
+        home.write(name, content);
+        let ended = home.run(&["replay", name]);
+        assert_eq!(ended.code, Some(1));
+        assert!(ended.stderr.contains(found), "{ended:?}");
+    }
+    assert_eq!(home.run(&["replay", "no-such.mcap"]).code, Some(1));
+}
+
+#[test]
+fn a_full_history_refuses_states_and_a_reset_makes_room() {
+    let home = Home::new();
+    let server = home.serve(&["-p", "0", "--maze", MAZE, "--history-limit", "1", "--record", "r"]);
+    let socket = connect(&server.address, zmq::REQ, 5000);
+    let states = (0..10_000).take_while(|&number| ask(&socket, &state(number)) == b"ok").count();
+    assert!((1900..2100).contains(&states), "{states} states of noise in a mebibyte");
+    let reply = String::from_utf8(ask(&socket, &state(0))).unwrap();
+    assert!(reply.starts_with("error: expected room for a state in a history of at most 1 MiB"));
+    assert_eq!(ask(&socket, b"ping"), b"pong");
+    assert_eq!(recordings(&home.path().join("r"))[0].1.info().states, states);
+    assert_eq!(ask(&socket, b"reset"), b"ok");
+    assert_eq!(ask(&socket, &state(0)), b"ok");
+}
+
+#[test]
+fn a_lost_folder_refuses_states_until_reset() {
+    let home = Home::new();
+    let server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
+    let socket = connect(&server.address, zmq::REQ, 5000);
+    assert_eq!(ask(&socket, &state(0)), b"ok");
+    fs::rename(home.path().join("r"), home.path().join("moved")).unwrap();
+    for _ in 0..3 {
+        let reply = String::from_utf8(ask(&socket, &state(1))).unwrap();
+        assert!(reply.starts_with("error: expected to record in r"), "{reply}");
+        assert!(reply.ends_with("found the file has gone; reset begins a new one"), "{reply}");
+        assert_eq!(ask(&socket, b"W\0\0N").len(), 3);
+    }
+    assert!(ask(&socket, b"info").starts_with(b"{"));
+    assert_eq!(ask(&socket, b"reset"), b"ok");
+    assert_eq!(ask(&socket, &state(2)), b"ok");
+    for (folder, number, ending) in [("moved", 0, true), ("r", 2, false)] {
+        let (_, recording) = recordings(&home.path().join(folder)).swap_remove(0);
+        assert!(recording.history().iter().eq([state(number)]), "{folder}");
+        assert_eq!(*recording.ending() == Ending::Closed, ending, "{folder}");
+    }
+}
+
+/// A limit on the size of files stands for a disk that is full.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_refuses_states_and_what_was_written_stays() {
+    let home = Home::new();
+    let script = "trap '' XFSZ; ulimit -f 64; exec \"$0\" \"$@\"";
+    let mmsim = home.command(&["-p", "0", "--maze", MAZE, "--record", "r"]);
+    let mut command = Command::new("sh");
+    command.args(["-c", script]).arg(mmsim.get_program()).args(mmsim.get_args());
+    command.current_dir(home.path());
+    let server = Serving::start(command, "tcp://");
+    let socket = connect(&server.address, zmq::REQ, 5000);
+    let states = (0..10_000).take_while(|&number| ask(&socket, &state(number)) == b"ok").count();
+    assert!((50..130).contains(&states), "{states} states of 549 bytes in 64 blocks");
+    for _ in 0..3 {
+        let reply = String::from_utf8(ask(&socket, &state(9))).unwrap();
+        assert!(reply.starts_with("error: expected to record in r"), "{reply}");
+        assert_eq!(ask(&socket, b"ping"), b"pong");
+    }
+    let whole = |index: usize| {
+        let (_, recording) = recordings(&home.path().join("r")).swap_remove(index);
+        assert!(recording.history().iter().eq((0..states as u64).map(state)), "file {index}");
+        assert!(matches!(*recording.ending(), Ending::Cut { whole, length } if whole == length));
+    };
+    whole(0);
+    assert_eq!(ask(&socket, b"reset"), b"ok");
+    for number in 0..states as u64 {
+        assert_eq!(ask(&socket, &state(number)), b"ok", "another file has its own room");
+    }
+    whole(0);
+    whole(1);
+}
