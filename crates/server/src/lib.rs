@@ -21,6 +21,7 @@
 mod background;
 mod history;
 pub mod limits;
+mod lookout;
 mod network;
 mod peer;
 mod recording;

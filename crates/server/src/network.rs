@@ -12,6 +12,7 @@ use tracing::{debug, warn};
 
 use crate::ReplyBuffer;
 use crate::limits::{HANDSHAKE_TIME, MAX_CONNECTIONS, SILENCE};
+use crate::lookout::Lookout;
 use crate::peer::{End, Peer, Turn};
 
 const LISTENER: Token = Token(0);
@@ -49,6 +50,7 @@ pub(crate) struct Network {
     /// … and until when there is no use in trying, unless a connection ends before.
     accept_again: Option<Instant>,
     warned: bool,
+    lookout: Lookout,
 }
 
 /// A peer as the network sees it.
@@ -76,6 +78,7 @@ impl Network {
             acceptable: true,
             accept_again: None,
             warned: false,
+            lookout: Lookout::new(),
         })
     }
 
@@ -92,11 +95,12 @@ impl Network {
     /// long. Gives whether anything has happened.
     pub(crate) fn wait(&mut self, events: &mut Events, most: Option<Duration>) -> io::Result<bool> {
         let timeout = self.until_next_timer(Instant::now()).into_iter().chain(most).min();
-        match self.poll.poll(events, timeout) {
+        match self.poll(events, timeout) {
             // A signal, which is for others to act on.
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(true),
             result => result?,
         }
+        self.lookout.has_come(!events.is_empty());
         let now = Instant::now();
         for event in &*events {
             match event.token() {
@@ -121,6 +125,15 @@ impl Network {
             }
         }
         Ok(!events.is_empty() || !self.queue.is_empty())
+    }
+
+    fn poll(&mut self, events: &mut Events, timeout: Option<Duration>) -> io::Result<()> {
+        let Self { poll, lookout, .. } = self;
+        let found = lookout.look(timeout.unwrap_or(Duration::MAX), || {
+            poll.poll(events, Some(Duration::ZERO))?;
+            Ok(!events.is_empty())
+        })?;
+        if found { Ok(()) } else { poll.poll(events, timeout) }
     }
 
     /// Events for [`Self::wait`].
