@@ -8,21 +8,21 @@ use mmsim_server::{Ending, NoRecording, Recording};
 /// What a file begins with, before its records.
 const MAGIC_BYTES: usize = mcap::MAGIC.len();
 
-/// Reads the content as that of a file and checks what the recording says of itself; and, unless it
-/// is packed in chunks, that it is the same however the bytes come in and whatever follows after the
-/// last whole record. How far a damaged chunk is read depends on how much of it comes in at once.
+/// Reads the content as that of a file and checks what the recording says of itself, that it is the
+/// same however the bytes come in, and, unless it is packed in chunks, whatever follows after the
+/// last whole record. Of a damaged chunk the states before the damage are there.
 pub fn run(content: &[u8]) {
     let whole = Recording::read(content);
     let piecewise = Recording::read(Trickle(content));
     check(&whole, content.len());
     check(&piecewise, content.len());
-    if has_chunks(content) {
-        return;
-    }
     match (whole, piecewise) {
         (Ok(recording), Ok(piecewise)) => {
             check_alike(&recording, &piecewise);
             assert_eq!(recording.ending(), piecewise.ending());
+            if has_chunks(content) {
+                return;
+            }
             if let &Ending::Cut { whole, .. } | &Ending::Damaged { whole, .. } = recording.ending()
             {
                 let rest = usize::try_from(whole).ok().and_then(|end| content.get(..end));

@@ -3,6 +3,7 @@
 //! The file is an [MCAP](https://mcap.dev) container, so that it survives a crash up to its last
 //! state and opens in other tools. docs/recordings.md says what is in it.
 
+mod chunk;
 mod reader;
 mod recorder;
 mod writer;

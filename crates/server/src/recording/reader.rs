@@ -11,12 +11,14 @@ use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 
 use super::{
-    ENCODING, Ending, INFO, MAZE, METADATA, NoRecording, Recording, RecordingError, TOPIC, state,
+    ENCODING, Ending, INFO, MAZE, METADATA, NoRecording, Recording, RecordingError, TOPIC, chunk,
+    state,
 };
 use crate::History;
 
-/// The longest record that is read, in bytes; a state takes 2,085 at most, a maze less than 10,000.
-const MAX_RECORD_BYTES: usize = 1 << 20;
+/// The longest record that is read, in bytes, and the most that is unpacked from one. A state takes
+/// 2,085 at most and a maze less than 10,000, but other tools pack records into chunks of some MiB.
+const MAX_CHUNK_BYTES: usize = 16 << 20;
 
 /// The most that is read at once: as much as is asked for at a time is not promised to be there.
 const STEP_BYTES: usize = 64 * 1024;
@@ -42,8 +44,9 @@ impl Recording {
     /// As for [`open`](Self::open).
     pub fn read(mut source: impl Read) -> Result<Self, NoRecording> {
         let options = LinearReaderOptions::default()
-            .with_record_length_limit(MAX_RECORD_BYTES)
-            .with_validate_chunk_crcs(true)
+            .with_record_length_limit(MAX_CHUNK_BYTES)
+            // A chunk that contradicts itself makes mcap 0.26 panic, so they are unpacked here.
+            .with_emit_chunks(true)
             .with_validate_data_section_crc(true);
         let mut reader = LinearReader::new_with_options(options);
         let mut assembly = Assembly::default();
@@ -93,6 +96,25 @@ struct Assembly {
 impl Assembly {
     /// Takes a record of any kind; the inner error says what is wrong with it.
     fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, NoRecording> {
+        if opcode != op::CHUNK {
+            return self.take_plain(opcode, body);
+        }
+        let records = match chunk::unpack(body, MAX_CHUNK_BYTES) {
+            Ok(records) => records,
+            Err(reason) => return Ok(Err(reason)),
+        };
+        for record in chunk::records(&records) {
+            match record.map(|(opcode, body)| self.take_plain(opcode, body)) {
+                Ok(Ok(Ok(()))) => {}
+                Ok(result) => return result,
+                Err(reason) => return Ok(Err(reason)),
+            }
+        }
+        Ok(Ok(()))
+    }
+
+    /// Takes a record that is no chunk.
+    fn take_plain(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, NoRecording> {
         // Of the other kinds nothing is needed.
         if !matches!(opcode, op::METADATA | op::CHANNEL | op::MESSAGE) {
             return Ok(Ok(()));
@@ -322,7 +344,7 @@ mod tests {
         bytes.extend([[0; 28].as_slice(), &[4, 0, 0, 0], b"\x1b[2J", &[0; 8]].concat());
         let recording = Recording::read(&bytes[..]).unwrap();
         let Ending::Damaged { reason, .. } = recording.ending() else { panic!("{recording:?}") };
-        insta::assert_snapshot!(reason, @r"Unsupported compression format `\u{1b}[2J`");
+        insta::assert_snapshot!(reason, @r#"a chunk packed with "\x1b[2J""#);
     }
 
     #[test]

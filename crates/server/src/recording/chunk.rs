@@ -1,0 +1,123 @@
+//! Chunks: records that another tool has packed together. The server's own recordings have none.
+//!
+//! ```text
+//! chunk    start 8, end 8, unpacked length 8, checksum 4, compression (its length 4, its name),
+//!          packed length 8, packed records
+//! record   kind 1, length 8, body
+//! ```
+
+use std::borrow::Cow;
+
+/// The records of a chunk as they were before they were packed, if those are no more than `most`
+/// bytes.
+pub(super) fn unpack(chunk: &[u8], most: usize) -> Result<Cow<'_, [u8]>, String> {
+    let (length, checksum, compression, packed) =
+        split(chunk).ok_or("a length goes beyond the end of its chunk")?;
+    let length = usize::try_from(length)
+        .ok()
+        .filter(|&length| length <= most)
+        .ok_or_else(|| format!("a chunk of {length} bytes, over the limit of {most}"))?;
+    let records = match compression {
+        b"" => Cow::Borrowed(packed),
+        b"zstd" => zstd::bulk::decompress(packed, length)
+            .map(Cow::Owned)
+            .map_err(|error| format!("a chunk that does not unpack: {error}"))?,
+        other => return Err(format!("a chunk packed with \"{}\"", other.escape_ascii())),
+    };
+    if records.len() != length {
+        return Err(format!("a chunk of {} bytes that promises {length}", records.len()));
+    }
+    match crc32fast::hash(&records) {
+        found if checksum != 0 && found != checksum => {
+            Err(format!("a chunk with the checksum {found:08x} that promises {checksum:08x}"))
+        }
+        _ => Ok(records),
+    }
+}
+
+/// Unpacked length, checksum (0 if there is none), compression and packed records.
+fn split(chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
+    let (_times, rest) = chunk.split_first_chunk::<16>()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let (checksum, rest) = rest.split_first_chunk()?;
+    let (name_length, rest) = rest.split_first_chunk()?;
+    let (name, rest) = rest.split_at_checked(u32::from_le_bytes(*name_length).try_into().ok()?)?;
+    let (packed_length, rest) = rest.split_first_chunk()?;
+    let packed = rest.get(..usize::try_from(u64::from_le_bytes(*packed_length)).ok()?)?;
+    Some((u64::from_le_bytes(*length), u32::from_le_bytes(*checksum), name, packed))
+}
+
+/// The records one after the other, the kind and body of each, up to one that goes beyond the end.
+pub(super) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8]), String>> {
+    std::iter::from_fn(move || {
+        if bytes.is_empty() {
+            return None;
+        }
+        let record = record(bytes);
+        bytes = record.map_or(&[], |(_, _, rest)| rest);
+        let beyond = || "a record goes beyond the end of its chunk".to_string();
+        Some(record.map(|(kind, body, _)| (kind, body)).ok_or_else(beyond))
+    })
+}
+
+/// The kind and body of the first record, and what follows it.
+fn record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
+    let (&kind, rest) = bytes.split_first()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let (body, rest) = rest.split_at_checked(u64::from_le_bytes(*length).try_into().ok()?)?;
+    Some((kind, body, rest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RECORDS: &[u8] = b"\x05\x03\0\0\0\0\0\0\0abc\x06\0\0\0\0\0\0\0\0";
+
+    fn chunk(length: u64, checksum: u32, compression: &[u8], packed: &[u8]) -> Vec<u8> {
+        let name_length = u32::try_from(compression.len()).unwrap();
+        [
+            &[7; 16][..],
+            &length.to_le_bytes(),
+            &checksum.to_le_bytes(),
+            &name_length.to_le_bytes(),
+            compression,
+            &(packed.len() as u64).to_le_bytes(),
+            packed,
+        ]
+        .concat()
+    }
+
+    #[test]
+    fn records_come_back() {
+        let (length, checksum) = (RECORDS.len() as u64, crc32fast::hash(RECORDS));
+        let zstd = zstd::bulk::compress(RECORDS, 1).unwrap();
+        for chunk in [
+            chunk(length, checksum, b"", RECORDS),
+            chunk(length, 0, b"", RECORDS),
+            chunk(length, checksum, b"zstd", &zstd),
+        ] {
+            let unpacked = unpack(&chunk, 100).unwrap();
+            let records: Result<Vec<_>, _> = records(&unpacked).collect();
+            assert_eq!(records.unwrap(), [(5, &b"abc"[..]), (6, b"")]);
+        }
+    }
+
+    #[test]
+    fn what_contradicts_itself_is_told() {
+        let error = |chunk: &[u8]| unpack(chunk, 100).unwrap_err();
+        insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk of 21 bytes that promises 99");
+        insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with the checksum 910bc603 that promises 00000007");
+        insta::assert_snapshot!(error(&chunk(101, 0, b"", RECORDS)), @"a chunk of 101 bytes, over the limit of 100");
+        insta::assert_snapshot!(error(&chunk(21, 0, b"lz4\x1b", RECORDS)), @r#"a chunk packed with "lz4\x1b""#);
+        insta::assert_snapshot!(error(&chunk(21, 0, b"zstd", RECORDS)), @"a chunk that does not unpack: Unknown frame descriptor");
+        let whole = chunk(21, 0, b"", RECORDS);
+        for length in 0..whole.len() {
+            assert_eq!(error(&whole[..length]), "a length goes beyond the end of its chunk");
+        }
+        for length in 1..RECORDS.len() {
+            let last = records(&RECORDS[..length]).last().unwrap();
+            assert_eq!(last.is_ok(), length == 12, "{length}: {last:?}");
+        }
+    }
+}
