@@ -1,14 +1,15 @@
-//! Round trips over ZeroMQ on loopback: `W` and `S` to our server, beside a bare REP socket that
-//! answers messages of the same sizes without looking at them.
+//! Round trips over ZeroMQ on loopback: `W` and `S` to our server, with and without a recording,
+//! beside a bare REP socket that answers messages of the same sizes without looking at them.
 
 use std::hint::black_box;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput};
-use mmsim_benches::{bundled_maze, serve};
+use mmsim_benches::bundled_maze;
 use mmsim_maze::KnownMaze;
 use mmsim_protocol::{Order, encode_state};
+use mmsim_server::{Recorder, Server, Simulation};
 
 /// Rounds of the comparison and round trips in each; the two sides take turns.
 const ROUNDS: usize = 15;
@@ -78,7 +79,7 @@ fn time(socket: &zmq::Socket, exchange: &Exchange, trips: u64) -> Duration {
 
 /// The rate of our server as a part of the bare socket's: the median of rounds in which both take
 /// turns, so that a change in the machine's speed hits both.
-fn compare(exchange: &Exchange, ours: &zmq::Socket, bare: &zmq::Socket) {
+fn compare(name: &str, exchange: &Exchange, ours: &zmq::Socket, bare: &zmq::Socket) {
     let mut ratios: Vec<f64> = (0..ROUNDS)
         .map(|_| {
             let ours = time(ours, exchange, TRIPS.into());
@@ -86,30 +87,45 @@ fn compare(exchange: &Exchange, ours: &zmq::Socket, bare: &zmq::Socket) {
         })
         .collect();
     ratios.sort_by(f64::total_cmp);
-    let (name, median) = (exchange.name, ratios[ROUNDS / 2]);
-    let (least, most) = (ratios[0], ratios[ROUNDS - 1]);
+    let (median, least, most) = (ratios[ROUNDS / 2], ratios[0], ratios[ROUNDS - 1]);
     println!(
-        "round_trip/{name}: {median:.3} of the rate of a bare REP socket \
-         (median of {ROUNDS} rounds, {least:.3} to {most:.3})"
+        "round_trip/{}/{name}: {median:.3} of the rate of a bare REP socket \
+         (median of {ROUNDS} rounds, {least:.3} to {most:.3})",
+        exchange.name
     );
 }
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
     let is_test = std::env::args().any(|argument| argument == "--test");
-    let server = serve(bundled_maze("01-harbour"));
+    let folder = tempfile::tempdir().unwrap();
+    let server = |recorder: Option<Recorder>| {
+        let server = Server::bind("127.0.0.1", 0).unwrap().with_recorder(recorder);
+        server.spawn(Simulation::new("served", bundled_maze("01-harbour")))
+    };
+    let servers = [
+        ("mmsim", server(None)),
+        ("mmsim --record", server(Some(Recorder::new(folder.path()).unwrap()))),
+    ];
     for exchange in exchanges() {
-        let (ours, bare) = (connect(server.address()), echo(exchange.reply));
+        let bare = echo(exchange.reply);
+        let ours: Vec<_> =
+            servers.iter().map(|(name, server)| (*name, connect(server.address()))).collect();
         let mut group = criterion.benchmark_group(format!("round_trip/{}", exchange.name));
         group.throughput(Throughput::Elements(1));
-        for (side, socket) in [("mmsim", &ours), ("bare REP", &bare)] {
+        for (side, socket) in
+            ours.iter().map(|(name, ours)| (*name, ours)).chain([("bare REP", &bare)])
+        {
             group.bench_function(side, |b| b.iter_custom(|trips| time(socket, &exchange, trips)));
         }
         group.finish();
-        if !is_test {
-            compare(&exchange, &ours, &bare);
+        for (name, ours) in ours.iter().filter(|_| !is_test) {
+            compare(name, &exchange, ours, &bare);
         }
         trip(&bare, b"", &mut zmq::Message::new());
+    }
+    for (_, server) in servers {
+        server.stop().unwrap();
     }
     criterion.final_summary();
 }
