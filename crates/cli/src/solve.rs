@@ -34,8 +34,14 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         }
         None => ask_goals(&mut transport, args.size),
     };
-    let (map, start) = match known {
-        Ok(known) => known,
+    let prepared = known.and_then(|(map, start)| {
+        // What the simulator calls the maze is not asked for; where it is, tells as much.
+        let info = Info::new(&endpoint, map.size(), start, map.goals(), 0);
+        let recorded = Recorded::new(transport, args.record.as_deref(), &info);
+        Ok((map, start, recorded.map_err(|error| error.to_string())?))
+    });
+    let (map, start, mut transport) = match prepared {
+        Ok(prepared) => prepared,
         Err(error) if args.json => {
             let report =
                 Report { strategy: strategy.name(), error: Some(error), ..Report::default() };
@@ -44,9 +50,6 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         }
         Err(error) => return Err(error.into()),
     };
-    // What the simulator calls the maze is not asked for; where it is, tells as much.
-    let info = Info::new(&endpoint, map.size(), start, map.goals(), 0);
-    let mut transport = Recorded::new(transport, args.record.as_deref(), &info)?;
     let mut mouse = Mouse::new(strategy.strategy(), map, start);
     let pace = Duration::from_millis(args.pace);
     let mut screen = Screen::new(strategy, !pace.is_zero() && !args.json);
@@ -61,15 +64,17 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         Ok(run) => (run, None),
         Err(BrokenRun { run, error }) => (run, Some(error)),
     };
+    let recorded =
+        transport.close().map_err(|error| format!("the recording lacks states: {error}"));
     if args.json {
-        let report = Report::new(strategy.name(), &run, &mouse, error.as_ref());
+        let error = error.as_ref().map(ToString::to_string).or_else(|| recorded.clone().err());
+        let report = Report::new(strategy.name(), &run, &mouse, error);
         print(&(serde_json::to_string(&report)? + "\n"))?;
     } else if run.states > 0 {
         screen.finish(&mouse, &run, ending(&run))?;
     }
-    let recorded = transport.close();
-    if let Err(error) = &recorded {
-        say(format_args!("the recording lacks states: {error}"));
+    if let Some(error) = recorded.as_ref().err().filter(|_| !args.json) {
+        say(error);
     }
     match error {
         Some(error) if !args.json => Err(explain(&error).into()),
@@ -178,7 +183,7 @@ impl<'a> Report<'a> {
         strategy: &'a str,
         run: &SearchRun,
         mouse: &Mouse<S>,
-        error: Option<&RunError>,
+        error: Option<String>,
     ) -> Self {
         let Pose { cell, heading } = mouse.pose();
         let size = mouse.map().size();
@@ -194,7 +199,7 @@ impl<'a> Report<'a> {
             cell: Some([cell.x, cell.y]),
             heading: Some(heading.letter()),
             map: Some(mouse.map().drawing().to_string()),
-            error: error.map(ToString::to_string),
+            error,
         }
     }
 }

@@ -2,9 +2,10 @@
 
 mod harness;
 
+use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 use std::{fs, thread};
 
@@ -58,42 +59,45 @@ fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
     files.into_iter().filter_map(read).collect()
 }
 
-/// Sends states one by one, with a reset now and then, and gives how many were acknowledged.
-fn send_one_by_one(address: &str) -> u64 {
+/// Sends states one by one, with a reset now and then, and counts those that are acknowledged.
+fn send_one_by_one(address: &str, acknowledged: &AtomicU64) {
     let socket = connect(address, zmq::REQ, 200);
-    let mut acknowledged = 0;
-    loop {
-        if acknowledged % 300 == 299 {
+    for number in 0.. {
+        if number % 300 == 299 {
             let asked = socket.send("reset", 0).and_then(|()| socket.recv_bytes(0));
             if asked.as_deref() != Ok(b"ok") {
-                return acknowledged;
+                return;
             }
         }
-        let asked = socket.send(state(acknowledged), 0).and_then(|()| socket.recv_bytes(0));
+        let asked = socket.send(state(number), 0).and_then(|()| socket.recv_bytes(0));
         match asked.as_deref() {
-            Ok(b"ok") => acknowledged += 1,
+            Ok(b"ok") => acknowledged.store(number + 1, Ordering::Relaxed),
             Ok(other) => panic!("{}", other.escape_ascii()),
-            Err(_) => return acknowledged,
+            Err(_) => return,
         }
     }
 }
 
-/// Sends states without waiting for replies, and gives how many were acknowledged.
-fn send_in_advance(address: &str, killed: &AtomicBool) -> u64 {
+/// Sends states without waiting for replies, and counts those that are acknowledged.
+fn send_in_advance(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool) {
     let socket = connect(address, zmq::DEALER, 200);
-    let (mut sent, mut acknowledged) = (0, 0);
+    let (mut sent, mut answered) = (0, 0);
     loop {
-        while sent < acknowledged + 100 && !killed.load(Ordering::Relaxed) {
+        while sent < answered + AHEAD && !killed.load(Ordering::Relaxed) {
             socket.send_multipart([b"".to_vec(), state(sent)], 0).unwrap();
             sent += 1;
         }
         match socket.recv_multipart(0).as_deref() {
-            Ok([_, reply]) if reply == b"ok" => acknowledged += 1,
+            Ok([_, reply]) if reply == b"ok" => answered += 1,
             Ok(other) => panic!("{other:?}"),
-            Err(_) => return acknowledged,
+            Err(_) => return,
         }
+        acknowledged.store(answered, Ordering::Relaxed);
     }
 }
+
+/// How many states are sent before the first of them is acknowledged.
+const AHEAD: u64 = 100;
 
 /// Kills the server at fifty moments while it is given states as fast as it takes them.
 #[test]
@@ -104,19 +108,22 @@ fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
         let mut server = home.serve(&["--port", "0", "--maze", MAZE, "--record", "recordings"]);
         let address = server.address.clone();
         let (one_by_one, killed) = (round % 2 == 0, AtomicBool::new(false));
-        let acknowledged = thread::scope(|scope| {
-            let client = scope.spawn(|| {
+        let acknowledged = AtomicU64::new(0);
+        thread::scope(|scope| {
+            scope.spawn(|| {
                 if one_by_one {
-                    send_one_by_one(&address)
+                    send_one_by_one(&address, &acknowledged);
                 } else {
-                    send_in_advance(&address, &killed)
+                    send_in_advance(&address, &acknowledged, &killed);
                 }
             });
-            // Some 100 µs apart, so that some hit the beginning and most the middle of things.
-            thread::sleep(Duration::from_micros(round * 7919 % 101 * 700));
+            // Some are killed at the very beginning, most in the middle of things.
+            while round % 5 != 0 && acknowledged.load(Ordering::Relaxed) == 0 {
+                thread::sleep(Duration::from_millis(1));
+            }
+            thread::sleep(Duration::from_micros(RandomState::new().hash_one(round) % 70_000));
             server.kill();
             killed.store(true, Ordering::Relaxed);
-            client.join().unwrap()
         });
         server.wait();
         let recorded: Vec<Vec<u8>> = recordings(&home.path().join("recordings"))
@@ -126,16 +133,16 @@ fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
         for (number, recorded) in (0..).zip(&recorded) {
             assert!(*recorded == state(number), "round {round}: state {number} is another one");
         }
-        let recorded = recorded.len() as u64;
+        let (recorded, acknowledged) = (recorded.len() as u64, acknowledged.into_inner());
         lost += acknowledged.saturating_sub(recorded);
         // What was written last need not have been acknowledged any more.
-        let ahead = if one_by_one { 1 } else { 100 };
+        let ahead = if one_by_one { 1 } else { AHEAD };
         assert!(recorded <= acknowledged + ahead, "round {round}: {recorded} of {acknowledged}");
         total += acknowledged;
     }
-    assert_eq!(lost, 0, "of {total}");
     println!("{lost} of {total} acknowledged states lost in 50 kills");
-    assert!(total > 1000, "only {total} states in all");
+    assert_eq!(lost, 0, "of {total}");
+    assert!(total >= 40, "at least one in each round that waits for it");
 }
 
 #[test]
@@ -282,16 +289,24 @@ fn a_lost_folder_refuses_states_until_reset() {
 #[cfg(unix)]
 #[test]
 fn a_full_disk_refuses_states_and_what_was_written_stays() {
+    // In blocks of 512 bytes. Above the last state, these leave less and more than a summary takes.
+    for limit in [64, 55] {
+        fill_disk(limit);
+    }
+}
+
+#[cfg(unix)]
+fn fill_disk(limit: usize) {
     let home = Home::new();
-    let script = "trap '' XFSZ; ulimit -f 64; exec \"$0\" \"$@\"";
+    let script = format!("trap '' XFSZ; ulimit -f {limit}; exec \"$0\" \"$@\"");
     let mmsim = home.command(&["-p", "0", "--maze", MAZE, "--record", "r"]);
     let mut command = Command::new("sh");
-    command.args(["-c", script]).arg(mmsim.get_program()).args(mmsim.get_args());
+    command.args(["-c", &script]).arg(mmsim.get_program()).args(mmsim.get_args());
     command.current_dir(home.path());
     let server = Serving::start(command, "tcp://");
     let socket = connect(&server.address, zmq::REQ, 5000);
     let states = (0..10_000).take_while(|&number| ask(&socket, &state(number)) == b"ok").count();
-    assert!((50..130).contains(&states), "{states} states of 549 bytes in 64 blocks");
+    assert!((limit / 2..2 * limit).contains(&states), "{states} states in {limit} blocks");
     for _ in 0..3 {
         let reply = String::from_utf8(ask(&socket, &state(9))).unwrap();
         assert!(reply.starts_with("error: expected to record in r"), "{reply}");

@@ -6,15 +6,14 @@ use mmsim_maze::MazeSize;
 use mmsim_protocol::state_bytes;
 use zstd::bulk::{Compressor, Decompressor};
 
+use crate::slabs::Slabs;
+
 /// States in a block.
 const BLOCK_STATES: usize = 256;
 
 /// How hard blocks are packed. States of real searches come to 9 bytes each at this level; higher
 /// ones take longer and gain nothing.
 const LEVEL: i32 = 1;
-
-/// What a packed block takes beside its bytes: where it is, how long, and the allocator's own.
-const BLOCK_OVERHEAD: usize = 32;
 
 /// Every state since the last reset, as the bytes of its message.
 ///
@@ -38,8 +37,7 @@ pub struct History {
     /// How many bytes may be held.
     limit: usize,
     /// Blocks of 256 states. One that would not get smaller is as long as its states.
-    packed: Vec<Box<[u8]>>,
-    packed_bytes: usize,
+    packed: Slabs,
     /// The newest states as they came.
     open: Vec<u8>,
     packer: Packer,
@@ -88,8 +86,7 @@ impl History {
         Self {
             state_bytes: state_bytes(size),
             limit,
-            packed: Vec::new(),
-            packed_bytes: 0,
+            packed: Slabs::new(),
             open: Vec::new(),
             packer: Packer(None),
         }
@@ -102,12 +99,12 @@ impl History {
 
     /// Whether there is none.
     pub const fn is_empty(&self) -> bool {
-        self.packed.is_empty() && self.open.is_empty()
+        self.packed.len() == 0 && self.open.is_empty()
     }
 
     /// How many bytes it holds, the packed states with what it takes to find them.
     pub const fn bytes(&self) -> usize {
-        self.packed_bytes + self.open.len()
+        self.packed.bytes() + self.open.len()
     }
 
     /// How many bytes it may hold.
@@ -160,8 +157,7 @@ impl History {
 
     /// Forgets all states and frees their memory.
     pub fn clear(&mut self) {
-        self.packed = Vec::new();
-        self.packed_bytes = 0;
+        self.packed = Slabs::new();
         self.open = Vec::new();
     }
 
@@ -171,9 +167,7 @@ impl History {
 
     /// Makes a block of the open states.
     fn pack(&mut self) {
-        let block = self.packer.pack(&self.open);
-        self.packed_bytes += block.len() + BLOCK_OVERHEAD;
-        self.packed.push(block);
+        self.packed.push(self.packer.pack(&self.open));
         self.open.clear();
     }
 }
@@ -190,8 +184,8 @@ struct Packer(Option<(Compressor<'static>, Vec<u8>)>);
 
 impl Packer {
     /// The block packed, or as it is where that fails or gains nothing: no state may get lost.
-    fn pack(&mut self, block: &[u8]) -> Box<[u8]> {
-        self.try_pack(block).filter(|packed| packed.len() < block.len()).unwrap_or(block).into()
+    fn pack<'p>(&'p mut self, block: &'p [u8]) -> &'p [u8] {
+        self.try_pack(block).filter(|packed| packed.len() < block.len()).unwrap_or(block)
     }
 
     fn try_pack(&mut self, block: &[u8]) -> Option<&[u8]> {

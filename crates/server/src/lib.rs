@@ -27,6 +27,7 @@ mod peer;
 mod recording;
 mod server;
 mod simulation;
+mod slabs;
 mod zmtp;
 
 pub use background::Background;

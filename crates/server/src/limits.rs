@@ -12,9 +12,13 @@ pub const MAX_REQUEST_BYTES: usize = 64 * 1024;
 /// a proxy adds some 7 bytes, at most 264.
 pub const MAX_ENVELOPE_BYTES: usize = 4 * 1024;
 
-/// The longest command of a handshake, in bytes. A usual one has about 40, with the longest name
-/// some 300.
-pub const MAX_HANDSHAKE_BYTES: usize = 4 * 1024;
+/// The longest command to the socket, in bytes. That of a handshake usually has about 40, with the
+/// longest name some 300; a PING has 24 at most.
+pub const MAX_COMMAND_BYTES: usize = 4 * 1024;
+
+/// How much is kept of a frame, in bytes: more than the longest request. Of a longer one the
+/// beginning and the length are enough to tell what is wrong with it.
+pub const MAX_KEPT_BYTES: usize = 4 * 1024;
 
 /// How many connections there are at the same time, of whatever kind. Further ones wait in the
 /// operating system's queue until one of these ends, or has been silent for [`SILENCE`]. A thousand
@@ -27,8 +31,8 @@ pub const MAX_CONNECTIONS: usize = 1000;
 pub const SILENCE: Duration = Duration::from_secs(10);
 
 /// How long a connection may take until it has shown that it speaks `ZMTP`, from when it is
-/// accepted. On a network that works at all a handshake takes some round trips.
-pub const HANDSHAKE_TIME: Duration = Duration::from_secs(3);
+/// accepted. On a bad network a handshake takes some seconds.
+pub const HANDSHAKE_TIME: Duration = Duration::from_secs(10);
 
 /// Replies that wait for a peer that does not read them, in bytes, beyond what the operating
 /// system holds. At this point no more of its requests are read until it reads. Nothing is lost.

@@ -111,7 +111,8 @@ impl Network {
                         let peer = &mut connection.peer;
                         // Trying to read or write is how one learns of an error.
                         let gone = event.is_error() || event.is_read_closed();
-                        if event.is_readable() {
+                        // Who reads late is not silent either.
+                        if event.is_readable() || event.is_writable() && peer.has_output() {
                             connection.heard = now;
                         }
                         peer.readable |= event.is_readable() || gone;
@@ -236,6 +237,9 @@ impl Network {
                     // It has gone already.
                     ErrorKind::ConnectionAborted
                     | ErrorKind::ConnectionReset
+                    | ErrorKind::HostUnreachable
+                    | ErrorKind::NetworkUnreachable
+                    | ErrorKind::NetworkDown
                     | ErrorKind::Interrupted => {}
                     _ => self.no_more(&error, now),
                 },
@@ -258,13 +262,18 @@ impl Network {
     /// Who has been silent for longest, if that is so long that another may take its place; else
     /// there is no use in trying before.
     fn silent(&mut self, now: Instant) -> Option<Token> {
-        let all = self.peers.iter().map(|(&token, connection)| (token, connection.heard));
-        let (token, heard) = all.min_by_key(|&(_, heard)| heard)?;
-        if heard + SILENCE <= now {
-            return Some(token);
+        loop {
+            let (&token, connection) = self.peers.iter_mut().min_by_key(|(_, peer)| peer.heard)?;
+            if connection.heard + SILENCE > now {
+                self.accept_again = Some(connection.heard + SILENCE);
+                return None;
+            }
+            // It may have spoken at this very moment.
+            if !connection.peer.has_unread(TcpStream::peek) {
+                return Some(token);
+            }
+            connection.heard = now;
         }
-        self.accept_again = Some(heard + SILENCE);
-        None
     }
 
     fn add(&mut self, mut stream: TcpStream, now: Instant) -> io::Result<()> {

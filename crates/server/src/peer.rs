@@ -64,7 +64,7 @@ impl<S: Read + Write> Peer<S> {
             decoder: Decoder::default(),
             input: Vec::new(),
             taken: 0,
-            output: zmtp::GREETING.to_vec(),
+            output: zmtp::SIGNATURE.to_vec(),
             sent: 0,
             readable: true,
             writable: true,
@@ -78,6 +78,11 @@ impl<S: Read + Write> Peer<S> {
     /// Whether the handshake is done.
     pub(crate) fn is_ready(&self) -> bool {
         self.decoder.is_ready()
+    }
+
+    /// Whether bytes have come that nobody has looked at.
+    pub(crate) fn has_unread(&self, peek: impl FnOnce(&S, &mut [u8]) -> io::Result<usize>) -> bool {
+        self.taken < self.input.len() || peek(&self.stream, &mut [0]).is_ok_and(|count| count > 0)
     }
 
     /// Whether something waits to be sent.
@@ -123,12 +128,16 @@ impl<S: Read + Write> Peer<S> {
                     }
                 }
                 Step::Nothing | Step::Ready => {}
-                Step::Greeting => self.output.extend_from_slice(zmtp::READY),
+                Step::Say(bytes) => self.output.extend_from_slice(bytes),
                 Step::Ping { context } => zmtp::push_pong(&mut self.output, context),
                 Step::Request { last, frames } => {
                     answer(last, frames, reply);
-                    self.output.extend_from_slice(self.decoder.envelope());
-                    zmtp::push_last_frame(&mut self.output, reply);
+                    self.push_reply(reply);
+                    requests_left -= 1;
+                }
+                Step::LongRequest { last, frames } => {
+                    answer(&last, frames, reply);
+                    self.push_reply(reply);
                     requests_left -= 1;
                 }
             }
@@ -136,6 +145,11 @@ impl<S: Read + Write> Peer<S> {
             frames_left -= 1;
         }
         Ok(Turn::Again)
+    }
+
+    fn push_reply(&mut self, reply: &[u8]) {
+        self.output.extend_from_slice(self.decoder.envelope());
+        zmtp::push_last_frame(&mut self.output, reply);
     }
 
     /// Receives what there is; `false` if that is nothing at present.
@@ -294,7 +308,7 @@ mod tests {
         let frame = [&b"\x01\0\x02\0\0\0\0\0\x01\0\0"[..], &vec![7; MAX_REQUEST_BYTES]].concat();
         let mut peer = peer(&frame[..frame.len() - 1]);
         until_idle(&mut peer).unwrap();
-        assert!(peer.input.len() < MAX_REQUEST_BYTES + 2 * READ_BYTES);
+        assert!(peer.input.capacity() <= 4 * READ_BYTES, "no frame as long as that is right");
         peer.stream.incoming.push_back(7);
         peer.readable = true;
         until_idle(&mut peer).unwrap();

@@ -8,42 +8,26 @@
 //! request    frames of an envelope, an empty frame, the frames of the body
 //! ```
 
-use crate::limits::{MAX_ENVELOPE_BYTES, MAX_HANDSHAKE_BYTES, MAX_REQUEST_BYTES};
+mod command;
+mod frame;
+mod handshake;
 
-/// What each side sends first: version 3.1, no authentication.
-pub(crate) const GREETING: [u8; GREETING_BYTES] = {
-    let mut greeting = [0; GREETING_BYTES];
-    greeting[0] = 0xff;
-    greeting[9] = 0x7f;
-    greeting[VERSION] = 3;
-    greeting[VERSION + 1] = 1;
-    let mut index = 0;
-    while index < NULL.len() {
-        greeting[MECHANISM + index] = NULL[index];
-        index += 1;
-    }
-    greeting
-};
+use command::command;
+use frame::{Frame, Head};
+use handshake::Handshake;
 
-/// The command that ends a handshake on our side.
-pub(crate) const READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REP";
+use crate::limits::{MAX_COMMAND_BYTES, MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_REQUEST_BYTES};
 
-const GREETING_BYTES: usize = 64;
-const VERSION: usize = 10;
-const MECHANISM: usize = 12;
-const NULL: &[u8; 20] = b"NULL\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
-
-/// Another frame of the same message follows.
-const MORE: u8 = 1;
-/// The length has 8 bytes instead of one.
-const LONG: u8 = 2;
-/// The frame is a command to the socket, not a part of a message.
-const COMMAND: u8 = 4;
+pub(crate) use command::push_pong;
+pub(crate) use frame::push_last_frame;
+pub(crate) use handshake::SIGNATURE;
+#[cfg(test)]
+pub(crate) use handshake::{GREETING, READY};
 
 /// A peer that does not keep to the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum Violation {
-    #[error("expected the greeting of ZMTP 3, found something else")]
+    #[error("expected the greeting of ZMTP 2 or 3, found something else")]
     Greeting,
     #[error("expected the mechanism NULL, found another")]
     Mechanism,
@@ -70,8 +54,8 @@ pub(crate) enum Step<'i> {
     More,
     /// Something that calls for no answer.
     Nothing,
-    /// A greeting, to be answered with [`READY`].
-    Greeting,
+    /// Something of a handshake, to be answered with these bytes.
+    Say(&'static [u8]),
     /// The handshake is done.
     Ready,
     /// A ping, to be answered with this context.
@@ -79,6 +63,8 @@ pub(crate) enum Step<'i> {
     /// A whole request: the last frame of its body and how many frames that has. The envelope of
     /// the reply is [`Decoder::envelope`].
     Request { last: &'i [u8], frames: usize },
+    /// The same with a last frame that is longer than is kept: its beginning, then zeros.
+    LongRequest { last: Vec<u8>, frames: usize },
 }
 
 /// Where a peer is in the protocol.
@@ -87,13 +73,24 @@ pub(crate) struct Decoder {
     stage: Stage,
     /// The frames before the body of the present request, as they came.
     envelope: Vec<u8>,
+    /// The frame that is received and not kept.
+    long: Option<LongFrame>,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// A frame that is longer than any right one, and so is not kept.
+#[derive(Debug)]
+struct LongFrame {
+    more: bool,
+    length: usize,
+    /// Bytes that have not come yet.
+    left: usize,
+    /// Its first bytes, if it may be the last frame of a request.
+    beginning: Vec<u8>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    #[default]
-    Greeting,
-    Handshake,
+    Handshake(Handshake),
     /// Between two messages; the envelope is that of the last.
     Idle,
     /// In the envelope of a message.
@@ -104,10 +101,16 @@ enum Stage {
     },
 }
 
+impl Default for Stage {
+    fn default() -> Self {
+        Self::Handshake(Handshake::default())
+    }
+}
+
 impl Decoder {
     /// Whether the handshake is done.
     pub(crate) fn is_ready(&self) -> bool {
-        !matches!(self.stage, Stage::Greeting | Stage::Handshake)
+        !matches!(self.stage, Stage::Handshake(_))
     }
 
     /// What a reply to the request just decoded begins with.
@@ -117,46 +120,31 @@ impl Decoder {
 
     /// Takes what it can from the front of `input`; gives how many bytes that was, and the step.
     pub(crate) fn step<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Step<'i>), Violation> {
-        if self.stage == Stage::Greeting {
-            return self.greeting(input);
+        if let Stage::Handshake(handshake) = self.stage {
+            let (taken, next, step) = handshake.step(input)?;
+            self.stage = next.map_or(Stage::Idle, Stage::Handshake);
+            return Ok((taken, step));
         }
-        let most = if self.is_ready() { MAX_REQUEST_BYTES } else { MAX_HANDSHAKE_BYTES };
-        let Some(frame) = Frame::split(input, most)? else { return Ok((0, Step::More)) };
+        if let Some(long) = self.long.take() {
+            return Ok(self.skip(long, input));
+        }
+        let most = |is_command| if is_command { MAX_COMMAND_BYTES } else { MAX_REQUEST_BYTES };
+        let Some(head) = Head::read(input, most)? else { return Ok((0, Step::More)) };
+        if !head.is_command() && head.length > MAX_KEPT_BYTES {
+            self.begin_long(&head)?;
+            return Ok((head.bytes, Step::Nothing));
+        }
+        let Some(frame) = Frame::split(input, head) else { return Ok((0, Step::More)) };
         let step = match self.stage {
-            Stage::Greeting | Stage::Handshake => self.handshake(&frame)?,
             _ if frame.is_command() => command(frame.body)?,
-            Stage::Idle => {
+            Stage::Body { frames } => self.body(&frame, frames.saturating_add(1)),
+            Stage::Envelope => self.address(&frame)?,
+            Stage::Idle | Stage::Handshake(_) => {
                 self.envelope.clear();
                 self.address(&frame)?
             }
-            Stage::Envelope => self.address(&frame)?,
-            Stage::Body { frames } => self.body(&frame, frames.saturating_add(1)),
         };
         Ok((frame.whole.len(), step))
-    }
-
-    fn greeting<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Step<'i>), Violation> {
-        // What is wrong is refused as soon as it shows.
-        let has = |index: usize, good: fn(u8) -> bool| input.get(index).is_none_or(|&b| good(b));
-        if !(has(0, |b| b == 0xff) && has(9, |b| b & 1 == 1) && has(VERSION, |b| b >= 3)) {
-            return Err(Violation::Greeting);
-        }
-        let Some(greeting) = input.get(..GREETING_BYTES) else { return Ok((0, Step::More)) };
-        if &greeting[MECHANISM..][..NULL.len()] != NULL {
-            return Err(Violation::Mechanism);
-        }
-        self.stage = Stage::Handshake;
-        Ok((GREETING_BYTES, Step::Greeting))
-    }
-
-    fn handshake<'i>(&mut self, frame: &Frame<'i>) -> Result<Step<'i>, Violation> {
-        let properties = frame.body.strip_prefix(b"\x05READY").filter(|_| frame.is_command());
-        let kind = socket_type(properties.ok_or(Violation::Ready)?)?;
-        if !matches!(kind, b"REQ" | b"DEALER") {
-            return Err(Violation::SocketType);
-        }
-        self.stage = Stage::Idle;
-        Ok(Step::Ready)
     }
 
     fn address<'i>(&mut self, frame: &Frame<'i>) -> Result<Step<'i>, Violation> {
@@ -174,6 +162,41 @@ impl Decoder {
         Ok(Step::Nothing)
     }
 
+    fn begin_long(&mut self, head: &Head) -> Result<(), Violation> {
+        let in_envelope = !matches!(self.stage, Stage::Body { .. });
+        if in_envelope && head.more() {
+            return Err(Violation::EnvelopeTooLong);
+        }
+        let (more, length) = (head.more(), head.length);
+        self.long = Some(LongFrame { more, length, left: length, beginning: Vec::new() });
+        Ok(())
+    }
+
+    /// Takes what has come of a long frame.
+    fn skip<'i>(&mut self, mut long: LongFrame, input: &[u8]) -> (usize, Step<'i>) {
+        let taken = input.len().min(long.left);
+        let kept = taken.min(MAX_KEPT_BYTES - long.beginning.len());
+        long.beginning.extend_from_slice(&input[..kept]);
+        long.left -= taken;
+        if long.left > 0 {
+            self.long = Some(long);
+            return (taken, if taken == 0 { Step::More } else { Step::Nothing });
+        }
+        let Stage::Body { frames } = self.stage else {
+            // Without an empty frame and a body it is no request, and no reply is possible.
+            self.stage = Stage::Idle;
+            return (taken, Step::Nothing);
+        };
+        let frames = frames.saturating_add(1);
+        if long.more {
+            self.stage = Stage::Body { frames };
+            return (taken, Step::Nothing);
+        }
+        self.stage = Stage::Idle;
+        long.beginning.resize(long.length, 0);
+        (taken, Step::LongRequest { last: long.beginning, frames })
+    }
+
     fn body<'i>(&mut self, frame: &Frame<'i>, frames: usize) -> Step<'i> {
         if frame.more() {
             self.stage = Stage::Body { frames };
@@ -184,110 +207,11 @@ impl Decoder {
     }
 }
 
-/// A frame at the front of what has been received.
-struct Frame<'i> {
-    flags: u8,
-    whole: &'i [u8],
-    body: &'i [u8],
-}
-
-impl<'i> Frame<'i> {
-    /// The frame at the front, if all of it is there.
-    fn split(input: &'i [u8], most: usize) -> Result<Option<Self>, Violation> {
-        let Some((&flags, rest)) = input.split_first() else { return Ok(None) };
-        if flags > (MORE | LONG | COMMAND) || flags & (MORE | COMMAND) == (MORE | COMMAND) {
-            return Err(Violation::Flags(flags));
-        }
-        let (found, rest) = if flags & LONG == 0 {
-            let Some((&length, rest)) = rest.split_first() else { return Ok(None) };
-            (u64::from(length), rest)
-        } else {
-            let Some((length, rest)) = rest.split_first_chunk() else { return Ok(None) };
-            (u64::from_be_bytes(*length), rest)
-        };
-        let length = usize::try_from(found).ok().filter(|&length| length <= most);
-        let length = length.ok_or(Violation::FrameTooLong { most, found })?;
-        Ok(rest.get(..length).map(|body| {
-            let header = input.len() - rest.len();
-            Self { flags, whole: &input[..header + length], body }
-        }))
-    }
-
-    const fn more(&self) -> bool {
-        self.flags & MORE != 0
-    }
-
-    const fn is_command(&self) -> bool {
-        self.flags & COMMAND != 0
-    }
-}
-
-/// The kind of socket that a READY command tells.
-fn socket_type(mut properties: &[u8]) -> Result<&[u8], Violation> {
-    let mut kind = None;
-    while !properties.is_empty() {
-        let (name, value, rest) = property(properties).ok_or(Violation::Ready)?;
-        if name.eq_ignore_ascii_case(b"Socket-Type") {
-            kind = Some(value);
-        }
-        properties = rest;
-    }
-    kind.ok_or(Violation::Ready)
-}
-
-/// Splits a property off: its name, its value, and what follows.
-fn property(bytes: &[u8]) -> Option<(&[u8], &[u8], &[u8])> {
-    let (&length, rest) = bytes.split_first()?;
-    let (name, rest) = rest.split_at_checked(length.into())?;
-    let (length, rest) = rest.split_first_chunk()?;
-    let (value, rest) = rest.split_at_checked(u32::from_be_bytes(*length).try_into().ok()?)?;
-    Some((name, value, rest))
-}
-
-/// The longest context of a ping that is sent back, in bytes.
-const CONTEXT_BYTES: usize = 16;
-
-/// What a command after the handshake asks for. Those that a REP socket does not know it ignores.
-fn command(body: &[u8]) -> Result<Step<'_>, Violation> {
-    let (&length, rest) = body.split_first().ok_or(Violation::Command)?;
-    let (name, rest) = rest.split_at_checked(length.into()).ok_or(Violation::Command)?;
-    match name {
-        b"" => Err(Violation::Command),
-        b"ERROR" => Err(Violation::Error),
-        // Two bytes tell how long the peer wants to be missed; the rest is the context.
-        b"PING" => {
-            let context = rest.get(2..).ok_or(Violation::Command)?;
-            Ok(Step::Ping { context: &context[..context.len().min(CONTEXT_BYTES)] })
-        }
-        _ => Ok(Step::Nothing),
-    }
-}
-
-/// Adds the last frame of a message.
-pub(crate) fn push_last_frame(output: &mut Vec<u8>, body: &[u8]) {
-    if let Ok(length) = u8::try_from(body.len()) {
-        output.extend_from_slice(&[0, length]);
-    } else {
-        output.push(LONG);
-        output.extend_from_slice(&(body.len() as u64).to_be_bytes());
-    }
-    output.extend_from_slice(body);
-}
-
-/// Adds the answer to a ping.
-pub(crate) fn push_pong(output: &mut Vec<u8>, context: &[u8]) {
-    const NAME: &[u8] = b"\x04PONG";
-    // A context has at most 16 bytes.
-    let length = u8::try_from(NAME.len() + context.len()).unwrap_or(u8::MAX);
-    output.extend_from_slice(&[COMMAND, length]);
-    output.extend_from_slice(NAME);
-    output.extend_from_slice(context);
-}
-
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use proptest::prelude::*;
 
+    use super::frame::COMMAND;
     use super::*;
 
     const REQ: &[u8] = b"\x04\x26\x05READY\x0bSocket-Type\0\0\0\x03REQ\x08Identity\0\0\0\0";
@@ -298,7 +222,7 @@ mod tests {
     }
 
     /// All that is said of the steps that bytes lead to.
-    fn steps(decoder: &mut Decoder, mut input: &[u8]) -> Vec<String> {
+    pub(super) fn steps(decoder: &mut Decoder, mut input: &[u8]) -> Vec<String> {
         let mut steps = Vec::new();
         loop {
             match decoder.step(input) {
@@ -319,68 +243,9 @@ mod tests {
     /// The steps after a handshake.
     fn after_handshake(input: &[u8]) -> (Vec<String>, Decoder) {
         let mut decoder = Decoder::default();
-        assert_eq!(steps(&mut decoder, &hello()), ["Greeting", "Ready"]);
+        assert_eq!(steps(&mut decoder, &hello()).last().unwrap(), "Ready");
         assert!(decoder.is_ready());
         (steps(&mut decoder, input), decoder)
-    }
-
-    #[test]
-    fn a_greeting_and_ready_begin() {
-        let mut decoder = Decoder::default();
-        assert!(!decoder.is_ready());
-        assert_eq!(steps(&mut decoder, &GREETING), ["Greeting"]);
-        assert_eq!(&GREETING[10..17], b"\x03\x01NULL\0");
-        assert_eq!(usize::from(READY[1]), READY.len() - 2);
-        assert_eq!(socket_type(READY.strip_prefix(b"\x04\x19\x05READY").unwrap()), Ok(&b"REP"[..]));
-    }
-
-    #[test]
-    fn other_greetings_are_refused_at_the_first_wrong_byte() {
-        for wrong in [&b"GET / HTTP/1.1"[..], b"\0", b"\x01\0", b"\xff\0\0\0\0\0\0\0\x01\0"] {
-            assert_eq!(steps(&mut Decoder::default(), wrong), [Violation::Greeting.to_string()]);
-        }
-        for (index, byte, violation) in [
-            (10, 1, Violation::Greeting),
-            (12, b'C', Violation::Mechanism),
-            (31, 1, Violation::Mechanism),
-        ] {
-            let mut greeting = GREETING;
-            greeting[index] = byte;
-            assert_eq!(steps(&mut Decoder::default(), &greeting), [violation.to_string()]);
-        }
-        let mut later = GREETING;
-        (later[VERSION], later[VERSION + 1]) = (4, 7);
-        assert_eq!(steps(&mut Decoder::default(), &later), ["Greeting"]);
-    }
-
-    #[test]
-    fn other_handshakes_are_refused() {
-        let refused = |bytes: &[u8]| {
-            let mut decoder = Decoder::default();
-            let said = steps(&mut decoder, &[&GREETING[..], bytes].concat());
-            assert!(!decoder.is_ready());
-            said[1].clone()
-        };
-        let of_type = |kind: &[u8]| {
-            let length = u8::try_from(kind.len()).unwrap();
-            let head = [4, 22 + length].into_iter().chain(*b"\x05READY\x0bsocket-type\0\0\0");
-            refused(&head.chain([length]).chain(kind.iter().copied()).collect::<Vec<_>>())
-        };
-        for kind in [&b"PUB"[..], b"SUB", b"PUSH", b"REP", b"ROUTER", b""] {
-            assert_eq!(of_type(kind), Violation::SocketType.to_string());
-        }
-        for wrong in [
-            &b"\x04\x06\x05READY"[..],
-            b"\x04\x07\x05READY\x0b",
-            b"\x04\x0b\x05READY\x00\xff\xff\xff\xff",
-            b"\x04\x06\x05ERROR",
-            b"\0\x04ping",
-            b"\x04\0",
-        ] {
-            assert_eq!(refused(wrong), Violation::Ready.to_string());
-        }
-        let long = refused(b"\x06\0\0\0\0\0\0\x10\x01");
-        assert_eq!(long, "expected a frame of at most 4096 bytes, found 4097");
     }
 
     #[test]
@@ -405,14 +270,23 @@ mod tests {
     #[test]
     fn frames_have_limits() {
         let said = |bytes: &[u8]| after_handshake(bytes).0.last().unwrap().clone();
-        for flags in [8, 0x80, COMMAND | MORE] {
+        for flags in [8, 0x80, COMMAND | 1] {
             assert_eq!(said(&[flags]), Violation::Flags(flags).to_string());
         }
         let most = (MAX_REQUEST_BYTES as u64).to_be_bytes();
-        let longest = [&b"\x01\0\x02"[..], &most, &vec![0; MAX_REQUEST_BYTES]].concat();
-        assert!(said(&longest).starts_with("Request"));
+        let longest = [&b"\x01\0\x02"[..], &most, &vec![7; MAX_REQUEST_BYTES]].concat();
+        let mut last = vec![7; MAX_KEPT_BYTES];
+        last.resize(MAX_REQUEST_BYTES, 0);
+        assert_eq!(said(&longest), format!("{:?}", Step::LongRequest { last, frames: 1 }));
         let huge = said(b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff");
         assert_eq!(huge, "expected a frame of at most 65536 bytes, found 9223372036854775807");
+        assert_eq!(said(b"\x03\0\0\0\0\0\0\x10\x01"), Violation::EnvelopeTooLong.to_string());
+        let long = [&b"\x02\0\0\0\0\0\0\x10\x01"[..], &[7; 4097]].concat();
+        // In an envelope it ends the message, in the body it is one of its frames.
+        let no_request = [&long[..], b"\x01\0\0\x01x"].concat();
+        assert_eq!(said(&no_request), format!("{:?}", Step::Request { last: b"x", frames: 1 }));
+        let more = [b"\x01\0\x03", &long[1..], b"\0\x01x"].concat();
+        assert_eq!(said(&more), format!("{:?}", Step::Request { last: b"x", frames: 2 }));
         let envelope = [&b"\x01\xff"[..], &[7; 255]].concat().repeat(16);
         assert_eq!(said(&envelope), Violation::EnvelopeTooLong.to_string());
         let (said, decoder) = after_handshake(&[b"\x01\0".repeat(100_000), vec![0, 0]].concat());

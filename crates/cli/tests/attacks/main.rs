@@ -7,6 +7,8 @@
 
 #[path = "../harness/mod.rs"]
 mod harness;
+
+mod connections;
 mod measure;
 mod raw;
 mod searcher;
@@ -229,7 +231,7 @@ fn what_is_not_the_protocol() {
         let after = |handshake: Vec<u8>| [raw::greeting(), handshake].concat();
         let wrong = [
             b"\x01\0\0\x04ping".to_vec(),
-            b"\xff\0\0\0\0\0\0\0\x01\x7f\x01\x03\0\0".to_vec(),
+            b"\xff\0\0\0\0\0\0\0\x01\x7f\x01\x08\0\0".to_vec(),
             changed(12, b"PLAIN"),
             changed(12, b"CURVE"),
             changed(16, b"x"),
@@ -250,11 +252,22 @@ fn what_is_not_the_protocol() {
             raw::send(&mut peer, wrong);
             raw::wait_until_cut_off(peer);
         }
+        // A peer of ZMTP 2.0 is none of them.
+        let mut old = raw::connect(address);
+        raw::send(&mut old, b"\xff\0\0\0\0\0\0\0\x01\x7f\x01\x03\0\0\x01\0\0\x04ping");
+        let mut reply = [0; 22];
+        old.read_exact(&mut reply).unwrap();
+        assert!(reply.starts_with(b"\xff") && reply.ends_with(b"\x03\x04\0\0\x01\0\0\x04pong"));
         let context = zmq::Context::new();
         let others = [zmq::PUB, zmq::SUB, zmq::PUSH, zmq::PULL, zmq::ROUTER, zmq::PAIR];
         let _others = others.map(|kind| socket(&context, kind, address));
         assert_served(&socket(&context, zmq::REQ, address));
     });
+}
+
+#[test]
+fn wrong_frames_and_commands() {
+    let target = Target::start();
     target.suffer("frames and commands that are wrong", |address| {
         let exbibytes = |first: u8| [&[2, first][..], &[0xff; 7]].concat();
         let wrong = [
@@ -270,6 +283,7 @@ fn what_is_not_the_protocol() {
             raw::frame(4, b"\xffPING"),
             raw::command("PING", b""),
             raw::command("ERROR", b""),
+            raw::command("NO-SUCH", &vec![7; 60_000]),
         ];
         for wrong in wrong.iter().cycle().take(wrong.len() * force()) {
             let mut peer = raw::greet(address);
@@ -279,11 +293,8 @@ fn what_is_not_the_protocol() {
         let mut peer = raw::greet(address);
         peer.write_all(&vec![0; 4 << 20]).unwrap();
         peer.write_all(&raw::command("SUBSCRIBE", b"W")).unwrap();
-        peer.write_all(&raw::command("NO-SUCH", &vec![7; 60_000])).unwrap();
-        peer.write_all(&raw::request(b"ping")).unwrap();
-        let mut reply = [0; 8];
-        peer.read_exact(&mut reply).unwrap();
-        assert_eq!(&reply, b"\x01\0\0\x04pong");
+        peer.write_all(&raw::command("NO-SUCH", &[7; 3000])).unwrap();
+        raw::ping(&mut peer);
     });
     target.suffer("pings without end", |address| {
         let mut peer = raw::greet(address);
@@ -305,124 +316,46 @@ fn what_is_not_the_protocol() {
     });
 }
 
+/// A client that comes while the history is long must not hold its memory.
 #[test]
-fn connections() {
+fn a_reset_gives_memory_back() {
     let target = Target::start();
-    rlimit::increase_nofile_limit(4096).unwrap();
-    target.suffer("half a greeting and silence, or byte by byte", |address| {
-        let half = raw::greeting()[..32].to_vec();
-        let mut slow: Vec<_> = (0..50 * force().min(10)).map(|_| raw::connect(address)).collect();
-        let half: Vec<_> = slow
-            .iter()
-            .map(|_| {
-                let mut peer = raw::connect(address);
-                raw::send(&mut peer, &half);
-                peer
-            })
-            .collect();
-        for byte in &raw::greeting()[..40] {
-            for peer in &mut slow {
-                raw::send(peer, &[*byte]);
+    let context = zmq::Context::new();
+    let client = socket(&context, zmq::DEALER, target.address());
+    let Some(before) = Held::by(target.0.id()) else { return };
+    for _ in 0..2 {
+        for block in 0..400 {
+            for number in 0..100 {
+                client.send_multipart([vec![], noise(100 * block + number)], 0).unwrap();
             }
-            thread::sleep(Duration::from_millis(100));
+            for _ in 0..100 {
+                assert_eq!(client.recv_multipart(0).unwrap()[1], b"ok");
+            }
         }
-        slow.into_iter().chain(half).for_each(raw::wait_until_cut_off);
-    });
-    target.suffer("500 idle connections of each kind", |address| {
-        let silent: Vec<_> = (0..500).map(|_| raw::connect(address)).collect();
-        silent.into_iter().for_each(raw::wait_until_cut_off);
-        let idle: Vec<_> = (0..500).map(|_| raw::greet(address)).collect();
-        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
-        drop(idle);
-    });
-    target.suffer("more connections than there may be", |address| {
-        const MOST: usize = mmsim_server::limits::MAX_CONNECTIONS;
-        // One is the searcher's.
-        let mut all: Vec<_> = (1..MOST).map(|_| raw::greet(address)).collect();
-        let further = 20 * force().min(20);
-        let late: Vec<_> = (0..further).map(|_| raw::connect(address)).collect();
-        let client = socket(&zmq::Context::new(), zmq::REQ, address);
-        client.send("ping", 0).unwrap();
-        // Those within go on; those outside wait until some have left.
-        for peer in &mut all {
-            peer.write_all(&raw::request(b"ping")).unwrap();
-            let mut reply = [0; 8];
-            peer.read_exact(&mut reply).unwrap();
-            assert_eq!(&reply, b"\x01\0\0\x04pong");
-        }
-        all.truncate(all.len() - further - 1);
-        late.into_iter().for_each(raw::wait_until_cut_off);
-        assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
-        drop(all);
-        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
-    });
-    target.suffer("as many connections as there may be, which never leave", |address| {
-        let all: Vec<_> = (0..mmsim_server::limits::MAX_CONNECTIONS + 10)
-            .map(|_| {
-                let mut peer = raw::connect(address);
-                raw::send(&mut peer, &[raw::greeting(), raw::ready("REQ", 0)].concat());
-                peer
-            })
-            .collect();
-        // It takes the place of one that has been silent.
-        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
-        drop(all);
-    });
+        let late: Vec<_> = (0..3).map(|_| socket(&context, zmq::REQ, target.address())).collect();
+        late.iter().for_each(assert_served);
+        let full = Held::by(target.0.id()).unwrap();
+        assert!(full.memory > before.memory + 18 * 1024, "from {before:?} to {full:?}");
+        client.send_multipart(["", "reset"], 0).unwrap();
+        assert_eq!(client.recv_multipart(0).unwrap()[1], b"ok");
+        let after = Held::by(target.0.id()).unwrap();
+        assert!(after.memory < before.memory + 4 * 1024, "from {full:?} to {after:?}");
+    }
 }
 
-#[cfg(unix)]
-#[test]
-fn more_connections_than_descriptors() {
-    let home = Home::new();
-    let mut command = std::process::Command::new("sh");
-    command.args(["-c", "ulimit -n 64 && exec \"$0\" --port 0 --maze \"$1\""]);
-    command.args([env!("CARGO_BIN_EXE_mmsim"), searcher::MAZE]).env("HOME", home.path());
-    let target = Target(Serving::start(command, "tcp://"));
-    target.suffer("more connections than descriptors", |address| {
-        let all: Vec<_> = (0..200).map(|_| raw::connect(address)).collect();
-        let client = socket(&zmq::Context::new(), zmq::REQ, address);
-        client.send("ping", 0).unwrap();
-        all.into_iter().for_each(raw::wait_until_cut_off);
-        assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
+/// A state that no compression makes smaller.
+fn noise(seed: u32) -> Vec<u8> {
+    let mut noise = u64::from(seed) << 32 | 1;
+    let mut state = vec![0; 518];
+    state.fill_with(|| {
+        noise ^= noise << 13;
+        noise ^= noise >> 7;
+        noise ^= noise << 17;
+        noise.to_be_bytes()[0]
     });
-}
-
-#[test]
-fn peers_that_vanish() {
-    let target = Target::start();
-    target.suffer("peers that vanish between request and reply", |address| {
-        let walls = [raw::greeting(), raw::ready("REQ", 0), raw::request(b"W\0\0N")].concat();
-        for count in 0..10_000 * force() {
-            let mut peer = raw::connect(address);
-            raw::send(&mut peer, &walls);
-            if count % 2 == 0 {
-                // The server sees the end only after the request.
-                peer.shutdown(Shutdown::Write).unwrap();
-            }
-            if count % 4 < 2 {
-                let _ = peer.read(&mut [0; 1]);
-            }
-            raw::reset(peer);
-        }
-    });
-    target.suffer("resets in the middle of a frame", |address| {
-        let whole = raw::request(&[b'S'; 518]);
-        for cut in (0..whole.len()).cycle().take(whole.len() * force()) {
-            let mut peer: TcpStream = raw::greet(address);
-            raw::send(&mut peer, &whole[..cut]);
-            raw::reset(peer);
-        }
-    });
-    target.suffer("sockets of ZeroMQ that are closed before the reply", |address| {
-        for _ in 0..force() {
-            // A context has at most 1023 sockets, among them those that are being closed.
-            let context = zmq::Context::new();
-            for _ in 0..500 {
-                let client = socket(&context, zmq::REQ, address);
-                client.send("W\0\0N", 0).unwrap();
-            }
-        }
-    });
+    state[..5].copy_from_slice(b"S\0\0NC");
+    state[261] = b'F';
+    state
 }
 
 #[test]

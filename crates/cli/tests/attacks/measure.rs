@@ -10,13 +10,13 @@ const MORE_MEMORY: u64 = 32 * 1024;
 const MORE_AT_ITS_PEAK: u64 = 64 * 1024;
 
 /// How long a server may take until it has given everything back: some handshake times.
-const GIVE_UP: Duration = Duration::from_secs(20);
+const GIVE_UP: Duration = Duration::from_secs(30);
 
 /// What a process holds at a moment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Held {
     /// Memory in KiB …
-    memory: u64,
+    pub(crate) memory: u64,
     /// … and the most there has been.
     peak: u64,
     threads: u64,

@@ -67,6 +67,14 @@ pub(crate) fn greet(address: &str) -> TcpStream {
     stream
 }
 
+/// Asks for a pong and gets it.
+pub(crate) fn ping(stream: &mut TcpStream) {
+    stream.write_all(&request(b"ping")).unwrap();
+    let mut reply = [0; 8];
+    stream.read_exact(&mut reply).unwrap();
+    assert_eq!(&reply, b"\x01\0\0\x04pong");
+}
+
 /// Sends as much as the other side takes until it closes.
 pub(crate) fn send(stream: &mut TcpStream, bytes: &[u8]) {
     if let Err(error) = stream.write_all(bytes) {

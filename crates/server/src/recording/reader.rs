@@ -1,5 +1,6 @@
 //! Reads a recording as far as it is whole.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -19,6 +20,10 @@ use crate::History;
 /// The longest record that is read, in bytes, and the most that is unpacked from one. A state takes
 /// 2,085 at most and a maze less than 10,000, but other tools pack records into chunks of some MiB.
 const MAX_CHUNK_BYTES: usize = 16 << 20;
+
+/// The most that is unpacked from all chunks of a file, in bytes: some four million classic states.
+/// A small file could hold states without end otherwise.
+const MAX_UNPACKED_BYTES: usize = 2 << 30;
 
 /// The most that is read at once: as much as is asked for at a time is not promised to be there.
 const STEP_BYTES: usize = 64 * 1024;
@@ -69,7 +74,9 @@ impl Recording {
                 }
                 Some(Err(McapError::UnexpectedEof)) => break Ending::Cut { whole, length },
                 Some(Err(McapError::BadMagic)) if whole == 0 => return Err(NoRecording::NoMcap),
-                Some(Err(error)) => break Ending::Damaged { whole, reason: in_one_line(&error) },
+                Some(Err(error)) => {
+                    break Ending::Damaged { whole, reason: in_one_line(&error.to_string()) };
+                }
             }
         };
         let Some(mut recording) = assembly.recording else {
@@ -90,7 +97,9 @@ impl Recording {
 struct Assembly {
     recording: Option<Recording>,
     /// The channels that carry states.
-    channels: Vec<u16>,
+    channels: BTreeSet<u16>,
+    /// How many bytes were unpacked from chunks.
+    unpacked: usize,
 }
 
 impl Assembly {
@@ -103,6 +112,10 @@ impl Assembly {
             Ok(records) => records,
             Err(reason) => return Ok(Err(reason)),
         };
+        self.unpacked += records.len();
+        if self.unpacked > MAX_UNPACKED_BYTES {
+            return Ok(Err(format!("chunks of more than {MAX_UNPACKED_BYTES} bytes")));
+        }
         for record in chunk::records(&records) {
             match record.map(|(opcode, body)| self.take_plain(opcode, body)) {
                 Ok(Ok(Ok(()))) => {}
@@ -130,7 +143,7 @@ impl Assembly {
             (Ok(Record::Channel(channel)), _)
                 if channel.topic == TOPIC && channel.message_encoding == ENCODING =>
             {
-                self.channels.push(channel.id);
+                self.channels.insert(channel.id);
             }
             (Ok(Record::Message { header, data }), Some(recording))
                 if self.channels.contains(&header.channel_id) =>
@@ -138,16 +151,17 @@ impl Assembly {
                 return Ok(recording.add(&data, header.log_time));
             }
             (Ok(_), _) => {}
-            (Err(error), _) => return Ok(Err(in_one_line(&error))),
+            (Err(error), _) => return Ok(Err(in_one_line(&error.to_string()))),
         }
         Ok(Ok(()))
     }
 }
 
-/// What mcap says, which may hold pieces of the file: with no character in it that a terminal obeys.
-fn in_one_line(error: &McapError) -> String {
+/// A text from the file, or one that may hold pieces of it: with no character in it that a terminal
+/// obeys.
+fn in_one_line(text: &str) -> String {
     let mut line = String::new();
-    for character in error.to_string().chars() {
+    for character in text.chars() {
         if character.is_control() {
             line.extend(character.escape_default());
         } else {
@@ -212,6 +226,7 @@ fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Recording, NoRecor
     if let Some(other) = maze.as_ref().map(Maze::size).filter(|&other| other != size) {
         return Err(wrong(format!("the maze has {other} cells, but the states have {size}")));
     }
+    let info = Info { name: in_one_line(&info.name), ..info };
     let (history, ending) = (History::new(size), Ending::Closed);
     Ok(Recording { info, size, maze, history, times: Vec::new(), ending })
 }

@@ -1,6 +1,6 @@
 //! Records simulations into a folder, each into a file of its own.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use super::{RecordError, RecordingWriter};
@@ -22,6 +22,9 @@ pub struct Recorder {
     /// The number of the newest file.
     number: u32,
     current: Option<RecordingWriter>,
+    /// Holds the place of the next file among those that the system lets a process open, else
+    /// connections could take all of them.
+    spare: Option<File>,
 }
 
 impl Recorder {
@@ -32,8 +35,8 @@ impl Recorder {
     pub fn new(folder: &Path) -> Result<Self, RecordError> {
         let failed = |error| RecordError::io(folder, error);
         fs::create_dir_all(folder).map_err(failed)?;
-        tempfile::tempfile_in(folder).map_err(failed)?;
-        Ok(Self { folder: folder.into(), number: 0, current: None })
+        let spare = tempfile::tempfile_in(folder).map_err(failed)?;
+        Ok(Self { folder: folder.into(), number: 0, current: None, spare: Some(spare) })
     }
 
     /// The folder.
@@ -58,10 +61,13 @@ impl Recorder {
             (Change::Reset, _) => self.close(),
             (Change::State, Some(current)) => current.write(request),
             (Change::State, None) => {
-                let mut writer = self.begin(simulation)?;
-                writer.write(request)?;
-                self.current = Some(writer);
-                Ok(())
+                self.spare = None;
+                let written = match self.begin(simulation) {
+                    Ok(new) => self.current.insert(new).write(request),
+                    Err(error) => Err(error),
+                };
+                self.hold_place();
+                written
             }
         }
     }
@@ -71,7 +77,15 @@ impl Recorder {
     /// # Errors
     /// What closes it cannot be written. All its states can be read nevertheless.
     pub fn close(&mut self) -> Result<(), RecordError> {
-        self.current.take().map_or(Ok(()), RecordingWriter::close)
+        let closed = self.current.take().map_or(Ok(()), RecordingWriter::close);
+        self.hold_place();
+        closed
+    }
+
+    fn hold_place(&mut self) {
+        if self.spare.is_none() && self.current.is_none() {
+            self.spare = tempfile::tempfile_in(&self.folder).or_else(|_| tempfile::tempfile()).ok();
+        }
     }
 
     fn begin(&mut self, simulation: &Simulation) -> Result<RecordingWriter, RecordError> {

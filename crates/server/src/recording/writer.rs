@@ -1,7 +1,7 @@
 //! Writes a recording, a state at a time.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -20,6 +20,7 @@ use super::{ENCODING, INFO, MAZE, METADATA, RecordError, TOPIC};
 /// that is not closed can be read all the same.
 pub struct RecordingWriter {
     path: PathBuf,
+    identity: (u64, u64),
     /// `None` once it is closed.
     mcap: Option<mcap::Writer<Sink<File>>>,
     channel: u16,
@@ -40,7 +41,7 @@ impl RecordingWriter {
         let file = File::create_new(path).map_err(|error| RecordError::io(path, error))?;
         Self::begin(file, path, info, maze).map_err(|error| {
             // It holds nothing.
-            let _ = std::fs::remove_file(path);
+            let _ = fs::remove_file(path);
             RecordError::io(path, cause(error))
         })
     }
@@ -51,6 +52,7 @@ impl RecordingWriter {
             // A chunk would hold states back until it is full.
             .use_chunks(false)
             .compression(None);
+        let identity = identity(&file.metadata()?);
         let mut mcap = options.create(Sink::new(file))?;
         let json = serde_json::to_string(&Info { states: 0, ..info.clone() });
         let mut description = BTreeMap::from([(INFO.into(), json.map_err(io::Error::other)?)]);
@@ -60,7 +62,8 @@ impl RecordingWriter {
         mcap.flush()?;
         let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let began = (Instant::now(), u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX));
-        Ok(Self { path: path.into(), mcap: Some(mcap), channel, began, states: 0, refused: false })
+        let path = path.into();
+        Ok(Self { path, identity, mcap: Some(mcap), channel, began, states: 0, refused: false })
     }
 
     /// The file.
@@ -75,7 +78,8 @@ impl RecordingWriter {
     /// are. A later one may be recorded again.
     pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
         // A file that is deleted can still be written, and nobody would ever see it.
-        if !self.path.try_exists().unwrap_or(true) {
+        let now = fs::metadata(&self.path).map(|metadata| identity(&metadata));
+        if now.is_ok_and(|now| now != self.identity) || !self.path.try_exists().unwrap_or(true) {
             return Err(RecordError::Gone { path: self.path.clone() });
         }
         let (since, began) = self.began;
@@ -109,7 +113,12 @@ impl RecordingWriter {
                 mcap.finish()?;
                 Ok(mcap.into_inner().flush()?)
             }
-            _ => Ok(()),
+            // Dropped as it is, it would be given the summary.
+            Some(mcap) => {
+                mcap.into_inner();
+                Ok(())
+            }
+            None => Ok(()),
         }
     }
 }
@@ -118,6 +127,18 @@ impl Drop for RecordingWriter {
     fn drop(&mut self) {
         let _ = self.finish();
     }
+}
+
+/// What tells a file from another of the same name, where the system has such a thing.
+#[cfg(unix)]
+fn identity(metadata: &fs::Metadata) -> (u64, u64) {
+    use std::os::unix::fs::MetadataExt;
+    (metadata.dev(), metadata.ino())
+}
+
+#[cfg(not(unix))]
+fn identity(_: &fs::Metadata) -> (u64, u64) {
+    (0, 0)
 }
 
 /// What the operating system says.

@@ -1,0 +1,136 @@
+//! Connections: too many, idle, slow, and those that go in the middle of things.
+
+use crate::*;
+
+#[test]
+fn connections() {
+    let target = Target::start();
+    rlimit::increase_nofile_limit(4096).unwrap();
+    target.suffer("half a greeting and silence, or byte by byte", |address| {
+        let half = raw::greeting()[..32].to_vec();
+        let mut slow: Vec<_> = (0..50 * force().min(10)).map(|_| raw::connect(address)).collect();
+        let half: Vec<_> = slow
+            .iter()
+            .map(|_| {
+                let mut peer = raw::connect(address);
+                raw::send(&mut peer, &half);
+                peer
+            })
+            .collect();
+        for byte in &raw::greeting()[..40] {
+            for peer in &mut slow {
+                raw::send(peer, &[*byte]);
+            }
+            thread::sleep(Duration::from_millis(100));
+        }
+        slow.into_iter().chain(half).for_each(raw::wait_until_cut_off);
+    });
+    target.suffer("500 idle connections of each kind", |address| {
+        let silent: Vec<_> = (0..500).map(|_| raw::connect(address)).collect();
+        silent.into_iter().for_each(raw::wait_until_cut_off);
+        let idle: Vec<_> = (0..500).map(|_| raw::greet(address)).collect();
+        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
+        drop(idle);
+    });
+    target.suffer("more connections than there may be", |address| {
+        const MOST: usize = mmsim_server::limits::MAX_CONNECTIONS;
+        // One is the searcher's.
+        let mut all: Vec<_> = (1..MOST).map(|_| raw::greet(address)).collect();
+        // However long that took, none of them has been silent for long.
+        for peer in &mut all {
+            raw::ping(peer);
+        }
+        let further = 20 * force().min(20);
+        let late: Vec<_> = (0..further).map(|_| raw::connect(address)).collect();
+        let client = socket(&zmq::Context::new(), zmq::REQ, address);
+        client.send("ping", 0).unwrap();
+        // Those within go on; those outside wait until some have left.
+        for peer in &mut all {
+            raw::ping(peer);
+        }
+        all.truncate(all.len() - further - 1);
+        late.into_iter().for_each(raw::wait_until_cut_off);
+        assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
+        drop(all);
+        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
+    });
+    target.suffer("most of a long frame of each of many peers", |address| {
+        let frame = [raw::frame(1, b""), raw::frame(0, &vec![b'x'; 60_000])].concat();
+        let all: Vec<_> = (0..900)
+            .map(|_| {
+                let mut peer = raw::greet(address);
+                raw::send(&mut peer, &frame[..55_000]);
+                peer
+            })
+            .collect();
+        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
+        drop(all);
+    });
+    target.suffer("as many connections as there may be, which never leave", |address| {
+        let all: Vec<_> = (0..mmsim_server::limits::MAX_CONNECTIONS + 10)
+            .map(|_| {
+                let mut peer = raw::connect(address);
+                raw::send(&mut peer, &[raw::greeting(), raw::ready("REQ", 0)].concat());
+                peer
+            })
+            .collect();
+        // It takes the place of one that has been silent.
+        assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
+        drop(all);
+    });
+}
+
+#[cfg(unix)]
+#[test]
+fn more_connections_than_descriptors() {
+    let home = Home::new();
+    let mut command = std::process::Command::new("sh");
+    command.args(["-c", "ulimit -n 64 && exec \"$0\" --port 0 --maze \"$1\""]);
+    command.args([env!("CARGO_BIN_EXE_mmsim"), searcher::MAZE]).env("HOME", home.path());
+    let target = Target(Serving::start(command, "tcp://"));
+    target.suffer("more connections than descriptors", |address| {
+        let all: Vec<_> = (0..200).map(|_| raw::connect(address)).collect();
+        let client = socket(&zmq::Context::new(), zmq::REQ, address);
+        client.send("ping", 0).unwrap();
+        all.into_iter().for_each(raw::wait_until_cut_off);
+        assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
+    });
+}
+
+#[test]
+fn peers_that_vanish() {
+    let target = Target::start();
+    target.suffer("peers that vanish between request and reply", |address| {
+        let walls = [raw::greeting(), raw::ready("REQ", 0), raw::request(b"W\0\0N")].concat();
+        for count in 0..10_000 * force() {
+            let mut peer = raw::connect(address);
+            raw::send(&mut peer, &walls);
+            if count % 2 == 0 {
+                // The server sees the end only after the request.
+                peer.shutdown(Shutdown::Write).unwrap();
+            }
+            if count % 4 < 2 {
+                let _ = peer.read(&mut [0; 1]);
+            }
+            raw::reset(peer);
+        }
+    });
+    target.suffer("resets in the middle of a frame", |address| {
+        let whole = raw::request(&[b'S'; 518]);
+        for cut in (0..whole.len()).cycle().take(whole.len() * force()) {
+            let mut peer: TcpStream = raw::greet(address);
+            raw::send(&mut peer, &whole[..cut]);
+            raw::reset(peer);
+        }
+    });
+    target.suffer("sockets of ZeroMQ that are closed before the reply", |address| {
+        for _ in 0..force() {
+            // A context has at most 1023 sockets, among them those that are being closed.
+            let context = zmq::Context::new();
+            for _ in 0..500 {
+                let client = socket(&context, zmq::REQ, address);
+                client.send("W\0\0N", 0).unwrap();
+            }
+        }
+    });
+}
