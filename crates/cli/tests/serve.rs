@@ -102,6 +102,26 @@ fn signals_end_it_cleanly() {
     }
 }
 
+/// It looks for the next request for a moment, and then no more.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_idle_server_uses_no_processor_time() {
+    let home = Home::new();
+    let server = home.serve(&["--port", "0"]);
+    assert_eq!(home.run(&["solve", "flood-fill", "--connect", &server.address]).code, Some(0));
+    let ticks = || {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", server.id())).unwrap();
+        // In user and in kernel mode: the 12th and 13th number behind the name.
+        let numbers = stat.rsplit(')').next().unwrap().split(' ').skip(12).take(2);
+        numbers.map(|number| number.parse::<u64>().unwrap()).sum::<u64>()
+    };
+    // One more search's worth of work may still be counted at the beginning.
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    let before = ticks();
+    std::thread::sleep(std::time::Duration::from_secs(1));
+    assert_eq!(ticks(), before, "of a hundredth of a second each");
+}
+
 #[test]
 fn a_server_whose_messages_nobody_reads_goes_on() {
     let home = Home::new();
