@@ -2,7 +2,9 @@
 //! around the mouse, and keeps every state that the client reports.
 //!
 //! [`Simulation`] does no input or output: it turns the bytes of a request into the bytes of its
-//! reply, whatever they are, and never panics. [`Server`] is the ZeroMQ server around it.
+//! reply, whatever they are, and never panics. [`Server`] is the ZeroMQ server around it. The
+//! [`History`] has room for millions of states; a [`Recorder`] keeps them in files, which
+//! [`Recording`] reads.
 //!
 //! ```
 //! use mmsim_maze::Maze;

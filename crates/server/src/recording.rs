@@ -25,6 +25,9 @@ const METADATA: &str = "mmsim";
 /// Its key under which the reply to `info` stands, as JSON.
 const INFO: &str = "info";
 
+/// Its key under which the version of the protocol stands by itself, for other tools.
+const PROTOCOL: &str = "protocol";
+
 /// Its key under which the true maze stands as text. A client does not know it.
 const MAZE: &str = "maze";
 

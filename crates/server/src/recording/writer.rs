@@ -11,7 +11,7 @@ use mcap::{McapError, WriteOptions};
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 
-use super::{ENCODING, INFO, MAZE, METADATA, RecordError, TOPIC};
+use super::{ENCODING, INFO, MAZE, METADATA, PROTOCOL, RecordError, TOPIC};
 
 /// Writes a recording. Each state is handed to the operating system before [`write`](Self::write)
 /// returns, so it survives the end of the process in any way, though not that of the machine.
@@ -55,7 +55,10 @@ impl RecordingWriter {
         let identity = identity(&file.metadata()?);
         let mut mcap = options.create(Sink::new(file))?;
         let json = serde_json::to_string(&Info { states: 0, ..info.clone() });
-        let mut description = BTreeMap::from([(INFO.into(), json.map_err(io::Error::other)?)]);
+        let mut description = BTreeMap::from([
+            (INFO.into(), json.map_err(io::Error::other)?),
+            (PROTOCOL.into(), info.protocol.to_string()),
+        ]);
         description.extend(maze.map(|maze| (MAZE.into(), maze.to_string())));
         mcap.write_metadata(&Metadata { name: METADATA.into(), metadata: description })?;
         let channel = mcap.add_channel(0, TOPIC, ENCODING, &BTreeMap::new())?;
