@@ -23,7 +23,7 @@ const LEVEL: i32 = 1;
 ///
 /// ```
 /// use mmsim_maze::MazeSize;
-/// use mmsim_server::{Full, History};
+/// use mmsim_server::History;
 /// let mut history = History::new(MazeSize::new(2, 1)?);
 /// history.push(b"S\x00\x00NC\x01\x00C\x0d\x00")?;
 /// history.push(b"S\x01\x00EC\x01\x00C\x0d\x17")?;

@@ -33,7 +33,7 @@ mod slabs;
 mod zmtp;
 
 pub use background::Background;
-pub use history::{Full, History, PushError, Reader};
+pub use history::{Full as HistoryFull, History, PushError, Reader as HistoryReader};
 pub use recording::{
     Ending, NoRecording, RecordError, Recorder, Recording, RecordingError, RecordingWriter,
 };

@@ -39,11 +39,6 @@ impl Recorder {
         Ok(Self { folder: folder.into(), number: 0, current: None, spare: Some(spare) })
     }
 
-    /// The folder.
-    pub fn folder(&self) -> &Path {
-        &self.folder
-    }
-
     /// Records what a request has changed in a simulation: the newest state of its history, or that
     /// there are none any more.
     ///

@@ -20,6 +20,7 @@ use super::{ENCODING, INFO, MAZE, METADATA, PROTOCOL, RecordError, TOPIC};
 /// that is not closed can be read all the same.
 pub struct RecordingWriter {
     path: PathBuf,
+    /// Which file that was when it was created.
     identity: (u64, u64),
     /// `None` once it is closed.
     mcap: Option<mcap::Writer<Sink<File>>>,
@@ -69,11 +70,6 @@ impl RecordingWriter {
         Ok(Self { path, identity, mcap: Some(mcap), channel, began, states: 0, refused: false })
     }
 
-    /// The file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// Records a state, the bytes of its message, with the time.
     ///
     /// # Errors
@@ -81,8 +77,11 @@ impl RecordingWriter {
     /// are. A later one may be recorded again.
     pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
         // A file that is deleted can still be written, and nobody would ever see it.
-        let now = fs::metadata(&self.path).map(|metadata| identity(&metadata));
-        if now.is_ok_and(|now| now != self.identity) || !self.path.try_exists().unwrap_or(true) {
+        let gone = match fs::metadata(&self.path) {
+            Ok(metadata) => identity(&metadata) != self.identity,
+            Err(error) => error.kind() == io::ErrorKind::NotFound,
+        };
+        if gone {
             return Err(RecordError::Gone { path: self.path.clone() });
         }
         let (since, began) = self.began;
