@@ -1,7 +1,7 @@
 //! The server around a simulation: where it listens, how it serves, how it stops.
 
-use std::io::{self, ErrorKind};
-use std::net::{SocketAddr, ToSocketAddrs};
+use std::io;
+use std::net::TcpListener;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use mio::Waker;
 
+use crate::bind::{BindError, listen};
 use crate::host::{Board, Host};
 use crate::network::Network;
 use crate::watch::Question;
@@ -48,40 +49,6 @@ pub(crate) struct Shared {
     has_ended: Condvar,
 }
 
-/// An address on which no server can listen.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum BindError {
-    /// Somebody listens there already.
-    #[error(
-        "expected port {port} of {host} to be free, found it in use; is another server running?"
-    )]
-    InUse {
-        /// The host.
-        host: String,
-        /// The port.
-        port: u16,
-    },
-    /// The host is not one of this machine.
-    #[error("expected the name or address of this machine, found {host:?}: {source}")]
-    Host {
-        /// What was given as host.
-        host: String,
-        /// What the name service says.
-        source: io::Error,
-    },
-    /// Anything else that the system says.
-    #[error("cannot listen on port {port} of {host}: {source}")]
-    Listen {
-        /// The host.
-        host: String,
-        /// The port.
-        port: u16,
-        /// What the system says.
-        source: io::Error,
-    },
-}
-
 /// A server that could not go on.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot receive requests on {address}: {source}")]
@@ -99,16 +66,12 @@ impl Server {
     /// # Errors
     /// The port is in use, or the host is not one of this machine's.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
-        let resolved =
-            resolve(host, port).map_err(|source| BindError::Host { host: host.into(), source })?;
-        Self::bind_resolved(resolved).map_err(|source| match source.kind() {
-            ErrorKind::AddrInUse => BindError::InUse { host: host.into(), port },
-            _ => BindError::Listen { host: host.into(), port, source },
-        })
+        let failed = |source| BindError::Listen { host: host.into(), port, source };
+        Self::of(listen(host, port)?).map_err(failed)
     }
 
-    fn bind_resolved(resolved: SocketAddr) -> io::Result<Self> {
-        let network = Network::bind(resolved)?;
+    fn of(listener: TcpListener) -> io::Result<Self> {
+        let network = Network::new(listener)?;
         let local = network.local_address()?;
         let shared = Shared {
             waker: network.waker()?,
@@ -214,17 +177,6 @@ impl Shared {
     pub(crate) fn wake(&self) {
         let _ = self.waker.wake();
     }
-}
-
-/// The address to listen on; of several, the first of the old kind, which clients try first.
-fn resolve(host: &str, port: u16) -> io::Result<SocketAddr> {
-    let host = match host {
-        "*" => "0.0.0.0",
-        host => host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host),
-    };
-    let mut addresses = (host, port).to_socket_addrs()?.collect::<Vec<_>>();
-    addresses.sort_by_key(SocketAddr::is_ipv6);
-    addresses.first().copied().ok_or(io::ErrorKind::NotFound.into())
 }
 
 /// Stops a [`Server`].
