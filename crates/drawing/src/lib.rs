@@ -1,0 +1,48 @@
+//! Pictures of mazes and of what a mouse believes: SVG for a page and for files, PNG, animated
+//! GIF, and small previews.
+//!
+//! ```text
+//!   -2,-2 ┌───────────────► x     a cell is 20 units wide, and north is on top: cell (x, y) begins
+//!         │ o────o────o           at 20·x, 20·(height − 1 − y). Walls are 2 units wide, centred on
+//!         │ │    │    │           the lines between cells. Around the maze is a margin of 2 units.
+//!         │ o────o────o
+//!       y ▼                       For a 16×16 maze the viewBox is `-2 -2 324 324`.
+//! ```
+//!
+//! A [`Scene`] says what is to be seen: a maze, or the map in a client's mind beside the true maze
+//! or without it, the mouse, a number a cell, the trail. There is one drawing of it, the SVG; a PNG
+//! and each frame of an [`Animation`] are that SVG as pixels. So a picture in a file, on a page and
+//! in an animation is the same.
+//!
+//! Elements carry classes and no style, see [`Scene::page_svg`]; the colours stand in
+//! [`stylesheet`]. Numbers are strokes from a table of digits ([`digits`]), so no font is needed.
+//!
+//! ```
+//! use mmsim_drawing::{Scene, Theme};
+//! use mmsim_maze::{KnownMaze, Maze};
+//!
+//! let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+//! let map = KnownMaze::before(&maze);
+//! let scene = Scene::of_map(&map)
+//!     .with_truth(Some(&maze))
+//!     .with_mouse(maze.start())
+//!     .with_weights(|cell| 1 - cell.x)
+//!     .with_theme(Theme::Dark);
+//! assert!(scene.svg().starts_with("<svg "));
+//! # Ok::<(), mmsim_maze::ParseError>(())
+//! ```
+//!
+//! The crate does no input or output, and knows neither the protocol nor files.
+
+mod digits;
+mod heat;
+mod page;
+mod scene;
+mod svg;
+mod theme;
+mod walls;
+
+pub use digits::digits;
+pub use page::page_json;
+pub use scene::{Layers, Scene, TRAIL_CELLS};
+pub use theme::{Theme, stylesheet};

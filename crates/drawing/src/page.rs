@@ -1,0 +1,62 @@
+//! What a page needs to change the drawing itself.
+
+use crate::Theme;
+use crate::digits::{ADVANCE, DIGITS, decimals};
+use crate::heat::ramp;
+
+/// What a page needs to write numbers and to colour weights as this crate does, as JSON:
+///
+/// ```json
+/// {"advance": 5, "digits": ["m…", … 10], "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
+/// ```
+///
+/// A number of n digits is, for each digit i from 0, `M{x} 0` and the digit's path, where x is
+/// (i − n/2) · advance with at most two decimals, see [`digits`](crate::digits). A weight w has the
+/// colour round(63 · w / max(1, the largest weight)).
+///
+/// ```
+/// assert!(mmsim_drawing::page_json().starts_with(r#"{"advance":5,"digits":["m2.5-3.4c"#));
+/// ```
+pub fn page_json() -> String {
+    let colours = |theme| list(ramp(theme).into_iter().map(|colour| colour.to_string()));
+    format!(
+        r#"{{"advance":{},"digits":{},"heat":{{"light":{},"dark":{}}}}}"#,
+        decimals(ADVANCE),
+        list(DIGITS.map(String::from).into_iter()),
+        colours(Theme::Light),
+        colours(Theme::Dark),
+    )
+}
+
+/// None of the texts has a character that JSON would write otherwise.
+fn list(texts: impl Iterator<Item = String>) -> String {
+    format!("[{}]", texts.map(|text| format!("\"{text}\"")).collect::<Vec<_>>().join(","))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_reads_what_is_drawn_here() {
+        let json: serde_json::Value = serde_json::from_str(&page_json()).unwrap();
+        let advance = json["advance"].as_f64().unwrap();
+        let written: String = [(0, 2), (1, 5), (2, 5)]
+            .map(|(index, digit): (u8, usize)| {
+                let x = (f64::from(index) - 1.5) * advance;
+                format!("M{x} 0{}", json["digits"][digit].as_str().unwrap())
+            })
+            .concat();
+        assert_eq!(written, crate::digits(255));
+        for (name, theme) in [("light", Theme::Light), ("dark", Theme::Dark)] {
+            let read: Vec<_> = json["heat"][name]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|colour| colour.as_str().unwrap().to_string())
+                .collect();
+            let drawn: Vec<_> = ramp(theme).iter().map(ToString::to_string).collect();
+            assert_eq!(read, drawn);
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Colours and the other rules of style.
+
+use std::fmt::Write as _;
+
+use crate::digits;
+use crate::heat::Rgb;
+
+/// A set of colours: on a light or on a dark background.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Theme {
+    /// Dark on light.
+    #[default]
+    Light,
+    /// Light on dark.
+    Dark,
+}
+
+/// What has a colour of its own, the ramp of the weights apart.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Colours {
+    pub(crate) floor: Rgb,
+    pub(crate) visited: Rgb,
+    /// Known walls, and with little opacity the others.
+    pub(crate) wall: Rgb,
+    pub(crate) mistaken: Rgb,
+    /// The start's cell and its letter.
+    pub(crate) start: (Rgb, Rgb),
+    /// The goals' cells and letters.
+    pub(crate) goal: (Rgb, Rgb),
+    pub(crate) trail: Rgb,
+    pub(crate) number: Rgb,
+    pub(crate) mouse: Rgb,
+    /// The rim that sets the mouse off.
+    pub(crate) rim: Rgb,
+    /// How opaque a wall is that the client does not know of.
+    pub(crate) unknown_opacity: &'static str,
+    pub(crate) post_opacity: &'static str,
+    pub(crate) trail_opacity: &'static str,
+}
+
+const fn rgb(hex: u32) -> Rgb {
+    let [_, red, green, blue] = hex.to_be_bytes();
+    Rgb(red, green, blue)
+}
+
+impl Theme {
+    /// Its colours.
+    pub(crate) const fn colours(self) -> Colours {
+        match self {
+            Self::Light => Colours {
+                floor: rgb(0x00fd_fdfc),
+                visited: rgb(0x00e9_eff8),
+                wall: rgb(0x001b_2430),
+                mistaken: rgb(0x00d9_4801),
+                start: (rgb(0x00cb_ebe2), rgb(0x0005_6b5c)),
+                goal: (rgb(0x00ec_dcf7), rgb(0x007a_2ba8)),
+                trail: rgb(0x002f_6fde),
+                number: rgb(0x001b_2430),
+                mouse: rgb(0x001d_4fd7),
+                rim: rgb(0x00ff_ffff),
+                unknown_opacity: ".24",
+                post_opacity: ".2",
+                trail_opacity: ".5",
+            },
+            Self::Dark => Colours {
+                floor: rgb(0x0013_1820),
+                visited: rgb(0x001f_2937),
+                wall: rgb(0x00e8_edf4),
+                mistaken: rgb(0x00ff_9d4d),
+                start: (rgb(0x0011_4a43), rgb(0x006f_e3cd)),
+                goal: (rgb(0x0043_2560), rgb(0x00d9_a8f7)),
+                trail: rgb(0x0063_a8ff),
+                number: rgb(0x00f1_f4f8),
+                mouse: rgb(0x007d_b8ff),
+                rim: rgb(0x000b_0f15),
+                unknown_opacity: ".25",
+                post_opacity: ".2",
+                trail_opacity: ".55",
+            },
+        }
+    }
+}
+
+/// The rules that both themes share. Nothing here that a simple renderer does not know: classes,
+/// no variables, no calculations.
+fn shapes() -> String {
+    format!(
+        "\
+.maze path,.maze polyline{{fill:none;stroke:none;stroke-linecap:round;stroke-linejoin:round}}
+.maze .cell{{fill:none}}
+.maze .wall{{stroke-width:2;stroke-linecap:square}}
+.maze .wall.true{{stroke-linecap:butt}}
+.maze .wall.known{{stroke-linecap:square;stroke-opacity:1}}
+.maze .wall.mistaken{{stroke-linecap:butt;stroke-dasharray:4 3;stroke-dashoffset:-1}}
+.maze .mark{{stroke-width:1.1}}
+.maze .trail{{stroke-width:2.2}}
+.maze .number{{stroke-width:{}}}
+.maze .mouse{{stroke-width:1.2;fill-rule:evenodd}}
+.maze .mouse.absent,.hide-numbers .numbers,.hide-heat .heats,.hide-trail .trail{{display:none}}
+",
+        digits::STROKE
+    )
+}
+
+/// The rules of one theme: colours only.
+fn colours(theme: Theme) -> String {
+    let Colours { floor, visited, wall, mistaken, start, goal, trail, number, mouse, rim, .. } =
+        theme.colours();
+    let Colours { unknown_opacity, post_opacity, trail_opacity, .. } = theme.colours();
+    let mut rules = String::new();
+    for (what, style) in [
+        ("floor", format!("fill:{floor}")),
+        ("cell.visited", format!("fill:{visited}")),
+        ("cell.start", format!("fill:{}", start.0)),
+        ("cell.goal", format!("fill:{}", goal.0)),
+        ("mark.start", format!("stroke:{}", start.1)),
+        ("mark.goal", format!("stroke:{}", goal.1)),
+        ("trail", format!("stroke:{trail};stroke-opacity:{trail_opacity}")),
+        ("number", format!("stroke:{number}")),
+        ("wall.true", format!("stroke:{wall};stroke-opacity:{unknown_opacity}")),
+        ("wall.known", format!("stroke:{wall};stroke-opacity:1")),
+        ("wall.mistaken", format!("stroke:{mistaken};stroke-opacity:1")),
+        ("posts", format!("fill:{wall};fill-opacity:{post_opacity}")),
+        ("mouse", format!("fill:{mouse};stroke:{rim}")),
+    ] {
+        let _ = writeln!(rules, ".maze .{what}{{{style}}}");
+    }
+    rules
+}
+
+/// The stylesheet of a page with drawings ([`Scene::page_svg`](crate::Scene::page_svg)): the light
+/// theme, and the dark one for those who prefer it.
+///
+/// ```
+/// let css = mmsim_drawing::stylesheet();
+/// assert!(css.contains("@media (prefers-color-scheme:dark){\n.maze .floor{"));
+/// ```
+pub fn stylesheet() -> String {
+    let (light, dark) = (colours(Theme::Light), colours(Theme::Dark));
+    format!("{}{light}@media (prefers-color-scheme:dark){{\n{dark}}}\n", shapes())
+}
+
+/// The style of a file in one theme. `is_truth_alone` says that there is no client who could know
+/// walls or not, so that they are all strong.
+pub(crate) fn file_style(theme: Theme, is_truth_alone: bool) -> String {
+    let strong = ".maze .wall.true{stroke-linecap:square;stroke-opacity:1}\n";
+    let strong = if is_truth_alone { strong } else { "" };
+    format!("{}{}{strong}", shapes(), colours(theme))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::heat::ramp;
+    use crate::heat::tests::contrast;
+
+    #[test]
+    fn numbers_are_legible_on_every_cell() {
+        for theme in [Theme::Light, Theme::Dark] {
+            let Colours { floor, visited, start, goal, number, .. } = theme.colours();
+            for cell in ramp(theme).into_iter().chain([floor, visited, start.0, goal.0]) {
+                let contrast = contrast(number, cell);
+                assert!(contrast >= 4.5, "{theme:?}: {contrast:.2} on {cell}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_matters_stands_out() {
+        for theme in [Theme::Light, Theme::Dark] {
+            let Colours { floor, visited, wall, mistaken, start, goal, mouse, .. } =
+                theme.colours();
+            for (what, colour, behind) in [
+                ("wall", wall, floor),
+                ("wall of a visited cell", wall, visited),
+                ("mistaken wall", mistaken, floor),
+                ("S", start.1, start.0),
+                ("G", goal.1, goal.0),
+                ("mouse", mouse, visited),
+            ] {
+                let contrast = contrast(colour, behind);
+                assert!(contrast >= 3.0, "{theme:?}: {what} {contrast:.2}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_dark_rules_are_the_light_ones_in_other_colours() {
+        let selectors = |theme| {
+            let rules = colours(theme);
+            rules
+                .lines()
+                .map(|rule| rule.split('{').next().unwrap().to_string())
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(selectors(Theme::Light), selectors(Theme::Dark));
+        let css = stylesheet();
+        assert_eq!(css.matches('{').count(), css.matches('}').count());
+        assert!(!css.contains("var(") && !file_style(Theme::Dark, false).contains('@'));
+    }
+}
