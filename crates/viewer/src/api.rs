@@ -18,9 +18,12 @@ use tokio::sync::Semaphore;
 use crate::costs::Costs;
 use crate::desk::Desk;
 use crate::moment::Moment;
+use crate::pictures::{self, Look};
 use crate::refusal::Refusal;
 use crate::source::Source;
 use crate::{assets, events, mazes, recordings};
+
+const SVG: &str = "image/svg+xml";
 
 /// The longest body of a request that is no recording, in bytes.
 const MAX_BODY_BYTES: usize = 64 * 1024;
@@ -38,7 +41,9 @@ pub(crate) fn router(desk: Arc<Desk>) -> Router {
         .route("/api/mazes", get(list_mazes))
         .route("/api/maze", post(serve_maze))
         .route("/api/sources/{id}", get(describe))
+        .route("/api/sources/{id}/drawing.svg", get(drawing))
         .route("/api/sources/{id}/states", get(states))
+        .route("/api/sources/{id}/picture.svg", get(svg))
         .route("/api/sources/{id}/moment", get(moment))
         .route("/api/sources/{id}/costs", get(costs))
         .route("/api/sources/{id}/recording.mcap", get(save))
@@ -240,6 +245,40 @@ async fn costs(
     Query(OfRun { run }): Query<OfRun>,
 ) -> Answer<Json<Costs>> {
     work(move || Ok(Json(Costs::over(&*desk.source(&id)?, run)?))).await
+}
+
+async fn drawing(
+    State(desk): AtDesk,
+    Path(id): Path<String>,
+    Query(OfRun { run }): Query<OfRun>,
+) -> Answer<Response> {
+    work(move || {
+        Ok(([(header::CONTENT_TYPE, SVG)], pictures::before(&*desk.source(&id)?, run)?)
+            .into_response())
+    })
+    .await
+}
+
+/// A picture to keep, of the state with this number.
+#[derive(Deserialize)]
+struct Picture {
+    run: u32,
+    #[serde(default)]
+    at: usize,
+}
+
+async fn svg(
+    State(desk): AtDesk,
+    Path(id): Path<String>,
+    Query(Picture { run, at }): Query<Picture>,
+    Query(look): Query<Look>,
+) -> Answer<Response> {
+    work(move || {
+        let source = desk.source(&id)?;
+        let svg = pictures::at(&source, run, at, look, |scene| scene.svg())?;
+        Ok(download(&file_name(&source, run, "svg")?, SVG, svg.into()))
+    })
+    .await
 }
 
 async fn save(

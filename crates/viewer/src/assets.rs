@@ -3,6 +3,7 @@
 use axum::Router;
 use axum::http::header;
 use axum::routing::get;
+use mmsim_drawing::{page_json, stylesheet};
 
 /// Name, kind and content of the files of the page.
 macro_rules! files {
@@ -13,20 +14,35 @@ macro_rules! files {
 
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
+const JSON: &str = "application/json";
 const HTML: &str = "text/html; charset=utf-8";
 
 const FILES: &[(&str, &str, &str)] = files![
+    "api.js": SCRIPT,
+    "chart.js": SCRIPT,
+    "dom.js": SCRIPT,
+    "events.js": SCRIPT,
     "index.html": HTML,
+    "map.js": SCRIPT,
+    "mazes.js": SCRIPT,
     "page.css": STYLE,
     "page.js": SCRIPT,
+    "panel.js": SCRIPT,
+    "recordings.js": SCRIPT,
+    "run.js": SCRIPT,
+    "state.js": SCRIPT,
+    "timeline.js": SCRIPT,
 ];
 
 /// Serves the files of the page.
 pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
-    FILES.iter().fold(Router::new(), |router, &(name, kind, content)| {
+    let router = FILES.iter().fold(Router::new(), |router, &(name, kind, content)| {
         let path = if name == "index.html" { "/".into() } else { format!("/{name}") };
         router.route(&path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }))
-    })
+    });
+    router
+        .route("/drawing.css", get(|| async { ([(header::CONTENT_TYPE, STYLE)], stylesheet()) }))
+        .route("/drawing.json", get(|| async { ([(header::CONTENT_TYPE, JSON)], page_json()) }))
 }
 
 #[cfg(test)]

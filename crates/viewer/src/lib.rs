@@ -17,6 +17,7 @@ mod events;
 mod mazes;
 mod moment;
 mod mouse;
+mod pictures;
 mod recordings;
 mod refusal;
 mod source;

@@ -146,7 +146,8 @@ fn run(runtime: Runtime, listener: TcpListener, app: Router, stopped: oneshot::R
     runtime.block_on(async {
         tokio::select! {
             () = accept(listener, app) => {}
-            _ = stopped => {}
+            // Nobody can stop it any more once the other end is dropped.
+            Ok(()) = stopped => {}
         }
     });
     // Not for what takes a while.
