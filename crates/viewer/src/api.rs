@@ -157,8 +157,7 @@ struct Description {
 async fn describe(State(desk): AtDesk, Path(id): Path<String>) -> Answer<Json<Description>> {
     work(move || {
         let source = desk.source(&id)?;
-        let run = source.run();
-        let described = source.describe(run)?;
+        let (run, described, states) = source.now()?;
         let info = &described.info;
         let (ending, note) = match source.ending() {
             None => (None, None),
@@ -180,7 +179,7 @@ async fn describe(State(desk): AtDesk, Path(id): Path<String>) -> Answer<Json<De
             height: info.height,
             start: info.start,
             goals: info.goals.clone(),
-            states: source.states(run)?,
+            states,
             state_bytes: mmsim_protocol::state_bytes(described.size),
             truth: truth.is_some(),
             shortest_path: truth.and_then(|maze| MazeFacts::of(maze).shortest_path),

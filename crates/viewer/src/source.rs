@@ -3,15 +3,19 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use axum::http::StatusCode;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, Request, State};
-use mmsim_server::{Block, Ending, Recording, States, Watch, WatchError};
+use mmsim_server::{Block, Ending, Recording, States, Status, Watch, WatchError};
 
 use crate::costs::Costs;
 use crate::refusal::Refusal;
 
 /// Unpacked blocks that are kept of each source: two states and their trails lie in no more.
 const KEPT_BLOCKS: usize = 8;
+
+/// How often a run is described anew that is over meanwhile.
+const TRIES: usize = 100;
 
 /// The number of the run of every recording.
 const RECORDED_RUN: u32 = 0;
@@ -75,21 +79,33 @@ impl Source {
         Self { origin, recent: Mutex::default() }
     }
 
-    /// The number of the run that is there now.
-    pub(crate) fn run(&self) -> u32 {
+    /// The run that is there now: its number, of what maze it is, and how many states it has.
+    pub(crate) fn now(&self) -> Result<(u32, Arc<Described>, usize), Refusal> {
+        let mut over = Refusal::failed("expected a run");
+        // It may be over before it is described.
+        for _ in 0..TRIES {
+            let Status { run, .. } = self.status();
+            match self.describe(run).and_then(|described| Ok((run, described, self.states(run)?))) {
+                Err(refusal) if refusal.status == StatusCode::GONE => over = refusal,
+                result => return result,
+            }
+        }
+        Err(over)
+    }
+
+    fn status(&self) -> Status {
         match &self.origin {
-            Origin::Live(watch) => watch.status().run,
-            Origin::Recording { .. } => RECORDED_RUN,
+            Origin::Live(watch) => watch.status(),
+            Origin::Recording { recording, .. } => {
+                Status { run: RECORDED_RUN, states: recording.history().len() }
+            }
         }
     }
 
     /// How many states a run has by now.
     pub(crate) fn states(&self, run: u32) -> Result<usize, Refusal> {
-        let (now, states) = match &self.origin {
-            Origin::Live(watch) => (watch.status().run, watch.status().states),
-            Origin::Recording { recording, .. } => (RECORDED_RUN, recording.history().len()),
-        };
-        if now == run { Ok(states) } else { Err(WatchError::RunOver { asked: run }.into()) }
+        let now = self.status();
+        if now.run == run { Ok(now.states) } else { Err(WatchError::RunOver { asked: run }.into()) }
     }
 
     /// Of what maze a run is.
