@@ -1,7 +1,7 @@
 // @ts-check
 // Both costs over the run as lines, with a cursor at the shown state.
 
-import { part, write } from "./dom.js";
+import { part, set, write } from "./dom.js";
 
 /** @typedef {import("./api.js").Costs} Costs */
 
@@ -48,8 +48,7 @@ export class Chart {
 
     /** @param {number} at */
     show(at) {
-        const left = this.#left(Math.max(0, at));
-        this.#cursor.setAttribute("transform", `translate(${left} 0)`);
+        set(this.#cursor, "transform", `translate(${this.#left(Math.max(0, at))} 0)`);
     }
 
     /** @param {number} at */

@@ -23,6 +23,11 @@ export function write(element, text) {
     if (element.textContent !== text) element.textContent = text;
 }
 
+/** Sets an attribute, unless it is so. @param {Element} element @param {string} name @param {string} value */
+export function set(element, name, value) {
+    if (element.getAttribute(name) !== value) element.setAttribute(name, value);
+}
+
 /** @param {number} number */
 export const grouped = (number) => number.toLocaleString("en");
 

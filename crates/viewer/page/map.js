@@ -2,6 +2,7 @@
 // The map: the server's drawing of the maze, in which a state then changes only what differs from
 // what is drawn. Thousands of elements stand in it, and most stay as they are from state to state.
 
+import { set } from "./dom.js";
 import { HEADINGS, VISITED, WALL_BITS } from "./state.js";
 
 /**
@@ -174,8 +175,8 @@ export class MazeMap {
     /** @param {number} x @param {number} y @param {number} heading */
     #place(x, y, heading) {
         const [left, top] = [x * PITCH + PITCH / 2, (this.#source.height - y) * PITCH - PITCH / 2];
-        this.#mouse.setAttribute("class", "mouse");
-        this.#mouse.setAttribute("transform", `translate(${left} ${top}) rotate(${heading * 90})`);
+        set(this.#mouse, "class", "mouse");
+        set(this.#mouse, "transform", `translate(${left} ${top}) rotate(${heading * 90})`);
     }
 
     /** The cell under the pointer, y * width + x. @param {{ clientX: number, clientY: number }} pointer */

@@ -39,7 +39,7 @@ export class MazeList {
         this.#entries = mazes.map((maze) => this.#entry(maze));
         this.#list.replaceChildren(...this.#entries.map(({ item }) => item));
         this.#filter();
-        this.mark(this.#served);
+        this.#mark();
     }
 
     /** @param {api.MazeEntry} maze */
@@ -94,7 +94,10 @@ export class MazeList {
         const shown = this.#shown;
         const at = shown.findIndex(({ button }) => button === event.target);
         const searching = event.target === this.#search;
-        if (searching && event.key === "Enter" && shown.length > 0) void this.#choose(shown[0].maze);
+        if (searching && event.key === "Enter") {
+            event.preventDefault(); // or it would go on to a button of the dialog
+            if (shown.length > 0) void this.#choose(shown[0].maze);
+        }
         const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity }[event.key];
         if (step === undefined || (searching && event.key !== "ArrowDown")) return;
         event.preventDefault();
@@ -117,13 +120,17 @@ export class MazeList {
 
     /** @param {string | null} served its path */
     mark(served) {
-        const fresh = served !== this.#served;
+        if (served === this.#served) return;
         this.#served = served;
+        this.#mark();
+    }
+
+    #mark() {
         for (const { maze, item, button } of this.#entries) {
-            const current = maze.path === served;
-            button.toggleAttribute("aria-current", current);
+            const current = maze.path === this.#served;
             if (current) button.setAttribute("aria-current", "true");
-            if (current && fresh) item.scrollIntoView({ block: "nearest" });
+            else button.removeAttribute("aria-current");
+            if (current) item.scrollIntoView({ block: "nearest" });
         }
         this.#stop();
     }

@@ -4,13 +4,22 @@
 
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
-import { copy, counted, frame, part, pause, report, write } from "./dom.js";
+import { copy, counted, frame, part, pause, report, set, write } from "./dom.js";
 import { MazeMap, describeCell } from "./map.js";
 import { HEADINGS, readState } from "./state.js";
 import { Timeline } from "./timeline.js";
 
-/** Milliseconds between draws while states stream in: every other frame of a usual screen. */
+/**
+ * Milliseconds between draws while states stream in: every other frame of a usual screen, but more
+ * where drawing is slow, since the search runs on the same processors.
+ */
 const LIVE_PAUSE = 25;
+/** How many times as long as a draw the pause is at least. */
+const LIVE_SHARE = 8;
+/** How many states between two draws are too many for numbers to be read: drawing them is half the work. */
+const RUSH = 50;
+/** Milliseconds without a draw until numbers come back. */
+const CALM = 100;
 /** Milliseconds between runs: a client may reset as often as it likes. */
 const BEGIN_PAUSE = 100;
 /** Milliseconds between looks at the costs, and until what has settled is said. */
@@ -39,8 +48,10 @@ export class Panel {
     #state = null;
     /** @type {api.Moment | null} */
     #moment = null;
-    #drawnAt = 0;
+    /** When the next live state may be drawn. */
+    #rest = 0;
     #slowTimer = 0;
+    #calmTimer = 0;
     #told = -1;
     #costsOf = -1;
     /** The cell under the pointer or chosen by keys. @type {number | null} */
@@ -51,10 +62,7 @@ export class Panel {
         this.#id = id;
         this.#drawingFacts = drawing;
         this.element.dataset.source = id;
-        this.timeline = new Timeline(this.element, id === "live", () => {
-            this.timeline.show();
-            void this.#draw();
-        });
+        this.timeline = new Timeline(this.element, id === "live", () => void this.#draw());
         this.#chart = new Chart(this.#part(".chart"), (at) => this.timeline.go(at));
         this.#part(".layers").onchange = () => this.#show();
         dark.addEventListener("change", () => this.#show());
@@ -152,10 +160,11 @@ export class Panel {
     async #draw() {
         if (this.#drawing) return;
         this.#drawing = true;
+        clearTimeout(this.#calmTimer);
         try {
             while (this.#source && this.timeline.wanted >= 0 && this.timeline.wanted !== this.#at) {
                 if (this.timeline.following) {
-                    await pause(this.#drawnAt + LIVE_PAUSE - performance.now());
+                    await pause(this.#rest - performance.now());
                 }
                 const { signal } = this.#abort;
                 const source = this.#source;
@@ -164,20 +173,30 @@ export class Panel {
                 const [message, moment] = await Promise.all([
                     api.stateMessage(source, at, signal),
                     api.moment(source, at, signal),
+                    frame(), // at most one draw a frame
                 ]);
-                await frame();
                 if (signal.aborted) continue;
+                this.#rush(this.timeline.following && at - this.#at > RUSH);
                 this.#at = at;
                 this.#state = readState(message, source);
                 this.#moment = moment;
+                const began = performance.now();
                 this.#show();
-                this.#drawnAt = performance.now();
+                await pause(0); // until it is painted
+                const now = performance.now();
+                this.#rest = now + Math.max(LIVE_PAUSE, LIVE_SHARE * (now - began));
             }
         } catch (problem) {
             if (problem instanceof api.Refused && problem.over) this.#source = null;
             else report(problem);
         }
         this.#drawing = false;
+        this.#calmTimer = setTimeout(() => this.#rush(false), CALM);
+    }
+
+    /** Whether states rush by. @param {boolean} rushing */
+    #rush(rushing) {
+        set(this.element, "data-rush", String(rushing));
     }
 
     #show() {
@@ -186,7 +205,7 @@ export class Panel {
         this.#showFigures();
         this.#chart.show(this.#at);
         this.#readout();
-        this.element.dataset.at = this.#at < 0 ? "" : String(this.#at);
+        set(this.element, "data-at", this.#at < 0 ? "" : String(this.#at));
         this.#slowly();
     }
 
@@ -201,7 +220,7 @@ export class Panel {
         figure("closed-cost", moment?.closed, moment ? "no way" : "–");
         figure("shortest", source?.shortest_path, source?.truth ? "no way" : "not known");
         write(this.#part(".solved"), moment?.solved ? "solved" : "not solved");
-        this.element.dataset.solved = String(moment?.solved ?? false);
+        set(this.element, "data-solved", String(moment?.solved ?? false));
     }
 
     /** What need not be told at once: the costs over the run, the exports' addresses, the state in words. */

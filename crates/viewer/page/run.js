@@ -9,6 +9,7 @@ export class RunForm {
     #run;
     #stop;
     #says;
+    #shown = "";
 
     /** @param {HTMLElement} panel @param {api.PageFacts["strategies"]} strategies */
     constructor(panel, strategies) {
@@ -35,6 +36,9 @@ export class RunForm {
 
     /** @param {api.MouseRun | null} mouse */
     show(mouse) {
+        const shown = JSON.stringify(mouse);
+        if (shown === this.#shown) return;
+        this.#shown = shown;
         const running = mouse?.running ?? false;
         // A disabled button would lose the keyboard's focus to nowhere.
         if (running && document.activeElement === this.#run) this.#stop.disabled = false, this.#stop.focus();

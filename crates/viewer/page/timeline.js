@@ -2,7 +2,7 @@
 // Which state of the history is wanted: the newest while following, one that was chosen, or one
 // after the other while playing. States are counted from 0 here and from 1 for the user.
 
-import { grouped, part, write } from "./dom.js";
+import { grouped, part, set, write } from "./dom.js";
 
 /** How many states a shifted arrow key goes. */
 const STRIDE = 10;
@@ -12,6 +12,7 @@ export class Timeline {
     playing = false;
     states = 0;
     #chosen = 0;
+    #timer = 0;
     #live;
     #element;
     #changed;
@@ -64,19 +65,30 @@ export class Timeline {
         this.following = true;
         this.states = states;
         this.#changed();
+        this.show();
     }
 
     /** @param {number} states */
     grow(states) {
         if (states === this.states) return;
         this.states = states;
-        this.#changed();
+        if (this.following) this.#changed();
+        else this.#showSoon();
+    }
+
+    /** Writes now and then how many states there are, while the shown one stays. */
+    #showSoon() {
+        this.#timer ||= setTimeout(() => {
+            this.#timer = 0;
+            this.show();
+        }, 200);
     }
 
     /** @param {number} at */
     go(at) {
         this.playing = false;
         this.#goTo(at);
+        this.show();
     }
 
     /** @param {number} at */
@@ -90,6 +102,7 @@ export class Timeline {
         this.playing = false;
         this.following = true;
         this.#changed();
+        this.show();
     }
 
     pause() {
@@ -137,17 +150,21 @@ export class Timeline {
         const { first, back, play, on, follow } = this.#buttons;
         const empty = states === 0;
         write(this.#place, empty ? "no state yet" : `state ${grouped(wanted + 1)} of ${grouped(states)}`);
-        const max = String(Math.max(0, states - 1));
-        if (this.#slider.max !== max) this.#slider.max = max;
+        set(this.#slider, "max", String(Math.max(0, states - 1)));
         this.#slider.value = String(Math.max(0, wanted));
-        this.#slider.setAttribute("aria-valuetext", this.#place.textContent ?? "");
-        for (const control of [this.#slider, this.#jump, play]) control.disabled = empty;
-        first.disabled = back.disabled = wanted <= 0;
-        on.disabled = wanted >= states - 1;
-        follow.setAttribute("aria-pressed", String(following));
-        play.setAttribute("aria-pressed", String(playing));
-        play.setAttribute("aria-label", playing ? "Pause" : "Play");
-        this.#element.dataset.states = String(states);
-        this.#element.dataset.following = String(following);
+        set(this.#slider, "aria-valuetext", this.#place.textContent ?? "");
+        disable(empty, this.#slider, this.#jump, play);
+        disable(wanted <= 0, first, back);
+        disable(wanted >= states - 1, on);
+        set(follow, "aria-pressed", String(following));
+        set(play, "aria-pressed", String(playing));
+        set(play, "aria-label", playing ? "Pause" : "Play");
+        set(this.#element, "data-states", String(states));
+        set(this.#element, "data-following", String(following));
     }
+}
+
+/** @param {boolean} disabled @param {(HTMLButtonElement | HTMLInputElement)[]} controls */
+function disable(disabled, ...controls) {
+    for (const control of controls) if (control.disabled !== disabled) control.disabled = disabled;
 }
