@@ -7,6 +7,7 @@ use std::{fs, path::PathBuf};
 
 use fantoccini::actions::{InputSource, KeyAction, KeyActions};
 use fantoccini::elements::Element;
+use fantoccini::error::CmdError;
 use fantoccini::key::Key;
 use fantoccini::{Client, Locator};
 use serde::Deserialize;
@@ -155,6 +156,17 @@ impl Browser {
 
     pub(crate) fn is_there(&self, selector: &str) -> bool {
         self.run("return document.querySelector(arguments[0]) !== null", &[json!(selector)])
+    }
+
+    /// Whether the page in a frame has something.
+    pub(crate) fn frame_has(&self, frame: &str, selector: &str) -> bool {
+        let found = self.wait(async {
+            self.client.find(Locator::Css(frame)).await?.enter_frame().await?;
+            let found = self.client.find(Locator::Css(selector)).await.is_ok();
+            self.client.enter_parent_frame().await?;
+            Ok::<_, CmdError>(found)
+        });
+        found
     }
 
     pub(crate) fn clear(&self, selector: &str) {
