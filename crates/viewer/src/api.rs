@@ -212,10 +212,11 @@ async fn states(
         let (source, count) = (desk.source(&id)?, count.min(Block::STATES));
         let mut bytes = Vec::new();
         // They lie in one block, or in two that follow one another.
-        let first = source.around(run, from)?;
-        bytes.extend_from_slice(first.range(from, count));
-        let next = (from / Block::STATES + 1) * Block::STATES;
-        let rest = from.saturating_add(count).min(source.states(run)?).saturating_sub(next);
+        let end = from.saturating_add(count).min(source.states(run)?);
+        let next = (from / Block::STATES + 1).saturating_mul(Block::STATES);
+        let first = source.around(run, end.min(next).saturating_sub(1).max(from))?;
+        bytes.extend_from_slice(first.range(from, end.saturating_sub(from)));
+        let rest = end.saturating_sub(next);
         if rest > 0 {
             bytes.extend_from_slice(source.around(run, next)?.range(next, rest));
         }

@@ -51,9 +51,9 @@ impl Moment {
 pub(crate) fn cells(source: &Source, run: u32, at: usize) -> Result<Vec<[u8; 2]>, Refusal> {
     let (mut index, mut cells) = (at.saturating_sub(TRAIL_STATES - 1), Vec::new());
     while index <= at {
-        let states = source.around(run, index)?;
-        let end = (index / Block::STATES + 1) * Block::STATES;
-        for index in index..end.min(at + 1) {
+        let end = ((index / Block::STATES + 1) * Block::STATES).min(at + 1);
+        let states = source.around(run, end - 1)?;
+        for index in index..end {
             // x and y follow the letter of the message.
             cells.extend(states.get(index).and_then(|state| state.get(1..)?.first_chunk::<2>()));
         }

@@ -147,7 +147,8 @@ impl Source {
         }
     }
 
-    /// The states of a run that lie in one block with this one.
+    /// The states of a run that lie in one block with this one. Of those that follow it some may be
+    /// missing, if the block has grown since it was read.
     pub(crate) fn around(&self, run: u32, index: usize) -> Result<Arc<States>, Refusal> {
         let number = index / Block::STATES;
         let kept = self.recent(run, |recent| {

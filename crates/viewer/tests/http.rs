@@ -197,6 +197,27 @@ fn states_come_as_they_were_sent() {
     watched.stop();
 }
 
+/// Somebody looks while states are added.
+#[test]
+fn a_history_that_grows_is_told_whole() {
+    let watched = Watched::new("127.0.0.1", None);
+    let (mut sent, mut states) = (Vec::new(), 0);
+    for more in [250, 3, 1, 6, 240, 20] {
+        sent.extend(watched.states(more));
+        states += more;
+        let at = states - 1;
+        let moment = watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
+        let cells = sent[states.saturating_sub(500)..].iter().map(|state| 3 * state[2] + state[1]);
+        assert_eq!(moment["trail"], json!(cells.collect::<Vec<_>>()));
+        for from in [0, 245, 256_usize.min(at)] {
+            let path = format!("/api/sources/live/states?run=1&from={from}&count=256");
+            let expected = sent[from..(from + 256).min(states)].concat();
+            assert_eq!(watched.get(&path).body, expected, "{from} of {states}");
+        }
+    }
+    watched.stop();
+}
+
 #[test]
 fn a_moment_has_its_figures() {
     let watched = Watched::new("127.0.0.1", None);

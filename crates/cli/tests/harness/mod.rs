@@ -87,9 +87,10 @@ fn read_until(stderr: ChildStderr, text: &str) -> (BufReader<ChildStderr>, Strin
     (stderr, said)
 }
 
+/// Where it serves; nothing for a command that does not.
 fn address(said: &str) -> String {
-    let rest = said.split("tcp://").nth(1).unwrap();
-    format!("tcp://{}", rest.split(';').next().unwrap())
+    let rest = said.split("tcp://").nth(1).and_then(|rest| rest.split(';').next());
+    rest.map(|rest| format!("tcp://{rest}")).unwrap_or_default()
 }
 
 /// How a command ended.

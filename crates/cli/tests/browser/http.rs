@@ -1,0 +1,92 @@
+//! HTTP by hand: for what no browser would send, and what WebDriver has no other word for.
+
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+/// A reply that takes longer is none.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What came back.
+#[derive(Debug)]
+pub(crate) struct Reply {
+    pub(crate) status: u16,
+    /// The lines of the head, in lower case up to the colon.
+    pub(crate) headers: Vec<(String, String)>,
+    pub(crate) body: Vec<u8>,
+}
+
+impl Reply {
+    pub(crate) fn header(&self, name: &str) -> Option<&str> {
+        self.headers.iter().find(|header| header.0 == name).map(|header| header.1.as_str())
+    }
+
+    pub(crate) fn text(&self) -> String {
+        String::from_utf8_lossy(&self.body).into_owned()
+    }
+
+    pub(crate) fn json(&self) -> serde_json::Value {
+        serde_json::from_slice(&self.body).unwrap_or_else(|error| panic!("{error}: {self:?}"))
+    }
+}
+
+/// Where an address such as `http://127.0.0.1:6575/page.js?a=b` leads to: host and port, and path.
+pub(crate) fn parts(address: &str) -> (&str, &str) {
+    let rest = address.strip_prefix("http://").unwrap();
+    rest.find('/').map_or((rest, "/"), |at| rest.split_at(at))
+}
+
+/// What is at an address.
+pub(crate) fn get(address: &str) -> Reply {
+    request("GET", address, &[], b"")
+}
+
+/// Sends one request. Headers that are given take the place of those that are sent anyway.
+pub(crate) fn request(method: &str, address: &str, headers: &[(&str, &str)], body: &[u8]) -> Reply {
+    let (host, path) = parts(address);
+    let mut stream = TcpStream::connect(host).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    let length = body.len().to_string();
+    let mut all = headers.to_vec();
+    for own in [("host", host), ("content-length", &length), ("connection", "close")] {
+        if !headers.iter().any(|(name, _)| name.eq_ignore_ascii_case(own.0)) {
+            all.push(own);
+        }
+    }
+    let head: String = all.iter().map(|(name, value)| format!("{name}: {value}\r\n")).collect();
+    stream.write_all(format!("{method} {path} HTTP/1.1\r\n{head}\r\n").as_bytes()).unwrap();
+    stream.write_all(body).unwrap();
+    read(&mut BufReader::new(stream))
+}
+
+fn read(stream: &mut impl BufRead) -> Reply {
+    let line = |stream: &mut dyn BufRead| {
+        let mut line = String::new();
+        stream.read_line(&mut line).unwrap();
+        line.trim_end().to_string()
+    };
+    let status = line(stream).split(' ').nth(1).and_then(|status| status.parse().ok());
+    let mut reply =
+        Reply { status: status.expect("a line of status"), headers: Vec::new(), body: Vec::new() };
+    while let Some((name, value)) = line(stream).split_once(':') {
+        reply.headers.push((name.to_ascii_lowercase(), value.trim().to_string()));
+    }
+    if let Some(length) = reply.header("content-length") {
+        reply.body.resize(length.parse().unwrap(), 0);
+        stream.read_exact(&mut reply.body).unwrap();
+    } else if reply.header("transfer-encoding") == Some("chunked") {
+        loop {
+            let length = usize::from_str_radix(&line(stream), 16).unwrap();
+            let mut piece = vec![0; length];
+            stream.read_exact(&mut piece).unwrap();
+            reply.body.extend(piece);
+            line(stream);
+            if length == 0 {
+                break;
+            }
+        }
+    } else {
+        stream.read_to_end(&mut reply.body).unwrap();
+    }
+    reply
+}

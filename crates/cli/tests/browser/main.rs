@@ -1,0 +1,18 @@
+//! The page in a real browser, against real simulators and real searches.
+//!
+//! They need Chromium or Chrome and its chromedriver (Debian: chromium, chromium-driver). Without,
+//! they say that they are skipped and pass; with `MMSIM_BROWSER=required` they fail.
+
+#[path = "../harness/mod.rs"]
+mod harness;
+
+mod browser;
+mod drawing;
+mod driver;
+mod http;
+mod live;
+mod map;
+mod page;
+mod simulator;
+mod timeline;
+mod told;

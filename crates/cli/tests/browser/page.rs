@@ -1,0 +1,91 @@
+//! The page of a simulator: what a person finds there, by its names.
+
+use mmsim_maze::{Cell, Maze};
+use serde_json::json;
+
+use crate::browser::{Browser, wait_for};
+use crate::drawing::Drawing;
+use crate::told::Told;
+
+/// A panel of the page, which shows one source of states.
+#[derive(Clone, Copy)]
+pub(crate) struct Panel<'a> {
+    pub(crate) browser: &'a Browser,
+    pub(crate) source: &'a str,
+}
+
+impl<'a> Panel<'a> {
+    pub(crate) fn live(browser: &'a Browser) -> Self {
+        Self { browser, source: "live" }
+    }
+
+    /// A selector of something in this panel.
+    pub(crate) fn part(&self, selector: &str) -> String {
+        format!(r#".panel[data-source="{}"] {selector}"#, self.source)
+    }
+
+    pub(crate) fn text(&self, selector: &str) -> String {
+        self.browser.text(&self.part(selector))
+    }
+
+    pub(crate) fn click(&self, selector: &str) {
+        self.browser.click(&self.part(selector));
+    }
+
+    /// What it says of itself: `at`, `states`, `run`, `following`, `solved`.
+    pub(crate) fn says(&self, what: &str) -> String {
+        let script = "return document.querySelector(arguments[0])?.dataset[arguments[1]] ?? 'none'";
+        self.browser.run(script, &[json!(self.part("").trim_end()), json!(what)])
+    }
+
+    /// Waits until it shows the state with this number, counted from 0.
+    pub(crate) fn wait_at(&self, at: usize) {
+        let expected = at.to_string();
+        wait_for(&format!("state {at} in {}", self.source), || {
+            (self.says("at") == expected).then_some(())
+        });
+    }
+
+    /// The same for this run.
+    pub(crate) fn wait_run_at(&self, run: u64, at: usize) {
+        let expected = (run.to_string(), at.to_string());
+        wait_for(&format!("state {at} of run {run}"), || {
+            ((self.says("run"), self.says("at")) == expected).then_some(())
+        });
+    }
+
+    /// An attribute of a part.
+    pub(crate) fn says_of(&self, selector: &str, attribute: &str) -> String {
+        let script =
+            "return document.querySelector(arguments[0]).getAttribute(arguments[1]) ?? 'none'";
+        self.browser.run(script, &[json!(self.part(selector)), json!(attribute)])
+    }
+
+    /// Chooses from a list by the value.
+    pub(crate) fn choose(&self, selector: &str, value: &str) {
+        self.browser.click(&self.part(&format!(r#"{selector} option[value="{value}"]"#)));
+    }
+
+    /// Waits until there is a map without a state.
+    pub(crate) fn wait_empty(&self) {
+        wait_for("an empty map", || {
+            (self.says("at").is_empty() && self.says("states") == "0").then_some(())
+        });
+    }
+
+    /// Fails unless the state that was told last is shown, all of it.
+    pub(crate) fn assert_shows(&self, maze: &Maze, told: &[Told]) {
+        let trail: Vec<Cell> = told.iter().rev().take(500).rev().map(|told| told.cell).collect();
+        Drawing::of(maze, told.last(), &trail)
+            .assert_shown(&Drawing::shown(self.browser, self.source));
+        if let Some(last) = told.last() {
+            let visited = last.walls.iter().filter(|&walls| walls & 1 != 0).count();
+            assert_eq!(self.text(".visited dd"), visited.to_string());
+        }
+    }
+
+    /// What stands beside the slider, such as `state 120 of 412`.
+    pub(crate) fn place(&self) -> String {
+        self.text(".place")
+    }
+}
