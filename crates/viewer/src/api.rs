@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
@@ -15,6 +16,7 @@ use mmsim_server::{Block, Ending, Recording};
 use mmsim_solvers::{Bundled, MazeFacts};
 use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
+use tokio::time::timeout;
 
 use crate::costs::Costs;
 use crate::desk::Desk;
@@ -31,6 +33,9 @@ const MAX_BODY_BYTES: usize = 64 * 1024;
 
 /// The largest recording that a page may bring, in bytes: two million states, not packed.
 const MAX_RECORDING_BYTES: usize = 1 << 30;
+
+/// How long a piece of one may take to come.
+const PIECE_TIME: Duration = Duration::from_secs(30);
 
 /// Recordings that are brought at the same time; further ones wait.
 static BRINGING: Semaphore = Semaphore::const_new(2);
@@ -403,7 +408,7 @@ async fn bring(
     let _turn = BRINGING.acquire().await.map_err(Refusal::failed)?;
     let mut file = tempfile::NamedTempFile::new().map_err(Refusal::failed)?;
     let (mut pieces, mut length) = (body.into_data_stream(), 0);
-    while let Some(piece) = pieces.next().await {
+    while let Some(piece) = timeout(PIECE_TIME, pieces.next()).await.map_err(Refusal::bad)? {
         let piece = piece.map_err(Refusal::bad)?;
         length += piece.len();
         if length > MAX_RECORDING_BYTES {
