@@ -63,6 +63,7 @@ export class Panel {
     const map = part(element, ".map");
     map.onpointermove = (event) => this.#point(this.#map?.cellAt(event) ?? null);
     map.onpointerleave = map.onblur = () => this.#point(null);
+    map.onmousedown = (event) => event.preventDefault(); // arrow keys stay with the history after a click
     map.onkeydown = (event) => this.#press(event);
   }
 
@@ -228,15 +229,13 @@ export class Panel {
   /** Puts what is shown into the addresses of exports. */
   #address() {
     if (!this.#source) return;
-    const at = this.#shown?.at;
     const layers = Object.entries(this.#layers).map(([layer, shown]) => `&${layer}=${shown}`);
     const look = `${layers.join("")}&theme=${dark.matches ? "dark" : "light"}`;
-    const queries = { "recording.mcap": "", "animation.gif": look };
     for (const link of this.element.querySelectorAll("a[download]")) {
       const what = link.getAttribute("data-export") ?? "";
-      const query = Object.entries(queries).find(([name]) => name === what)?.[1] ?? `&at=${at}${look}`;
-      if (at === undefined) link.removeAttribute("href");
-      else link.setAttribute("href", api.sourceAddress(this.#source, what, query));
+      const query = { "recording.mcap": "", "animation.gif": look }[what] ?? `&at=${this.#shown?.at}${look}`;
+      if (this.#shown) set(link, "href", api.sourceAddress(this.#source, what, query));
+      else link.removeAttribute("href");
     }
   }
 
