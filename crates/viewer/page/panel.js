@@ -9,10 +9,13 @@ import { MazeMap, dark, describeCell } from "./map.js";
 import { DX, DY, HEADINGS, readState } from "./state.js";
 import { Timeline } from "./timeline.js";
 
-/** Milliseconds between draws while states stream in: every other frame of a usual screen. */
-const LIVE_PAUSE = 25;
-/** At least so many times as long as a draw takes: the search runs on the same processors. */
-const LIVE_SHARE = 8;
+/**
+ * Milliseconds between draws while states stream in: every other frame of a usual screen, and longer
+ * where drawing is slow, so many times as long as a draw takes. The search runs on the same processors.
+ */
+const REST = { least: 25, most: 200, share: 8 };
+/** Milliseconds until it is seen that the newest state is no longer wanted. */
+const STEP = 10;
 /** States between two draws that are too many for numbers to be read. To draw them is half the work. */
 const RUSH = 50;
 /** Milliseconds without a draw until numbers come back. */
@@ -134,11 +137,12 @@ export class Panel {
     this.#busy = true;
     clearTimeout(this.#calmTimer);
     try {
-      while (this.#source && this.timeline.wanted >= 0 && this.timeline.wanted !== this.#shown?.at) {
-        if (this.timeline.following) await pause(this.#rest - performance.now());
+      for (;;) {
+        while (this.timeline.following && performance.now() < this.#rest) await pause(STEP);
         const { signal } = this.#abort;
         const source = this.#source;
         const at = this.timeline.wanted;
+        if (!source || at < 0 || at === this.#shown?.at) break;
         const [message, moment] = await Promise.all([
           api.stateMessage(source, at, signal),
           api.moment(source, at, signal),
@@ -151,7 +155,8 @@ export class Panel {
         this.#show();
         await pause(0); // until it is painted
         const now = performance.now();
-        this.#rest = now + Math.max(LIVE_PAUSE, LIVE_SHARE * (now - began));
+        const { least, most, share } = REST;
+        this.#rest = now + Math.min(Math.max(least, share * (now - began)), most);
       }
     } catch (problem) {
       this.#fail(problem);
