@@ -4,9 +4,10 @@
 
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
-import { copy, counted, frame, grouped, part, pause, report, set, write } from "./dom.js";
+import { copy, frame, part, pause, report, set, write } from "./dom.js";
+import { showFigures, tell } from "./figures.js";
 import { MazeMap, dark, describeCell } from "./map.js";
-import { DX, DY, HEADINGS, readState } from "./state.js";
+import { DX, DY, readState } from "./state.js";
 import { Timeline } from "./timeline.js";
 
 /**
@@ -38,7 +39,7 @@ export class Panel {
   #source = null;
   /** @type {MazeMap | null} */
   #map = null;
-  /** @type {{ at: number, state: import("./state.js").State, moment: api.Moment } | null} */
+  /** @type {import("./figures.js").Shown | null} */
   #shown = null;
   #busy = false;
   /** When the next live state may be drawn. */
@@ -170,7 +171,7 @@ export class Panel {
     if (shown) this.#map?.show(shown.state, shown.moment.trail, this.#layers);
     this.timeline.show();
     this.#chart.show(shown?.at ?? 0);
-    this.#showFigures();
+    showFigures(this.element, this.#source, shown?.moment);
     this.#showCell();
     set(this.element, "data-at", shown?.at ?? "");
     this.#showSlowly();
@@ -180,22 +181,6 @@ export class Panel {
     /** @param {string} name */
     const checked = (name) => part(this.element, `[name=${name}]`, HTMLInputElement).checked;
     return { numbers: checked("numbers"), heat: checked("heat"), trail: checked("trail") };
-  }
-
-  #showFigures() {
-    const moment = this.#shown?.moment;
-    const none = moment ? "no way" : "–";
-    /** @param {string} name @param {number | null | undefined} value */
-    const figure = (name, value, instead = "–") =>
-      write(this.element, `.${name} dd`, value === null || value === undefined ? instead : grouped(value));
-    figure("steps", moment?.steps);
-    figure("turns", moment?.turns);
-    figure("visited", moment?.visited);
-    figure("open-cost", moment?.open, none);
-    figure("closed-cost", moment?.closed, none);
-    figure("shortest", this.#source?.shortest_path, this.#source?.truth ? "no way" : "–");
-    write(this.element, ".solved", moment?.solved ? "solved" : "not solved");
-    set(this.element, "data-solved", moment?.solved ?? false);
   }
 
   /** Shows what need not be told at once: costs over the run, addresses of exports, the state in words. */
@@ -213,22 +198,12 @@ export class Panel {
           this.#chart.draw(costs);
           this.#chart.show(this.#shown?.at ?? 0);
         }
-        if (this.#told === at) return this.#tell();
+        if (this.#told === at) return tell(this.element, this.#shown);
         this.#told = at;
         this.#showSlowly();
       },
       this.#costsOf < 0 ? 0 : SLOW,
     );
-  }
-
-  #tell() {
-    const words = [part(this.element, ".place").textContent];
-    if (this.#shown) {
-      const { state, moment } = this.#shown;
-      words.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
-      words.push(`${counted(moment.visited, "cell")} visited`, moment.solved ? "solved" : "not solved");
-    }
-    write(this.element, ".words", words.join(", "));
   }
 
   /** Puts what is shown into the addresses of exports. */
