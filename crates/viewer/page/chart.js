@@ -3,7 +3,8 @@
 
 import { part, set, write } from "./dom.js";
 
-const [WIDTH, HEIGHT] = [512, 100];
+/** Units of the drawing; above the largest cost is room for its number. */
+const [WIDTH, HEIGHT, TOP] = [512, 100, 20];
 
 export class Chart {
   #panel;
@@ -30,7 +31,7 @@ export class Chart {
       let path = "";
       costs.forEach((cost, i) => {
         if (cost === null) return;
-        const top = ((1 - cost / most) * HEIGHT).toFixed(1);
+        const top = (HEIGHT - (cost / most) * (HEIGHT - TOP)).toFixed(1);
         path += `${i > 0 && costs[i - 1] !== null ? "V" : `M${this.#left(i * stride)} `}${top}H${this.#left((i + 1) * stride)}`;
       });
       return path;

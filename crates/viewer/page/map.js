@@ -179,7 +179,8 @@ export function describeCell(cell, { width, start, goals }, state) {
   if (x === start[0] && y === start[1]) words.push("start");
   if (goals.some((goal) => goal[0] === x && goal[1] === y)) words.push("goal");
   if (state) {
-    words.push(`weight ${state.weights[cell]}`, state.walls[cell] & VISITED ? "visited" : "not visited");
+    words.push(`weight ${state.weights[cell]}`);
+    if (state.walls[cell] & VISITED) words.push("visited");
     if (state.x === x && state.y === y) words.push(`mouse, heading ${HEADINGS[state.heading]}`);
   }
   return words.join(" · ");

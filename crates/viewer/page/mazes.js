@@ -17,8 +17,7 @@ export class MazeList {
     (changes) => {
       for (const { isIntersecting, target } of changes) {
         if (!isIntersecting || !(target instanceof HTMLImageElement)) continue;
-        target.src = api.mazePicture(target.alt);
-        target.alt = "";
+        target.src = api.mazePicture(target.dataset.path ?? "");
         this.#pictures.unobserve(target);
       }
     },
@@ -57,7 +56,7 @@ export class MazeList {
     button.onclick = () => this.#choose(maze);
     if (error === null) {
       const picture = part(item, "img", HTMLImageElement);
-      picture.alt = path;
+      picture.dataset.path = path;
       this.#pictures.observe(picture);
     }
     return { maze, item, button, words: `${path} ${name} ${width}x${height} ${way}`.toLowerCase() };

@@ -18,7 +18,10 @@ let active = "";
 /** @type {RunForm | undefined} */
 let runForm;
 
-const [facts, drawing] = await Promise.all([api.pageFacts(), api.drawingFacts()]);
+const [facts, drawing] = await Promise.all([api.pageFacts(), api.drawingFacts()]).catch((problem) => {
+  report(problem);
+  throw problem;
+});
 if (facts.live) {
   const { element } = openPanel(LIVE);
   runForm = new RunForm(element, facts.strategies);

@@ -4,15 +4,19 @@
 
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
-import { copy, counted, frame, grouped, part, pause, report, set, write } from "./dom.js";
+import { copy, frame, part, pause, report, set, write } from "./dom.js";
+import { showFigures, tell } from "./figures.js";
 import { MazeMap, dark, describeCell } from "./map.js";
-import { DX, DY, HEADINGS, readState } from "./state.js";
+import { DX, DY, readState } from "./state.js";
 import { Timeline } from "./timeline.js";
 
-/** Milliseconds between draws while states stream in: every other frame of a usual screen. */
-const LIVE_PAUSE = 25;
-/** At least so many times as long as a draw takes: the search runs on the same processors. */
-const LIVE_SHARE = 8;
+/**
+ * Milliseconds between draws while states stream in: every other frame of a usual screen, and longer
+ * where drawing is slow, so many times as long as a draw takes. The search runs on the same processors.
+ */
+const REST = { least: 25, most: 200, share: 8 };
+/** Milliseconds until it is seen that the newest state is no longer wanted. */
+const STEP = 10;
 /** States between two draws that are too many for numbers to be read. To draw them is half the work. */
 const RUSH = 50;
 /** Milliseconds without a draw until numbers come back. */
@@ -35,7 +39,7 @@ export class Panel {
   #source = null;
   /** @type {MazeMap | null} */
   #map = null;
-  /** @type {{ at: number, state: import("./state.js").State, moment: api.Moment } | null} */
+  /** @type {import("./figures.js").Shown | null} */
   #shown = null;
   #busy = false;
   /** When the next live state may be drawn. */
@@ -63,6 +67,7 @@ export class Panel {
     const map = part(element, ".map");
     map.onpointermove = (event) => this.#point(this.#map?.cellAt(event) ?? null);
     map.onpointerleave = map.onblur = () => this.#point(null);
+    map.onmousedown = (event) => event.preventDefault(); // arrow keys stay with the history after a click
     map.onkeydown = (event) => this.#press(event);
   }
 
@@ -133,11 +138,12 @@ export class Panel {
     this.#busy = true;
     clearTimeout(this.#calmTimer);
     try {
-      while (this.#source && this.timeline.wanted >= 0 && this.timeline.wanted !== this.#shown?.at) {
-        if (this.timeline.following) await pause(this.#rest - performance.now());
+      for (;;) {
+        while (this.timeline.following && performance.now() < this.#rest) await pause(STEP);
         const { signal } = this.#abort;
         const source = this.#source;
         const at = this.timeline.wanted;
+        if (!source || at < 0 || at === this.#shown?.at) break;
         const [message, moment] = await Promise.all([
           api.stateMessage(source, at, signal),
           api.moment(source, at, signal),
@@ -150,7 +156,8 @@ export class Panel {
         this.#show();
         await pause(0); // until it is painted
         const now = performance.now();
-        this.#rest = now + Math.max(LIVE_PAUSE, LIVE_SHARE * (now - began));
+        const { least, most, share } = REST;
+        this.#rest = now + Math.min(Math.max(least, share * (now - began)), most);
       }
     } catch (problem) {
       this.#fail(problem);
@@ -164,7 +171,7 @@ export class Panel {
     if (shown) this.#map?.show(shown.state, shown.moment.trail, this.#layers);
     this.timeline.show();
     this.#chart.show(shown?.at ?? 0);
-    this.#showFigures();
+    showFigures(this.element, this.#source, shown?.moment);
     this.#showCell();
     set(this.element, "data-at", shown?.at ?? "");
     this.#showSlowly();
@@ -174,22 +181,6 @@ export class Panel {
     /** @param {string} name */
     const checked = (name) => part(this.element, `[name=${name}]`, HTMLInputElement).checked;
     return { numbers: checked("numbers"), heat: checked("heat"), trail: checked("trail") };
-  }
-
-  #showFigures() {
-    const moment = this.#shown?.moment;
-    const none = moment ? "no way" : "–";
-    /** @param {string} name @param {number | null | undefined} value */
-    const figure = (name, value, instead = "–") =>
-      write(this.element, `.${name} dd`, value === null || value === undefined ? instead : grouped(value));
-    figure("steps", moment?.steps);
-    figure("turns", moment?.turns);
-    figure("visited", moment?.visited);
-    figure("open-cost", moment?.open, none);
-    figure("closed-cost", moment?.closed, none);
-    figure("shortest", this.#source?.shortest_path, this.#source?.truth ? "no way" : "–");
-    write(this.element, ".solved", moment?.solved ? "solved" : "not solved");
-    set(this.element, "data-solved", moment?.solved ?? false);
   }
 
   /** Shows what need not be told at once: costs over the run, addresses of exports, the state in words. */
@@ -207,7 +198,7 @@ export class Panel {
           this.#chart.draw(costs);
           this.#chart.show(this.#shown?.at ?? 0);
         }
-        if (this.#told === at) return this.#tell();
+        if (this.#told === at) return tell(this.element, this.#shown);
         this.#told = at;
         this.#showSlowly();
       },
@@ -215,28 +206,16 @@ export class Panel {
     );
   }
 
-  #tell() {
-    const words = [part(this.element, ".place").textContent];
-    if (this.#shown) {
-      const { state, moment } = this.#shown;
-      words.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
-      words.push(`${counted(moment.visited, "cell")} visited`, moment.solved ? "solved" : "not solved");
-    }
-    write(this.element, ".words", words.join(", "));
-  }
-
   /** Puts what is shown into the addresses of exports. */
   #address() {
     if (!this.#source) return;
-    const at = this.#shown?.at;
     const layers = Object.entries(this.#layers).map(([layer, shown]) => `&${layer}=${shown}`);
     const look = `${layers.join("")}&theme=${dark.matches ? "dark" : "light"}`;
-    const queries = { "recording.mcap": "", "animation.gif": look };
     for (const link of this.element.querySelectorAll("a[download]")) {
       const what = link.getAttribute("data-export") ?? "";
-      const query = Object.entries(queries).find(([name]) => name === what)?.[1] ?? `&at=${at}${look}`;
-      if (at === undefined) link.removeAttribute("href");
-      else link.setAttribute("href", api.sourceAddress(this.#source, what, query));
+      const query = { "recording.mcap": "", "animation.gif": look }[what] ?? `&at=${this.#shown?.at}${look}`;
+      if (this.#shown) set(link, "href", api.sourceAddress(this.#source, what, query));
+      else link.removeAttribute("href");
     }
   }
 
