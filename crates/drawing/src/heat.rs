@@ -23,10 +23,11 @@ impl std::fmt::Display for Rgb {
 
 /// The colours of a theme from the least weight to the greatest.
 pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
-    let corners = match theme {
-        Theme::Light => LIGHT.map(lab),
-        Theme::Dark => DARK.map(lab),
+    let corners: &[Lch] = match theme {
+        Theme::Light => &LIGHT,
+        Theme::Dark => &DARK,
     };
+    let corners: Vec<Lab> = corners.iter().copied().map(lab).collect();
     let lengths: Vec<f64> = corners.windows(2).map(|pair| distance(pair[0], pair[1])).collect();
     let total: f64 = lengths.iter().sum();
     #[expect(clippy::cast_precision_loss, reason = "64 steps")]
@@ -42,10 +43,15 @@ pub(crate) fn step(weight: u16, largest: u16) -> usize {
 
 /// Lightness, chroma and hue in degrees of the colours that a ramp goes through.
 type Lch = (f64, f64, f64);
-const LIGHT: [Lch; 4] =
-    [(0.955, 0.025, 240.0), (0.90, 0.05, 305.0), (0.825, 0.095, 0.0), (0.735, 0.15, 48.0)];
+const LIGHT: [Lch; 5] = [
+    (0.955, 0.025, 230.0),
+    (0.935, 0.04, 130.0),
+    (0.895, 0.085, 85.0),
+    (0.825, 0.12, 62.0),
+    (0.735, 0.145, 42.0),
+];
 const DARK: [Lch; 4] =
-    [(0.27, 0.05, 255.0), (0.345, 0.085, 305.0), (0.43, 0.12, 0.0), (0.53, 0.125, 50.0)];
+    [(0.27, 0.05, 255.0), (0.345, 0.085, 305.0), (0.42, 0.115, 0.0), (0.51, 0.12, 50.0)];
 
 type Lab = [f64; 3];
 

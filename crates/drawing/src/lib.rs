@@ -34,15 +34,23 @@
 //!
 //! The crate does no input or output, and knows neither the protocol nor files.
 
+mod animation;
+mod canvas;
 mod digits;
 mod heat;
 mod page;
+mod palette;
+mod pixels;
 mod scene;
 mod svg;
 mod theme;
+mod thumbnail;
 mod walls;
 
+pub use animation::{Animation, frame_indices};
 pub use digits::digits;
 pub use page::page_json;
+pub use pixels::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
 pub use scene::{Layers, Scene, TRAIL_CELLS};
 pub use theme::{Theme, stylesheet};
+pub use thumbnail::thumbnail;

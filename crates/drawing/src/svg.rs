@@ -1,8 +1,9 @@
 //! The drawing itself.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 
-use mmsim_maze::{Cell, Heading, MazeSize, Pose};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose};
 
 use crate::digits::{decimals, digits};
 use crate::heat::{self, Rgb};
@@ -32,7 +33,22 @@ pub(crate) struct Svg<'a> {
     scene: &'a Scene<'a>,
     view: View,
     text: String,
+    parts: Vec<Part>,
 }
+
+/// What a drawing for pixels has in one place, to be left out where nothing has changed.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    /// Where it stands in the text.
+    pub(crate) text: Range<usize>,
+    /// Where it can be seen.
+    pub(crate) area: Area,
+    /// Whether it can be left out: it is an element, not a piece of the trail, which is one.
+    pub(crate) is_element: bool,
+}
+
+/// An area in units: west, north, east, south.
+pub(crate) type Area = [i32; 4];
 
 /// The size of the drawing of a maze in units, width and height.
 pub(crate) fn units(size: MazeSize) -> (u32, u32) {
@@ -43,8 +59,13 @@ pub(crate) fn units(size: MazeSize) -> (u32, u32) {
 impl<'a> Svg<'a> {
     /// The whole drawing.
     pub(crate) fn of(scene: &'a Scene<'a>, view: View) -> String {
-        let cells = scene.size.area();
-        let mut svg = Self { scene, view, text: String::with_capacity(cells * 400 + 4096) };
+        Self::with_parts(scene, view).0
+    }
+
+    /// The whole drawing, and its parts in the order in which they stand in it.
+    pub(crate) fn with_parts(scene: &'a Scene<'a>, view: View) -> (String, Vec<Part>) {
+        let text = String::with_capacity(scene.size.area() * 400 + 4096);
+        let mut svg = Self { scene, view, text, parts: Vec::new() };
         svg.head();
         svg.cells();
         svg.heats();
@@ -54,11 +75,18 @@ impl<'a> Svg<'a> {
         svg.walls();
         svg.mouse();
         svg.text.push_str("</svg>\n");
-        svg.text
+        (svg.text, svg.parts)
     }
 
     fn put(&mut self, text: impl std::fmt::Display) {
         let _ = write!(self.text, "{text}");
+    }
+
+    /// Writes an element that can be seen in this area only.
+    fn put_part(&mut self, area: Area, element: impl std::fmt::Display) {
+        let start = self.text.len();
+        self.put(element);
+        self.parts.push(Part { text: start..self.text.len(), area, is_element: true });
     }
 
     /// Whether a layer is written at all.
@@ -107,7 +135,7 @@ impl<'a> Svg<'a> {
                 continue;
             }
             let (x, y) = corner(size, cell);
-            self.put(format_args!(
+            self.put_part(cell_area((x, y)), format_args!(
                 "<rect class=\"cell{classes}\" data-cell=\"{},{}\" x=\"{x}\" y=\"{y}\" width=\"{PITCH}\" height=\"{PITCH}\"/>\n",
                 cell.x, cell.y
             ));
@@ -131,7 +159,7 @@ impl<'a> Svg<'a> {
             }
             let colour = colour.unwrap_or_else(|| "none".into());
             let (x, y) = corner(size, cell);
-            self.put(format_args!(
+            self.put_part(cell_area((x, y)), format_args!(
                 "<rect class=\"heat\" data-cell=\"{},{}\" x=\"{x}\" y=\"{y}\" width=\"{PITCH}\" height=\"{PITCH}\" fill=\"{colour}\"/>\n",
                 cell.x, cell.y
             ));
@@ -139,24 +167,49 @@ impl<'a> Svg<'a> {
         self.put("</g>\n");
     }
 
-    /// An S in the start, a G in each goal cell, in the corner that numbers leave free.
+    /// Frames around the start and around the goals, with a badge each: an S, a G. They stay in
+    /// sight where weights colour the cells.
     fn marks(&mut self) {
         let Scene { size, start, goals, .. } = *self.scene;
         self.put("<g class=\"marks\">\n");
-        for cell in size.cells() {
-            let (x, y) = corner(size, cell);
-            for (is, class, letter) in
-                [(cell == start, "start", LETTER_S), (goals.contains(cell), "goal", LETTER_G)]
-            {
-                if is {
-                    let x = if class == "goal" && cell == start { x + 5 } else { x };
-                    self.put(format_args!(
-                        "<path class=\"mark {class}\" d=\"M{x} {y}{letter}\"/>\n"
-                    ));
-                }
+        let inside = |cell: &Cell| size.contains(*cell);
+        let starts: CellSet = [start].into_iter().filter(inside).collect();
+        let goals: CellSet = goals.iter().filter(inside).collect();
+        for (class, cells, letter) in [("start", starts, LETTER_S), ("goal", goals, LETTER_G)] {
+            for cell in cells.iter() {
+                self.mark(class, cell, &cells, letter);
             }
         }
         self.put("</g>\n");
+    }
+
+    /// What one of the cells has of their frame, and the badge if it is in the corner.
+    fn mark(&mut self, class: &str, cell: Cell, cells: &CellSet, letter: &str) {
+        let Scene { size, start, .. } = *self.scene;
+        let (x, y) = corner(size, cell);
+        let frame = frame(size, cell, cells);
+        if !frame.is_empty() {
+            let mark = format_args!("<path class=\"mark {class}\" d=\"{frame}\"/>\n");
+            // The frame may go round a corner of the next cells.
+            let [west, north, east, south] = cell_area((x, y));
+            self.put_part([west - 3, north - 3, east + 3, south + 3], mark);
+        }
+        let goes_on = |side| cell.neighbour(side).is_some_and(|next| cells.contains(next));
+        if goes_on(Heading::North) || goes_on(Heading::West) {
+            return;
+        }
+        // Where both are in one cell, the G stands beside the S.
+        let left = if class == "goal" && cell == start { x + 7 } else { x + 1 };
+        let top = y + 1;
+        self.put_part(
+            cell_area((x, y)),
+            format_args!(
+                "<path class=\"badge {class}\" d=\"M{left} {top}h5.8v4.2a1.6 1.6 0 0 1-1.6 1.6h-4.2z\"/>\n\
+                 <path class=\"letter\" d=\"M{} {}{letter}\"/>\n",
+                left + 3,
+                top + 3,
+            ),
+        );
     }
 
     fn trail(&mut self) {
@@ -164,13 +217,24 @@ impl<'a> Svg<'a> {
             return;
         }
         let Scene { size, trail, .. } = *self.scene;
-        let points: Vec<String> = trail
-            .iter()
-            .filter(|&&cell| size.contains(cell))
-            .map(|&cell| centre(size, cell))
-            .map(|(x, y)| format!("{x},{y}"))
-            .collect();
-        self.put(format_args!("<polyline class=\"trail\" points=\"{}\"/>\n", points.join(" ")));
+        let inside = trail.iter().filter(|&&cell| size.contains(cell));
+        let corners: Vec<(u32, u32)> = inside.map(|&cell| corner(size, cell)).collect();
+        self.put("<polyline class=\"trail\" points=\"");
+        let mut last: Option<(usize, (u32, u32))> = None;
+        for corner in corners {
+            if last.is_some() {
+                self.put(" ");
+            }
+            let start = self.text.len();
+            self.put(format_args!("{},{}", corner.0 + PITCH / 2, corner.1 + PITCH / 2));
+            if let Some((start, before)) = last {
+                // A piece stays inside of the two cells and those between.
+                let area = around(cell_area(before), cell_area(corner));
+                self.parts.push(Part { text: start..self.text.len(), area, is_element: false });
+            }
+            last = Some((start, corner));
+        }
+        self.put("\"/>\n");
     }
 
     fn numbers(&mut self) {
@@ -191,7 +255,7 @@ impl<'a> Svg<'a> {
                 _ => String::new(),
             };
             let path = number.map(digits).unwrap_or_default();
-            self.put(format_args!(
+            self.put_part(cell_area(corner(size, cell)), format_args!(
                 "<path class=\"number\" data-cell=\"{},{}\" transform=\"translate({x} {y}){scale}\" d=\"{path}\"/>\n",
                 cell.x, cell.y
             ));
@@ -215,13 +279,19 @@ impl<'a> Svg<'a> {
                 Heading::South => format!("M{x} {}h{PITCH}", y + PITCH),
                 Heading::West => format!("M{x} {y}v{PITCH}"),
             };
-            self.put(format_args!(
-                "<path class=\"{}\" data-wall=\"{},{},{}\" d=\"{line}\"/>\n",
-                class.names(),
-                cell.x,
-                cell.y,
-                heading.letter()
-            ));
+            // A wall reaches half its width over each side of the cell.
+            let [west, north, east, south] = cell_area((x, y));
+            let area = [west - 1, north - 1, east + 1, south + 1];
+            self.put_part(
+                area,
+                format_args!(
+                    "<path class=\"{}\" data-wall=\"{},{},{}\" d=\"{line}\"/>\n",
+                    class.names(),
+                    cell.x,
+                    cell.y,
+                    heading.letter()
+                ),
+            );
         }
         self.put("</g>\n<path class=\"posts\" d=\"");
         for row in 0..=u32::from(size.height()) {
@@ -239,6 +309,7 @@ impl<'a> Svg<'a> {
             return;
         }
         let class = if mouse.is_some() { "mouse" } else { "mouse absent" };
+        let start = if size.contains(start) { start } else { Cell::new(0, 0) };
         let pose = mouse.unwrap_or(Pose::new(start, Heading::North));
         let (x, y) = centre(size, pose.cell);
         let degrees = match pose.heading {
@@ -247,10 +318,21 @@ impl<'a> Svg<'a> {
             Heading::South => 180,
             Heading::West => 270,
         };
-        self.put(format_args!(
+        self.put_part(cell_area(corner(size, pose.cell)), format_args!(
             "<path class=\"{class}\" transform=\"translate({x} {y}) rotate({degrees})\" d=\"{MOUSE}\"/>\n"
         ));
     }
+}
+
+/// The area of a cell with this north-west corner.
+fn cell_area((x, y): (u32, u32)) -> Area {
+    let (west, north, pitch) = (x.cast_signed(), y.cast_signed(), PITCH.cast_signed());
+    [west, north, west + pitch, north + pitch]
+}
+
+/// The least area around both.
+fn around(one: Area, other: Area) -> Area {
+    [one[0].min(other[0]), one[1].min(other[1]), one[2].max(other[2]), one[3].max(other[3])]
 }
 
 /// The north-west corner of a cell, in units.
@@ -265,17 +347,56 @@ fn centre(size: MazeSize, cell: Cell) -> (u32, u32) {
     (x + PITCH / 2, y + PITCH / 2)
 }
 
-/// Letters for the corner of a cell, from its north-west corner.
-const LETTER_S: &str = "m5 2.6c-.4-.4-.9-.6-1.5-.6-.8 0-1.4.4-1.4 1.1 0 1.5 3 .7 3 2.2 0 .7-.6 1.1-1.5 1.1-.7 0-1.3-.3-1.6-.7";
-const LETTER_G: &str =
-    "m5.2 2.8c-.3-.5-.8-.8-1.4-.8-1.1 0-1.8.9-1.8 2.2s.7 2.2 1.8 2.2c.9 0 1.6-.6 1.6-1.7h-1.5";
+/// The lines of a frame around some cells that stand in this one of them: along each side behind
+/// which there is none of them, inside of the walls.
+fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
+    const INSET: f64 = 1.9;
+    let (x, y) = centre(size, cell);
+    let has = |cell: Option<Cell>| cell.is_some_and(|cell| cells.contains(cell));
+    let mut path = String::new();
+    for side in Heading::ALL.into_iter().filter(|&side| !has(cell.neighbour(side))) {
+        let outside = cell.neighbour(side);
+        // How far the line goes from the middle of the side towards a corner: it turns there, goes
+        // straight on, or turns the other way in the next cell.
+        let reach = |along: Heading| {
+            let half = f64::from(PITCH) / 2.0;
+            match (has(cell.neighbour(along)), has(outside.and_then(|cell| cell.neighbour(along))))
+            {
+                (false, _) => half - INSET,
+                (true, false) => half,
+                (true, true) => half + INSET,
+            }
+        };
+        let out = f64::from(PITCH) / 2.0 - INSET;
+        let (left, right) = (reach(side.left()), reach(side.right()));
+        // To the east and to the south of the middle of the cell.
+        let point = |way: f64| match side {
+            Heading::North => (way, -out),
+            Heading::East => (out, way),
+            Heading::South => (-way, out),
+            Heading::West => (-out, -way),
+        };
+        let (from, to) = (point(-left), point(right));
+        let place = |(east, south): (f64, f64)| {
+            let (x, y) = (f64::from(x) + east, f64::from(y) + south);
+            format!("{} {}", decimals(x), decimals(y))
+        };
+        let _ = write!(path, "M{}L{}", place(from), place(to));
+    }
+    path
+}
 
-/// A mouse seen from above, its nose to the north: body, two ears, and a light spot on its back.
-const MOUSE: &str = "M0-8C2-6.6 3-5 3.4-3.6A2.4 2.4 0 1 1 5.3.7C5.7 2 5.8 3 5.4 4.2 4.7 6.4 2.6 7.6 0 7.6S-4.7 6.4-5.4 4.2C-5.8 3-5.7 2-5.3.7A2.4 2.4 0 1 1-3.4-3.6C-3-5-2-6.6 0-8Z";
+/// Letters 3.4 high around a point.
+const LETTER_S: &str = "m1-1.2c-.2-.3-.6-.5-1.1-.5-.7 0-1.1.3-1.1.8 0 1.2 2.4.5 2.4 1.7 0 .6-.5.9-1.2.9-.5 0-1-.2-1.2-.5";
+const LETTER_G: &str =
+    "m1.2-1c-.2-.4-.6-.7-1.1-.7-.9 0-1.4.7-1.4 1.7s.5 1.7 1.4 1.7c.7 0 1.2-.5 1.2-1.4h-1.1";
+
+/// A mouse seen from above, its nose to the north: a body that tapers, two ears, two eyes.
+const MOUSE: &str = "M0-8.4C1.9-7 3.2-5.2 3.7-3.5A2.5 2.5 0 1 1 5.5.8C5.9 2 6 3.2 5.6 4.4 4.9 6.6 2.7 7.8 0 7.8S-4.9 6.6-5.6 4.4C-6 3.2-5.9 2-5.5.8A2.5 2.5 0 1 1-3.7-3.5C-3.2-5.2-1.9-7 0-8.4ZM-1.6-3.4a.3.3 0 1 0 .01 0zM1.6-3.4a.3.3 0 1 0 .01 0z";
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{CellSet, KnownMaze, Maze, WallState, Walls};
+    use mmsim_maze::{KnownMaze, Maze, WallState, Walls};
     use proptest::prelude::*;
 
     use super::*;

@@ -23,9 +23,9 @@ pub(crate) struct Colours {
     /// Known walls, and with little opacity the others.
     pub(crate) wall: Rgb,
     pub(crate) mistaken: Rgb,
-    /// The start's cell and its letter.
+    /// The start's cell and its frame.
     pub(crate) start: (Rgb, Rgb),
-    /// The goals' cells and letters.
+    /// The goals' cells and their frame.
     pub(crate) goal: (Rgb, Rgb),
     pub(crate) trail: Rgb,
     pub(crate) number: Rgb,
@@ -51,33 +51,41 @@ impl Theme {
                 floor: rgb(0x00fd_fdfc),
                 visited: rgb(0x00e9_eff8),
                 wall: rgb(0x001b_2430),
-                mistaken: rgb(0x00d9_4801),
+                mistaken: rgb(0x00d0_1c50),
                 start: (rgb(0x00cb_ebe2), rgb(0x0005_6b5c)),
                 goal: (rgb(0x00ec_dcf7), rgb(0x007a_2ba8)),
-                trail: rgb(0x002f_6fde),
-                number: rgb(0x001b_2430),
+                trail: rgb(0x0025_63eb),
+                number: rgb(0x002a_3442),
                 mouse: rgb(0x001d_4fd7),
                 rim: rgb(0x00ff_ffff),
                 unknown_opacity: ".24",
                 post_opacity: ".2",
-                trail_opacity: ".5",
+                trail_opacity: ".6",
             },
             Self::Dark => Colours {
                 floor: rgb(0x0013_1820),
                 visited: rgb(0x001f_2937),
                 wall: rgb(0x00e8_edf4),
-                mistaken: rgb(0x00ff_9d4d),
+                mistaken: rgb(0x00ff_b02e),
                 start: (rgb(0x0011_4a43), rgb(0x006f_e3cd)),
                 goal: (rgb(0x0043_2560), rgb(0x00d9_a8f7)),
-                trail: rgb(0x0063_a8ff),
-                number: rgb(0x00f1_f4f8),
+                trail: rgb(0x0058_a6ff),
+                number: rgb(0x00e2_e8f0),
                 mouse: rgb(0x007d_b8ff),
                 rim: rgb(0x000b_0f15),
                 unknown_opacity: ".25",
                 post_opacity: ".2",
-                trail_opacity: ".55",
+                trail_opacity: ".7",
             },
         }
+    }
+}
+
+impl Colours {
+    /// Those that fill more than a line.
+    pub(crate) const fn areas(&self) -> [Rgb; 11] {
+        let Self { floor, visited, wall, mistaken, start, goal, number, mouse, rim, .. } = *self;
+        [floor, visited, wall, mistaken, start.0, start.1, goal.0, goal.1, number, mouse, rim]
     }
 }
 
@@ -86,13 +94,15 @@ impl Theme {
 fn shapes() -> String {
     format!(
         "\
+.maze .floor,.maze .cell,.maze .heat{{shape-rendering:crispEdges}}
 .maze path,.maze polyline{{fill:none;stroke:none;stroke-linecap:round;stroke-linejoin:round}}
 .maze .cell{{fill:none}}
 .maze .wall{{stroke-width:2;stroke-linecap:square}}
 .maze .wall.true{{stroke-linecap:butt}}
 .maze .wall.known{{stroke-linecap:square;stroke-opacity:1}}
 .maze .wall.mistaken{{stroke-linecap:butt;stroke-dasharray:4 3;stroke-dashoffset:-1}}
-.maze .mark{{stroke-width:1.1}}
+.maze .mark{{stroke-width:1.4}}
+.maze .letter{{stroke-width:.95}}
 .maze .trail{{stroke-width:2.2}}
 .maze .number{{stroke-width:{}}}
 .maze .mouse{{stroke-width:1.2;fill-rule:evenodd}}
@@ -115,6 +125,9 @@ fn colours(theme: Theme) -> String {
         ("cell.goal", format!("fill:{}", goal.0)),
         ("mark.start", format!("stroke:{}", start.1)),
         ("mark.goal", format!("stroke:{}", goal.1)),
+        ("badge.start", format!("fill:{}", start.1)),
+        ("badge.goal", format!("fill:{}", goal.1)),
+        ("letter", format!("stroke:{floor}")),
         ("trail", format!("stroke:{trail};stroke-opacity:{trail_opacity}")),
         ("number", format!("stroke:{number}")),
         ("wall.true", format!("stroke:{wall};stroke-opacity:{unknown_opacity}")),
@@ -174,8 +187,8 @@ mod tests {
                 ("wall", wall, floor),
                 ("wall of a visited cell", wall, visited),
                 ("mistaken wall", mistaken, floor),
-                ("S", start.1, start.0),
-                ("G", goal.1, goal.0),
+                ("S", start.1, floor),
+                ("G", goal.1, floor),
                 ("mouse", mouse, visited),
             ] {
                 let contrast = contrast(colour, behind);

@@ -3,56 +3,51 @@
 
 import { part, set, write } from "./dom.js";
 
-/** @typedef {import("./api.js").Costs} Costs */
-
-const WIDTH = 512;
-const HEIGHT = 100;
+/** Units of the drawing; above the largest cost is room for its number. */
+const [WIDTH, HEIGHT, TOP] = [512, 100, 20];
 
 export class Chart {
-    #element;
-    #cursor;
-    #states = 1;
+  #panel;
+  #cursor;
+  #last = 1;
 
-    /** @param {HTMLElement} element the figure @param {(at: number) => void} go */
-    constructor(element, go) {
-        this.#element = element;
-        this.#cursor = part(element, ".cursor", SVGElement);
-        const plot = part(element, "svg", SVGSVGElement);
-        plot.onclick = ({ clientX }) => {
-            const { left, width } = plot.getBoundingClientRect();
-            go(Math.round(((clientX - left) / width) * (this.#states - 1)));
-        };
-    }
+  /** @param {HTMLElement} panel @param {(at: number) => void} go */
+  constructor(panel, go) {
+    this.#panel = panel;
+    this.#cursor = part(panel, ".plot .cursor", SVGElement);
+    const plot = part(panel, ".plot");
+    plot.onclick = ({ clientX }) => {
+      const { left, width } = plot.getBoundingClientRect();
+      go(Math.round(((clientX - left) / width) * this.#last));
+    };
+  }
 
-    /** @param {Costs} costs */
-    draw({ states, stride, open, closed }) {
-        this.#states = Math.max(2, states);
-        const most = Math.max(1, ...open.map(Number), ...closed.map(Number));
-        /** A step for each value: a cost holds until the next state. @param {(number | null)[]} costs */
-        const line = (costs) => {
-            let path = "";
-            for (let i = 0; i < costs.length; i++) {
-                const cost = costs[i];
-                if (cost === null) continue;
-                const left = this.#left(i * stride);
-                const right = this.#left(Math.min((i + 1) * stride, states - 1));
-                const top = ((1 - cost / most) * HEIGHT).toFixed(1);
-                path += `${i > 0 && costs[i - 1] !== null ? "V" : `M${left} `}${top}H${right}`;
-            }
-            return path;
-        };
-        part(this.#element, ".open", SVGElement).setAttribute("d", line(open));
-        part(this.#element, ".closed", SVGElement).setAttribute("d", line(closed));
-        write(part(this.#element, ".most", HTMLElement), states > 0 ? String(most) : "");
-    }
+  /** @param {import("./api.js").Costs} costs */
+  draw({ states, stride, open, closed }) {
+    this.#last = Math.max(1, states - 1);
+    const most = Math.max(1, ...open.map(Number), ...closed.map(Number));
+    /** A step for each value, since a cost holds until the next one. @param {(number | null)[]} costs */
+    const line = (costs) => {
+      let path = "";
+      costs.forEach((cost, i) => {
+        if (cost === null) return;
+        const top = (HEIGHT - (cost / most) * (HEIGHT - TOP)).toFixed(1);
+        path += `${i > 0 && costs[i - 1] !== null ? "V" : `M${this.#left(i * stride)} `}${top}H${this.#left((i + 1) * stride)}`;
+      });
+      return path;
+    };
+    part(this.#panel, ".plot .open", SVGElement).setAttribute("d", line(open));
+    part(this.#panel, ".plot .closed", SVGElement).setAttribute("d", line(closed));
+    write(this.#panel, ".most", states > 0 ? most : "");
+  }
 
-    /** @param {number} at */
-    show(at) {
-        set(this.#cursor, "transform", `translate(${this.#left(Math.max(0, at))} 0)`);
-    }
+  /** @param {number} at */
+  show(at) {
+    set(this.#cursor, "transform", `translate(${this.#left(at)} 0)`);
+  }
 
-    /** @param {number} at */
-    #left(at) {
-        return Number(((Math.min(at, this.#states - 1) / (this.#states - 1)) * WIDTH).toFixed(1));
-    }
+  /** @param {number} at */
+  #left(at) {
+    return ((Math.min(at, this.#last) / this.#last) * WIDTH).toFixed(1);
+  }
 }

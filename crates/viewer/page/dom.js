@@ -1,31 +1,36 @@
 // @ts-check
-// A few words for what every part of the page does with elements.
+// A few words for what every part of the page does with elements. What is already so is not written
+// again: even the same value costs a layout.
 
 /**
  * The element of a selector, which the page is known to have.
- * @template {Element} T
- * @param {ParentNode} root @param {string} selector @param {new () => T} type @returns {T}
+ * @template {Element} [T=HTMLElement]
+ * @param {ParentNode} root
+ * @param {string} selector
+ * @param {new () => T} [type]
+ * @returns {T}
  */
 export function part(root, selector, type) {
-    const element = root.querySelector(selector);
-    if (element instanceof type) return element;
-    throw new Error(`no ${selector} in the page`);
+  const element = root.querySelector(selector);
+  if (element instanceof (type ?? HTMLElement)) return /** @type {T} */ (element);
+  throw new Error(`no ${selector} in the page`);
 }
 
 /** A copy of a template's element. @param {string} id */
 export function copy(id) {
-    const template = part(document, `#${id}`, HTMLTemplateElement);
-    return /** @type {HTMLElement} */ (template.content.firstElementChild?.cloneNode(true));
+  const { content } = part(document, `#${id}`, HTMLTemplateElement);
+  return /** @type {HTMLElement} */ (content.firstElementChild?.cloneNode(true));
 }
 
-/** Writes a text, unless it stands there. @param {Element} element @param {string} text */
-export function write(element, text) {
-    if (element.textContent !== text) element.textContent = text;
+/** Writes the text of a part. @param {ParentNode} root @param {string} selector @param {unknown} text */
+export function write(root, selector, text) {
+  const element = part(root, selector);
+  if (element.textContent !== String(text)) element.textContent = String(text);
 }
 
-/** Sets an attribute, unless it is so. @param {Element} element @param {string} name @param {string} value */
-export function set(element, name, value) {
-    if (element.getAttribute(name) !== value) element.setAttribute(name, value);
+/** @param {Element} element @param {string} attribute @param {unknown} value */
+export function set(element, attribute, value) {
+  if (element.getAttribute(attribute) !== String(value)) element.setAttribute(attribute, String(value));
 }
 
 /** @param {number} number */
@@ -34,21 +39,19 @@ export const grouped = (number) => number.toLocaleString("en");
 /** @param {number} count @param {string} thing */
 export const counted = (count, thing) => `${grouped(count)} ${thing}${count === 1 ? "" : "s"}`;
 
-/** The next frame. @returns {Promise<number>} */
-export const frame = () => new Promise((resolve) => requestAnimationFrame(resolve));
+/** The next frame. */
+export const frame = () => new Promise(requestAnimationFrame);
 
 /** @param {number} milliseconds */
 export const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
-/** Says what went wrong, until it is dismissed or something else does. @param {unknown} problem */
+/** Says what went wrong, until it is dismissed or something is tried anew. @param {unknown} problem */
 export function report(problem) {
-    if (problem instanceof DOMException && problem.name === "AbortError") return;
-    const lost = problem instanceof TypeError;
-    write(part(document, "#problem span", HTMLElement),
-        lost ? "The simulator does not answer." : String(/** @type {Error} */ (problem).message ?? problem));
-    part(document, "#problem", HTMLElement).hidden = false;
+  if (!(problem instanceof Error) || problem.name === "AbortError") return;
+  write(document, "#problem span", problem instanceof TypeError ? "The simulator does not answer." : problem.message);
+  part(document, "#problem").hidden = false;
 }
 
 export function clearProblem() {
-    part(document, "#problem", HTMLElement).hidden = true;
+  part(document, "#problem").hidden = true;
 }

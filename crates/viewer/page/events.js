@@ -4,42 +4,30 @@
 /** Milliseconds until a stream is opened again that the browser has given up. */
 const RETRY = 2000;
 
-export class Events {
-    /** @type {EventSource | null} */
-    #stream = null;
-    #lost = false;
-    #hear;
-    #connected;
-
-    /**
-     * @param {(event: import("./api.js").ServerEvent) => void} hear
-     * @param {(connected: boolean, again: boolean) => void} connected `again`: after it was lost
-     */
-    constructor(hear, connected) {
-        this.#hear = hear;
-        this.#connected = connected;
-        document.addEventListener("visibilitychange", () => this.#open());
-        this.#open();
-    }
-
-    #open() {
-        this.#stream?.close();
-        this.#stream = null;
-        if (document.hidden) return;
-        const stream = new EventSource("/events");
-        this.#stream = stream;
-        stream.onmessage = ({ data }) => this.#hear(JSON.parse(data));
-        stream.onopen = () => {
-            this.#connected(true, this.#lost);
-            this.#lost = false;
-        };
-        stream.onerror = () => {
-            this.#lost = true;
-            this.#connected(false, false);
-            if (stream.readyState !== EventSource.CLOSED) return;
-            setTimeout(() => {
-                if (this.#stream === stream) this.#open();
-            }, RETRY);
-        };
-    }
+/**
+ * @param {(event: import("./api.js").ServerEvent) => void} hear
+ * @param {(connected: boolean, again: boolean) => void} connected `again`: after it was lost
+ */
+export function listen(hear, connected) {
+  /** @type {EventSource | undefined} */
+  let stream;
+  let lost = false;
+  const open = () => {
+    stream?.close();
+    if (document.hidden) return;
+    const opened = new EventSource("/events");
+    stream = opened;
+    opened.onmessage = ({ data }) => hear(JSON.parse(data));
+    opened.onopen = () => {
+      connected(true, lost);
+      lost = false;
+    };
+    opened.onerror = () => {
+      lost = true;
+      connected(false, false);
+      if (opened.readyState === EventSource.CLOSED) setTimeout(() => stream === opened && open(), RETRY);
+    };
+  };
+  document.addEventListener("visibilitychange", open);
+  open();
 }

@@ -2,148 +2,140 @@
 // The list of mazes: search as you type, pictures as they come into sight, one is served.
 
 import * as api from "./api.js";
-import { clearProblem, copy, part, report, write } from "./dom.js";
+import { clearProblem, copy, counted, part, report, write } from "./dom.js";
 
 export class MazeList {
-    #element = part(document, "#mazes", HTMLElement);
-    #list = part(this.#element, "ul", HTMLElement);
-    #search = part(this.#element, "[name=search]", HTMLInputElement);
-    /** @type {{ maze: api.MazeEntry, words: string, item: HTMLElement, button: HTMLButtonElement }[]} */
-    #entries = [];
-    #states;
-    /** @type {string | null} */
-    #served = null;
-    /** Pictures are fetched as they are about to be seen. */
-    #pictures = new IntersectionObserver(
-        (changes) => {
-            for (const { isIntersecting, target } of changes) {
-                if (!isIntersecting || !(target instanceof HTMLImageElement)) continue;
-                target.src = api.mazePicture(target.dataset.path ?? "");
-                this.#pictures.unobserve(target);
-            }
-        },
-        { root: this.#list, rootMargin: "60px" },
-    );
+  #element = part(document, "#mazes");
+  #list = part(this.#element, "ul");
+  #search = part(this.#element, "input", HTMLInputElement);
+  /** @type {{ maze: api.MazeEntry, words: string, item: HTMLElement, button: HTMLButtonElement }[]} */
+  #entries = [];
+  #states;
+  /** @type {string | null} */
+  #served = null;
+  #pictures = new IntersectionObserver(
+    (changes) => {
+      for (const { isIntersecting, target } of changes) {
+        if (!isIntersecting || !(target instanceof HTMLImageElement)) continue;
+        target.src = api.mazePicture(target.dataset.path ?? "");
+        this.#pictures.unobserve(target);
+      }
+    },
+    { root: this.#list, rootMargin: "60px" },
+  );
 
-    /** @param {() => number} states how many there are to lose */
-    constructor(states) {
-        this.#states = states;
-        this.#element.hidden = false;
-        this.#search.oninput = () => this.#filter();
-        this.#element.onkeydown = (event) => this.#press(event);
-    }
+  /** @param {() => number} states how many there are to lose */
+  constructor(states) {
+    this.#states = states;
+    this.#element.hidden = false;
+    this.#search.oninput = () => this.#filter();
+    this.#element.onkeydown = (event) => this.#press(event);
+  }
 
-    async load() {
-        const mazes = await api.mazes();
-        this.#pictures.disconnect();
-        this.#entries = mazes.map((maze) => this.#entry(maze));
-        this.#list.replaceChildren(...this.#entries.map(({ item }) => item));
-        this.#filter();
-        this.#mark();
-    }
+  async load() {
+    this.#entries = (await api.mazes()).map((maze) => this.#entry(maze));
+    this.#list.replaceChildren(...this.#entries.map(({ item }) => item));
+    this.#filter();
+    this.#mark();
+  }
 
-    /** @param {api.MazeEntry} maze */
-    #entry(maze) {
-        const item = copy("maze");
-        const button = part(item, "button", HTMLButtonElement);
-        const size = maze.width === null ? "" : `${maze.width} × ${maze.height}`;
-        const way = maze.shortest_path === null ? "unsolvable" : `path ${maze.shortest_path}`;
-        const picture = part(item, "img", HTMLImageElement);
-        write(part(item, ".name", HTMLElement), maze.name);
-        write(part(item, ".size", HTMLElement), maze.error ?? size);
-        write(part(item, ".way", HTMLElement), maze.error === null ? way : "unreadable");
-        item.dataset.path = maze.path;
-        item.dataset.kind = maze.error !== null ? "unreadable" : maze.shortest_path === null ? "unsolvable" : "solvable";
-        if (maze.error === null) {
-            picture.dataset.path = maze.path;
-            this.#pictures.observe(picture);
-        }
-        button.title = maze.error ?? maze.path;
-        button.setAttribute("aria-disabled", String(maze.error !== null));
-        button.onclick = () => this.#choose(maze);
-        const words = `${maze.path} ${maze.name} ${maze.width}x${maze.height} ${size} ${way}`.toLowerCase();
-        return { maze, words, item, button };
+  /** @param {api.MazeEntry} maze */
+  #entry(maze) {
+    const { path, name, width, height, error } = maze;
+    const item = copy("maze");
+    const button = part(item, "button", HTMLButtonElement);
+    const solvable = maze.shortest_path !== null;
+    const size = error === null ? `${width} × ${height}` : "unreadable";
+    const way = error ?? (solvable ? `path ${maze.shortest_path}` : "unsolvable");
+    write(item, ".name", name);
+    write(item, ".size", size);
+    write(item, ".way", way);
+    item.dataset.path = path;
+    item.dataset.kind = error !== null ? "unreadable" : solvable ? "solvable" : "unsolvable";
+    button.title = error ?? path;
+    button.onclick = () => this.#choose(maze);
+    if (error === null) {
+      const picture = part(item, "img", HTMLImageElement);
+      picture.dataset.path = path;
+      this.#pictures.observe(picture);
     }
+    return { maze, item, button, words: `${path} ${name} ${width}x${height} ${way}`.toLowerCase() };
+  }
 
-    /** Shows the mazes that have all words, in any order and case. */
-    #filter() {
-        const wanted = this.#search.value.toLowerCase().split(/\s+/);
-        for (const { words, item } of this.#entries) item.hidden = !wanted.every((word) => words.includes(word));
-        const count = this.#shown.length;
-        const all = this.#entries.length;
-        write(part(this.#element, ".count", HTMLElement), count === all ? String(all) : `${count} of ${all}`);
-        this.#stop();
-    }
+  /** Shows the mazes that have all words, in any order and case. */
+  #filter() {
+    const wanted = this.#search.value.toLowerCase().split(/\s+/);
+    for (const { words, item } of this.#entries) item.hidden = !wanted.every((word) => words.includes(word));
+    const [shown, all] = [this.#shown.length, this.#entries.length];
+    write(this.#element, ".count", shown === all ? all : `${shown} of ${all}`);
+    this.#rove();
+  }
 
-    get #shown() {
-        return this.#entries.filter(({ item }) => !item.hidden);
-    }
+  get #shown() {
+    return this.#entries.filter(({ item }) => !item.hidden);
+  }
 
-    /** One maze of the list is reached by Tab: the one in focus, the served one or the first. */
-    #stop(chosen = document.activeElement) {
-        const shown = this.#shown;
-        const stop =
-            shown.find(({ button }) => button === chosen) ??
-            shown.find(({ maze }) => maze.path === this.#served) ??
-            shown[0];
-        for (const entry of this.#entries) entry.button.tabIndex = entry === stop ? 0 : -1;
-    }
+  /** Tab reaches one maze of the list: the given one, the served one or the first. @param {unknown} [chosen] */
+  #rove(chosen) {
+    const shown = this.#shown;
+    const served = shown.find(({ maze }) => maze.path === this.#served) ?? shown[0];
+    const stop = shown.find(({ button }) => button === chosen) ?? served;
+    for (const entry of this.#entries) entry.button.tabIndex = entry === stop ? 0 : -1;
+  }
 
-    /** @param {KeyboardEvent} event */
-    #press(event) {
-        const shown = this.#shown;
-        const at = shown.findIndex(({ button }) => button === event.target);
-        const searching = event.target === this.#search;
-        if (searching && event.key === "Enter") {
-            event.preventDefault(); // or it would go on to a button of the dialog
-            if (shown.length > 0) void this.#choose(shown[0].maze);
-        }
-        const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity }[event.key];
-        if (step === undefined || (searching && event.key !== "ArrowDown")) return;
-        event.preventDefault();
-        event.stopPropagation();
-        if (at === 0 && step < 0) return this.#search.focus();
-        const next = shown[Math.max(0, Math.min(at + step, shown.length - 1))]?.button;
-        if (!next) return;
-        next.focus();
-        this.#stop(next);
+  /** @param {KeyboardEvent} event */
+  #press(event) {
+    const shown = this.#shown;
+    const { key, target } = event;
+    const searching = target === this.#search;
+    if (searching && key === "Enter") {
+      event.preventDefault(); // or it would go on to a button of the dialog
+      if (shown.length > 0) void this.#choose(shown[0].maze);
     }
+    const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity }[key];
+    if (step === undefined || (searching && key !== "ArrowDown")) return;
+    event.preventDefault();
+    const at = shown.findIndex(({ button }) => button === target);
+    if (at === 0 && step < 0) return this.#search.focus();
+    const next = shown[Math.max(0, Math.min(at + step, shown.length - 1))]?.button;
+    next?.focus();
+    this.#rove(next);
+  }
 
-    /** Serves a maze, after asking if that deletes states. @param {api.MazeEntry} maze */
-    async #choose(maze) {
-        if (maze.error !== null) return report(new Error(maze.error));
-        const states = this.#states();
-        if (states > 0 && !(await confirmed(maze.name, states))) return;
-        clearProblem();
-        await api.serveMaze(maze.path).catch(report);
-    }
+  /** Serves a maze, after asking if that deletes states. @param {api.MazeEntry} maze */
+  async #choose({ path, name, error }) {
+    clearProblem();
+    if (error !== null) return report(new Error(error));
+    const states = this.#states();
+    if (states > 0 && !(await confirmed(name, states))) return;
+    await api.serveMaze(path).catch(report);
+  }
 
-    /** @param {string | null} served its path */
-    mark(served) {
-        if (served === this.#served) return;
-        this.#served = served;
-        this.#mark();
-    }
+  /** @param {string | null} served its path */
+  mark(served) {
+    if (served === this.#served) return;
+    this.#served = served;
+    this.#mark();
+  }
 
-    #mark() {
-        for (const { maze, item, button } of this.#entries) {
-            const current = maze.path === this.#served;
-            if (current) button.setAttribute("aria-current", "true");
-            else button.removeAttribute("aria-current");
-            if (current) item.scrollIntoView({ block: "nearest" });
-        }
-        this.#stop();
+  #mark() {
+    for (const { maze, item, button } of this.#entries) {
+      const current = maze.path === this.#served;
+      button.ariaCurrent = current ? "true" : null;
+      if (current) this.#list.scrollTop = item.offsetTop - this.#list.offsetTop - 60;
     }
+    this.#rove(document.activeElement);
+  }
 }
 
 /** @param {string} name @param {number} states @returns {Promise<boolean>} */
 function confirmed(name, states) {
-    const dialog = part(document, "#confirm", HTMLDialogElement);
-    write(part(dialog, ".name", HTMLElement), name);
-    write(part(dialog, ".states", HTMLElement), states === 1 ? "1 state" : `${states.toLocaleString("en")} states`);
-    dialog.returnValue = "";
-    dialog.showModal();
-    return new Promise((resolve) => {
-        dialog.onclose = () => resolve(dialog.returnValue === "serve");
-    });
+  const dialog = part(document, "#confirm", HTMLDialogElement);
+  write(dialog, ".name", name);
+  write(dialog, ".states", counted(states, "state"));
+  dialog.returnValue = "";
+  dialog.showModal();
+  return new Promise((resolve) => {
+    dialog.onclose = () => resolve(dialog.returnValue === "serve");
+  });
 }

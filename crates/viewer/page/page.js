@@ -1,9 +1,9 @@
 // @ts-check
-// Joins the parts: the server's events, the list of mazes, the recordings and a panel for each source.
+// Joins the parts: the server's events, the lists of mazes and recordings, a panel for each source.
 
 import * as api from "./api.js";
-import { clearProblem, part, report, write } from "./dom.js";
-import { Events } from "./events.js";
+import { clearProblem, part, pause, report, set, write } from "./dom.js";
+import { listen } from "./events.js";
 import { MazeList } from "./mazes.js";
 import { Panel } from "./panel.js";
 import { RecordingList } from "./recordings.js";
@@ -11,97 +11,95 @@ import { RunForm } from "./run.js";
 
 const LIVE = "live";
 
-const panelsElement = part(document, "#panels", HTMLElement);
 /** @type {Map<string, Panel>} */
 const panels = new Map();
 /** The panel that keys go to. */
 let active = "";
+/** @type {RunForm | undefined} */
+let runForm;
 
-const [facts, drawing] = await Promise.all([api.pageFacts(), api.drawingFacts()]);
-const mazes = new MazeList(() => panels.get(LIVE)?.timeline.states ?? 0);
-const recordings = new RecordingList(openPanel);
-/** @type {RunForm | null} */
-let runForm = null;
-let recordingsHeard = 0;
+const [facts, drawing] = await Promise.all([api.pageFacts(), api.drawingFacts()]).catch((problem) => {
+  report(problem);
+  throw problem;
+});
+if (facts.live) {
+  const { element } = openPanel(LIVE);
+  runForm = new RunForm(element, facts.strategies);
+}
+for (const { id } of facts.opened) openPanel(id);
+const mazes = facts.live ? new MazeList(() => panels.get(LIVE)?.timeline.states ?? 0) : undefined;
+mazes?.load().catch(report);
+const recordings = new RecordingList((id) => openPanel(id).element.scrollIntoView({ block: "nearest" }));
+let recordingsHeard = NaN;
+
+listen(
+  (event) => {
+    if (event.run !== null) panels.get(LIVE)?.follow(event.run, event.states ?? 0);
+    mazes?.mark(event.maze);
+    runForm?.show(event.mouse);
+    if (!facts.records || event.recordings === recordingsHeard) return;
+    recordingsHeard = event.recordings;
+    recordings.list().catch(report);
+  },
+  (connected, again) => {
+    set(part(document, "#status"), "data-connected", connected);
+    write(document, "#status", connected ? "connected" : "connection lost, trying again");
+    // It may be another simulator by now, whose runs have the same numbers.
+    if (again) void panels.get(LIVE)?.begin();
+  },
+);
 
 /** @param {string} id */
 function openPanel(id) {
-    const panel = new Panel(id, drawing);
-    panels.set(id, panel);
-    panelsElement.append(panel.element);
-    panelsElement.dataset.count = String(panels.size);
-    const activate = () => {
-        active = id;
-        for (const [other, { element }] of panels) element.classList.toggle("active", other === id);
-    };
-    panel.element.addEventListener("focusin", activate);
-    panel.element.addEventListener("pointerdown", activate);
-    activate();
-    const close = part(panel.element, "[name=close]", HTMLButtonElement);
-    close.hidden = id === LIVE;
-    close.onclick = () => {
-        panel.close();
-        panels.delete(id);
-        panelsElement.dataset.count = String(panels.size);
-        active = [...panels.keys()][0] ?? "";
-        api.closeRecording(id).catch(report);
-    };
-    if (id === LIVE) runForm = new RunForm(panel.element, facts.strategies);
-    void panel.begin();
-    if (id !== LIVE) panel.element.scrollIntoView({ block: "nearest" });
+  const panel = new Panel(id, drawing);
+  const { element } = panel;
+  const all = part(document, "#panels");
+  panels.set(id, panel);
+  all.append(element);
+  /** @param {string} to */
+  const activate = (to) => {
+    active = to;
+    all.classList.toggle("several", panels.size > 1);
+    for (const [other, { element }] of panels) element.classList.toggle("active", other === to);
+  };
+  element.addEventListener("focusin", () => activate(id));
+  element.addEventListener("pointerdown", () => activate(id));
+  activate(id);
+  const close = part(element, "[name=close]", HTMLButtonElement);
+  close.hidden = id === LIVE;
+  close.onclick = () => {
+    panel.close();
+    panels.delete(id);
+    activate([...panels.keys()][0] ?? "");
+    api.closeRecording(id).catch(report);
+  };
+  void panel.begin();
+  return panel;
 }
 
-if (facts.live) openPanel(LIVE);
-for (const { id } of facts.opened) openPanel(id);
-
 const zmq = part(document, "#zmq", HTMLButtonElement);
-write(part(zmq, "span", HTMLElement), facts.zmq);
+write(zmq, "span", facts.zmq);
 zmq.hidden = !facts.live;
 zmq.onclick = async () => {
-    await navigator.clipboard.writeText(facts.zmq);
-    zmq.classList.add("copied");
-    setTimeout(() => zmq.classList.remove("copied"), 1500);
+  await navigator.clipboard.writeText(facts.zmq);
+  zmq.classList.add("copied");
+  await pause(1500);
+  zmq.classList.remove("copied");
 };
 
-if (facts.live) mazes.load().catch(report);
-recordings.load(facts.records).catch(report);
-
-const status = part(document, "#status", HTMLElement);
-new Events(
-    (event) => {
-        if (event.run !== null) panels.get(LIVE)?.follow(event.run, event.states ?? 0);
-        mazes.mark(event.maze);
-        runForm?.show(event.mouse);
-        if (event.recordings !== recordingsHeard) {
-            recordingsHeard = event.recordings;
-            recordings.load(facts.records).catch(report);
-        }
-    },
-    (connected, again) => {
-        status.dataset.connected = String(connected);
-        write(status, connected ? "connected" : "connection lost, trying again");
-        // It may be another simulator by now, whose runs have the same numbers.
-        if (again) void panels.get(LIVE)?.begin();
-    },
-);
-
-part(document, "[name=dismiss]", HTMLButtonElement).onclick = clearProblem;
 const keys = part(document, "#keys", HTMLDialogElement);
-part(document, "#help", HTMLButtonElement).onclick = () => keys.showModal();
+part(document, "#help").onclick = () => keys.showModal();
+part(document, "[name=dismiss]").onclick = clearProblem;
 
 document.addEventListener("keydown", (event) => {
-    const { target } = event;
-    if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey) return;
-    if (!(target instanceof Element) || target.closest("dialog")) return;
-    const slides = target instanceof HTMLInputElement && target.type === "range";
-    // Keys that mean something to the element in focus are its own.
-    if (target.closest("input, select, textarea") && !slides) {
-        const checks = target instanceof HTMLInputElement && target.type === "checkbox";
-        if (!checks || event.key === " ") return;
-    }
-    if (event.key === " " && target.closest("button, a, summary")) return;
-    if (event.key === "?") keys.showModal();
-    else if (event.key === "/") part(document, "[name=search]", HTMLInputElement).focus();
-    else if (!panels.get(active)?.timeline.press(event)) return;
-    event.preventDefault();
+  const { key, target } = event;
+  if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (!(target instanceof Element) || target.closest("dialog")) return;
+  // Keys that mean something to the element in focus are its own.
+  if (target.matches("select, input:not([type=range], [type=checkbox])")) return;
+  if (key === " " && target.matches("button, a, [type=checkbox]")) return;
+  if (key === "?") keys.showModal();
+  else if (key === "/" && mazes) part(document, "#mazes input").focus();
+  else if (!panels.get(active)?.timeline.press(event)) return;
+  event.preventDefault();
 });

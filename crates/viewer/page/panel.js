@@ -1,312 +1,249 @@
 // @ts-check
-// A panel shows one source of states, the live simulation or a recording: its map, its history and
-// the figures of the shown state.
+// A panel shows one source of states, the live simulation or a recording: its map, its history and the
+// figures of the shown state.
 
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
-import { copy, counted, frame, part, pause, report, set, write } from "./dom.js";
-import { MazeMap, describeCell } from "./map.js";
-import { HEADINGS, readState } from "./state.js";
+import { copy, frame, part, pause, report, set, write } from "./dom.js";
+import { showFigures, tell } from "./figures.js";
+import { MazeMap, dark, describeCell } from "./map.js";
+import { DX, DY, readState } from "./state.js";
 import { Timeline } from "./timeline.js";
 
 /**
- * Milliseconds between draws while states stream in: every other frame of a usual screen, but more
- * where drawing is slow, since the search runs on the same processors.
+ * Milliseconds between draws while states stream in: every other frame of a usual screen, and longer
+ * where drawing is slow, so many times as long as a draw takes. The search runs on the same processors.
  */
-const LIVE_PAUSE = 25;
-/** How many times as long as a draw the pause is at least. */
-const LIVE_SHARE = 8;
-/** How many states between two draws are too many for numbers to be read: drawing them is half the work. */
+const REST = { least: 25, most: 200, share: 8 };
+/** Milliseconds until it is seen that the newest state is no longer wanted. */
+const STEP = 10;
+/** States between two draws that are too many for numbers to be read. To draw them is half the work. */
 const RUSH = 50;
 /** Milliseconds without a draw until numbers come back. */
 const CALM = 100;
 /** Milliseconds between runs: a client may reset as often as it likes. */
 const BEGIN_PAUSE = 100;
-/** Milliseconds between looks at the costs, and until what has settled is said. */
+/** Milliseconds between looks at the costs, and until a state that stays is told in words. */
 const SLOW = 1000;
 
-const dark = matchMedia("(prefers-color-scheme: dark)");
-
 export class Panel {
-    element = copy("panel");
-    timeline;
-    #id;
-    #drawingFacts;
-    #chart;
-    /** @type {api.Source | null} */
-    #source = null;
-    /** @type {MazeMap | null} */
-    #map = null;
-    #abort = new AbortController();
-    #beginning = false;
-    /** The run that the server told of last. */
-    #run = NaN;
-    #drawing = false;
-    /** The shown state: its index, -1 for none, what it says and what follows from it. */
-    #at = -1;
-    /** @type {import("./state.js").State | null} */
-    #state = null;
-    /** @type {api.Moment | null} */
-    #moment = null;
-    /** When the next live state may be drawn. */
-    #rest = 0;
-    #slowTimer = 0;
-    #calmTimer = 0;
-    #told = -1;
-    #costsOf = -1;
-    /** The cell under the pointer or chosen by keys. @type {number | null} */
-    #cell = null;
+  element = copy("panel");
+  #id;
+  #drawing;
+  #chart;
+  #abort = new AbortController();
+  #beginning = false;
+  /** The run that the server told of last. @type {number | null} */
+  #run = null;
+  /** @type {api.Source | null} */
+  #source = null;
+  /** @type {MazeMap | null} */
+  #map = null;
+  /** @type {import("./figures.js").Shown | null} */
+  #shown = null;
+  #busy = false;
+  /** When the next live state may be drawn. */
+  #rest = 0;
+  #calmTimer = 0;
+  #slowTimer = 0;
+  #told = -1;
+  #costsOf = -1;
+  /** The cell that is pointed at, y * width + x. @type {number | null} */
+  #cell = null;
 
-    /** @param {string} id @param {api.Drawing} drawing */
-    constructor(id, drawing) {
-        this.#id = id;
-        this.#drawingFacts = drawing;
-        this.element.dataset.source = id;
-        this.timeline = new Timeline(this.element, id === "live", () => void this.#draw());
-        this.#chart = new Chart(this.#part(".chart"), (at) => this.timeline.go(at));
-        this.#part(".layers").onchange = () => this.#show();
-        dark.addEventListener("change", () => this.#show());
-        this.#watchPointer();
-        for (const event of ["pointerdown", "keydown", "focusin"]) {
-            this.#part(".export").addEventListener(event, () => this.#address());
-        }
+  /** @param {string} id @param {api.Drawing} drawing */
+  constructor(id, drawing) {
+    const { element } = this;
+    this.#id = id;
+    this.#drawing = drawing;
+    element.dataset.source = id;
+    this.timeline = new Timeline(element, id === "live", () => void this.#draw());
+    this.#chart = new Chart(element, (at) => this.timeline.go(at));
+    part(element, ".layers").onchange = () => this.#show();
+    dark.addEventListener("change", () => this.#show());
+    for (const event of ["pointerdown", "keydown"]) {
+      part(element, ".export").addEventListener(event, () => this.#address());
     }
+    const map = part(element, ".map");
+    map.onpointermove = (event) => this.#point(this.#map?.cellAt(event) ?? null);
+    map.onpointerleave = map.onblur = () => this.#point(null);
+    map.onmousedown = (event) => event.preventDefault(); // arrow keys stay with the history after a click
+    map.onkeydown = (event) => this.#press(event);
+  }
 
-    /** @param {string} selector */
-    #part(selector) {
-        return part(this.element, selector, HTMLElement);
+  /** What the server tells of the live run. @param {number} run @param {number} states */
+  follow(run, states) {
+    this.#run = run;
+    if (this.#source?.run === run) this.timeline.grow(states);
+    else void this.begin();
+  }
+
+  /** Empties the panel and shows the source as it is now. */
+  async begin() {
+    if (this.#beginning) return;
+    this.#beginning = true;
+    this.#abort.abort();
+    this.#abort = new AbortController();
+    const { signal } = this.#abort;
+    try {
+      const source = await api.source(this.#id, signal);
+      this.#install(source, await api.drawing(source, signal));
+    } catch (problem) {
+      this.#fail(problem);
     }
+    await pause(BEGIN_PAUSE);
+    this.#beginning = false;
+    if (this.#source && this.#run !== null && this.#source.run !== this.#run) void this.begin();
+  }
 
-    /** @param {string} name */
-    #layer(name) {
-        return part(this.element, `[name=${name}]`, HTMLInputElement).checked;
-    }
+  /** A run that is over is begun anew at the server's next word. @param {unknown} problem */
+  #fail(problem) {
+    if (problem instanceof api.Refused && problem.over) this.#source = null;
+    else report(problem);
+  }
 
-    get #layers() {
-        return {
-            numbers: this.#layer("numbers"),
-            heat: this.#layer("heat"),
-            trail: this.#layer("trail"),
-        };
-    }
+  /** @param {api.Source} source @param {string} drawing */
+  #install(source, drawing) {
+    const { element } = this;
+    const kind = this.#id === "live" ? "live" : "recording";
+    this.#source = source;
+    this.#shown = null;
+    this.#costsOf = this.#told = -1;
+    this.#map = new MazeMap(drawing, source, this.#drawing);
+    part(element, ".map").replaceChildren(this.#map.svg);
+    part(element, ".map").style.setProperty("--ratio", `${source.width / source.height}`);
+    element.dataset.run = `${source.run}`;
+    element.setAttribute("aria-label", `${source.title}, ${kind}`);
+    write(element, "h2", source.title);
+    write(element, ".kind", kind);
+    write(element, ".size", `${source.width} × ${source.height}`);
+    write(element, ".note", source.note ?? "");
+    clearTimeout(this.#slowTimer);
+    this.#slowTimer = 0;
+    this.timeline.begin(source.states);
+    this.#point(null);
+    this.#show();
+  }
 
-    /** What the server tells of the live run. @param {number} run @param {number} states */
-    follow(run, states) {
-        this.#run = run;
-        if (this.#source?.run === run) this.timeline.grow(states);
-        else void this.begin();
-    }
+  close() {
+    this.timeline.go(0);
+    this.#source = null;
+    this.#abort.abort();
+    this.element.remove();
+  }
 
-    /** Empties the panel and shows the source as it is now. */
-    async begin() {
-        if (this.#beginning) return;
-        this.#beginning = true;
-        this.#abort.abort();
-        this.#abort = new AbortController();
-        this.#source = null;
-        try {
-            const source = await api.source(this.#id, this.#abort.signal);
-            const text = await api.drawing(source, this.#abort.signal);
-            this.#install(source, text);
-        } catch (problem) {
-            if (!(problem instanceof api.Refused && problem.over)) report(problem);
-        }
-        await pause(BEGIN_PAUSE);
-        this.#beginning = false;
-        this.#catchUp();
-    }
-
-    /** Begins anew if the run that was begun is over by now. */
-    #catchUp() {
-        if (this.#source && !Number.isNaN(this.#run) && this.#source.run !== this.#run) void this.begin();
-    }
-
-    /** @param {api.Source} source @param {string} text */
-    #install(source, text) {
-        this.#source = source;
-        this.#at = -1;
-        this.#state = this.#moment = null;
-        this.#costsOf = this.#told = -1;
-        this.#map = new MazeMap(text, source, this.#drawingFacts);
-        this.#part(".map").replaceChildren(this.#map.svg);
-        this.#part(".map").style.setProperty("--ratio", String(source.width / source.height));
-        const { element } = this;
-        element.dataset.run = String(source.run);
-        element.dataset.at = "";
-        element.setAttribute("aria-label", this.#id === "live" ? "Live simulation" : `Recording ${source.title}`);
-        write(this.#part("h2"), source.title);
-        write(this.#part(".kind"), this.#id === "live" ? "live" : "recording");
-        write(this.#part(".size"), `${source.width} × ${source.height}`);
-        const note = this.#part(".note");
-        write(note, source.note ?? "");
-        note.hidden = !source.note;
-        this.#showFigures();
-        this.#point(null);
-        this.timeline.begin(source.states);
-        clearTimeout(this.#slowTimer);
-        this.#slowTimer = 0;
-        this.#slowly();
-    }
-
-    close() {
-        this.#abort.abort();
-        clearTimeout(this.#slowTimer);
-        this.timeline.go(0);
-        this.#source = null;
-        this.element.remove();
-    }
-
-    /** Draws the wanted state, then the one that is wanted by then, until it is the same: never a queue. */
-    async #draw() {
-        if (this.#drawing) return;
-        this.#drawing = true;
-        clearTimeout(this.#calmTimer);
-        try {
-            while (this.#source && this.timeline.wanted >= 0 && this.timeline.wanted !== this.#at) {
-                if (this.timeline.following) {
-                    await pause(this.#rest - performance.now());
-                }
-                const { signal } = this.#abort;
-                const source = this.#source;
-                const at = this.timeline.wanted;
-                if (!source) break;
-                const [message, moment] = await Promise.all([
-                    api.stateMessage(source, at, signal),
-                    api.moment(source, at, signal),
-                    frame(), // at most one draw a frame
-                ]);
-                if (signal.aborted) continue;
-                this.#rush(this.timeline.following && at - this.#at > RUSH);
-                this.#at = at;
-                this.#state = readState(message, source);
-                this.#moment = moment;
-                const began = performance.now();
-                this.#show();
-                await pause(0); // until it is painted
-                const now = performance.now();
-                this.#rest = now + Math.max(LIVE_PAUSE, LIVE_SHARE * (now - began));
-            }
-        } catch (problem) {
-            if (problem instanceof api.Refused && problem.over) this.#source = null;
-            else report(problem);
-        }
-        this.#drawing = false;
-        this.#calmTimer = setTimeout(() => this.#rush(false), CALM);
-    }
-
-    /** Whether states rush by. @param {boolean} rushing */
-    #rush(rushing) {
-        set(this.element, "data-rush", String(rushing));
-    }
-
-    #show() {
-        this.timeline.show();
-        if (this.#state && this.#moment) this.#map?.show(this.#state, this.#moment.trail, this.#layers);
-        this.#showFigures();
-        this.#chart.show(this.#at);
-        this.#readout();
-        set(this.element, "data-at", this.#at < 0 ? "" : String(this.#at));
-        this.#slowly();
-    }
-
-    #showFigures() {
-        const [moment, source] = [this.#moment, this.#source];
-        /** @param {string} name @param {number | string | null | undefined} value @param {string} [none] */
-        const figure = (name, value, none = "–") => write(this.#part(`.${name} dd`), String(value ?? none));
-        figure("steps", moment?.steps);
-        figure("turns", moment?.turns);
-        figure("visited", moment?.visited);
-        figure("open-cost", moment?.open, moment ? "no way" : "–");
-        figure("closed-cost", moment?.closed, moment ? "no way" : "–");
-        figure("shortest", source?.shortest_path, source?.truth ? "no way" : "not known");
-        write(this.#part(".solved"), moment?.solved ? "solved" : "not solved");
-        set(this.element, "data-solved", String(moment?.solved ?? false));
-    }
-
-    /** What need not be told at once: the costs over the run, the exports' addresses, the state in words. */
-    #slowly() {
-        if (this.#slowTimer) return;
-        const late = this.#costsOf < 0 ? 0 : SLOW;
-        this.#slowTimer = setTimeout(async () => {
-            this.#slowTimer = 0;
-            const source = this.#source;
-            if (!source) return;
-            this.#address();
-            const { states } = this.timeline;
-            if (this.#costsOf !== states) {
-                try {
-                    this.#chart.draw(await api.costs(source, this.#abort.signal));
-                    this.#chart.show(this.#at);
-                    this.#costsOf = states;
-                } catch {
-                    // The next draw asks again.
-                }
-            }
-            if (this.#told === this.#at) return this.#tell();
-            this.#told = this.#at;
-            this.#slowly();
-        }, late);
-    }
-
-    #tell() {
-        const [state, moment] = [this.#state, this.#moment];
-        const words = [this.#part(".place").textContent];
-        if (state && moment) {
-            words.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
-            words.push(counted(moment.visited, "cell") + " visited");
-            words.push(moment.solved ? `solved at ${moment.open}` : "not solved");
-        }
-        write(this.#part(".words"), words.join(", "));
-    }
-
-    /** Puts what is shown into the addresses of the exports. */
-    #address() {
-        if (!this.#source) return;
-        const { numbers, heat, trail } = this.#layers;
-        const look = `numbers=${numbers}&heat=${heat}&trail=${trail}&theme=${dark.matches ? "dark" : "light"}`;
-        for (const link of this.element.querySelectorAll("a[data-export]")) {
-            const what = link.getAttribute("data-export") ?? "";
-            const query = what === "recording.mcap" ? "" : what === "animation.gif" ? `?${look}` : `?at=${this.#at}&${look}`;
-            const empty = this.#at < 0 && what !== "picture.svg" && what !== "picture.png";
-            if (empty) link.removeAttribute("href");
-            else link.setAttribute("href", api.sourceAddress(this.#source, what + query));
-        }
-    }
-
-    #watchPointer() {
-        const map = this.#part(".map");
-        map.onpointermove = (event) => this.#point(this.#map?.cellAt(event) ?? null);
-        map.onpointerleave = () => this.#point(null);
-        map.onblur = () => this.#point(null);
-        map.onkeydown = (event) => {
-            const source = this.#source;
-            const heading = ["ArrowUp", "ArrowRight", "ArrowDown", "ArrowLeft"].indexOf(event.key);
-            if (heading < 0 || !source) return;
-            event.preventDefault();
-            event.stopPropagation();
-            const from = this.#cell ?? (this.#state ? this.#state.y * source.width + this.#state.x : 0);
-            const x = (from % source.width) + [0, 1, 0, -1][heading];
-            const y = Math.floor(from / source.width) + [1, 0, -1, 0][heading];
-            if (x >= 0 && y >= 0 && x < source.width && y < source.height) this.#point(y * source.width + x);
-        };
-    }
-
-    /** @param {number | null} cell */
-    #point(cell) {
-        this.#cell = cell;
-        this.#map?.mark(cell);
-        this.#readout();
-    }
-
-    #readout() {
+  /** Draws the wanted state, then the one that is wanted by then, until none is: never a queue. */
+  async #draw() {
+    if (this.#busy) return;
+    this.#busy = true;
+    clearTimeout(this.#calmTimer);
+    try {
+      for (;;) {
+        while (this.timeline.following && performance.now() < this.#rest) await pause(STEP);
+        const { signal } = this.#abort;
         const source = this.#source;
-        write(
-            this.#part(".readout"),
-            source && this.#cell !== null
-                ? describeCell(this.#cell, source, this.#state)
-                : this.timeline.states === 0 && this.#id === "live"
-                  ? "Waiting for a mouse: press Run, or connect yours."
-                  : "",
-        );
+        const at = this.timeline.wanted;
+        if (!source || at < 0 || at === this.#shown?.at) break;
+        const [message, moment] = await Promise.all([
+          api.stateMessage(source, at, signal),
+          api.moment(source, at, signal),
+          frame(), // at most one draw a frame
+        ]);
+        if (signal.aborted) continue;
+        const began = performance.now();
+        set(this.element, "data-rush", this.timeline.following && at - (this.#shown?.at ?? 0) > RUSH);
+        this.#shown = { at, state: readState(message, source), moment };
+        this.#show();
+        await pause(0); // until it is painted
+        const now = performance.now();
+        const { least, most, share } = REST;
+        this.#rest = now + Math.min(Math.max(least, share * (now - began)), most);
+      }
+    } catch (problem) {
+      this.#fail(problem);
     }
+    this.#busy = false;
+    this.#calmTimer = setTimeout(() => set(this.element, "data-rush", false), CALM);
+  }
+
+  #show() {
+    const shown = this.#shown;
+    if (shown) this.#map?.show(shown.state, shown.moment.trail, this.#layers);
+    this.timeline.show();
+    this.#chart.show(shown?.at ?? 0);
+    showFigures(this.element, this.#source, shown?.moment);
+    this.#showCell();
+    set(this.element, "data-at", shown?.at ?? "");
+    this.#showSlowly();
+  }
+
+  get #layers() {
+    /** @param {string} name */
+    const checked = (name) => part(this.element, `[name=${name}]`, HTMLInputElement).checked;
+    return { numbers: checked("numbers"), heat: checked("heat"), trail: checked("trail") };
+  }
+
+  /** Shows what need not be told at once: costs over the run, addresses of exports, the state in words. */
+  #showSlowly() {
+    this.#slowTimer ||= setTimeout(
+      async () => {
+        this.#slowTimer = 0;
+        const [source, at, { states }] = [this.#source, this.#shown?.at ?? -1, this.timeline];
+        if (!source) return;
+        this.#address();
+        if (this.#costsOf !== states) {
+          const costs = await api.costs(source, this.#abort.signal).catch(() => null);
+          if (!costs || source !== this.#source) return;
+          this.#costsOf = states;
+          this.#chart.draw(costs);
+          this.#chart.show(this.#shown?.at ?? 0);
+        }
+        if (this.#told === at) return tell(this.element, this.#shown);
+        this.#told = at;
+        this.#showSlowly();
+      },
+      this.#costsOf < 0 ? 0 : SLOW,
+    );
+  }
+
+  /** Puts what is shown into the addresses of exports. */
+  #address() {
+    if (!this.#source) return;
+    const layers = Object.entries(this.#layers).map(([layer, shown]) => `&${layer}=${shown}`);
+    const look = `${layers.join("")}&theme=${dark.matches ? "dark" : "light"}`;
+    for (const link of this.element.querySelectorAll("a[download]")) {
+      const what = link.getAttribute("data-export") ?? "";
+      const query = { "recording.mcap": "", "animation.gif": look }[what] ?? `&at=${this.#shown?.at}${look}`;
+      if (this.#shown) set(link, "href", api.sourceAddress(this.#source, what, query));
+      else link.removeAttribute("href");
+    }
+  }
+
+  /** Arrow keys go from cell to cell, at first from the mouse's. @param {KeyboardEvent} event */
+  #press(event) {
+    const source = this.#source;
+    const heading = ["ArrowUp", "ArrowRight", "ArrowDown", "ArrowLeft"].indexOf(event.key);
+    if (heading < 0 || !source) return;
+    event.preventDefault();
+    const { width, height, start } = source;
+    const [column, row] = this.#shown ? [this.#shown.state.x, this.#shown.state.y] : start;
+    const from = this.#cell ?? row * width + column;
+    const [x, y] = [(from % width) + DX[heading], Math.floor(from / width) + DY[heading]];
+    if (x >= 0 && y >= 0 && x < width && y < height) this.#point(y * width + x);
+  }
+
+  /** @param {number | null} cell */
+  #point(cell) {
+    this.#cell = cell;
+    this.#map?.mark(cell);
+    this.#showCell();
+  }
+
+  #showCell() {
+    const source = this.#source;
+    const waiting = this.#id === "live" && this.timeline.states === 0;
+    const hint = waiting ? "Press Run, or connect a mouse of yours." : "";
+    const cell = this.#cell;
+    write(this.element, ".readout", source && cell !== null ? describeCell(cell, source, this.#shown?.state) : hint);
+  }
 }

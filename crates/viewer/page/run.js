@@ -2,50 +2,45 @@
 // Runs a bundled mouse, which comes through the same door as any client.
 
 import * as api from "./api.js";
-import { clearProblem, part, report, write } from "./dom.js";
+import { clearProblem, part, report, set, write } from "./dom.js";
 
 export class RunForm {
-    #form;
-    #run;
-    #stop;
-    #says;
-    #shown = "";
+  #form;
+  #run;
+  #stop;
+  #shown = "";
 
-    /** @param {HTMLElement} panel @param {api.PageFacts["strategies"]} strategies */
-    constructor(panel, strategies) {
-        const form = part(panel, "form.run", HTMLFormElement);
-        const strategy = part(form, "[name=strategy]", HTMLSelectElement);
-        const pace = part(form, "[name=pace]", HTMLSelectElement);
-        this.#form = form;
-        this.#run = part(form, "[name=run]", HTMLButtonElement);
-        this.#stop = part(form, "[name=stop]", HTMLButtonElement);
-        this.#says = part(form, ".says", HTMLElement);
-        strategy.replaceChildren(...strategies.map(({ name }) => new Option(name, name)));
-        const tellAbout = () => write(part(form, ".about", HTMLElement), strategies[strategy.selectedIndex]?.about ?? "");
-        strategy.onchange = tellAbout;
-        tellAbout();
-        form.onsubmit = (event) => {
-            event.preventDefault();
-            clearProblem();
-            api.runMouse(strategy.value, Number(pace.value)).catch(report);
-        };
-        this.#stop.onclick = () => api.stopMouse().catch(report);
-        form.hidden = false;
-        this.show(null);
-    }
+  /** @param {HTMLElement} panel @param {api.PageFacts["strategies"]} strategies */
+  constructor(panel, strategies) {
+    const form = part(panel, "form.run", HTMLFormElement);
+    const strategy = part(form, "[name=strategy]", HTMLSelectElement);
+    const pace = part(form, "[name=pace]", HTMLSelectElement);
+    this.#form = form;
+    this.#run = part(form, "[name=run]", HTMLButtonElement);
+    this.#stop = part(form, "[name=stop]", HTMLButtonElement);
+    strategy.replaceChildren(...strategies.map(({ name }) => new Option(name)));
+    strategy.onchange = () => write(form, ".about", strategies[strategy.selectedIndex]?.about ?? "");
+    strategy.dispatchEvent(new Event("change"));
+    form.onsubmit = (event) => {
+      event.preventDefault();
+      clearProblem();
+      api.runMouse(strategy.value, Number(pace.value)).catch(report);
+    };
+    this.#stop.onclick = () => api.stopMouse().catch(report);
+    form.hidden = false;
+  }
 
-    /** @param {api.MouseRun | null} mouse */
-    show(mouse) {
-        const shown = JSON.stringify(mouse);
-        if (shown === this.#shown) return;
-        this.#shown = shown;
-        const running = mouse?.running ?? false;
-        // A disabled button would lose the keyboard's focus to nowhere.
-        if (running && document.activeElement === this.#run) this.#stop.disabled = false, this.#stop.focus();
-        if (!running && document.activeElement === this.#stop) this.#run.disabled = false, this.#run.focus();
-        this.#run.disabled = running;
-        this.#stop.disabled = !running;
-        this.#form.dataset.running = String(running);
-        write(this.#says, !mouse ? "" : mouse.says ? `${mouse.strategy}: ${mouse.says}` : running ? `${mouse.strategy} is searching` : "");
-    }
+  /** @param {api.MouseRun | null} mouse */
+  show(mouse) {
+    const shown = JSON.stringify(mouse);
+    if (shown === this.#shown) return;
+    this.#shown = shown;
+    const running = mouse?.running ?? false;
+    const [pressed, next] = running ? [this.#run, this.#stop] : [this.#stop, this.#run];
+    next.disabled = false;
+    if (document.activeElement === pressed) next.focus(); // else the focus would be lost
+    pressed.disabled = true;
+    set(this.#form, "data-running", running);
+    write(this.#form, ".says", mouse ? `${mouse.strategy}: ${mouse.says || (running ? "searching" : "ended")}` : "");
+  }
 }

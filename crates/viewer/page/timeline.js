@@ -1,170 +1,148 @@
 // @ts-check
-// Which state of the history is wanted: the newest while following, one that was chosen, or one
-// after the other while playing. States are counted from 0 here and from 1 for the user.
+// Which state of the history is wanted: the newest while following, one that was chosen, or one after
+// the other while playing. States are counted from 0 here and from 1 for the user.
 
 import { grouped, part, set, write } from "./dom.js";
 
 /** How many states a shifted arrow key goes. */
 const STRIDE = 10;
+/** Milliseconds between looks at how many states there are, while the shown one stays. */
+const COUNT = 200;
 
 export class Timeline {
-    following = true;
-    playing = false;
-    states = 0;
-    #chosen = 0;
-    #timer = 0;
-    #live;
-    #element;
-    #changed;
-    #slider;
-    #place;
-    #jump;
-    #speed;
-    #buttons;
+  following = true;
+  playing = false;
+  states = 0;
+  #chosen = 0;
+  #timer = 0;
+  #panel;
+  #live;
+  #changed;
+  #slider;
+  #jump;
+  #speed;
+  #buttons;
 
-    /**
-     * @param {HTMLElement} element the panel
-     * @param {boolean} live whether states may follow
-     * @param {() => void} changed another state is wanted
-     */
-    constructor(element, live, changed) {
-        this.#live = live;
-        this.#element = element;
-        this.#changed = changed;
-        this.#slider = part(element, "[name=slider]", HTMLInputElement);
-        this.#place = part(element, ".place", HTMLElement);
-        this.#jump = part(element, "[name=jump]", HTMLInputElement);
-        this.#speed = part(element, "[name=speed]", HTMLSelectElement);
-        /** @param {string} name */
-        const button = (name) => part(element, `button[name=${name}]`, HTMLButtonElement);
-        const [first, back, play, on, follow] = ["first", "back", "play", "on", "follow"].map(button);
-        this.#buttons = { first, back, play, on, follow };
-        if (!live) write(follow, "Last");
-        first.onclick = () => this.go(0);
-        back.onclick = () => this.go(this.wanted - 1);
-        play.onclick = () => (this.playing ? this.pause() : this.play());
-        on.onclick = () => this.go(this.wanted + 1);
-        follow.onclick = () => this.follow();
-        this.#slider.oninput = () => this.go(this.#slider.valueAsNumber);
-        part(element, ".jump", HTMLFormElement).onsubmit = (event) => {
-            event.preventDefault();
-            const number = parseInt(this.#jump.value.replace(/[^0-9]/g, ""), 10);
-            if (number > 0) this.go(number - 1);
-            this.#jump.value = "";
-        };
-    }
+  /** @param {HTMLElement} panel @param {boolean} live whether states may follow @param {() => void} changed */
+  constructor(panel, live, changed) {
+    this.#panel = panel;
+    this.#live = live;
+    this.#changed = changed;
+    this.#slider = part(panel, "[name=slider]", HTMLInputElement);
+    this.#jump = part(panel, "[name=jump]", HTMLInputElement);
+    this.#speed = part(panel, "[name=speed]", HTMLSelectElement);
+    /** @param {string} name @param {() => void} press */
+    const button = (name, press) => {
+      const element = part(panel, `button[name=${name}]`, HTMLButtonElement);
+      element.onclick = press;
+      return element;
+    };
+    this.#buttons = {
+      first: button("first", () => this.go(0)),
+      back: button("back", () => this.go(this.wanted - 1)),
+      play: button("play", () => (this.playing ? this.go(this.wanted) : this.#play())),
+      on: button("on", () => this.go(this.wanted + 1)),
+      follow: button("follow", () => this.follow()),
+    };
+    if (!live) write(panel, "[name=follow]", "Last");
+    this.#slider.oninput = () => this.go(this.#slider.valueAsNumber);
+    part(panel, ".jump", HTMLFormElement).onsubmit = (event) => {
+      event.preventDefault();
+      const number = Number(this.#jump.value.replace(/\D/g, ""));
+      if (number > 0) this.go(number - 1);
+      this.#jump.value = "";
+    };
+  }
 
-    /** The state to show, -1 before the first. */
-    get wanted() {
-        return this.following ? this.states - 1 : Math.min(this.#chosen, this.states - 1);
-    }
+  /** The state to show, -1 if there is none. */
+  get wanted() {
+    return this.following ? this.states - 1 : Math.min(this.#chosen, this.states - 1);
+  }
 
-    /** Another run: follows it. @param {number} states */
-    begin(states) {
-        this.playing = false;
-        this.following = true;
-        this.states = states;
-        this.#changed();
-        this.show();
-    }
+  /** Another run: follows it. @param {number} states */
+  begin(states) {
+    this.states = states;
+    this.follow();
+  }
 
-    /** @param {number} states */
-    grow(states) {
-        if (states === this.states) return;
-        this.states = states;
-        if (this.following) this.#changed();
-        else this.#showSoon();
-    }
+  /** @param {number} states */
+  grow(states) {
+    if (states === this.states) return;
+    this.states = states;
+    if (this.following) return this.#changed();
+    this.#timer ||= setTimeout(() => {
+      this.#timer = 0;
+      this.show();
+    }, COUNT);
+  }
 
-    /** Writes now and then how many states there are, while the shown one stays. */
-    #showSoon() {
-        this.#timer ||= setTimeout(() => {
-            this.#timer = 0;
-            this.show();
-        }, 200);
-    }
+  follow() {
+    this.playing = false;
+    this.#want(true, 0);
+  }
 
-    /** @param {number} at */
-    go(at) {
-        this.playing = false;
-        this.#goTo(at);
-        this.show();
-    }
+  /** @param {number} at */
+  go(at) {
+    this.playing = false;
+    this.#want(false, at);
+  }
 
-    /** @param {number} at */
-    #goTo(at) {
-        this.following = false;
-        this.#chosen = Math.max(0, Math.min(at, this.states - 1));
-        this.#changed();
-    }
+  /** @param {boolean} following @param {number} at */
+  #want(following, at) {
+    this.following = following;
+    this.#chosen = Math.max(0, Math.min(at, this.states - 1));
+    this.show();
+    this.#changed();
+  }
 
-    follow() {
-        this.playing = false;
-        this.following = true;
-        this.#changed();
-        this.show();
-    }
+  /** From the shown state on, or from the first if the last is shown. */
+  #play() {
+    let from = this.wanted === this.states - 1 ? 0 : this.wanted;
+    let [speed, began] = [0, 0];
+    this.playing = true;
+    this.#want(false, from);
+    /** @param {number} now */
+    const tick = (now) => {
+      if (!this.playing) return;
+      if (speed !== Number(this.#speed.value)) {
+        [speed, began, from] = [Number(this.#speed.value), now, this.wanted];
+      }
+      const at = from + Math.floor(((now - began) * speed) / 1000);
+      if (at >= this.states - 1) return this.#live ? this.follow() : this.go(at);
+      if (at !== this.wanted) this.#want(false, at);
+      requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+  }
 
-    pause() {
-        this.go(this.wanted);
-    }
+  /** Whether the key means something here. @param {KeyboardEvent} event */
+  press({ key, shiftKey }) {
+    const step = shiftKey ? STRIDE : 1;
+    if (key === "ArrowLeft") this.go(this.wanted - step);
+    else if (key === "ArrowRight") this.go(this.wanted + step);
+    else if (key === "Home") this.go(0);
+    else if (key === "End") this.follow();
+    else if (key === " ") this.#buttons.play.click();
+    else if (key === "g") this.#jump.focus();
+    else return false;
+    return true;
+  }
 
-    /** From the shown state on, or from the first if the last is shown. */
-    play() {
-        if (this.states === 0) return;
-        this.playing = true;
-        let from = this.wanted === this.states - 1 ? 0 : this.wanted;
-        let speed = 0;
-        let began = 0;
-        this.#goTo(from);
-        /** @param {number} now */
-        const tick = (now) => {
-            if (!this.playing) return;
-            if (speed !== Number(this.#speed.value)) {
-                [speed, began, from] = [Number(this.#speed.value), now, this.wanted];
-            }
-            const at = from + Math.floor(((now - began) * speed) / 1000);
-            if (at >= this.states - 1) return this.#live ? this.follow() : this.go(at);
-            if (at !== this.wanted) this.#goTo(at);
-            requestAnimationFrame(tick);
-        };
-        requestAnimationFrame(tick);
-    }
-
-    /** Whether the key means something here. @param {KeyboardEvent} event */
-    press(event) {
-        const step = event.shiftKey ? STRIDE : 1;
-        if (event.key === "ArrowLeft") this.go(this.wanted - step);
-        else if (event.key === "ArrowRight") this.go(this.wanted + step);
-        else if (event.key === "Home") this.go(0);
-        else if (event.key === "End") this.follow();
-        else if (event.key === " ") this.#buttons.play.click();
-        else if (event.key === "g") this.#jump.focus();
-        else return false;
-        return true;
-    }
-
-    /** Writes where the history stands. */
-    show() {
-        const { states, wanted, following, playing } = this;
-        const { first, back, play, on, follow } = this.#buttons;
-        const empty = states === 0;
-        write(this.#place, empty ? "no state yet" : `state ${grouped(wanted + 1)} of ${grouped(states)}`);
-        set(this.#slider, "max", String(Math.max(0, states - 1)));
-        this.#slider.value = String(Math.max(0, wanted));
-        set(this.#slider, "aria-valuetext", this.#place.textContent ?? "");
-        disable(empty, this.#slider, this.#jump, play);
-        disable(wanted <= 0, first, back);
-        disable(wanted >= states - 1, on);
-        set(follow, "aria-pressed", String(following));
-        set(play, "aria-pressed", String(playing));
-        set(play, "aria-label", playing ? "Pause" : "Play");
-        set(this.#element, "data-states", String(states));
-        set(this.#element, "data-following", String(following));
-    }
-}
-
-/** @param {boolean} disabled @param {(HTMLButtonElement | HTMLInputElement)[]} controls */
-function disable(disabled, ...controls) {
-    for (const control of controls) if (control.disabled !== disabled) control.disabled = disabled;
+  /** Writes where the history stands. */
+  show() {
+    const { states, wanted, following, playing } = this;
+    const { first, back, play, on, follow } = this.#buttons;
+    const place = states ? `state ${grouped(wanted + 1)} of ${grouped(states)}` : "no state yet";
+    write(this.#panel, ".place", place);
+    set(this.#slider, "max", Math.max(0, states - 1));
+    set(this.#slider, "aria-valuetext", place);
+    this.#slider.value = `${Math.max(0, wanted)}`;
+    set(follow, "aria-pressed", following);
+    set(play, "aria-pressed", playing);
+    for (const control of [this.#slider, this.#jump, play]) control.disabled = states === 0;
+    first.disabled = back.disabled = wanted <= 0;
+    on.disabled = wanted >= states - 1;
+    set(this.#panel, "data-states", states);
+    set(this.#panel, "data-following", following);
+  }
 }

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
@@ -10,10 +11,12 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use futures_util::StreamExt;
+use mmsim_drawing::thumbnail;
 use mmsim_server::{Block, Ending, Recording};
 use mmsim_solvers::{Bundled, MazeFacts};
 use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
+use tokio::time::timeout;
 
 use crate::costs::Costs;
 use crate::desk::Desk;
@@ -31,19 +34,28 @@ const MAX_BODY_BYTES: usize = 64 * 1024;
 /// The largest recording that a page may bring, in bytes: two million states, not packed.
 const MAX_RECORDING_BYTES: usize = 1 << 30;
 
+/// How long a piece of one may take to come.
+const PIECE_TIME: Duration = Duration::from_secs(30);
+
 /// Recordings that are brought at the same time; further ones wait.
 static BRINGING: Semaphore = Semaphore::const_new(2);
+
+/// Pictures that are drawn at the same time; further ones wait.
+static DRAWING: Semaphore = Semaphore::const_new(2);
 
 pub(crate) fn router(desk: Arc<Desk>) -> Router {
     Router::new()
         .route("/events", get(|State(desk)| async { events::stream(desk) }))
         .route("/api/page", get(page))
         .route("/api/mazes", get(list_mazes))
+        .route("/api/mazes/picture.svg", get(maze_picture))
         .route("/api/maze", post(serve_maze))
         .route("/api/sources/{id}", get(describe))
         .route("/api/sources/{id}/drawing.svg", get(drawing))
         .route("/api/sources/{id}/states", get(states))
         .route("/api/sources/{id}/picture.svg", get(svg))
+        .route("/api/sources/{id}/picture.png", get(png))
+        .route("/api/sources/{id}/animation.gif", get(gif))
         .route("/api/sources/{id}/moment", get(moment))
         .route("/api/sources/{id}/costs", get(costs))
         .route("/api/sources/{id}/recording.mcap", get(save))
@@ -64,6 +76,12 @@ type AtDesk = State<Arc<Desk>>;
 /// Does what may take a while, where it does not hold up others.
 async fn work<T: Send + 'static>(work: impl FnOnce() -> Answer<T> + Send + 'static) -> Answer<T> {
     tokio::task::spawn_blocking(work).await.map_err(Refusal::failed)?
+}
+
+/// The same for what takes seconds: so many at a time that there is always somebody for the rest.
+async fn draw<T: Send + 'static>(draw: impl FnOnce() -> Answer<T> + Send + 'static) -> Answer<T> {
+    let _turn = DRAWING.acquire().await.map_err(Refusal::failed)?;
+    work(draw).await
 }
 
 /// Of which run something is wanted.
@@ -115,6 +133,17 @@ async fn list_mazes(State(desk): AtDesk) -> Answer<Response> {
 #[derive(Deserialize)]
 struct OfPath {
     path: String,
+}
+
+async fn maze_picture(
+    State(desk): AtDesk,
+    Query(OfPath { path }): Query<OfPath>,
+) -> Answer<Response> {
+    work(move || {
+        let (_, maze) = mazes::find(&desk.catalogue, &path)?;
+        Ok(([(header::CONTENT_TYPE, SVG)], thumbnail(&maze)).into_response())
+    })
+    .await
 }
 
 #[derive(Serialize)]
@@ -218,7 +247,7 @@ async fn states(
         bytes.extend_from_slice(first.range(from, end.saturating_sub(from)));
         let rest = end.saturating_sub(next);
         if rest > 0 {
-            bytes.extend_from_slice(source.around(run, next)?.range(next, rest));
+            bytes.extend_from_slice(source.around(run, end - 1)?.range(next, rest));
         }
         Ok(([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response())
     })
@@ -277,6 +306,34 @@ async fn svg(
         let source = desk.source(&id)?;
         let svg = pictures::at(&source, run, at, look, |scene| scene.svg())?;
         Ok(download(&file_name(&source, run, "svg")?, SVG, svg.into()))
+    })
+    .await
+}
+
+async fn png(
+    State(desk): AtDesk,
+    Path(id): Path<String>,
+    Query(Picture { run, at }): Query<Picture>,
+    Query(look): Query<Look>,
+) -> Answer<Response> {
+    draw(move || {
+        let source = desk.source(&id)?;
+        let png = pictures::png(&source, run, at, look)?;
+        Ok(download(&file_name(&source, run, "png")?, "image/png", png.into()))
+    })
+    .await
+}
+
+async fn gif(
+    State(desk): AtDesk,
+    Path(id): Path<String>,
+    Query(OfRun { run }): Query<OfRun>,
+    Query(look): Query<Look>,
+) -> Answer<Response> {
+    draw(move || {
+        let source = desk.source(&id)?;
+        let gif = pictures::gif(&source, run, look)?;
+        Ok(download(&file_name(&source, run, "gif")?, "image/gif", gif.into()))
     })
     .await
 }
@@ -351,7 +408,7 @@ async fn bring(
     let _turn = BRINGING.acquire().await.map_err(Refusal::failed)?;
     let mut file = tempfile::NamedTempFile::new().map_err(Refusal::failed)?;
     let (mut pieces, mut length) = (body.into_data_stream(), 0);
-    while let Some(piece) = pieces.next().await {
+    while let Some(piece) = timeout(PIECE_TIME, pieces.next()).await.map_err(Refusal::bad)? {
         let piece = piece.map_err(Refusal::bad)?;
         length += piece.len();
         if length > MAX_RECORDING_BYTES {

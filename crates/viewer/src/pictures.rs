@@ -1,12 +1,20 @@
 //! Pictures of mazes and moments: those of the page, and those to keep.
 
-use mmsim_drawing::{Layers, Scene, Theme};
+use mmsim_drawing::{Animation, Layers, PictureError, Scene, Theme, frame_indices};
 use mmsim_maze::Cell;
 use serde::Deserialize;
 
 use crate::moment;
 use crate::refusal::Refusal;
 use crate::source::Source;
+
+/// The longer side of a PNG and of a GIF, in pixels.
+const PNG_SIDE_PX: u32 = 1280;
+const GIF_SIDE_PX: u32 = 480;
+
+/// How many frames a GIF has at most, and how long each stays.
+const MOST_FRAMES: usize = 400;
+const FRAME_MS: u32 = 60;
 
 /// How a picture to keep shall look.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -51,6 +59,29 @@ pub(crate) fn before(source: &Source, run: u32) -> Result<String, Refusal> {
         None => Scene::of_map(&described.unknown),
     };
     Ok(scene.page_svg())
+}
+
+/// The picture of a state as PNG.
+pub(crate) fn png(source: &Source, run: u32, index: usize, look: Look) -> Result<Vec<u8>, Refusal> {
+    at(source, run, index, look, |scene| scene.png(scene.width_within(PNG_SIDE_PX)))?
+        .map_err(Refusal::failed)
+}
+
+/// A run as an animated GIF.
+pub(crate) fn gif(source: &Source, run: u32, look: Look) -> Result<Vec<u8>, Refusal> {
+    let states = source.states(run)?;
+    if states == 0 {
+        return Err(Refusal::conflict("expected a search, found no state yet"));
+    }
+    let mut animation = None;
+    for index in frame_indices(states, MOST_FRAMES) {
+        at(source, run, index, look, |scene| {
+            let width = scene.width_within(GIF_SIDE_PX);
+            animation.get_or_insert_with(|| Animation::new(width)).push(&scene, FRAME_MS)
+        })?
+        .map_err(Refusal::failed)?;
+    }
+    animation.map_or(Err(PictureError::NoFrame), Animation::finish).map_err(Refusal::failed)
 }
 
 /// Shows a state of a run to `draw`, or the maze if there is no state yet.

@@ -30,7 +30,7 @@ use crate::{Show, api};
 pub const MAX_VIEWER_CONNECTIONS: usize = 64;
 
 /// How long a request may take to come in, and a connection be silent between two of them.
-const REQUEST_TIME: Duration = Duration::from_secs(10);
+const REQUEST_TIME: Duration = Duration::from_secs(30);
 
 /// What is shorter is not worth packing, in bytes: figures that are asked for all the time.
 const WORTH_PACKING: u64 = 4096;

@@ -250,6 +250,32 @@ fn a_moment_has_its_figures() {
 }
 
 #[test]
+fn pictures_are_there_to_be_kept() {
+    let watched = Watched::new("127.0.0.1", None);
+    let early = watched.get("/api/sources/live/animation.gif?run=1");
+    assert_eq!((early.status, early.text()), (409, "expected a search, found no state yet"));
+    assert!(watched.get("/api/sources/live/picture.svg?run=1").text().starts_with("<svg"));
+    watched.states(9);
+    for (picture, kind, begin) in [
+        ("picture.svg?at=7", "svg+xml", &b"<svg"[..]),
+        ("picture.png?at=7&theme=dark&heat=true&numbers=false", "png", b"\x89PNG"),
+        ("animation.gif?trail=false", "gif", b"GIF89a"),
+    ] {
+        let and = if picture.contains('?') { '&' } else { '?' };
+        let reply = watched.get(&format!("/api/sources/live/{picture}{and}run=1"));
+        assert!(reply.body.starts_with(begin), "{picture}: {}", reply.status);
+        assert!(reply.head.contains(&format!("content-type: image/{kind}")));
+        assert!(reply.head.contains("content-disposition: attachment; filename=\"small."));
+    }
+    let nonsense = "/api/sources/live/picture.svg?run=1&at=7&theme=blue";
+    assert_eq!(watched.get(nonsense).status, 400);
+    let thumbnail = watched.get("/api/mazes/picture.svg?path=a/small.txt");
+    assert!(thumbnail.text().starts_with("<svg") && thumbnail.body.len() < 1500);
+    assert_eq!(watched.get("/api/mazes/picture.svg?path=../small.txt").status, 404);
+    watched.stop();
+}
+
+#[test]
 fn another_maze_is_served_by_its_path_in_the_list() {
     let watched = Watched::new("127.0.0.1", None);
     let list = watched.get("/api/mazes").json();

@@ -1,0 +1,95 @@
+//! Where the page is, and where it is not.
+
+mod harness;
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+
+use harness::Home;
+
+/// The reply to `GET /` where a server said that the page is.
+fn page(said: &str) -> String {
+    let address = said.split("watch at http://").nth(1).unwrap().lines().next().unwrap();
+    let (host, _) = address.split_once('/').unwrap_or((address, ""));
+    let port = host.rsplit(':').next().unwrap();
+    let mut stream = TcpStream::connect(format!("127.0.0.1:{port}")).unwrap();
+    write!(stream, "GET / HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n").unwrap();
+    let mut reply = String::new();
+    stream.read_to_string(&mut reply).unwrap();
+    reply
+}
+
+#[test]
+fn the_address_of_the_page_is_said() {
+    let home = Home::new();
+    for arguments in [
+        &["--port", "0", "--viewer-port", "0"][..],
+        &["demo", "--port", "0", "--viewer-port", "0", "--maze", "first steps"],
+    ] {
+        let server = home.serve_until(arguments, "watch at http://");
+        assert!(page(&server.said).starts_with("HTTP/1.1 200 OK"), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_port_that_is_taken_is_an_error() {
+    let home = Home::new();
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port().to_string();
+    let ended = home.run(&["--port", "0", "--viewer-port", &port]);
+    assert_eq!(ended.code, Some(1));
+    assert_eq!(
+        ended.stderr,
+        format!(
+            "mmsim: no page to watch: expected port {port} of 127.0.0.1 to be free, found it in \
+             use; is another server running? Try another --viewer-port, or --no-viewer\n"
+        )
+    );
+}
+
+#[test]
+fn a_second_simulator_serves_without_a_page() {
+    let home = Home::new();
+    let usual = TcpListener::bind(("127.0.0.1", mmsim_viewer::DEFAULT_VIEWER_PORT));
+    let second = harness::Serving::start(home.command(&["--port", "0"]), "tcp://");
+    let ended = home.run(&["solve", "flood-fill", "--connect", &second.address]);
+    assert_eq!(ended.code, Some(0));
+    assert!(second.said.contains("no page to watch: expected port 6575 of 127.0.0.1 to be free"));
+    // Where somebody else has the port it is all the same.
+    drop(usual);
+}
+
+#[test]
+fn a_page_can_be_left_out() {
+    let home = Home::new();
+    let mut server = home.serve_until(&["--port", "0", "--no-viewer"], "keeping up to");
+    server.kill();
+    assert!(!server.wait().1.contains("watch"));
+    let wrong = home.run(&["--no-viewer", "--viewer-port", "7000"]);
+    assert_eq!(wrong.code, Some(2));
+}
+
+#[test]
+fn beyond_loopback_a_token_is_asked_for() {
+    let home = Home::new();
+    let server =
+        home.serve_until(&["--port", "0", "--viewer-port", "0", "--host", "0.0.0.0"], "watch at ");
+    assert!(server.said.contains("/?token="), "{}", server.said);
+    assert!(!server.said.contains("watch at http://0.0.0.0"), "nobody is at that address");
+    assert!(page(&server.said).starts_with("HTTP/1.1 401 Unauthorized"));
+}
+
+#[test]
+fn a_recording_is_shown_on_the_page() {
+    let home = Home::new();
+    let server = home.serve(&["--port", "0", "--maze", "first steps"]);
+    let arguments = ["solve", "flood-fill", "--connect", &server.address];
+    home.run(&[&arguments[..], &["--goal", "server", "--record", "own.mcap"]].concat());
+    let command = home.command(&["replay", "own.mcap", "--serve", "--viewer-port", "0"]);
+    let mut replay = harness::Serving::start(command, "watch at http://");
+    assert!(page(&replay.said).starts_with("HTTP/1.1 200 OK"));
+    replay.kill();
+    assert!(replay.stdout().starts_with("own.mcap: "));
+    assert_eq!(home.run(&["replay", "own.mcap", "--viewer-port", "0"]).code, Some(2));
+    assert_eq!(home.run(&["replay", "own.mcap", "--serve", "--at", "1"]).code, Some(2));
+}

@@ -1,0 +1,286 @@
+//! An animated GIF.
+
+use std::borrow::Cow;
+
+use gif::{DisposalMethod, Encoder, Frame, Repeat};
+use resvg::tiny_skia::Pixmap;
+
+use crate::canvas::Canvas;
+use crate::palette::{Palette, rgb};
+use crate::{PictureError, Scene};
+
+/// How long the last frame stays at least, in milliseconds.
+const LAST_MS: u32 = 2500;
+
+/// A GIF in the making. It runs for ever, and its last frame stays for 2.5 seconds.
+///
+/// All frames share one palette, which suits the theme and the layers of the first one. Each frame
+/// holds only the rectangle that has changed, so that a search makes a small file.
+///
+/// ```
+/// use mmsim_drawing::{Animation, Scene};
+/// use mmsim_maze::{Cell, Heading, KnownMaze, Maze, Pose};
+///
+/// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+/// let map = KnownMaze::before(&maze);
+/// let mut animation = Animation::new(220);
+/// for x in 0..2 {
+///     let pose = Pose::new(Cell::new(x, 0), Heading::East);
+///     animation.push(&Scene::of_map(&map).with_truth(Some(&maze)).with_mouse(pose), 200)?;
+/// }
+/// assert!(animation.finish()?.starts_with(b"GIF89a"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Animation {
+    width_px: u32,
+    begun: Option<Begun>,
+}
+
+/// What there is once there is a frame.
+struct Begun {
+    palette: Palette,
+    encoder: Encoder<Vec<u8>>,
+    canvas: Canvas,
+    /// The last frame, which waits for its time: it may stay the last.
+    last: Option<(Frame<'static>, u32)>,
+}
+
+impl std::fmt::Debug for Animation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Animation").field("width_px", &self.width_px).finish_non_exhaustive()
+    }
+}
+
+impl Animation {
+    /// An animation of this width in pixels; the height follows from the maze.
+    pub const fn new(width_px: u32) -> Self {
+        Self { width_px, begun: None }
+    }
+
+    /// Adds a frame that stays for `delay_ms` milliseconds, which a GIF counts in hundredths of a
+    /// second; browsers show a frame for two of them at least.
+    ///
+    /// # Errors
+    /// The width is out of bounds, see [`Scene::png`], or the maze has another size than that of the
+    /// first frame.
+    pub fn push(&mut self, scene: &Scene<'_>, delay_ms: u32) -> Result<(), PictureError> {
+        let Some(begun) = &mut self.begun else {
+            self.begun = Some(Begun::new(scene, self.width_px, delay_ms)?);
+            return Ok(());
+        };
+        let shown = begun.canvas.pixmap().clone();
+        begun.canvas.show(scene)?;
+        let frame = begun.change(&shown);
+        begun.write_last(0)?;
+        begun.last = Some((frame, delay_ms));
+        Ok(())
+    }
+
+    /// The file.
+    ///
+    /// # Errors
+    /// There is no frame.
+    pub fn finish(self) -> Result<Vec<u8>, PictureError> {
+        let mut begun = self.begun.ok_or(PictureError::NoFrame)?;
+        begun.write_last(LAST_MS)?;
+        begun.encoder.into_inner().map_err(failed)
+    }
+}
+
+impl Begun {
+    fn new(scene: &Scene<'_>, width_px: u32, delay_ms: u32) -> Result<Self, PictureError> {
+        let canvas = Canvas::new(scene, width_px)?;
+        let mut palette = Palette::like(scene, width_px)?;
+        let pixmap = canvas.pixmap();
+        let (width, height) = (px(pixmap.width() as usize), px(pixmap.height() as usize));
+        let mut encoder =
+            Encoder::new(Vec::new(), width, height, &palette.bytes()).map_err(failed)?;
+        encoder.set_repeat(Repeat::Infinite).map_err(failed)?;
+        let pixels = pixmap.pixels().iter().map(|&pixel| palette.index(rgb(pixel))).collect();
+        let frame = frame((0, 0), (width, height), pixels);
+        Ok(Self { palette, encoder, canvas, last: Some((frame, delay_ms)) })
+    }
+
+    /// The frame that turns what was shown into what is on the canvas.
+    fn change(&mut self, shown: &Pixmap) -> Frame<'static> {
+        let (old, new) = (shown.pixels(), self.canvas.pixmap().pixels());
+        let width = shown.width() as usize;
+        let rows = || old.chunks(width).zip(new.chunks(width));
+        let is_other = |(old, new): (&[_], &[_])| old != new;
+        let (Some(top), Some(bottom)) = (rows().position(is_other), rows().rposition(is_other))
+        else {
+            return frame((0, 0), (1, 1), vec![Palette::UNCHANGED]);
+        };
+        let columns = || rows().map(|(old, new)| old.iter().zip(new).map(|(old, new)| old != new));
+        let left = columns().filter_map(|mut row| row.position(|is| is)).min().unwrap_or(0);
+        let right = columns().filter_map(|mut row| row.rposition(|is| is)).max().unwrap_or(left);
+        let pixels = (top..=bottom)
+            .flat_map(|y| y * width + left..=y * width + right)
+            .map(|pixel| {
+                let is_same = new[pixel] == old[pixel];
+                if is_same { Palette::UNCHANGED } else { self.palette.index(rgb(new[pixel])) }
+            })
+            .collect();
+        frame((px(left), px(top)), (px(right - left + 1), px(bottom - top + 1)), pixels)
+    }
+
+    fn write_last(&mut self, least_ms: u32) -> Result<(), PictureError> {
+        let Some((mut frame, delay_ms)) = self.last.take() else { return Ok(()) };
+        frame.delay = u16::try_from(delay_ms.max(least_ms).div_ceil(10)).unwrap_or(u16::MAX).max(2);
+        self.encoder.write_frame(&frame).map_err(failed)
+    }
+}
+
+fn frame((left, top): (u16, u16), (width, height): (u16, u16), pixels: Vec<u8>) -> Frame<'static> {
+    Frame {
+        left,
+        top,
+        width,
+        height,
+        dispose: DisposalMethod::Keep,
+        transparent: Some(Palette::UNCHANGED),
+        buffer: Cow::Owned(pixels),
+        ..Frame::default()
+    }
+}
+
+fn failed(error: impl std::fmt::Display) -> PictureError {
+    PictureError::Drawing(error.to_string())
+}
+
+/// A number of pixels, at most 4096.
+fn px(pixels: usize) -> u16 {
+    u16::try_from(pixels).unwrap_or(u16::MAX)
+}
+
+/// Which of so many states to show in at most so many frames: evenly spaced, the first and the last
+/// among them.
+///
+/// ```
+/// use mmsim_drawing::frame_indices;
+/// assert_eq!(frame_indices(3, 400).collect::<Vec<_>>(), [0, 1, 2]);
+/// assert_eq!(frame_indices(1001, 5).collect::<Vec<_>>(), [0, 250, 500, 750, 1000]);
+/// assert_eq!(frame_indices(1001, 1).collect::<Vec<_>>(), [1000]);
+/// ```
+pub fn frame_indices(states: usize, most: usize) -> impl ExactSizeIterator<Item = usize> {
+    let frames = states.min(most);
+    (0..frames).map(move |frame| {
+        // Counted from the end, so that a single frame is the last one.
+        let back = frames - 1 - frame;
+        states - 1 - back * (states - 1) / (frames - 1).max(1)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use gif::{ColorOutput, DecodeOptions};
+    use mmsim_maze::{Cell, Heading, KnownMaze, Maze, Pose, Step};
+
+    use super::*;
+    use crate::{Layers, Theme};
+
+    /// What a viewer shows at the end, and how long each frame stays, in hundredths of a second.
+    fn played(gif: &[u8]) -> (Pixmap, Vec<u16>) {
+        let mut options = DecodeOptions::new();
+        options.set_color_output(ColorOutput::RGBA);
+        let mut decoder = options.read_info(gif).unwrap();
+        assert_eq!(decoder.repeat(), Repeat::Infinite);
+        let (width, height) = (decoder.width(), decoder.height());
+        let mut pixmap = Pixmap::new(width.into(), height.into()).unwrap();
+        let mut delays = Vec::new();
+        while let Some(frame) = decoder.read_next_frame().unwrap() {
+            delays.push(frame.delay);
+            for (index, colour) in frame.buffer.chunks(4).enumerate() {
+                let (x, y) = (index % usize::from(frame.width), index / usize::from(frame.width));
+                let (x, y) = (x + usize::from(frame.left), y + usize::from(frame.top));
+                let at = 4 * (y * usize::from(width) + x);
+                if colour[3] != 0 {
+                    pixmap.data_mut()[at..at + 4].copy_from_slice(colour);
+                }
+            }
+        }
+        (pixmap, delays)
+    }
+
+    fn maze() -> Maze {
+        "\
+o---o---o---o
+|       | G |
+o   o---o   o
+| S         |
+o---o---o---o
+"
+        .parse()
+        .unwrap()
+    }
+
+    #[test]
+    fn the_last_frame_is_the_last_scene() {
+        let maze = maze();
+        for (theme, heat) in [(Theme::Light, false), (Theme::Dark, true)] {
+            let mut map = KnownMaze::before(&maze);
+            let mut pose = Pose::new(Cell::new(0, 0), Heading::North);
+            let mut trail = vec![pose.cell];
+            let mut animation = Animation::new(384);
+            let mut last = None;
+            for step in [Step::Right, Step::Front, Step::Left, Step::Back, Step::Right] {
+                map.note(pose, maze.walls().around(pose)).unwrap();
+                pose = pose.after(step).unwrap();
+                trail.push(pose.cell);
+                let scene = Scene::of_map(&map)
+                    .with_truth(Some(&maze))
+                    .with_mouse(pose)
+                    .with_weights(|cell| 40 * cell.x + cell.y + step as u8)
+                    .with_trail(&trail)
+                    .with_theme(theme)
+                    .with_layers(Layers { heat, ..Layers::ALL });
+                animation.push(&scene, 45).unwrap();
+                last = Some(scene.pixmap(384).unwrap());
+            }
+            let (shown, delays) = played(&animation.finish().unwrap());
+            assert_eq!(delays, [5, 5, 5, 5, 250]);
+            let last = last.unwrap();
+            let differences = shown.data().iter().zip(last.data()).map(|(a, b)| a.abs_diff(*b));
+            assert!(differences.clone().max().unwrap() <= 40, "a blend that the palette lacks");
+            let total: u64 = differences.map(u64::from).sum();
+            assert!(total < last.data().len() as u64 / 4, "{total} of {}", last.data().len());
+        }
+    }
+
+    #[test]
+    fn a_frame_without_a_change_stays_a_frame() {
+        let maze = maze();
+        let mut animation = Animation::new(100);
+        for _ in 0..3 {
+            animation.push(&Scene::of_maze(&maze), 0).unwrap();
+        }
+        assert_eq!(played(&animation.finish().unwrap()).1, [2, 2, 250]);
+    }
+
+    #[test]
+    fn frames_are_of_one_size_and_there_is_one() {
+        let other: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
+        let maze = maze();
+        let mut animation = Animation::new(100);
+        animation.push(&Scene::of_maze(&maze), 100).unwrap();
+        let error = animation.push(&Scene::of_maze(&other), 100).unwrap_err().to_string();
+        assert_eq!(error, "expected a frame of a maze of 3x2 cells, found one of 2x1");
+        assert_eq!(Animation::new(100).finish().unwrap_err(), PictureError::NoFrame);
+        assert!(Animation::new(8).push(&Scene::of_maze(&maze), 100).is_err());
+    }
+
+    #[test]
+    fn frames_are_evenly_spaced_and_end_with_the_last_state() {
+        for states in 0..50 {
+            for most in 1..20 {
+                let indices: Vec<usize> = frame_indices(states, most).collect();
+                assert_eq!(indices.len(), states.min(most));
+                assert_eq!(indices.last().copied(), states.checked_sub(1));
+                assert!(most == 1 || states == 0 || indices[0] == 0);
+                let gaps: Vec<usize> = indices.windows(2).map(|pair| pair[1] - pair[0]).collect();
+                let (least, most) = (gaps.iter().min(), gaps.iter().max());
+                assert!(most.zip(least).is_none_or(|(most, least)| most - least <= 1), "{gaps:?}");
+            }
+        }
+    }
+}

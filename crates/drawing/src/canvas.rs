@@ -1,0 +1,224 @@
+//! A picture that changes a little at a time.
+
+use std::collections::HashSet;
+
+use mmsim_maze::MazeSize;
+use resvg::tiny_skia::Pixmap;
+
+use crate::pixels::paint;
+use crate::svg::{Area, MARGIN, PITCH, Part, Svg, View, units};
+use crate::{PictureError, Scene};
+
+/// A line of the trail that is thinner than a pixel is not the same where there is more of it, so
+/// pictures with fewer pixels a unit are drawn as a whole. They are small.
+const THIN: f64 = 0.5;
+
+/// A picture of which only those tiles are drawn anew in which something has changed. The result is
+/// the same as if all of it were drawn.
+pub(crate) struct Canvas {
+    size: MazeSize,
+    drawing: String,
+    parts: Vec<Part>,
+    pixmap: Pixmap,
+}
+
+impl Canvas {
+    /// A picture of this scene.
+    pub(crate) fn new(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
+        let (drawing, parts) = Svg::with_parts(scene, View::Pixels);
+        let pixmap = paint(&drawing, scene.blank(width_px)?)?;
+        Ok(Self { size: scene.size, drawing, parts, pixmap })
+    }
+
+    /// The pixels.
+    pub(crate) const fn pixmap(&self) -> &Pixmap {
+        &self.pixmap
+    }
+
+    /// Turns the picture into one of this scene.
+    ///
+    /// # Errors
+    /// Its maze has another size.
+    pub(crate) fn show(&mut self, scene: &Scene<'_>) -> Result<(), PictureError> {
+        if scene.size != self.size {
+            return Err(PictureError::OtherFrame { expected: self.size, found: scene.size });
+        }
+        let (drawing, parts) = Svg::with_parts(scene, View::Pixels);
+        let tiles = Tiles::of(self.size, &self.pixmap);
+        let has_thin_lines = tiles.scale.iter().any(|&scale| scale < THIN);
+        let is_alike = head(&drawing, &parts) == head(&self.drawing, &self.parts);
+        let stale = if is_alike && !has_thin_lines {
+            let changed = changes((&self.drawing, &self.parts), (&drawing, &parts));
+            tiles.touched(changed)
+        } else {
+            tiles.all()
+        };
+        let is_wanted =
+            |part: &&Part| !part.is_element || tiles.indices(part.area).any(|tile| stale[tile]);
+        let fresh = paint(&only(&drawing, &parts, is_wanted), scene.blank(self.pixmap.width())?)?;
+        for tile in (0..stale.len()).filter(|&tile| stale[tile]) {
+            tiles.copy(tile, &fresh, &mut self.pixmap);
+        }
+        (self.drawing, self.parts) = (drawing, parts);
+        Ok(())
+    }
+}
+
+/// What comes before the first part: the style, and which layers are hidden.
+fn head<'a>(drawing: &'a str, parts: &[Part]) -> &'a str {
+    &drawing[..parts.first().map_or(drawing.len(), |part| part.text.start)]
+}
+
+/// The areas of the parts that are in one of two drawings only.
+fn changes(old: (&str, &[Part]), new: (&str, &[Part])) -> Vec<Area> {
+    let (old, new) = (keys(old), keys(new));
+    old.symmetric_difference(&new).map(|(_, area)| *area).collect()
+}
+
+fn keys<'a>((drawing, parts): (&'a str, &[Part])) -> HashSet<(&'a str, Area)> {
+    parts.iter().map(|part| (&drawing[part.text.clone()], part.area)).collect()
+}
+
+/// The drawing with only some of its parts.
+fn only(drawing: &str, parts: &[Part], is_wanted: impl Fn(&&Part) -> bool) -> String {
+    let mut text = String::with_capacity(drawing.len());
+    let mut done = 0;
+    for part in parts.iter().filter(|part| !is_wanted(part)) {
+        text.push_str(&drawing[done..part.text.start]);
+        done = part.text.end;
+    }
+    text + &drawing[done..]
+}
+
+/// A picture parted into tiles, as large as cells, a margin to the north-west of them.
+struct Tiles {
+    columns: usize,
+    rows: usize,
+    /// Pixels a unit, east and south.
+    scale: [f64; 2],
+}
+
+impl Tiles {
+    fn of(size: MazeSize, pixmap: &Pixmap) -> Self {
+        let (width, height) = units(size);
+        Self {
+            columns: width.div_ceil(PITCH) as usize,
+            rows: height.div_ceil(PITCH) as usize,
+            scale: [
+                f64::from(pixmap.width()) / f64::from(width),
+                f64::from(pixmap.height()) / f64::from(height),
+            ],
+        }
+    }
+
+    fn all(&self) -> Vec<bool> {
+        vec![true; self.columns * self.rows]
+    }
+
+    /// Which tiles these areas touch.
+    fn touched(&self, areas: Vec<Area>) -> Vec<bool> {
+        let mut touched = vec![false; self.columns * self.rows];
+        for tile in areas.into_iter().flat_map(|area| self.indices(area)) {
+            touched[tile] = true;
+        }
+        touched
+    }
+
+    /// The tiles that have a pixel which something in this area may colour.
+    fn indices(&self, [west, north, east, south]: Area) -> impl Iterator<Item = usize> + '_ {
+        let span = |from: i32, to: i32, scale: f64, count: usize| {
+            // Two pixels more: one for soft edges, one for tiles that begin inside of a pixel.
+            let tile = |units: f64| (units + f64::from(MARGIN)) / f64::from(PITCH);
+            let first = tile(f64::from(from) - 2.0 / scale).floor().max(0.0);
+            let end = tile(f64::from(to) + 2.0 / scale).ceil().max(0.0);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small")]
+            (first as usize..(end as usize).min(count))
+        };
+        let columns = span(west, east, self.scale[0], self.columns);
+        let rows = span(north, south, self.scale[1], self.rows);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column))
+    }
+
+    /// Copies the pixels of a tile, those on its edges too.
+    fn copy(&self, tile: usize, from: &Pixmap, to: &mut Pixmap) {
+        let span = |index: usize, scale: f64, end: u32| {
+            #[expect(clippy::cast_precision_loss, reason = "at most 33")]
+            let edge = |index: usize| index as f64 * f64::from(PITCH) * scale;
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small")]
+            let (first, last) = (edge(index).floor() as usize, edge(index + 1).ceil() as usize);
+            first..last.min(end as usize)
+        };
+        let columns = span(tile % self.columns, self.scale[0], from.width());
+        for row in span(tile / self.columns, self.scale[1], from.height()) {
+            let begin = row * from.width() as usize;
+            let row = begin + columns.start..begin + columns.end;
+            to.pixels_mut()[row.clone()].copy_from_slice(&from.pixels()[row]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, WallState, Walls};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{Layers, Theme};
+
+    /// What changes from one picture to the next.
+    #[derive(Clone, Debug)]
+    struct Change {
+        walls: Vec<(u8, u8, bool)>,
+        weights: Vec<(usize, u8)>,
+        mouse: (u8, u8),
+        layers: u8,
+    }
+
+    fn change() -> impl Strategy<Value = Change> {
+        let walls = prop::collection::vec(any::<(u8, u8, bool)>(), 0..3);
+        let weights = prop::collection::vec((0usize..64, 1u8..200), 0..3);
+        (walls, weights, any::<(u8, u8)>(), 0u8..12)
+            .prop_map(|(walls, weights, mouse, layers)| Change { walls, weights, mouse, layers })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+        /// The naive twin draws everything.
+        #[test]
+        fn a_picture_is_the_same_as_if_all_of_it_were_drawn(
+            (width, height) in (1usize..=8, 1usize..=8),
+            width_px in 16u32..400,
+            changes in prop::collection::vec(change(), 1..6),
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            let maze = Maze::new(Walls::open(size), Cell::new(0, 0), CellSet::EMPTY).unwrap();
+            let mut map = KnownMaze::before(&maze);
+            let (mut weights, mut trail) = ([9; 64], Vec::new());
+            prop_assume!(Scene::of_map(&map).blank(width_px).is_ok());
+            let mut canvas = Canvas::new(&Scene::of_map(&map), width_px).unwrap();
+            for Change { walls, weights: heavier, mouse: (x, y), layers } in changes {
+                for (x, y, is_north) in walls {
+                    let heading = if is_north { Heading::North } else { Heading::East };
+                    let cell = Cell::new(x % size.width(), y % size.height());
+                    map.set_wall(cell, heading, WallState::Present);
+                    map.visit(cell);
+                }
+                for (cell, weight) in heavier {
+                    weights[cell] = weight;
+                }
+                let heading = Heading::ALL[usize::from(x ^ y) % 4];
+                let mouse = Pose::new(Cell::new(x % size.width(), y % size.height()), heading);
+                trail.push(mouse.cell);
+                let scene = Scene::of_map(&map)
+                    .with_truth(Some(&maze))
+                    .with_mouse(mouse)
+                    .with_weights(|cell| weights[usize::from(cell.y) * 8 + usize::from(cell.x)])
+                    .with_trail(&trail)
+                    .with_theme(if layers == 0 { Theme::Dark } else { Theme::Light })
+                    .with_layers(Layers { heat: layers == 1, ..Layers::ALL });
+                canvas.show(&scene).unwrap();
+                prop_assert!(canvas.pixmap().data() == scene.pixmap(width_px).unwrap().data());
+            }
+        }
+    }
+}

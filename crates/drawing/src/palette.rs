@@ -1,0 +1,197 @@
+//! The colours of an animation.
+
+use std::collections::{BTreeMap, HashMap};
+
+use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Pose, WallState, Walls};
+use resvg::tiny_skia::PremultipliedColorU8;
+
+use crate::heat::{Rgb, ramp};
+use crate::svg::units;
+use crate::{PictureError, Scene};
+
+/// The most colours that one palette of a GIF holds, besides the one that stands for no change.
+const MOST: usize = 255;
+
+/// How many colours are taken as they are: the theme's own and those of the greatest areas.
+const EXACT: usize = 112;
+
+/// A set of colours with the nearest of them for any other.
+#[derive(Debug)]
+pub(crate) struct Palette {
+    colours: Vec<Rgb>,
+    nearest: HashMap<Rgb, u8>,
+}
+
+impl Palette {
+    /// The index that stands for no change.
+    #[expect(clippy::cast_possible_truncation, reason = "255")]
+    pub(crate) const UNCHANGED: u8 = MOST as u8;
+
+    /// A palette for animations of scenes like this one in pixels of this size. Its colours come
+    /// from a sheet on which everything is that a scene can show, so that it suits all frames before
+    /// the first is drawn.
+    pub(crate) fn like(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
+        let size = MazeSize::CLASSIC;
+        // As many pixels a unit as in the scene, as far as a picture can be so large.
+        let side_px = (width_px * units(size).0 / units(scene.size).0).clamp(64, 768);
+        let sheet = Sheet::new(size);
+        let mut areas = BTreeMap::new();
+        for heading in [Heading::North, Heading::East] {
+            let pixmap = sheet.scene(scene, heading).pixmap(side_px)?;
+            for colour in pixmap.pixels().iter().map(|&pixel| rgb(pixel)) {
+                *areas.entry((colour.0, colour.1, colour.2)).or_insert(0_u32) += 1;
+            }
+        }
+        let areas =
+            areas.into_iter().map(|((red, green, blue), area)| (Rgb(red, green, blue), area));
+        let theme = scene.theme;
+        let mut chosen = theme.colours().areas().to_vec();
+        if scene.layers.heat {
+            chosen.extend(ramp(theme));
+        }
+        Ok(Self { colours: choose(chosen, areas.collect()), nearest: HashMap::new() })
+    }
+
+    /// The colours as bytes, three each, and as many more as make 256.
+    pub(crate) fn bytes(&self) -> Vec<u8> {
+        let colours = self.colours.iter().flat_map(|colour| [colour.0, colour.1, colour.2]);
+        colours.chain(std::iter::repeat(0)).take(3 * (MOST + 1)).collect()
+    }
+
+    /// The index of the colour that is nearest to this one.
+    pub(crate) fn index(&mut self, colour: Rgb) -> u8 {
+        let colours = &self.colours;
+        *self.nearest.entry(colour).or_insert_with(|| {
+            let nearest = (0..).zip(colours).min_by_key(|(_, other)| distance(colour, **other));
+            nearest.map_or(0, |(index, _)| index)
+        })
+    }
+}
+
+/// The colour of a pixel, which is opaque.
+pub(crate) fn rgb(pixel: PremultipliedColorU8) -> Rgb {
+    Rgb(pixel.red(), pixel.green(), pixel.blue())
+}
+
+/// How different two colours are: the square of their distance.
+fn distance(one: Rgb, other: Rgb) -> u32 {
+    let square = |one: u8, other: u8| u32::from(one.abs_diff(other)).pow(2);
+    // Green counts most and blue least for how light a colour is.
+    2 * square(one.0, other.0) + 4 * square(one.1, other.1) + square(one.2, other.2)
+}
+
+/// The chosen ones and those with the greatest areas, then again and again the one that is farthest from all chosen.
+/// So flat areas are exact and the blends at their edges never far off.
+fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
+    areas.retain(|(colour, _)| !chosen.contains(colour));
+    areas.sort_by_key(|&(_, area)| std::cmp::Reverse(area));
+    let exact = EXACT - chosen.len();
+    chosen.extend(areas.iter().take(exact).map(|&(colour, _)| colour));
+    let far = |colour: Rgb| chosen.iter().map(|&other| distance(colour, other)).min().unwrap_or(0);
+    let mut rest: Vec<(Rgb, u32)> =
+        areas.iter().skip(exact).map(|&(colour, _)| (colour, far(colour))).collect();
+    while chosen.len() < MOST {
+        let Some(&(next, 1..)) = rest.iter().max_by_key(|(_, far)| far) else { break };
+        chosen.push(next);
+        for (colour, far) in &mut rest {
+            *far = (*far).min(distance(*colour, next));
+        }
+    }
+    chosen
+}
+
+/// A maze that nobody would search, with a map: all kinds of walls and cells, all weights, and a
+/// trail through all of it.
+struct Sheet {
+    maze: Maze,
+    map: KnownMaze,
+    trail: Vec<Cell>,
+}
+
+impl Sheet {
+    fn new(size: MazeSize) -> Self {
+        let start = Cell::new(0, 0);
+        let mut walls = Walls::open(size);
+        let mut map = KnownMaze::new(size, start, size.central_cells());
+        for cell in size.cells() {
+            if (cell.x / 4 + cell.y / 4) % 2 == 0 {
+                map.visit(cell);
+            }
+            for (heading, kind) in
+                [(Heading::North, cell.x + 2 * cell.y), (Heading::East, 2 * cell.x + cell.y)]
+            {
+                walls.set(cell, heading, kind % 5 < 2);
+                if kind % 5 == 1 || kind % 10 == 2 {
+                    map.set_wall(cell, heading, WallState::Present);
+                }
+            }
+        }
+        let maze = Maze::new(walls, start, size.central_cells());
+        let row = |y: u8| (0..size.width()).map(move |x| (x, y));
+        let trail = (0..size.height())
+            .step_by(2)
+            .flat_map(|y| row(y).map(|(x, y)| Cell::new(if y % 4 == 0 { x } else { 15 - x }, y)));
+        #[expect(clippy::unwrap_used, reason = "start and goals lie inside")]
+        Self { maze: maze.unwrap(), map, trail: trail.collect() }
+    }
+
+    /// The sheet in the theme and with the layers of this scene.
+    fn scene(&self, like: &Scene<'_>, heading: Heading) -> Scene<'_> {
+        Scene::of_map(&self.map)
+            .with_truth(Some(&self.maze))
+            .with_mouse(Pose::new(Cell::new(2, 1), heading))
+            .with_numbers(|cell| Some(u16::from(cell.x) * 16 + u16::from(cell.y) * 7 % 16))
+            .with_trail(&self.trail)
+            .with_layers(like.layers)
+            .with_theme(like.theme)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Layers, Theme};
+
+    #[test]
+    fn the_nearest_colour_is_found() {
+        let mut palette = Palette {
+            colours: vec![Rgb(0, 0, 0), Rgb(255, 255, 255), Rgb(200, 0, 0)],
+            nearest: HashMap::new(),
+        };
+        let indices = [Rgb(10, 0, 9), Rgb(200, 210, 220), Rgb(180, 20, 0), Rgb(10, 0, 9)];
+        assert_eq!(indices.map(|colour| palette.index(colour)), [0, 1, 2, 0]);
+    }
+
+    #[test]
+    fn areas_are_exact_and_the_farthest_are_covered() {
+        let grey = |level: u8, area| (Rgb(level, level, level), area);
+        let mut areas: Vec<_> = (0..=200).map(|level| grey(level, 10)).collect();
+        areas.push((Rgb(0, 0, 255), 1));
+        areas.push(grey(255, 1000));
+        let chosen = choose(Vec::new(), areas);
+        assert_eq!(chosen[0], Rgb(255, 255, 255));
+        assert_eq!(chosen.len(), 203, "there is room for all");
+        let many = (0..=255).flat_map(|red| [(Rgb(red, 0, 0), 1), (Rgb(red, 0, 255), 1)]);
+        let chosen = choose(Vec::new(), many.collect());
+        assert_eq!(chosen.len(), MOST);
+        for blue in [0, 255] {
+            for red in 0..=255 {
+                let error = chosen.iter().map(|&other| distance(Rgb(red, 0, blue), other)).min();
+                assert!(error <= Some(2 * 4 * 4), "{red} {error:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_fills_cells_is_in_the_palette() {
+        let sheet = Sheet::new(MazeSize::CLASSIC);
+        for theme in [Theme::Light, Theme::Dark] {
+            let scene = Scene::of_maze(&sheet.maze).with_theme(theme).with_layers(Layers::ALL);
+            let mut palette = Palette::like(&scene, 648).unwrap();
+            for colour in ramp(theme).into_iter().chain(theme.colours().areas()) {
+                let index = usize::from(palette.index(colour));
+                assert_eq!(palette.colours[index], colour, "{theme:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! A drawing as pixels.
+
+use mmsim_maze::MazeSize;
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree};
+
+use crate::Scene;
+use crate::svg::{Svg, View, units};
+
+/// The fewest and the most pixels that a picture is wide.
+pub const WIDTH_PX: std::ops::RangeInclusive<u32> = 16..=4096;
+
+/// The most pixels that a picture is high.
+pub const MAX_HEIGHT_PX: u32 = 4096;
+
+/// Why there is no picture.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PictureError {
+    /// It would be too small, or take too much memory.
+    #[error(
+        "expected a picture {} to {} pixels wide and at most {MAX_HEIGHT_PX} high, found {width}x{height}",
+        WIDTH_PX.start(), WIDTH_PX.end()
+    )]
+    Size {
+        /// The width that was asked for, in pixels.
+        width: u32,
+        /// The height that goes with it, in pixels.
+        height: u64,
+    },
+    /// It could not be drawn or encoded; nothing that a scene holds leads to this.
+    #[error("expected to draw a picture, found {0}")]
+    Drawing(String),
+    /// An animation has no frame.
+    #[error("expected an animation of at least one frame, found none")]
+    NoFrame,
+    /// A frame of an animation shows a maze of another size than the first.
+    #[error("expected a frame of a maze of {expected} cells, found one of {found}")]
+    OtherFrame {
+        /// The size of the first frame's maze.
+        expected: MazeSize,
+        /// The size of this frame's maze.
+        found: MazeSize,
+    },
+}
+
+impl Scene<'_> {
+    /// The drawing as a PNG of this width in pixels; the height follows from the maze, see
+    /// [`width_within`](Self::width_within).
+    ///
+    /// # Errors
+    /// The picture would be less than 16 or more than 4096 pixels wide, or more than 4096 high.
+    ///
+    /// ```
+    /// use mmsim_drawing::Scene;
+    /// let maze: mmsim_maze::Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+    /// let png = Scene::of_maze(&maze).png(440)?;
+    /// assert!(png.starts_with(b"\x89PNG"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn png(&self, width_px: u32) -> Result<Vec<u8>, PictureError> {
+        self.pixmap(width_px)?
+            .encode_png()
+            .map_err(|error| PictureError::Drawing(error.to_string()))
+    }
+
+    /// The greatest width, in pixels, at which neither side of the picture has more than this many
+    /// pixels, but no less than a picture must have.
+    ///
+    /// ```
+    /// use mmsim_drawing::Scene;
+    /// let maze: mmsim_maze::Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+    /// assert_eq!(Scene::of_maze(&maze).width_within(640), 640, "it is 44 by 24 units large");
+    /// # Ok::<(), mmsim_maze::ParseError>(())
+    /// ```
+    pub fn width_within(&self, side_px: u32) -> u32 {
+        let (width, height) = units(self.size);
+        let side_px = side_px.min(MAX_HEIGHT_PX);
+        let width = if width < height { side_px * width / height } else { side_px };
+        width.clamp(*WIDTH_PX.start(), *WIDTH_PX.end())
+    }
+
+    /// The pixels, none of them transparent.
+    pub(crate) fn pixmap(&self, width_px: u32) -> Result<Pixmap, PictureError> {
+        let pixmap = self.blank(width_px)?;
+        paint(&Svg::of(self, View::Pixels), pixmap)
+    }
+
+    /// A picture of this width on which nothing is drawn yet.
+    pub(crate) fn blank(&self, width_px: u32) -> Result<Pixmap, PictureError> {
+        let (width, height) = (width_px, height_px(self.size, width_px));
+        let size_error = PictureError::Size { width, height };
+        let height = u32::try_from(height).ok().filter(|&height| height <= MAX_HEIGHT_PX);
+        let Some(height) = height.filter(|_| WIDTH_PX.contains(&width)) else {
+            return Err(size_error);
+        };
+        Pixmap::new(width, height).ok_or(size_error)
+    }
+}
+
+/// Draws an SVG as large as the picture.
+pub(crate) fn paint(drawing: &str, mut pixmap: Pixmap) -> Result<Pixmap, PictureError> {
+    let tree = Tree::from_str(drawing, &Options::default())
+        .map_err(|error| PictureError::Drawing(error.to_string()))?;
+    #[expect(clippy::cast_precision_loss, reason = "at most 4096")]
+    let scale = Transform::from_scale(
+        pixmap.width() as f32 / tree.size().width(),
+        pixmap.height() as f32 / tree.size().height(),
+    );
+    resvg::render(&tree, scale, &mut pixmap.as_mut());
+    Ok(pixmap)
+}
+
+/// The height that goes with a width, in pixels.
+fn height_px(size: MazeSize, width_px: u32) -> u64 {
+    let (width, height) = units(size);
+    let (width, height) = (u64::from(width), u64::from(height));
+    ((u64::from(width_px) * height + width / 2) / width).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, Heading, KnownMaze, Maze, WallState, Walls};
+
+    use super::*;
+    use crate::heat::{Rgb, ramp};
+    use crate::palette::rgb;
+    use crate::{Layers, Theme};
+
+    fn maze() -> Maze {
+        "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
+    }
+
+    /// The colour at a point, in units, of a picture with 3 pixels a unit.
+    fn at(scene: &Scene<'_>, x: u32, y: u32) -> Rgb {
+        let pixmap = scene.pixmap(3 * units(scene.size).0).unwrap();
+        let (x, y) = (3 * (x + 2) + 1, 3 * (y + 2) + 1);
+        rgb(pixmap.pixel(x, y).unwrap())
+    }
+
+    #[test]
+    fn a_png_has_the_size_that_was_asked_for() {
+        let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
+        let png = Scene::of_maze(&maze).png(440).unwrap();
+        let pixmap = Pixmap::decode_png(&png).unwrap();
+        assert_eq!((pixmap.width(), pixmap.height()), (440, 240));
+        assert!(pixmap.pixels().iter().all(|pixel| pixel.alpha() == 255), "opaque");
+    }
+
+    #[test]
+    fn pixels_have_the_colours_of_what_is_there() {
+        let maze = maze();
+        let mut map = KnownMaze::before(&maze);
+        map.visit(Cell::new(0, 1));
+        map.set_wall(Cell::new(0, 1), Heading::East, WallState::Present);
+        for theme in [Theme::Light, Theme::Dark] {
+            let colours = theme.colours();
+            let scene = Scene::of_map(&map).with_truth(Some(&maze)).with_theme(theme);
+            assert_eq!(at(&scene, 30, 39), colours.wall, "{theme:?}: an outer wall");
+            assert_eq!(at(&scene, 20, 3), colours.mistaken, "{theme:?}");
+            assert_eq!(at(&scene, 30, 30), colours.floor, "{theme:?}");
+            assert_eq!(at(&scene, 10, 10), colours.visited, "{theme:?}");
+            assert_eq!(at(&scene, 10, 30), colours.start.0, "{theme:?}");
+            assert_eq!(at(&scene, 30, 10), colours.goal.0, "{theme:?}");
+            let pale = at(&scene, 30, 20);
+            assert!(pale != colours.wall && pale != colours.floor, "{theme:?}: the mouse's secret");
+            assert_eq!(at(&Scene::of_maze(&maze).with_theme(theme), 30, 20), colours.wall);
+            let heat = scene.with_weights(|cell| cell.x + cell.y).with_layers(Layers {
+                numbers: false,
+                heat: true,
+                trail: false,
+            });
+            assert_eq!(at(&heat, 15, 30), ramp(theme)[0]);
+            assert_eq!(at(&heat, 35, 10), ramp(theme)[63]);
+        }
+    }
+
+    #[test]
+    fn layers_are_shown_or_not() {
+        let maze = maze();
+        let trail = [Cell::new(0, 0), Cell::new(0, 1)];
+        let scene = Scene::of_maze(&maze).with_weights(|_| 1).with_trail(&trail);
+        let all = Layers::ALL;
+        let pixels = |layers| scene.clone().with_layers(layers).pixmap(220).unwrap();
+        assert!(pixels(all) != pixels(Layers { numbers: false, ..all }));
+        assert!(pixels(all) != pixels(Layers { heat: false, ..all }));
+        assert!(pixels(all) != pixels(Layers { trail: false, ..all }));
+    }
+
+    #[test]
+    fn a_file_looks_as_its_pixels() {
+        let maze = maze();
+        let map = KnownMaze::before(&maze);
+        let trail = [Cell::new(0, 0), Cell::new(0, 1)];
+        for layers in [Layers::ALL, Layers { numbers: false, heat: false, trail: false }] {
+            let scene = Scene::of_map(&map).with_truth(Some(&maze)).with_layers(layers);
+            let scene = scene.with_weights(|cell| cell.x).with_trail(&trail);
+            let file = paint(&scene.svg(), scene.blank(220).unwrap()).unwrap();
+            assert!(file == scene.pixmap(220).unwrap(), "{layers:?}");
+        }
+    }
+
+    #[test]
+    fn sizes_are_bounded() {
+        let tall = Maze::new(
+            Walls::open(MazeSize::new(1, 32).unwrap()),
+            Cell::new(0, 0),
+            [Cell::new(0, 31)].into_iter().collect(),
+        );
+        let tall = tall.unwrap();
+        let scene = Scene::of_maze(&tall);
+        assert_eq!(
+            scene.png(640).unwrap_err().to_string(),
+            "expected a picture 16 to 4096 pixels wide and at most 4096 high, found 640x17173"
+        );
+        assert_eq!(scene.png(15).unwrap_err(), PictureError::Size { width: 15, height: 403 });
+        assert!(scene.png(u32::MAX).is_err());
+        assert_eq!(scene.width_within(640), 23);
+        assert_eq!(scene.width_within(u32::MAX), 152, "as high as can be");
+        assert!(scene.png(scene.width_within(u32::MAX)).is_ok());
+    }
+}
