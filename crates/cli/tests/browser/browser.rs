@@ -224,8 +224,6 @@ impl Browser {
     pub(crate) fn complaints(&self) -> Vec<Said> {
         let is_one = |said: &Said| {
             (said.level == "SEVERE" || said.level == "WARNING")
-                && !said.message.contains("/api/mazes/picture.svg") // to come
-                && !said.message.contains("translate(NaN 0)") // to come
                 // The run that was asked about is over, which only the reply could tell.
                 && !said.message.ends_with("the server responded with a status of 410 (Gone)")
         };
@@ -250,6 +248,7 @@ impl Browser {
             let asked = tokio::time::timeout(limit, self.client.execute(shown, Vec::new()));
             let shown = asked.await.ok()?.ok()?;
             eprintln!("the page {} showed:\n{}", shown[0], shown[1].as_str()?);
+            eprintln!("the console had {:#?}", self.said("browser"));
             let picture = tokio::time::timeout(limit, self.client.screenshot()).await.ok()?.ok()?;
             let name = thread::current().name()?.replace("::", "-");
             let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
