@@ -4,64 +4,18 @@
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hasher};
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use mmsim_benches::{Noise, classic_mazes};
-use mmsim_client::{InMemory, search_run};
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
+use mmsim_benches::{Noise, Searches, classic_mazes};
+use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::state_bytes;
-use mmsim_server::{History, Simulation};
-use mmsim_solvers::{Bundled, Mouse};
-
-/// States of one search at most: wall followers may go round for ever.
-const MAX_STATES: u32 = 400;
+use mmsim_server::History;
 
 /// One push in so many packs a block.
 const BLOCK_STATES: usize = 256;
 
 /// How many states are read at random.
 const READS: usize = 10_000;
-
-/// Searches of mazes in mixed order by all strategies in turn, from a cell to a goal cell that are
-/// drawn anew each time. The same seed gives the same searches.
-struct Searches<'m> {
-    mazes: &'m [Maze],
-    noise: Noise,
-    count: usize,
-}
-
-impl<'m> Searches<'m> {
-    fn new(mazes: &'m [Maze]) -> Self {
-        Self { mazes, noise: Noise::new(1), count: 0 }
-    }
-
-    /// Runs one search and shows each of its states.
-    fn next(&mut self, mut show: impl FnMut(&[u8])) {
-        let maze = &self.mazes[self.noise.below(self.mazes.len())];
-        let strategy = Bundled::ALL[self.count % Bundled::ALL.len()];
-        let mut cell = || {
-            let (width, height) = (maze.size().width().into(), maze.size().height().into());
-            let coordinate = |number| u8::try_from(number).unwrap();
-            Cell::new(coordinate(self.noise.below(width)), coordinate(self.noise.below(height)))
-        };
-        let (start, goals) =
-            (Pose::new(cell(), Heading::North), [cell()].into_iter().collect::<CellSet>());
-        self.count += 1;
-        let map = KnownMaze::new(maze.size(), start.cell, goals);
-        let mut mouse = Mouse::new(strategy.strategy(), map, start);
-        let mut simulation = Simulation::new("", maze.clone());
-        let mut transport = InMemory::new(|request, reply| {
-            if request.starts_with(b"S") {
-                show(request);
-            }
-            simulation.handle(request, reply)
-        });
-        // A goal that cannot be reached ends a search as well.
-        let _ =
-            search_run(&mut transport, &mut mouse, MAX_STATES, |_, _| ControlFlow::Continue(()));
-    }
-}
 
 fn hash(state: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
@@ -127,9 +81,9 @@ fn main() {
     let after = resident();
     println!(
         "history: {count} states, none twice, of {} searches of {} mazes by {} strategies",
-        searches.count,
+        searches.count(),
         mazes.len(),
-        Bundled::ALL.len()
+        Searches::STRATEGIES
     );
 
     let mut reader = history.reader();

@@ -1,9 +1,15 @@
 //! What the benchmarks share: mazes, and a server to talk to.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use mmsim_maze::{Catalogue, Maze};
+use mmsim_client::{InMemory, search_run};
+use mmsim_maze::{Catalogue, Cell, CellSet, Heading, KnownMaze, Maze, Pose};
 use mmsim_server::{Background, Server, Simulation};
+use mmsim_solvers::{Bundled, Mouse};
+
+/// States of one search at most: wall followers may go round for ever.
+const MAX_STATES: u32 = 400;
 
 /// The classic mazes to measure on: those of the project, and those of the shared collection
 /// beside it where that is there.
@@ -53,5 +59,57 @@ impl Noise {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         usize::try_from(self.0 >> 33).unwrap_or(0) % count
+    }
+}
+
+/// Searches of mazes in mixed order by all strategies in turn, from a cell to a goal cell that are
+/// drawn anew each time. The same seed gives the same searches.
+pub struct Searches<'m> {
+    mazes: &'m [Maze],
+    noise: Noise,
+    count: usize,
+}
+
+impl<'m> Searches<'m> {
+    /// How many strategies take turns.
+    pub const STRATEGIES: usize = Bundled::ALL.len();
+
+    /// How many searches there were.
+    pub const fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Searches of these mazes.
+    pub const fn new(mazes: &'m [Maze]) -> Self {
+        Self { mazes, noise: Noise::new(1), count: 0 }
+    }
+
+    /// Runs one search and shows each of its states.
+    ///
+    /// # Panics
+    /// There is no maze.
+    pub fn next(&mut self, mut show: impl FnMut(&[u8])) {
+        let maze = &self.mazes[self.noise.below(self.mazes.len())];
+        let strategy = Bundled::ALL[self.count % Bundled::ALL.len()];
+        let mut cell = || {
+            let (width, height) = (maze.size().width().into(), maze.size().height().into());
+            let coordinate = |number| u8::try_from(number).unwrap();
+            Cell::new(coordinate(self.noise.below(width)), coordinate(self.noise.below(height)))
+        };
+        let (start, goals) =
+            (Pose::new(cell(), Heading::North), [cell()].into_iter().collect::<CellSet>());
+        self.count += 1;
+        let map = KnownMaze::new(maze.size(), start.cell, goals);
+        let mut mouse = Mouse::new(strategy.strategy(), map, start);
+        let mut simulation = Simulation::new("", maze.clone());
+        let mut transport = InMemory::new(|request, reply| {
+            if request.starts_with(b"S") {
+                show(request);
+            }
+            simulation.handle(request, reply)
+        });
+        // A goal that cannot be reached ends a search as well.
+        let _ =
+            search_run(&mut transport, &mut mouse, MAX_STATES, |_, _| ControlFlow::Continue(()));
     }
 }

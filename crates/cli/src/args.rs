@@ -57,6 +57,22 @@ pub(crate) struct ServeArgs {
     pub(crate) maze: MazeArg,
     #[command(flatten)]
     pub(crate) keep: KeepArgs,
+    #[command(flatten)]
+    pub(crate) viewer: ViewerArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ViewerArgs {
+    /// The port of the page on which a browser shows the search, 0 for any that is free [default:
+    /// 6575, and no page if that is taken]
+    #[arg(long, value_name = "PORT")]
+    pub(crate) viewer_port: Option<u16>,
+    /// Serve no page
+    #[arg(long, conflicts_with_all = ["viewer_port", "open"])]
+    pub(crate) no_viewer: bool,
+    /// Open the page in a browser
+    #[arg(long)]
+    pub(crate) open: bool,
 }
 
 #[derive(Debug, Args)]
@@ -125,10 +141,12 @@ pub(crate) struct DemoArgs {
     pub(crate) maze: MazeArg,
     #[command(flatten)]
     pub(crate) keep: KeepArgs,
+    #[command(flatten)]
+    pub(crate) viewer: ViewerArgs,
     /// Wait this long after each step [default: 50 on a terminal, else 0]
     #[arg(long, value_name = "MS")]
     pub(crate) pace: Option<u64>,
-    /// End after the search instead of serving on
+    /// End after the search instead of serving on; there is no page then
     #[arg(long)]
     pub(crate) once: bool,
 }
@@ -144,6 +162,15 @@ pub(crate) struct ReplayArgs {
     /// Print a JSON object
     #[arg(long)]
     pub(crate) json: bool,
+    /// Show it in a browser, until Ctrl-C
+    #[arg(long, conflicts_with_all = ["at", "json"])]
+    pub(crate) serve: bool,
+    /// The port of the page, 0 for any that is free [default: 6575]
+    #[arg(long, value_name = "PORT", requires = "serve")]
+    pub(crate) viewer_port: Option<u16>,
+    /// Open the page in a browser
+    #[arg(long, requires = "serve")]
+    pub(crate) open: bool,
 }
 
 #[derive(Debug, Args)]

@@ -7,31 +7,41 @@ use std::time::Duration;
 
 use mmsim_client::{BrokenRun, RunError, Zmq, search_run};
 use mmsim_solvers::{Bundled, Mouse};
+use mmsim_viewer::Show;
 
 use crate::Outcome;
 use crate::args::DemoArgs;
 use crate::interrupt::Interrupt;
-use crate::keep;
 use crate::output::{own_command, say};
 use crate::screen::{Screen, ending};
 use crate::selection::Collection;
 use crate::serve::{announce, bind};
 use crate::solve::{ask_goals, say_waiting};
+use crate::{keep, watching};
 
 /// Time between two steps that an eye can follow, in milliseconds.
 const PACE_MS: u64 = 50;
 
+const HOST: &str = "127.0.0.1";
+
 const STRATEGY: Bundled = Bundled::FloodFill;
 
 pub(crate) fn run(args: &DemoArgs) -> Outcome {
-    let selected = Collection::at(args.mazes.as_deref())?.select(&args.maze.words.join(" "))?;
+    let collection = Collection::at(args.mazes.as_deref())?;
+    let selected = collection.select(&args.maze.words.join(" "))?;
     let recorder = keep::recorder(&args.keep)?;
-    let server = bind("127.0.0.1", args.port)?;
+    let server = bind(HOST, args.port)?;
+    let viewer = if args.once { None } else { watching::bind(&args.viewer, HOST)? };
     let interrupt = Interrupt::catch()?;
     say(announce(&selected, server.address()));
+    let show = Show::default()
+        .with_live(&server, &selected.path)
+        .with_mazes(collection.catalogue)
+        .with_recordings(args.keep.record.clone());
     let simulation = keep::simulation(selected, &args.keep);
     keep::announce(&args.keep, &simulation);
     let server = server.with_recorder(recorder).spawn(simulation);
+    watching::begin(viewer, show, &args.viewer)?;
     let address = server.address();
     let ended = search(args, address, &interrupt);
     if !args.once && matches!(ended, Ok(Ended::GoalReached | Ended::GoalNotReached)) {

@@ -14,6 +14,7 @@ mod screen;
 mod selection;
 mod serve;
 mod solve;
+mod watching;
 
 use std::error::Error;
 use std::io::{self, IsTerminal};

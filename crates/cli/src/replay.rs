@@ -8,15 +8,21 @@ use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, WallState};
 use mmsim_protocol::{Info, Matrix, Request, State};
 use mmsim_server::{Ending, Recording};
 use mmsim_solvers::MazeFacts;
+use mmsim_viewer::{DEFAULT_VIEWER_PORT, Show};
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::args::ReplayArgs;
+use crate::args::{ReplayArgs, ViewerArgs};
+use crate::interrupt::Interrupt;
 use crate::output::{counted, goal_away, print, say};
 use crate::screen::{still, still_maze};
+use crate::watching;
 
 pub(crate) fn run(args: &ReplayArgs) -> Outcome {
     let recording = Recording::open(&args.file)?;
+    if args.serve {
+        return serve(args, recording);
+    }
     let shown = match (args.at, recording.history().len().checked_sub(1)) {
         (Some(index), last) => Some(Shown::of(&recording, index).ok_or_else(|| {
             let states = last.map_or("none".into(), |last| format!("0 to {last}"));
@@ -35,6 +41,20 @@ pub(crate) fn run(args: &ReplayArgs) -> Outcome {
         say(format_args!("{file}: expected a whole recording, found {reason} at byte {whole}"));
     }
     Ok(!matches!(recording.ending(), Ending::Damaged { .. }))
+}
+
+/// Shows the recording in a browser.
+fn serve(args: &ReplayArgs, recording: Recording) -> Outcome {
+    let viewer_port = Some(args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT));
+    let viewer_args = ViewerArgs { viewer_port, open: args.open, no_viewer: false };
+    let viewer = watching::bind(&viewer_args, "127.0.0.1")?;
+    let interrupt = Interrupt::catch()?;
+    print(&text(args, &recording, None))?;
+    let title = args.file.file_name().unwrap_or_default().to_string_lossy().to_string();
+    let show = Show::default().with_recording(&title, recording);
+    watching::begin(viewer, show, &viewer_args)?;
+    interrupt.wait();
+    Ok(true)
 }
 
 fn file(args: &ReplayArgs) -> std::path::Display<'_> {

@@ -6,16 +6,17 @@ use clap::CommandFactory;
 use mmsim_server::Server;
 use mmsim_server::limits::MAX_CONNECTIONS;
 use mmsim_solvers::MazeFacts;
+use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, Show};
 
 use crate::Outcome;
 use crate::args::{Cli, ServeArgs};
 use crate::interrupt::Interrupt;
-use crate::keep;
 use crate::output::{goal_away, say};
 use crate::selection::{Collection, Selected};
+use crate::{keep, watching};
 
 /// Files that may be open at the same time: all connections, and some more.
-const DESCRIPTORS: u64 = MAX_CONNECTIONS as u64 + 100;
+const DESCRIPTORS: u64 = (MAX_CONNECTIONS + MAX_VIEWER_CONNECTIONS) as u64 + 100;
 
 /// What it means to listen on anything but loopback.
 const ANYBODY: &str = "whoever reaches this port can read walls, add states and delete the \
@@ -28,16 +29,23 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
             format!("expected options after the command, as in `mmsim {command} --help`").into()
         );
     }
-    let selected = Collection::at(args.mazes.as_deref())?.select(&args.maze.words.join(" "))?;
+    let collection = Collection::at(args.mazes.as_deref())?;
+    let selected = collection.select(&args.maze.words.join(" "))?;
     let recorder = keep::recorder(&args.keep)?;
     let server = bind(&args.host, args.port)?;
+    let viewer = watching::bind(&args.viewer, &args.host)?;
     let (interrupt, stop) = (Interrupt::catch()?, server.stop_handle());
     say(announce(&selected, server.address()));
     if !server.is_loopback() {
         say(ANYBODY);
     }
+    let show = Show::default()
+        .with_live(&server, &selected.path)
+        .with_mazes(collection.catalogue)
+        .with_recordings(args.keep.record.clone());
     let mut simulation = keep::simulation(selected, &args.keep);
     keep::announce(&args.keep, &simulation);
+    watching::begin(viewer, show, &args.viewer)?;
     std::thread::spawn(move || {
         interrupt.wait();
         stop.stop();

@@ -135,15 +135,16 @@ pub(crate) fn ask_goals(
     size: Option<MazeSize>,
 ) -> Result<(KnownMaze, Pose), String> {
     let info = ask_info(transport).map_err(|error| error.to_string())?;
-    let (Some(served), Some(start)) = (info.size(), info.start_pose()) else {
+    let (Some(map), Some(start)) = (info.known_maze(), info.start_pose()) else {
         return Err(format!("expected a maze of 1x1 to 32x32 cells, found {info:?}"));
     };
+    let served = map.size();
     if let Some(size) = size.filter(|&size| size != served) {
         return Err(format!(
             "expected a maze of {size} cells, found the server has one of {served}"
         ));
     }
-    Ok((KnownMaze::new(served, start.cell, info.goal_cells()), start))
+    Ok((map, start))
 }
 
 /// Says after a second, and then now and again, that there is no reply yet.

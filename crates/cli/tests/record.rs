@@ -299,7 +299,7 @@ fn a_full_disk_refuses_states_and_what_was_written_stays() {
 fn fill_disk(limit: usize) {
     let home = Home::new();
     let script = format!("trap '' XFSZ; ulimit -f {limit}; exec \"$0\" \"$@\"");
-    let mmsim = home.command(&["-p", "0", "--maze", MAZE, "--record", "r"]);
+    let mmsim = home.server(&["-p", "0", "--maze", MAZE, "--record", "r"]);
     let mut command = Command::new("sh");
     command.args(["-c", &script]).arg(mmsim.get_program()).args(mmsim.get_args());
     command.current_dir(home.path());

@@ -18,7 +18,7 @@ use crate::{Maze, ParseError, ReadError};
 /// assert_eq!(entry.maze()?.size().area(), 1);
 /// # Ok::<(), mmsim_maze::ReadError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Catalogue {
     entries: Vec<Entry>,
 }

@@ -3,7 +3,7 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 
 use crate::PROTOCOL_VERSION;
 
@@ -66,6 +66,13 @@ impl Info {
     pub fn goal_cells(&self) -> CellSet {
         self.goals.iter().map(|&[x, y]| Cell::new(x, y)).collect()
     }
+
+    /// What a mouse that was told this knows of the maze before it has seen anything, `None` for a
+    /// size that no maze here can have.
+    pub fn known_maze(&self) -> Option<KnownMaze> {
+        let [x, y] = self.start;
+        Some(KnownMaze::new(self.size()?, Cell::new(x, y), self.goal_cells()))
+    }
 }
 
 #[cfg(test)]
@@ -88,5 +95,6 @@ mod tests {
         assert_eq!(info.size(), Some(size));
         assert_eq!(info.start_pose(), Some(start));
         assert_eq!(info.goal_cells(), size.central_cells());
+        assert_eq!(info.known_maze(), Some(KnownMaze::new(size, start.cell, size.central_cells())));
     }
 }

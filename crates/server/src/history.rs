@@ -6,10 +6,12 @@ use mmsim_maze::MazeSize;
 use mmsim_protocol::state_bytes;
 use zstd::bulk::{Compressor, Decompressor};
 
+use crate::block::Block;
 use crate::slabs::Slabs;
+use crate::tally::{self, Tally};
 
 /// States in a block.
-const BLOCK_STATES: usize = 256;
+pub(crate) const BLOCK_STATES: usize = 256;
 
 /// How hard blocks are packed. States of real searches come to 9 bytes each at this level; higher
 /// ones take longer and gain nothing.
@@ -41,6 +43,18 @@ pub struct History {
     /// The newest states as they came.
     open: Vec<u8>,
     packer: Packer,
+    /// What leads to the first state of each block.
+    tallies: Vec<Tally>,
+    newest: Newest,
+    /// The state before that, as long as the newest can be taken back.
+    before: Newest,
+}
+
+/// The pose of the newest state, as it stands in its message, and what leads to it.
+#[derive(Clone, Copy)]
+struct Newest {
+    pose: Option<[u8; 3]>,
+    tally: Tally,
 }
 
 /// A history that has no room for another state.
@@ -89,6 +103,9 @@ impl History {
             packed: Slabs::new(),
             open: Vec::new(),
             packer: Packer(None),
+            tallies: Vec::new(),
+            newest: Newest::START,
+            before: Newest::START,
         }
     }
 
@@ -104,7 +121,7 @@ impl History {
 
     /// How many bytes it holds, the packed states with what it takes to find them.
     pub const fn bytes(&self) -> usize {
-        self.packed.bytes() + self.open.len()
+        self.packed.bytes() + self.open.len() + self.tallies.len() * size_of::<Tally>()
     }
 
     /// How many bytes it may hold.
@@ -123,13 +140,20 @@ impl History {
         if self.open.len() == self.block_bytes() {
             self.pack();
         }
-        if self.bytes().saturating_add(state.len()) > self.limit {
+        let begins_block = self.open.is_empty();
+        let bytes = if begins_block { size_of::<Tally>() } else { 0 } + state.len();
+        if self.bytes().saturating_add(bytes) > self.limit {
             return Err(Full { limit: self.limit, states: self.len() }.into());
         }
         if self.open.capacity() == 0 {
             self.open.reserve_exact(self.block_bytes());
         }
         self.open.extend_from_slice(state);
+        self.before = self.newest;
+        self.newest.follow(state);
+        if begins_block {
+            self.tallies.push(self.newest.tally);
+        }
         Ok(())
     }
 
@@ -137,11 +161,35 @@ impl History {
     /// taken back for sure: the one before it may be packed.
     pub(crate) fn take_back(&mut self) {
         self.open.truncate(self.open.len().saturating_sub(self.state_bytes));
+        self.tallies.truncate(self.len().div_ceil(BLOCK_STATES));
+        self.newest = self.before;
     }
 
     /// The bytes of the state with this index, counted from 0.
     pub fn get(&self, index: usize) -> Option<Vec<u8>> {
         self.reader().get(index).map(<[u8]>::to_vec)
+    }
+
+    /// What leads from the first state to the one with this index.
+    pub fn tally(&self, index: usize) -> Option<Tally> {
+        self.block(index / BLOCK_STATES)?.unpack()?.tally(index)
+    }
+
+    /// The block with this index, for others to read: state `n` is in block `n / 256`. This copies
+    /// the block as it is kept, so it is quick; unpacking it takes its time wherever it is done.
+    pub fn block(&self, index: usize) -> Option<Block> {
+        let (states, packed) = match self.packed.get(index) {
+            Some(packed) => (packed, packed.len() != self.block_bytes()),
+            None if index == self.packed.len() && !self.open.is_empty() => (&*self.open, false),
+            None => return None,
+        };
+        Some(Block {
+            first: index * BLOCK_STATES,
+            tally: *self.tallies.get(index)?,
+            state_bytes: self.state_bytes,
+            states: states.to_vec(),
+            packed,
+        })
     }
 
     /// For reading many states: those of a block are unpacked once.
@@ -159,6 +207,8 @@ impl History {
     pub fn clear(&mut self) {
         self.packed = Slabs::new();
         self.open = Vec::new();
+        self.tallies = Vec::new();
+        (self.newest, self.before) = (Newest::START, Newest::START);
     }
 
     const fn block_bytes(&self) -> usize {
@@ -176,6 +226,19 @@ impl fmt::Debug for History {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (states, bytes) = (self.len(), self.bytes());
         f.debug_struct("History").field("states", &states).field("bytes", &bytes).finish()
+    }
+}
+
+impl Newest {
+    const START: Self = Self { pose: None, tally: Tally { steps: 0, turns: 0 } };
+
+    /// Goes on to this state.
+    fn follow(&mut self, state: &[u8]) {
+        let pose = tally::pose(state);
+        if let (Some(before), Some(after)) = (self.pose, pose) {
+            self.tally += Tally::between(before, after);
+        }
+        self.pose = pose;
     }
 }
 

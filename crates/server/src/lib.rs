@@ -21,7 +21,10 @@
 //! ```
 
 mod background;
+mod bind;
+mod block;
 mod history;
+mod host;
 pub mod limits;
 mod lookout;
 mod network;
@@ -30,12 +33,21 @@ mod recording;
 mod server;
 mod simulation;
 mod slabs;
+mod tally;
+mod times;
+mod watch;
 mod zmtp;
 
 pub use background::Background;
+pub use bind::{BindError, listen};
+pub use block::{Block, States};
 pub use history::{Full as HistoryFull, History, PushError, Reader as HistoryReader};
+pub use host::Status;
 pub use recording::{
     Ending, NoRecording, RecordError, Recorder, Recording, RecordingError, RecordingWriter,
+    save as save_recording,
 };
-pub use server::{BindError, ServeError, Server, Stop};
+pub use server::{ServeError, Server, Stop};
 pub use simulation::{Change, ReplyBuffer, Simulation};
+pub use tally::Tally;
+pub use watch::{Served, Watch, WatchError};

@@ -63,9 +63,10 @@ struct Connection {
 }
 
 impl Network {
-    /// Listens at this address.
-    pub(crate) fn bind(address: SocketAddr) -> io::Result<Self> {
-        let (poll, mut listener) = (Poll::new()?, TcpListener::bind(address)?);
+    /// Takes over a socket that listens.
+    pub(crate) fn new(listener: std::net::TcpListener) -> io::Result<Self> {
+        listener.set_nonblocking(true)?;
+        let (poll, mut listener) = (Poll::new()?, TcpListener::from_std(listener));
         SockRef::from(&listener).listen(QUEUE)?;
         poll.registry().register(&mut listener, LISTENER, Interest::READABLE)?;
         Ok(Self {

@@ -6,6 +6,7 @@
 mod chunk;
 mod reader;
 mod recorder;
+mod save;
 mod writer;
 
 use std::io;
@@ -17,6 +18,7 @@ use mmsim_protocol::{Info, MazeSize, Request, State};
 use crate::History;
 
 pub use recorder::Recorder;
+pub use save::save;
 pub use writer::RecordingWriter;
 
 /// The name of the metadata record that says what is recorded.

@@ -1,18 +1,19 @@
 //! The server around a simulation: where it listens, how it serves, how it stops.
 
-use std::io::{self, ErrorKind};
-use std::net::{SocketAddr, ToSocketAddrs};
+use std::io;
+use std::net::TcpListener;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use mio::Waker;
-use mmsim_protocol::{ERROR_PREFIX, RequestError};
-use tracing::{debug, info, warn};
 
+use crate::bind::{BindError, listen};
+use crate::host::{Board, Host};
 use crate::network::Network;
-use crate::simulation::refuse;
-use crate::{Change, Recorder, ReplyBuffer, Simulation};
+use crate::watch::Question;
+use crate::{Recorder, ReplyBuffer, Simulation, Watch};
 
 /// How long replies still on their way may delay the end of the server.
 const LINGER: Duration = Duration::from_millis(500);
@@ -34,50 +35,18 @@ pub struct Server {
     network: Network,
     address: String,
     loopback: bool,
-    stopping: Arc<Stopping>,
+    shared: Arc<Shared>,
     recorder: Option<Recorder>,
+    board: Arc<Board>,
+    questions: (Sender<Question>, Receiver<Question>),
 }
 
-/// What a server and those who may stop it have in common.
-struct Stopping {
+/// What a server has in common with those who watch or stop it.
+pub(crate) struct Shared {
     waker: Waker,
     stopped: AtomicBool,
     ended: Mutex<bool>,
     has_ended: Condvar,
-}
-
-/// An address on which no server can listen.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum BindError {
-    /// Somebody listens there already.
-    #[error(
-        "expected port {port} of {host} to be free, found it in use; is another server running?"
-    )]
-    InUse {
-        /// The host.
-        host: String,
-        /// The port.
-        port: u16,
-    },
-    /// The host is not one of this machine.
-    #[error("expected the name or address of this machine, found {host:?}: {source}")]
-    Host {
-        /// What was given as host.
-        host: String,
-        /// What the name service says.
-        source: io::Error,
-    },
-    /// Anything else that the system says.
-    #[error("cannot listen on port {port} of {host}: {source}")]
-    Listen {
-        /// The host.
-        host: String,
-        /// The port.
-        port: u16,
-        /// What the system says.
-        source: io::Error,
-    },
 }
 
 /// A server that could not go on.
@@ -97,18 +66,14 @@ impl Server {
     /// # Errors
     /// The port is in use, or the host is not one of this machine's.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
-        let resolved =
-            resolve(host, port).map_err(|source| BindError::Host { host: host.into(), source })?;
-        Self::bind_resolved(resolved).map_err(|source| match source.kind() {
-            ErrorKind::AddrInUse => BindError::InUse { host: host.into(), port },
-            _ => BindError::Listen { host: host.into(), port, source },
-        })
+        let failed = |source| BindError::Listen { host: host.into(), port, source };
+        Self::of(listen(host, port)?).map_err(failed)
     }
 
-    fn bind_resolved(resolved: SocketAddr) -> io::Result<Self> {
-        let network = Network::bind(resolved)?;
+    fn of(listener: TcpListener) -> io::Result<Self> {
+        let network = Network::new(listener)?;
         let local = network.local_address()?;
-        let stopping = Stopping {
+        let shared = Shared {
             waker: network.waker()?,
             stopped: AtomicBool::new(false),
             ended: Mutex::new(false),
@@ -116,7 +81,15 @@ impl Server {
         };
         let (address, loopback) =
             (format!("tcp://{local}"), local.ip().to_canonical().is_loopback());
-        Ok(Self { network, address, loopback, stopping: Arc::new(stopping), recorder: None })
+        Ok(Self {
+            network,
+            address,
+            loopback,
+            shared: Arc::new(shared),
+            recorder: None,
+            board: Arc::default(),
+            questions: mpsc::channel(),
+        })
     }
 
     /// Where clients connect, such as `tcp://127.0.0.1:6574`.
@@ -138,7 +111,12 @@ impl Server {
 
     /// A way to stop the server from another thread.
     pub fn stop_handle(&self) -> Stop {
-        Stop { stopping: Arc::clone(&self.stopping) }
+        Stop { shared: Arc::clone(&self.shared) }
+    }
+
+    /// A way to look at the simulation from other threads.
+    pub fn watch(&self) -> Watch {
+        Watch::new(Arc::clone(&self.board), self.questions.0.clone(), Arc::clone(&self.shared))
     }
 
     /// Serves the simulation until it is stopped. Every request gets exactly one reply, and
@@ -147,35 +125,18 @@ impl Server {
     /// # Errors
     /// The system cannot say any more who has sent something.
     pub fn run(mut self, simulation: &mut Simulation) -> Result<(), ServeError> {
-        let (mut refused, mut recorder) = (0_u64, self.recorder.take());
-        let result = self.serve(|request, frames, reply| {
-            if frames == 1 {
-                let change = simulation.handle(request, reply);
-                if let Some(recorder) = &mut recorder {
-                    record(recorder, change, request, simulation, reply);
-                }
-            } else {
-                refuse(reply, RequestError::Frames { found: frames });
-            }
-            if let Some(reason) = reply.strip_prefix(ERROR_PREFIX.as_bytes()) {
-                refused += 1;
-                log_refusal(&String::from_utf8_lossy(reason), refused);
-            }
-        });
-        if let Some(Err(error)) = recorder.as_mut().map(Recorder::close) {
-            warn!("a recording is not closed, but whole: {error}");
-        }
-        result.map_err(|source| ServeError { address: self.address.clone(), source })?;
-        info!(states = simulation.history().len(), refused, "stopped");
-        Ok(())
+        let mut host = Host::new(simulation, self.recorder.take(), Arc::clone(&self.board));
+        let result = self.serve(&mut host);
+        host.end();
+        result.map_err(|source| ServeError { address: self.address.clone(), source })
     }
 
     /// Has each request answered until the server is stopped.
-    fn serve(&mut self, mut answer: impl FnMut(&[u8], usize, &mut ReplyBuffer)) -> io::Result<()> {
+    fn serve(&mut self, host: &mut Host<'_>) -> io::Result<()> {
         let (mut events, mut reply) = (Network::events(), ReplyBuffer::new());
-        while !self.stopping.stopped.load(Ordering::Acquire) {
+        while !self.shared.stopped.load(Ordering::Acquire) {
             self.network.wait(&mut events, None)?;
-            self.network.serve(&mut answer, &mut reply);
+            self.serve_once(host, &mut reply);
         }
         // Requests may have come in before, from any peer.
         let (begun, mut last) = (Instant::now(), Instant::now());
@@ -189,71 +150,48 @@ impl Server {
             if self.network.wait(&mut events, Some(left))? {
                 last = Instant::now();
             }
-            self.network.serve(&mut answer, &mut reply);
+            self.serve_once(host, &mut reply);
         }
         self.network.flush(&mut events, begun + LINGER)
+    }
+
+    /// Gives each client and each watcher a turn.
+    fn serve_once(&mut self, host: &mut Host<'_>, reply: &mut ReplyBuffer) {
+        self.network.serve(|request, frames, reply| host.answer(request, frames, reply), reply);
+        // No more than there are watchers, each of which waits for its answer.
+        for question in self.questions.1.try_iter() {
+            question(host);
+        }
     }
 }
 
 impl Drop for Server {
     fn drop(&mut self) {
-        *self.stopping.ended.lock().unwrap_or_else(PoisonError::into_inner) = true;
-        self.stopping.has_ended.notify_all();
+        *self.shared.ended.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        self.shared.has_ended.notify_all();
     }
 }
 
-/// Records what a request has changed. A state that cannot be recorded is taken back.
-fn record(
-    recorder: &mut Recorder,
-    change: Change,
-    request: &[u8],
-    simulation: &mut Simulation,
-    reply: &mut ReplyBuffer,
-) {
-    match (recorder.follow(change, request, simulation), change) {
-        (Ok(()), _) => {}
-        (Err(error), Change::State) => {
-            simulation.take_back();
-            refuse(reply, error);
-        }
-        (Err(error), _) => warn!("a recording is not closed, but whole: {error}"),
+impl Shared {
+    /// Lets the server look what there is to do. If it cannot be woken it has ended.
+    pub(crate) fn wake(&self) {
+        let _ = self.waker.wake();
     }
-}
-
-/// The first refusal is worth a warning; a client that goes on like that shall not fill the log.
-fn log_refusal(reason: &str, refused: u64) {
-    if refused == 1 {
-        warn!("refused a request: {reason} (further ones are logged at level debug)");
-    } else {
-        debug!("refused a request: {reason}");
-    }
-}
-
-/// The address to listen on; of several, the first of the old kind, which clients try first.
-fn resolve(host: &str, port: u16) -> io::Result<SocketAddr> {
-    let host = match host {
-        "*" => "0.0.0.0",
-        host => host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host),
-    };
-    let mut addresses = (host, port).to_socket_addrs()?.collect::<Vec<_>>();
-    addresses.sort_by_key(SocketAddr::is_ipv6);
-    addresses.first().copied().ok_or(io::ErrorKind::NotFound.into())
 }
 
 /// Stops a [`Server`].
 #[derive(Clone)]
 pub struct Stop {
-    stopping: Arc<Stopping>,
+    shared: Arc<Shared>,
 }
 
 impl Stop {
     /// Lets the server end once it has answered the requests that have come in. Waits until it
     /// has, but at most a second. Does nothing if the server has ended.
     pub fn stop(self) {
-        let Stopping { waker, stopped, ended, has_ended } = &*self.stopping;
+        let Shared { stopped, ended, has_ended, .. } = &*self.shared;
         stopped.store(true, Ordering::Release);
-        // If it cannot be woken it has ended.
-        let _ = waker.wake();
+        self.shared.wake();
         let ended = ended.lock().unwrap_or_else(PoisonError::into_inner);
         let _ = has_ended.wait_timeout_while(ended, STOP, |ended| !*ended);
     }

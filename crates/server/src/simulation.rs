@@ -78,6 +78,12 @@ impl Simulation {
         Info::new(name, maze.size(), maze.start(), maze.goals(), history.len())
     }
 
+    /// Goes on with another maze and an empty history with the same limit.
+    pub(crate) fn replace(&mut self, name: &str, maze: Maze) {
+        let limit = self.history.limit();
+        *self = Self::new(name, maze).with_history_limit(limit);
+    }
+
     /// Takes back the state that was added last, for which something else failed.
     pub(crate) fn take_back(&mut self) {
         self.history.take_back();

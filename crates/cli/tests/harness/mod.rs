@@ -52,6 +52,15 @@ impl Home {
         }
     }
 
+    /// The same for a server, without the page to watch unless the arguments say something of it.
+    pub fn server(&self, arguments: &[&str]) -> Command {
+        let mut command = self.command(arguments);
+        if !arguments.iter().any(|argument| argument.contains("viewer")) {
+            command.arg("--no-viewer");
+        }
+        command
+    }
+
     /// Starts the command as a server and waits until it says where it serves.
     pub fn serve(&self, arguments: &[&str]) -> Serving {
         self.serve_until(arguments, "tcp://")
@@ -59,12 +68,12 @@ impl Home {
 
     /// Starts the command as a server and waits until it has said this.
     pub fn serve_until(&self, arguments: &[&str], text: &str) -> Serving {
-        Serving::start(self.command(arguments), text)
+        Serving::start(self.server(arguments), text)
     }
 
     /// Starts the command as a server and closes its stderr once it has said where it serves.
     pub fn serve_unheard(&self, arguments: &[&str]) -> Serving {
-        let mut child = self.command(arguments).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child = self.server(arguments).stderr(Stdio::piped()).spawn().unwrap();
         let (_, said) = read_until(child.stderr.take().unwrap(), "tcp://");
         Serving { child, address: address(&said), said, rest: None }
     }

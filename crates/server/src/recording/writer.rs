@@ -1,17 +1,17 @@
 //! Writes a recording, a state at a time.
 
-use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use mcap::records::{MessageHeader, Metadata};
-use mcap::{McapError, WriteOptions};
+use mcap::McapError;
+use mcap::records::MessageHeader;
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 
-use super::{ENCODING, INFO, MAZE, METADATA, PROTOCOL, RecordError, TOPIC};
+use super::RecordError;
+use super::save::{cause, describe, options};
 
 /// Writes a recording. Each state is handed to the operating system before [`write`](Self::write)
 /// returns, so it survives the end of the process in any way, though not that of the machine.
@@ -48,21 +48,11 @@ impl RecordingWriter {
     }
 
     fn begin(file: File, path: &Path, info: &Info, maze: Option<&Maze>) -> Result<Self, McapError> {
-        let options = WriteOptions::new()
-            .library(concat!("mmsim ", env!("CARGO_PKG_VERSION")))
-            // A chunk would hold states back until it is full.
-            .use_chunks(false)
-            .compression(None);
+        // A chunk would hold states back until it is full.
+        let options = options().use_chunks(false).compression(None);
         let identity = identity(&file.metadata()?);
         let mut mcap = options.create(Sink::new(file))?;
-        let json = serde_json::to_string(&Info { states: 0, ..info.clone() });
-        let mut description = BTreeMap::from([
-            (INFO.into(), json.map_err(io::Error::other)?),
-            (PROTOCOL.into(), info.protocol.to_string()),
-        ]);
-        description.extend(maze.map(|maze| (MAZE.into(), maze.to_string())));
-        mcap.write_metadata(&Metadata { name: METADATA.into(), metadata: description })?;
-        let channel = mcap.add_channel(0, TOPIC, ENCODING, &BTreeMap::new())?;
+        let channel = describe(&mut mcap, info, maze)?;
         mcap.flush()?;
         let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let began = (Instant::now(), u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX));
@@ -141,14 +131,6 @@ fn identity(metadata: &fs::Metadata) -> (u64, u64) {
 #[cfg(not(unix))]
 fn identity(_: &fs::Metadata) -> (u64, u64) {
     (0, 0)
-}
-
-/// What the operating system says.
-fn cause(error: McapError) -> io::Error {
-    match error {
-        McapError::Io(error) => error,
-        error => io::Error::other(error),
-    }
 }
 
 /// What can be written, and cut off again.

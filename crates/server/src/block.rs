@@ -1,0 +1,132 @@
+//! A part of a history that can be taken elsewhere, to be read without holding up the server.
+
+use zstd::bulk;
+
+use crate::history::BLOCK_STATES;
+use crate::tally::{self, Tally};
+
+/// Up to 256 states of a [`History`](crate::History) that follow one another, as they are kept.
+#[derive(Clone, Debug)]
+pub struct Block {
+    pub(crate) first: usize,
+    pub(crate) tally: Tally,
+    pub(crate) state_bytes: usize,
+    pub(crate) states: Vec<u8>,
+    pub(crate) packed: bool,
+}
+
+/// Up to 256 states that follow one another, ready to be read.
+#[derive(Clone, Debug)]
+pub struct States {
+    first: usize,
+    tally: Tally,
+    state_bytes: usize,
+    bytes: Vec<u8>,
+}
+
+impl Block {
+    /// How many states each block has, but for the last one.
+    pub const STATES: usize = BLOCK_STATES;
+
+    /// The states; `None` if the machine has no memory left for that.
+    pub fn unpack(self) -> Option<States> {
+        let Self { first, tally, state_bytes, states, packed } = self;
+        let bytes = if packed {
+            bulk::decompress(&states, Self::STATES * state_bytes).ok()?
+        } else {
+            states
+        };
+        Some(States { first, tally, state_bytes, bytes })
+    }
+}
+
+impl States {
+    /// How many there are.
+    pub const fn len(&self) -> usize {
+        self.bytes.len() / self.state_bytes
+    }
+
+    /// Whether there is none, which no history has.
+    pub const fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
+    /// The bytes of the state with this index in the whole history.
+    pub fn get(&self, index: usize) -> Option<&[u8]> {
+        let start = index.checked_sub(self.first)?.checked_mul(self.state_bytes)?;
+        self.bytes.get(start..start.checked_add(self.state_bytes)?)
+    }
+
+    /// The bytes of all states from this index on, but at most of so many.
+    pub fn range(&self, from: usize, count: usize) -> &[u8] {
+        let start = from.saturating_sub(self.first).saturating_mul(self.state_bytes);
+        let end = start.saturating_add(count.saturating_mul(self.state_bytes));
+        let end = end.min(self.bytes.len());
+        self.bytes.get(start..end).unwrap_or_default()
+    }
+
+    /// What leads from the first state of the history to the one with this index.
+    pub fn tally(&self, index: usize) -> Option<Tally> {
+        self.get(index)?;
+        let mut tally = self.tally;
+        for index in self.first..index {
+            let pose = |index| self.get(index).and_then(tally::pose);
+            tally += Tally::between(pose(index)?, pose(index + 1)?);
+        }
+        Some(tally)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::MazeSize;
+    use mmsim_protocol::state_bytes;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::History;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(50))]
+        #[test]
+        fn blocks_hold_what_the_history_holds(
+            poses in prop::collection::vec((0u8..4, 0u8..3, 0usize..4), 1..700),
+            taken_back in any::<bool>(),
+            reads in prop::collection::vec((0usize..800, 0usize..300), 30),
+        ) {
+            let size = MazeSize::new(4, 3).unwrap();
+            let state = |&(x, y, heading): &(u8, u8, usize)| {
+                let mut state = vec![b'S', x, y, b"NESW"[heading]];
+                state.resize(state_bytes(size), x ^ y);
+                state
+            };
+            let (mut history, mut tally, mut tallies) = (History::new(size), Tally::default(), vec![]);
+            for (index, pose) in poses.iter().enumerate() {
+                if taken_back {
+                    history.push(&state(&(3, 2, index % 4))).unwrap();
+                    history.take_back();
+                }
+                history.push(&state(pose)).unwrap();
+                if let Some(before) = index.checked_sub(1).map(|before| poses[before]) {
+                    let steps = pose.0.abs_diff(before.0) + pose.1.abs_diff(before.1);
+                    let quarters = pose.2.abs_diff(before.2);
+                    tally.steps += u64::from(steps);
+                    tally.turns += quarters.min(4 - quarters) as u64;
+                }
+                tallies.push(tally);
+            }
+            for (index, count) in reads {
+                let states = history.block(index / Block::STATES).and_then(Block::unpack);
+                let got = states.as_ref().and_then(|states| states.get(index)).map(<[u8]>::to_vec);
+                prop_assert_eq!(&got, &history.get(index));
+                prop_assert_eq!(history.tally(index), tallies.get(index).copied());
+                if let Some(states) = states.filter(|_| got.is_some()) {
+                    let end = (index + count).min(poses.len()).min(states.first + states.len());
+                    let expected: Vec<u8> = poses[index..end].iter().flat_map(state).collect();
+                    prop_assert_eq!(states.range(index, count), expected);
+                }
+            }
+            prop_assert!(history.block(poses.len().div_ceil(Block::STATES)).is_none());
+        }
+    }
+}

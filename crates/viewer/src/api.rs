@@ -1,0 +1,393 @@
+//! What the page can ask for.
+
+use std::io::Write;
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::{DefaultBodyLimit, Path, Query, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use futures_util::StreamExt;
+use mmsim_server::{Block, Ending, Recording};
+use mmsim_solvers::{Bundled, MazeFacts};
+use serde::{Deserialize, Serialize};
+use tokio::sync::Semaphore;
+
+use crate::costs::Costs;
+use crate::desk::Desk;
+use crate::moment::Moment;
+use crate::pictures::{self, Look};
+use crate::refusal::Refusal;
+use crate::source::Source;
+use crate::{assets, events, mazes, recordings};
+
+const SVG: &str = "image/svg+xml";
+
+/// The longest body of a request that is no recording, in bytes.
+const MAX_BODY_BYTES: usize = 64 * 1024;
+
+/// The largest recording that a page may bring, in bytes: two million states, not packed.
+const MAX_RECORDING_BYTES: usize = 1 << 30;
+
+/// Recordings that are brought at the same time; further ones wait.
+static BRINGING: Semaphore = Semaphore::const_new(2);
+
+pub(crate) fn router(desk: Arc<Desk>) -> Router {
+    Router::new()
+        .route("/events", get(|State(desk)| async { events::stream(desk) }))
+        .route("/api/page", get(page))
+        .route("/api/mazes", get(list_mazes))
+        .route("/api/maze", post(serve_maze))
+        .route("/api/sources/{id}", get(describe))
+        .route("/api/sources/{id}/drawing.svg", get(drawing))
+        .route("/api/sources/{id}/states", get(states))
+        .route("/api/sources/{id}/picture.svg", get(svg))
+        .route("/api/sources/{id}/moment", get(moment))
+        .route("/api/sources/{id}/costs", get(costs))
+        .route("/api/sources/{id}/recording.mcap", get(save))
+        .route("/api/recordings", get(list_recordings))
+        .route("/api/recordings/open", post(open))
+        .route("/api/recordings/close", post(close))
+        .route("/api/mouse/run", post(run))
+        .route("/api/mouse/stop", post(stop))
+        .layer(DefaultBodyLimit::max(MAX_BODY_BYTES))
+        .route("/api/recordings", post(bring).layer(DefaultBodyLimit::max(MAX_RECORDING_BYTES)))
+        .with_state(desk)
+        .merge(assets::router())
+}
+
+type Answer<T> = Result<T, Refusal>;
+type AtDesk = State<Arc<Desk>>;
+
+/// Does what may take a while, where it does not hold up others.
+async fn work<T: Send + 'static>(work: impl FnOnce() -> Answer<T> + Send + 'static) -> Answer<T> {
+    tokio::task::spawn_blocking(work).await.map_err(Refusal::failed)?
+}
+
+/// Of which run something is wanted.
+#[derive(Deserialize)]
+struct OfRun {
+    run: u32,
+}
+
+#[derive(Serialize)]
+struct Page {
+    live: bool,
+    records: bool,
+    version: &'static str,
+    zmq: Option<String>,
+    strategies: Vec<Named>,
+    opened: Vec<Opened>,
+}
+
+#[derive(Serialize)]
+struct Named {
+    name: &'static str,
+    about: &'static str,
+}
+
+#[derive(Serialize)]
+struct Opened {
+    id: String,
+    title: String,
+}
+
+async fn page(State(desk): AtDesk) -> Json<Page> {
+    let opened = desk.opened_recordings().into_iter();
+    Json(Page {
+        live: desk.live.is_some(),
+        records: desk.recordings.is_some(),
+        version: env!("CARGO_PKG_VERSION"),
+        zmq: desk.live.as_ref().map(|live| live.address.clone()),
+        strategies: Bundled::ALL
+            .map(|strategy| Named { name: strategy.name(), about: strategy.about() })
+            .into(),
+        opened: opened.map(|(id, title)| Opened { id, title }).collect(),
+    })
+}
+
+async fn list_mazes(State(desk): AtDesk) -> Answer<Response> {
+    work(move || Ok(Json(mazes::list(&desk)).into_response())).await
+}
+
+#[derive(Deserialize)]
+struct OfPath {
+    path: String,
+}
+
+#[derive(Serialize)]
+struct Run {
+    run: u32,
+}
+
+async fn serve_maze(State(desk): AtDesk, Json(OfPath { path }): Json<OfPath>) -> Answer<Json<Run>> {
+    work(move || {
+        let live = desk.live()?;
+        let (name, maze) = mazes::find(&desk.catalogue, &path)?;
+        // It would go on in a maze that it does not know.
+        live.runner.stop();
+        let status = live.watch.serve(&name, maze)?;
+        live.set_maze(&path);
+        Ok(Json(Run { run: status.run }))
+    })
+    .await
+}
+
+#[derive(Serialize)]
+struct Description {
+    id: String,
+    run: u32,
+    title: String,
+    width: u8,
+    height: u8,
+    start: [u8; 2],
+    goals: Vec<[u8; 2]>,
+    states: usize,
+    state_bytes: usize,
+    /// Whether the true maze is known.
+    truth: bool,
+    shortest_path: Option<u16>,
+    /// How a recording ends.
+    ending: Option<&'static str>,
+    note: Option<String>,
+}
+
+async fn describe(State(desk): AtDesk, Path(id): Path<String>) -> Answer<Json<Description>> {
+    work(move || {
+        let source = desk.source(&id)?;
+        let (run, described, states) = source.now()?;
+        let info = &described.info;
+        let (ending, note) = match source.ending() {
+            None => (None, None),
+            Some(Ending::Closed) => (Some("closed"), None),
+            Some(Ending::Cut { .. }) => (
+                Some("cut"),
+                Some("not closed: it was cut off, or is still being written".to_string()),
+            ),
+            Some(Ending::Damaged { whole, reason }) => {
+                (Some("damaged"), Some(format!("damaged after byte {whole}: {reason}")))
+            }
+        };
+        let truth = described.truth.as_ref();
+        Ok(Json(Description {
+            id,
+            run,
+            title: described.title.clone(),
+            width: info.width,
+            height: info.height,
+            start: info.start,
+            goals: info.goals.clone(),
+            states,
+            state_bytes: mmsim_protocol::state_bytes(described.size),
+            truth: truth.is_some(),
+            shortest_path: truth.and_then(|maze| MazeFacts::of(maze).shortest_path),
+            ending,
+            note,
+        }))
+    })
+    .await
+}
+
+/// Which states are wanted.
+#[derive(Deserialize)]
+struct Range {
+    run: u32,
+    from: usize,
+    #[serde(default = "one")]
+    count: usize,
+}
+
+const fn one() -> usize {
+    1
+}
+
+async fn states(
+    State(desk): AtDesk,
+    Path(id): Path<String>,
+    Query(Range { run, from, count }): Query<Range>,
+) -> Answer<Response> {
+    work(move || {
+        let (source, count) = (desk.source(&id)?, count.min(Block::STATES));
+        let mut bytes = Vec::new();
+        // They lie in one block, or in two that follow one another.
+        let first = source.around(run, from)?;
+        bytes.extend_from_slice(first.range(from, count));
+        let next = (from / Block::STATES + 1) * Block::STATES;
+        let rest = from.saturating_add(count).min(source.states(run)?).saturating_sub(next);
+        if rest > 0 {
+            bytes.extend_from_slice(source.around(run, next)?.range(next, rest));
+        }
+        Ok(([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response())
+    })
+    .await
+}
+
+#[derive(Deserialize)]
+struct AtState {
+    run: u32,
+    at: usize,
+}
+
+async fn moment(
+    State(desk): AtDesk,
+    Path(id): Path<String>,
+    Query(AtState { run, at }): Query<AtState>,
+) -> Answer<Json<Moment>> {
+    work(move || Ok(Json(Moment::of(&*desk.source(&id)?, run, at)?))).await
+}
+
+async fn costs(
+    State(desk): AtDesk,
+    Path(id): Path<String>,
+    Query(OfRun { run }): Query<OfRun>,
+) -> Answer<Json<Costs>> {
+    work(move || Ok(Json(Costs::over(&*desk.source(&id)?, run)?))).await
+}
+
+async fn drawing(
+    State(desk): AtDesk,
+    Path(id): Path<String>,
+    Query(OfRun { run }): Query<OfRun>,
+) -> Answer<Response> {
+    work(move || {
+        Ok(([(header::CONTENT_TYPE, SVG)], pictures::before(&*desk.source(&id)?, run)?)
+            .into_response())
+    })
+    .await
+}
+
+/// A picture to keep, of the state with this number.
+#[derive(Deserialize)]
+struct Picture {
+    run: u32,
+    #[serde(default)]
+    at: usize,
+}
+
+async fn svg(
+    State(desk): AtDesk,
+    Path(id): Path<String>,
+    Query(Picture { run, at }): Query<Picture>,
+    Query(look): Query<Look>,
+) -> Answer<Response> {
+    work(move || {
+        let source = desk.source(&id)?;
+        let svg = pictures::at(&source, run, at, look, |scene| scene.svg())?;
+        Ok(download(&file_name(&source, run, "svg")?, SVG, svg.into()))
+    })
+    .await
+}
+
+async fn save(
+    State(desk): AtDesk,
+    Path(id): Path<String>,
+    Query(OfRun { run }): Query<OfRun>,
+) -> Answer<Response> {
+    let (name, file) = work(move || {
+        let source = desk.source(&id)?;
+        Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run)?))
+    })
+    .await?;
+    let content = Body::from_stream(crate::stream::of_file(file));
+    Ok(download(&name, "application/octet-stream", content))
+}
+
+/// The name of a file that shows a run.
+fn file_name(source: &Source, run: u32, ending: &str) -> Answer<String> {
+    let title = source.describe(run)?.title.clone();
+    let stem = title.strip_suffix(".mcap").unwrap_or(&title);
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    Ok(format!("{}.{ending}", stem.chars().map(plain).take(100).collect::<String>()))
+}
+
+fn download(name: &str, kind: &'static str, content: Body) -> Response {
+    let disposition = HeaderValue::from_str(&format!("attachment; filename=\"{name}\""));
+    let disposition = disposition.unwrap_or(HeaderValue::from_static("attachment"));
+    let headers = [
+        (header::CONTENT_TYPE, HeaderValue::from_static(kind)),
+        (header::CONTENT_DISPOSITION, disposition),
+    ];
+    (headers, content).into_response()
+}
+
+async fn list_recordings(State(desk): AtDesk) -> Answer<Response> {
+    work(move || {
+        let folder = desk.recordings.as_deref();
+        let listed = folder.map(recordings::list).transpose()?.unwrap_or_default();
+        Ok(Json(listed).into_response())
+    })
+    .await
+}
+
+#[derive(Deserialize)]
+struct OfName {
+    name: String,
+}
+
+#[derive(Deserialize, Serialize)]
+struct Id {
+    id: String,
+}
+
+async fn open(State(desk): AtDesk, Json(OfName { name }): Json<OfName>) -> Answer<Json<Id>> {
+    work(move || Ok(Json(Id { id: recordings::open_listed(&desk, &name)? }))).await
+}
+
+async fn close(State(desk): AtDesk, Json(Id { id }): Json<Id>) -> Answer<StatusCode> {
+    desk.close(&id)?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Takes a recording that a page brings.
+async fn bring(
+    State(desk): AtDesk,
+    Query(OfName { name }): Query<OfName>,
+    body: Body,
+) -> Answer<Json<Id>> {
+    desk.check_room()?;
+    let _turn = BRINGING.acquire().await.map_err(Refusal::failed)?;
+    let mut file = tempfile::NamedTempFile::new().map_err(Refusal::failed)?;
+    let (mut pieces, mut length) = (body.into_data_stream(), 0);
+    while let Some(piece) = pieces.next().await {
+        let piece = piece.map_err(Refusal::bad)?;
+        length += piece.len();
+        if length > MAX_RECORDING_BYTES {
+            let text = format!("expected a recording of at most {MAX_RECORDING_BYTES} bytes");
+            return Err(Refusal::new(StatusCode::PAYLOAD_TOO_LARGE, text));
+        }
+        file.write_all(&piece).map_err(Refusal::failed)?;
+    }
+    work(move || {
+        let file = std::io::BufReader::new(file.reopen().map_err(Refusal::failed)?);
+        let title = recordings::title(&name);
+        let recording =
+            Recording::read(file).map_err(|error| Refusal::bad(format!("{title}: {error}")))?;
+        Ok(Json(Id { id: desk.open(&title, recording)? }))
+    })
+    .await
+}
+
+#[derive(Deserialize)]
+struct Start {
+    strategy: String,
+    pace_ms: u64,
+}
+
+async fn run(
+    State(desk): AtDesk,
+    Json(Start { strategy, pace_ms }): Json<Start>,
+) -> Answer<StatusCode> {
+    let strategy: Bundled = strategy.parse().map_err(Refusal::bad)?;
+    desk.live()?.runner.start(strategy, pace_ms)?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+async fn stop(State(desk): AtDesk) -> Answer<StatusCode> {
+    work(move || {
+        desk.live()?.runner.stop();
+        Ok(StatusCode::NO_CONTENT)
+    })
+    .await
+}

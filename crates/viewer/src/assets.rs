@@ -1,0 +1,65 @@
+//! The page itself, part of the command.
+
+use axum::Router;
+use axum::http::header;
+use axum::routing::get;
+use mmsim_drawing::{page_json, stylesheet};
+
+/// Name, kind and content of the files of the page.
+macro_rules! files {
+    ($($name:literal: $kind:expr),+ $(,)?) => {
+        &[$(($name, $kind, include_str!(concat!("../page/", $name)))),+]
+    };
+}
+
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+const STYLE: &str = "text/css; charset=utf-8";
+const JSON: &str = "application/json";
+const HTML: &str = "text/html; charset=utf-8";
+
+const FILES: &[(&str, &str, &str)] = files![
+    "api.js": SCRIPT,
+    "chart.js": SCRIPT,
+    "dom.js": SCRIPT,
+    "events.js": SCRIPT,
+    "index.html": HTML,
+    "map.js": SCRIPT,
+    "mazes.js": SCRIPT,
+    "page.css": STYLE,
+    "page.js": SCRIPT,
+    "panel.js": SCRIPT,
+    "recordings.js": SCRIPT,
+    "run.js": SCRIPT,
+    "state.js": SCRIPT,
+    "timeline.js": SCRIPT,
+];
+
+/// Serves the files of the page.
+pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
+    let router = FILES.iter().fold(Router::new(), |router, &(name, kind, content)| {
+        let path = if name == "index.html" { "/".into() } else { format!("/{name}") };
+        router.route(&path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }))
+    });
+    router
+        .route("/drawing.css", get(|| async { ([(header::CONTENT_TYPE, STYLE)], stylesheet()) }))
+        .route("/drawing.json", get(|| async { ([(header::CONTENT_TYPE, JSON)], page_json()) }))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::fs;
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn every_file_of_the_page_is_served() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("page");
+        let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+        let is_served = |name: &String| name != "tsconfig.json";
+        let files: BTreeSet<_> =
+            files.map(|name| name.into_string().unwrap()).filter(is_served).collect();
+        assert_eq!(FILES.iter().map(|file| file.0.to_string()).collect::<BTreeSet<_>>(), files);
+    }
+}

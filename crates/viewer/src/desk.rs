@@ -1,0 +1,178 @@
+//! What all requests of the page work on.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use mmsim_maze::Catalogue;
+use mmsim_server::{Recording, Server, Watch};
+
+use crate::mazes::Listed;
+use crate::mouse::Runner;
+use crate::refusal::Refusal;
+use crate::source::Source;
+
+/// How many recordings may be open at the same time.
+const MOST_RECORDINGS: usize = 8;
+
+/// What a [`Viewer`](crate::Viewer) shows.
+#[derive(Default)]
+pub struct Show {
+    live: Option<Live>,
+    recordings: Option<PathBuf>,
+    mazes: Catalogue,
+    opened: Vec<(String, Recording)>,
+}
+
+impl Show {
+    /// The simulation of this server, whose maze comes from this path. The bundled mice run
+    /// against it.
+    pub fn with_live(mut self, server: &Server, maze: &Path) -> Self {
+        self.live = Some(Live::new(server.watch(), server.address(), maze));
+        self
+    }
+
+    /// Mazes from which one can be chosen to be served.
+    pub fn with_mazes(mut self, mazes: Catalogue) -> Self {
+        self.mazes = mazes;
+        self
+    }
+
+    /// The recordings in this folder, in which the server records.
+    pub fn with_recordings(mut self, folder: impl Into<Option<PathBuf>>) -> Self {
+        self.recordings = folder.into();
+        self
+    }
+
+    /// A recording that is open from the beginning, and its title.
+    pub fn with_recording(mut self, title: &str, recording: Recording) -> Self {
+        self.opened.push((title.into(), recording));
+        self
+    }
+
+    pub(crate) fn into_desk(self) -> Desk {
+        let desk = Desk::new(self.live, self.recordings, self.mazes);
+        for (title, recording) in self.opened {
+            desk.insert(&title, recording);
+        }
+        desk
+    }
+}
+
+/// What all requests of the page work on.
+pub(crate) struct Desk {
+    pub(crate) live: Option<Live>,
+    /// Where recordings are written, which the page lists.
+    pub(crate) recordings: Option<PathBuf>,
+    pub(crate) catalogue: Catalogue,
+    pub(crate) listed: OnceLock<Vec<Listed>>,
+    opened: Mutex<Opened>,
+}
+
+/// The simulation that is served.
+pub(crate) struct Live {
+    pub(crate) watch: Watch,
+    /// Where clients connect.
+    pub(crate) address: String,
+    pub(crate) source: Arc<Source>,
+    pub(crate) runner: Runner,
+    /// The path of the maze, as the catalogue calls it.
+    maze: Mutex<String>,
+}
+
+#[derive(Default)]
+struct Opened {
+    /// The number of the one that was opened last.
+    last: u32,
+    recordings: BTreeMap<u32, (String, Arc<Source>)>,
+}
+
+impl Desk {
+    pub(crate) fn new(
+        live: Option<Live>,
+        recordings: Option<PathBuf>,
+        catalogue: Catalogue,
+    ) -> Self {
+        Self { live, recordings, catalogue, listed: OnceLock::new(), opened: Mutex::default() }
+    }
+
+    /// The simulation that is served.
+    pub(crate) fn live(&self) -> Result<&Live, Refusal> {
+        self.live.as_ref().ok_or_else(|| Refusal::not_found("no maze is served here"))
+    }
+
+    /// The source of this name: `live`, or the number of a recording.
+    pub(crate) fn source(&self, id: &str) -> Result<Arc<Source>, Refusal> {
+        if id == "live" {
+            return Ok(Arc::clone(&self.live()?.source));
+        }
+        let opened = self.opened();
+        let found = id.parse().ok().and_then(|id: u32| opened.recordings.get(&id));
+        found.map(|(_, source)| Arc::clone(source)).ok_or_else(|| no_source(id))
+    }
+
+    /// Number and title of each recording that is open.
+    pub(crate) fn opened_recordings(&self) -> Vec<(String, String)> {
+        let opened = self.opened();
+        opened.recordings.iter().map(|(id, (title, _))| (id.to_string(), title.clone())).collect()
+    }
+
+    /// Refuses another recording if there are too many.
+    pub(crate) fn check_room(&self) -> Result<(), Refusal> {
+        if self.opened().recordings.len() < MOST_RECORDINGS {
+            return Ok(());
+        }
+        let text = format!("{MOST_RECORDINGS} recordings are open; close one first");
+        Err(Refusal::conflict(text))
+    }
+
+    /// Opens a recording; gives its number.
+    pub(crate) fn open(&self, title: &str, recording: Recording) -> Result<String, Refusal> {
+        self.check_room()?;
+        Ok(self.insert(title, recording))
+    }
+
+    fn insert(&self, title: &str, recording: Recording) -> String {
+        let source = Arc::new(Source::recording(title, recording));
+        let mut opened = self.opened();
+        opened.last += 1;
+        let id = opened.last;
+        opened.recordings.insert(id, (title.into(), source));
+        id.to_string()
+    }
+
+    /// Closes a recording.
+    pub(crate) fn close(&self, id: &str) -> Result<(), Refusal> {
+        let closed = id.parse().ok().and_then(|id: u32| self.opened().recordings.remove(&id));
+        closed.map(|_| ()).ok_or_else(|| no_source(id))
+    }
+
+    fn opened(&self) -> MutexGuard<'_, Opened> {
+        self.opened.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Live {
+    pub(crate) fn new(watch: Watch, address: &str, maze: &Path) -> Self {
+        Self {
+            source: Arc::new(Source::live(watch.clone())),
+            watch,
+            address: address.into(),
+            runner: Runner::new(address),
+            maze: Mutex::new(maze.display().to_string()),
+        }
+    }
+
+    /// The path of the maze that is served.
+    pub(crate) fn maze(&self) -> String {
+        self.maze.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    pub(crate) fn set_maze(&self, path: &str) {
+        path.clone_into(&mut self.maze.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+}
+
+fn no_source(id: &str) -> Refusal {
+    Refusal::not_found(format!("expected live or an open recording, found {id:?}"))
+}

@@ -1,0 +1,72 @@
+//! The stream of events by which a page learns what there is.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use axum::response::Sse;
+use axum::response::sse::Event;
+use futures_util::stream::{self, Stream};
+use mmsim_server::Status;
+use serde::Serialize;
+use tokio::time::sleep;
+
+use crate::desk::{Desk, Live};
+use crate::mouse::Told;
+
+/// Between two looks while something happens: a page draws no more often.
+const LOOK: Duration = Duration::from_micros(16_667);
+
+/// Between two looks once nothing has happened for some time.
+const QUIET_LOOK: Duration = Duration::from_millis(100);
+
+/// How long nothing has to happen for that.
+const QUIET: Duration = Duration::from_secs(2);
+
+/// Something is said at least so often, so that both sides learn if the other has gone.
+const PULSE: Duration = Duration::from_secs(10);
+
+/// What there is.
+#[derive(Debug, PartialEq, Eq, Serialize)]
+struct News {
+    run: Option<u32>,
+    states: Option<usize>,
+    maze: Option<String>,
+    mouse: Option<Told>,
+    recordings: u64,
+}
+
+impl News {
+    fn of(desk: &Desk) -> Self {
+        let live = desk.live.as_ref();
+        let status = live.map(|live| live.watch.status());
+        // A run that ends closes its recording, and its first state begins another.
+        let recordings =
+            status.map_or(0, |Status { run, states }| 2 * u64::from(run) + states.min(1) as u64);
+        Self {
+            run: status.map(|status| status.run),
+            states: status.map(|status| status.states),
+            maze: live.map(Live::maze),
+            mouse: live.and_then(|live| live.runner.told()),
+            recordings,
+        }
+    }
+}
+
+/// News whenever there are any.
+pub(crate) fn stream(desk: Arc<Desk>) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+    let untold: Option<(News, Instant)> = None;
+    Sse::new(stream::unfold((desk, untold), |(desk, told)| async move {
+        loop {
+            if let Some((_, since)) = &told {
+                sleep(if since.elapsed() < QUIET { LOOK } else { QUIET_LOOK }).await;
+            }
+            let news = News::of(&desk);
+            let is_old = |(told, since): &(News, Instant)| *told == news && since.elapsed() < PULSE;
+            if !told.as_ref().is_some_and(is_old) {
+                let event = Event::default().json_data(&news).unwrap_or_default();
+                return Some((Ok(event), (desk, Some((news, Instant::now())))));
+            }
+        }
+    }))
+}

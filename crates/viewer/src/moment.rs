@@ -1,0 +1,63 @@
+//! Figures for one moment of a run.
+
+use mmsim_server::Block;
+use serde::Serialize;
+
+use crate::costs::Cost;
+use crate::refusal::Refusal;
+use crate::source::Source;
+
+/// How many states a trail tells of at most.
+const TRAIL_STATES: usize = 500;
+
+/// What is told of a moment.
+#[derive(Debug, Serialize)]
+pub(crate) struct Moment {
+    at: usize,
+    steps: u64,
+    turns: u64,
+    visited: usize,
+    open: Option<u16>,
+    closed: Option<u16>,
+    solved: bool,
+    /// Numbers of cells, y × width + x.
+    trail: Vec<u16>,
+}
+
+impl Moment {
+    /// The moment of this state of a run.
+    pub(crate) fn of(source: &Source, run: u32, at: usize) -> Result<Self, Refusal> {
+        let (described, states) = (source.describe(run)?, source.around(run, at)?);
+        let missing = || Refusal::failed("expected a state");
+        let (_, map) = described.read(states.get(at).ok_or_else(missing)?)?;
+        let tally = states.tally(at).ok_or_else(missing)?;
+        let cost = Cost::of(&map);
+        let trail = cells(source, run, at)?;
+        let width = u16::from(described.size.width());
+        Ok(Self {
+            at,
+            steps: tally.steps,
+            turns: tally.turns,
+            visited: map.visited().len(),
+            open: cost.open,
+            closed: cost.closed,
+            solved: cost.solved(),
+            trail: trail.iter().map(|[x, y]| u16::from(*y) * width + u16::from(*x)).collect(),
+        })
+    }
+}
+
+/// Where the mouse was in the states up to this one, x and y of the cells, oldest first.
+pub(crate) fn cells(source: &Source, run: u32, at: usize) -> Result<Vec<[u8; 2]>, Refusal> {
+    let (mut index, mut cells) = (at.saturating_sub(TRAIL_STATES - 1), Vec::new());
+    while index <= at {
+        let states = source.around(run, index)?;
+        let end = (index / Block::STATES + 1) * Block::STATES;
+        for index in index..end.min(at + 1) {
+            // x and y follow the letter of the message.
+            cells.extend(states.get(index).and_then(|state| state.get(1..)?.first_chunk::<2>()));
+        }
+        index = end;
+    }
+    Ok(cells)
+}

@@ -1,0 +1,187 @@
+//! The bundled mouse that a page starts: a client like any other, through the same ZeroMQ door.
+
+use std::ops::ControlFlow;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use mmsim_client::{SearchRun, Zmq, ask_info, search_run};
+use mmsim_solvers::{Bundled, Mouse};
+use serde::Serialize;
+
+use crate::refusal::Refusal;
+
+/// How long a reply of our own server may take.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// The longest pause between two steps, in milliseconds.
+const LONGEST_PACE_MS: u64 = 10_000;
+
+/// Runs one bundled mouse at a time against a simulator.
+pub(crate) struct Runner {
+    /// Where the simulator listens.
+    endpoint: String,
+    shared: Arc<Shared>,
+}
+
+#[derive(Default)]
+struct Shared {
+    running: Mutex<Running>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct Running {
+    told: Option<Told>,
+    stop: bool,
+}
+
+/// What is told of the mouse that was started last.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct Told {
+    strategy: &'static str,
+    running: bool,
+    /// How it ended.
+    says: String,
+}
+
+impl Runner {
+    pub(crate) fn new(endpoint: &str) -> Self {
+        Self { endpoint: endpoint.into(), shared: Arc::default() }
+    }
+
+    /// The mouse that was started last.
+    pub(crate) fn told(&self) -> Option<Told> {
+        self.shared.lock().told.clone()
+    }
+
+    /// Starts a mouse, unless one is running.
+    pub(crate) fn start(&self, strategy: Bundled, pace_ms: u64) -> Result<(), Refusal> {
+        if pace_ms > LONGEST_PACE_MS {
+            let text = format!("expected a pace of 0 to {LONGEST_PACE_MS} ms, found {pace_ms}");
+            return Err(Refusal::bad(text));
+        }
+        let mut running = self.shared.lock();
+        if let Some(told) = running.told.as_ref().filter(|told| told.running) {
+            let strategy = told.strategy;
+            return Err(Refusal::conflict(format!("{strategy} is still running; stop it first")));
+        }
+        running.told = Some(Told { strategy: strategy.name(), running: true, says: String::new() });
+        running.stop = false;
+        drop(running);
+        let (endpoint, shared) = (self.endpoint.clone(), Arc::clone(&self.shared));
+        let pace = Duration::from_millis(pace_ms);
+        thread::spawn(move || {
+            let says = shared.search(&endpoint, strategy, pace).unwrap_or_else(|error| error);
+            if let Some(told) = &mut shared.lock().told {
+                (told.running, told.says) = (false, says);
+            }
+            shared.changed.notify_all();
+        });
+        Ok(())
+    }
+
+    /// Stops the mouse that is running, and waits until it has stopped.
+    pub(crate) fn stop(&self) {
+        let mut running = self.shared.lock();
+        running.stop = true;
+        self.shared.changed.notify_all();
+        let is_running =
+            |running: &mut Running| running.told.as_ref().is_some_and(|told| told.running);
+        let _ = self.shared.changed.wait_timeout_while(running, PATIENCE, is_running);
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Running> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Searches the maze that is served; gives how that ended.
+    fn search(&self, endpoint: &str, strategy: Bundled, pace: Duration) -> Result<String, String> {
+        let mut transport =
+            Zmq::connect(endpoint, Some(PATIENCE), |_| {}).map_err(|error| error.to_string())?;
+        let info = ask_info(&mut transport).map_err(|error| error.to_string())?;
+        let start = info.start_pose().ok_or("expected a start")?;
+        let map = info.known_maze().ok_or("expected a maze")?;
+        let (mut mouse, mut stopped) = (Mouse::new(strategy.strategy(), map, start), false);
+        let run = search_run(&mut transport, &mut mouse, u32::MAX, |_, _| {
+            stopped = self.pause(pace);
+            if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let (run, ended) = match run {
+            Ok(run) if run.goal_reached => (run, "goal reached".to_string()),
+            Ok(run) if stopped => (run, "stopped".into()),
+            Ok(run) => (run, "gave up".into()),
+            Err(broken) => (broken.run, broken.error.to_string()),
+        };
+        let SearchRun { steps, .. } = run;
+        let visited = mouse.map().visited().len();
+        Ok(format!("{ended} after {steps} steps, {visited} cells visited"))
+    }
+
+    /// Waits so long, or until the mouse shall stop; gives whether it shall.
+    fn pause(&self, pace: Duration) -> bool {
+        let running = self.lock();
+        let waited = self.changed.wait_timeout_while(running, pace, |running| !running.stop);
+        waited.map_or(true, |(running, _)| running.stop)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_server::{Server, Simulation};
+
+    use super::*;
+
+    fn served(maze: &str) -> (mmsim_server::Background, Runner) {
+        let server = Server::bind("127.0.0.1", 0).unwrap();
+        let server = server.spawn(Simulation::new("small", maze.parse().unwrap()));
+        let runner = Runner::new(server.address());
+        (server, runner)
+    }
+
+    fn wait(runner: &Runner) -> String {
+        for _ in 0..1000 {
+            match runner.told() {
+                Some(told) if !told.running => return told.says,
+                _ => thread::sleep(Duration::from_millis(10)),
+            }
+        }
+        panic!("it runs on");
+    }
+
+    #[test]
+    fn a_mouse_runs_to_the_goal_and_again() {
+        let (server, runner) = served("o---o---o\n| S   G |\no---o---o\n");
+        assert_eq!(runner.told(), None);
+        for _ in 0..2 {
+            runner.start(Bundled::FloodFill, 0).unwrap();
+            assert_eq!(wait(&runner), "goal reached after 1 steps, 2 cells visited");
+        }
+        assert_eq!(server.stop().unwrap().history().len(), 2);
+    }
+
+    #[test]
+    fn one_mouse_runs_at_a_time_until_it_is_stopped() {
+        // A wall follower goes round for ever.
+        let (server, runner) = served(
+            "o---o---o\n|       |\no   o   o\n| S | G |\no---o   o\n|   | G |\no---o---o\n"
+                .replace("o---o   o", "o---o---o")
+                .as_str(),
+        );
+        runner.start(Bundled::WeightIncrement, 60_000).unwrap_err();
+        runner.start(Bundled::LeftWall, 10_000).unwrap();
+        let refusal = runner.start(Bundled::FloodFill, 0).unwrap_err();
+        assert_eq!(refusal.text, "left-wall is still running; stop it first");
+        runner.stop();
+        assert_eq!(wait(&runner), "stopped after 0 steps, 1 cells visited");
+        runner.stop();
+        runner.start(Bundled::FloodFill, 0).unwrap();
+        runner.stop();
+        wait(&runner);
+        server.stop().unwrap();
+        runner.start(Bundled::FloodFill, 0).unwrap();
+        runner.shared.lock().stop = true;
+    }
+}

@@ -1,0 +1,80 @@
+//! Pictures of mazes and moments: those of the page, and those to keep.
+
+use mmsim_drawing::{Layers, Scene, Theme};
+use mmsim_maze::Cell;
+use serde::Deserialize;
+
+use crate::moment;
+use crate::refusal::Refusal;
+use crate::source::Source;
+
+/// How a picture to keep shall look.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default)]
+pub(crate) struct Look {
+    numbers: bool,
+    heat: bool,
+    trail: bool,
+    theme: LightOrDark,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum LightOrDark {
+    #[default]
+    Light,
+    Dark,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        let Layers { numbers, heat, trail } = Layers::default();
+        Self { numbers, heat, trail, theme: LightOrDark::default() }
+    }
+}
+
+impl Look {
+    fn of(self, scene: Scene<'_>) -> Scene<'_> {
+        let Self { numbers, heat, trail, theme } = self;
+        scene.with_layers(Layers { numbers, heat, trail }).with_theme(match theme {
+            LightOrDark::Light => Theme::Light,
+            LightOrDark::Dark => Theme::Dark,
+        })
+    }
+}
+
+/// The maze before the first state, on which the page draws.
+pub(crate) fn before(source: &Source, run: u32) -> Result<String, Refusal> {
+    let described = source.describe(run)?;
+    let scene = match &described.truth {
+        Some(maze) => Scene::of_maze(maze),
+        None => Scene::of_map(&described.unknown),
+    };
+    Ok(scene.page_svg())
+}
+
+/// Shows a state of a run to `draw`, or the maze if there is no state yet.
+pub(crate) fn at<T>(
+    source: &Source,
+    run: u32,
+    at: usize,
+    look: Look,
+    draw: impl FnOnce(Scene<'_>) -> T,
+) -> Result<T, Refusal> {
+    let described = source.describe(run)?;
+    if source.states(run)? == 0 {
+        let scene = Scene::of_map(&described.unknown).with_truth(described.truth.as_ref());
+        return Ok(draw(look.of(scene)));
+    }
+    let states = source.around(run, at)?;
+    let message = states.get(at).ok_or_else(|| Refusal::failed("expected a state"))?;
+    let (state, map) = described.read(message)?;
+    let trail: Vec<Cell> =
+        moment::cells(source, run, at)?.into_iter().map(|[x, y]| Cell::new(x, y)).collect();
+    let scene = Scene::of_map(&map)
+        .with_truth(described.truth.as_ref())
+        .with_mouse(state.pose())
+        .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
+        .with_trail(&trail);
+    Ok(draw(look.of(scene)))
+}

@@ -1,0 +1,195 @@
+//! The web server: where it listens, whom it serves, how it stops.
+
+use std::fmt::Write;
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use axum::{Router, middleware};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use mmsim_server::{BindError, listen};
+use tokio::net::TcpListener;
+use tokio::runtime::{self, Runtime};
+use tokio::sync::{Semaphore, oneshot};
+use tokio::time::sleep;
+use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::{
+    DefaultPredicate, NotForContentType, Predicate, SizeAbove,
+};
+use tracing::{debug, warn};
+
+use crate::access::{Access, guard};
+use crate::{Show, api};
+
+/// How many browsers and programs may be connected at the same time. A browser takes up to six
+/// connections; the files that a process may open are there for mice first.
+pub const MAX_VIEWER_CONNECTIONS: usize = 64;
+
+/// How long a request may take to come in, and a connection be silent between two of them.
+const REQUEST_TIME: Duration = Duration::from_secs(10);
+
+/// What is shorter is not worth packing, in bytes: figures that are asked for all the time.
+const WORTH_PACKING: u64 = 4096;
+
+/// Threads for what takes a while, such as a picture.
+const WORKERS: usize = 4;
+
+/// When the system could not give a connection for want of descriptors, it is asked again after
+/// so long.
+const ACCEPT_AGAIN: Duration = Duration::from_millis(250);
+
+/// A web server that listens already and serves once it is given something to show.
+///
+/// ```
+/// use mmsim_server::{Server, Simulation};
+/// use mmsim_viewer::{Show, Viewer};
+/// let maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+/// let server = Server::bind("127.0.0.1", 0)?;
+/// let viewer = Viewer::bind("127.0.0.1", 0)?;
+/// let show = Show::default().with_live(&server, "small.txt".as_ref());
+/// let server = server.spawn(Simulation::new("small", maze));
+/// let viewer = viewer.spawn(show)?;
+/// println!("open {} in a browser", viewer.address());
+/// viewer.stop();
+/// server.stop()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Viewer {
+    listener: std::net::TcpListener,
+    access: Access,
+    local: SocketAddr,
+}
+
+/// A web server on a thread of its own, which serves until it is stopped or the process ends.
+pub struct Serving {
+    address: String,
+    stop: oneshot::Sender<()>,
+    thread: JoinHandle<()>,
+}
+
+impl Viewer {
+    /// Listens on a port of this machine; port 0 takes a free one. If other machines can reach it
+    /// there, a token is made that a browser has to show.
+    ///
+    /// # Errors
+    /// The port is in use, or the host is not one of this machine's.
+    pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
+        let failed = |source| BindError::Listen { host: host.into(), port, source };
+        let listener = listen(host, port)?;
+        let local = listener.local_addr().map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let is_loopback = local.ip().to_canonical().is_loopback();
+        let token = if is_loopback { None } else { Some(token().map_err(failed)?) };
+        let access = Access::new(token, local.port());
+        Ok(Self { listener, access, local })
+    }
+
+    /// Where the page is, such as `http://127.0.0.1:6575`, with the token if there is one.
+    pub fn address(&self) -> String {
+        let Self { access, local, .. } = self;
+        match access.query() {
+            query if query.is_empty() => format!("http://{local}"),
+            query => format!("http://{local}/{query}"),
+        }
+    }
+
+    /// Serves on a thread of its own.
+    ///
+    /// # Errors
+    /// The system has no thread or event queue left.
+    pub fn spawn(self, show: Show) -> io::Result<Serving> {
+        let (address, (stop, stopped)) = (self.address(), oneshot::channel());
+        let runtime = runtime::Builder::new_current_thread()
+            .enable_all()
+            .max_blocking_threads(WORKERS)
+            .build()?;
+        let app = app(show, self.access);
+        let listener = {
+            let _inside = runtime.enter();
+            TcpListener::from_std(self.listener)?
+        };
+        let thread = thread::Builder::new()
+            .name("viewer".into())
+            .spawn(move || run(runtime, listener, app, stopped))?;
+        Ok(Serving { address, stop, thread })
+    }
+}
+
+impl Serving {
+    /// Where the page is, with the token if there is one.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// Stops; whoever is connected is cut off.
+    pub fn stop(self) {
+        // If nobody listens any more it has stopped.
+        let _ = self.stop.send(());
+        let _ = self.thread.join();
+    }
+}
+
+fn app(show: Show, access: Access) -> Router {
+    let packed = DefaultPredicate::new()
+        .and(SizeAbove::new(WORTH_PACKING))
+        .and(NotForContentType::const_new("application/octet-stream"));
+    api::router(Arc::new(show.into_desk()))
+        .layer(CompressionLayer::new().compress_when(packed))
+        .layer(middleware::from_fn_with_state(Arc::new(access), guard))
+}
+
+fn run(runtime: Runtime, listener: TcpListener, app: Router, stopped: oneshot::Receiver<()>) {
+    runtime.block_on(async {
+        tokio::select! {
+            () = accept(listener, app) => {}
+            // Nobody can stop it any more once the other end is dropped.
+            Ok(()) = stopped => {}
+        }
+    });
+    // Not for what takes a while.
+    runtime.shutdown_background();
+}
+
+/// Accepts connections as there is room, each served in its turn.
+async fn accept(listener: TcpListener, app: Router) {
+    let room = Arc::new(Semaphore::new(MAX_VIEWER_CONNECTIONS));
+    loop {
+        let Ok(place) = Arc::clone(&room).acquire_owned().await else { return };
+        let stream = match listener.accept().await {
+            Ok((stream, _)) => stream,
+            Err(error) => {
+                warn!("the viewer cannot accept a connection: {error}");
+                sleep(ACCEPT_AGAIN).await;
+                continue;
+            }
+        };
+        // Small replies are wanted at once.
+        let _ = stream.set_nodelay(true);
+        let service = TowerToHyperService::new(app.clone());
+        tokio::spawn(async move {
+            let connection = http1::Builder::new()
+                .timer(TokioTimer::new())
+                .header_read_timeout(REQUEST_TIME)
+                .serve_connection(TokioIo::new(stream), service);
+            if let Err(error) = connection.await {
+                debug!("a viewer's connection ended: {error}");
+            }
+            drop(place);
+        });
+    }
+}
+
+/// 128 bits that nobody guesses, as text.
+fn token() -> io::Result<String> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).map_err(io::Error::other)?;
+    Ok(bytes.iter().fold(String::new(), |mut token, byte| {
+        // Writing into a string cannot fail.
+        let _ = write!(token, "{byte:02x}");
+        token
+    }))
+}

@@ -1,0 +1,439 @@
+//! The page's requests, as a program makes them.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use mmsim_maze::{Catalogue, Cell, Maze};
+use mmsim_protocol::{Order, encode_state};
+use mmsim_server::{Background, Recorder, Server, Simulation};
+use mmsim_viewer::{Serving, Show, Viewer};
+use serde_json::{Value, json};
+
+const SMALL: &str = "o---o---o---o\n|           |\no   o---o   o\n| S |     G |\no---o---o---o\n";
+const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
+
+/// A server that is watched.
+struct Watched {
+    server: Background,
+    viewer: Serving,
+    host: String,
+}
+
+impl Watched {
+    fn new(host: &str, recordings: Option<&Path>) -> Self {
+        let server = Server::bind("127.0.0.1", 0).unwrap();
+        let viewer = Viewer::bind(host, 0).unwrap();
+        let mazes = Catalogue::of_texts(&[
+            ("a/small.txt", SMALL),
+            ("closed.txt", CLOSED),
+            ("rubbish.txt", "?"),
+        ]);
+        let show = Show::default()
+            .with_live(&server, "a/small.txt".as_ref())
+            .with_mazes(mazes)
+            .with_recordings(recordings.map(Path::to_path_buf));
+        let recorder = recordings.map(|folder| Recorder::new(folder).unwrap());
+        let server = server.with_recorder(recorder).spawn(Simulation::new("small", maze()));
+        let viewer = viewer.spawn(show).unwrap();
+        let port = viewer.address().split(':').nth(2).unwrap();
+        let port = port.split('/').next().unwrap().to_string();
+        Self { server, viewer, host: format!("127.0.0.1:{port}") }
+    }
+
+    /// Sends a request with these headers and gives the status, the head and the body of the reply.
+    fn send(&self, method: &str, path: &str, headers: &[&str], body: &[u8]) -> Reply {
+        let Self { host, .. } = self;
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        let length = format!("content-length: {}", body.len());
+        let host = format!("host: {host}");
+        let own = if headers.iter().any(|header| header.starts_with("host:")) { "" } else { &host };
+        let request = format!("{method} {path} HTTP/1.1");
+        let lines = [&[request.as_str(), "connection: close", &length, own], headers].concat();
+        let lines: Vec<_> = lines.into_iter().filter(|line| !line.is_empty()).collect();
+        let head = lines.join("\r\n") + "\r\n";
+        stream.write_all(&[head.as_bytes(), b"\r\n", body].concat()).unwrap();
+        Reply::read(stream)
+    }
+
+    fn get(&self, path: &str) -> Reply {
+        self.send("GET", path, &[], b"")
+    }
+
+    fn post(&self, path: &str, body: &Value) -> Reply {
+        let origin = format!("origin: http://{}", self.host);
+        self.send(
+            "POST",
+            path,
+            &[&origin, "content-type: application/json"],
+            body.to_string().as_bytes(),
+        )
+    }
+
+    /// Sends states as a client does; each visits another cell.
+    fn states(&self, count: usize) -> Vec<Vec<u8>> {
+        let client = zmq::Context::new().socket(zmq::REQ).unwrap();
+        client.connect(self.server.address()).unwrap();
+        (0..count)
+            .map(|number| {
+                let state = state(number);
+                client.send(&state, 0).unwrap();
+                assert_eq!(client.recv_bytes(0).unwrap(), b"ok");
+                state
+            })
+            .collect()
+    }
+
+    fn stop(self) {
+        self.viewer.stop();
+        self.server.stop().unwrap();
+    }
+}
+
+struct Reply {
+    status: u16,
+    head: String,
+    body: Vec<u8>,
+}
+
+impl Reply {
+    fn read(mut stream: TcpStream) -> Self {
+        let mut bytes = Vec::new();
+        stream.read_to_end(&mut bytes).unwrap();
+        let end = bytes.windows(4).position(|end| end == b"\r\n\r\n").unwrap();
+        let head = String::from_utf8(bytes[..end].to_vec()).unwrap().to_lowercase();
+        let status = head.split(' ').nth(1).unwrap().parse().unwrap();
+        let mut body = bytes[end + 4..].to_vec();
+        if head.contains("transfer-encoding: chunked") {
+            body = unchunked(&body);
+        }
+        Self { status, head, body }
+    }
+
+    fn text(&self) -> &str {
+        std::str::from_utf8(&self.body).unwrap()
+    }
+
+    fn json(&self) -> Value {
+        serde_json::from_str(self.text()).unwrap_or_else(|_| panic!("{}", self.text()))
+    }
+}
+
+fn unchunked(mut body: &[u8]) -> Vec<u8> {
+    let mut whole = Vec::new();
+    while let Some(line) = body.windows(2).position(|end| end == b"\r\n") {
+        let length =
+            usize::from_str_radix(std::str::from_utf8(&body[..line]).unwrap(), 16).unwrap();
+        whole.extend_from_slice(&body[line + 2..line + 2 + length]);
+        body = &body[line + 4 + length..];
+    }
+    whole
+}
+
+fn maze() -> Maze {
+    SMALL.parse().unwrap()
+}
+
+fn state(number: usize) -> Vec<u8> {
+    let cells = [(0, 0), (0, 1), (1, 1), (2, 1)];
+    let (x, y) = cells[number % cells.len()];
+    let mut pose = maze().start();
+    pose.cell = Cell::new(x, y);
+    let map = mmsim_maze::KnownMaze::before(&maze());
+    let mut buffer = [0; 64];
+    let weight = |cell: Cell| u16::try_from(number % 100).unwrap() + u16::from(cell.x);
+    let length = encode_state(&mut buffer, pose, &map, weight, Order::C).unwrap();
+    let mut state = buffer[..length].to_vec();
+    // All walls of the start: east, west, south, visited.
+    state[length - 6] = 1 | 2 | 4 | 8;
+    state
+}
+
+#[test]
+fn states_come_as_they_were_sent() {
+    let watched = Watched::new("127.0.0.1", None);
+    let sent = watched.states(600);
+    let range = |from: usize, count: usize| {
+        watched.get(&format!("/api/sources/live/states?run=1&from={from}&count={count}")).body
+    };
+    for (from, count) in
+        [(0, 1), (255, 2), (256, 256), (200, 256), (599, 1), (599, 256), (500, 100)]
+    {
+        let expected = sent[from..(from + count).min(600)].concat();
+        assert_eq!(range(from, count), expected, "{from} {count}");
+    }
+    assert_eq!(range(0, 100_000), sent[..256].concat());
+    let missing = watched.get("/api/sources/live/states?run=1&from=600");
+    assert_eq!((missing.status, missing.text()), (404, "expected a state, found no state 600"));
+    let huge = usize::MAX;
+    assert_eq!(
+        watched.get(&format!("/api/sources/live/states?run=1&from={huge}&count={huge}")).status,
+        404
+    );
+    for what in [
+        "states?run=7&from=0",
+        "moment?run=7&at=0",
+        "costs?run=7",
+        "recording.mcap?run=7",
+        "drawing.svg?run=7",
+        "picture.svg?run=7",
+    ] {
+        assert_eq!(watched.get(&format!("/api/sources/live/{what}")).status, 410, "{what}");
+    }
+    for what in [
+        "states",
+        "states?run=1",
+        "states?run=x&from=0",
+        "states?run=1&from=-1",
+        "moment?run=1&at=1e3",
+    ] {
+        assert_eq!(watched.get(&format!("/api/sources/live/{what}")).status, 400, "{what}");
+    }
+    for id in ["1", "lively", "%2e%2e", "-1"] {
+        assert_eq!(watched.get(&format!("/api/sources/{id}")).status, 404);
+    }
+    watched.stop();
+}
+
+#[test]
+fn a_moment_has_its_figures() {
+    let watched = Watched::new("127.0.0.1", None);
+    assert_eq!(watched.get("/api/sources/live/moment?run=1&at=0").status, 404);
+    let source = watched.get("/api/sources/live").json();
+    assert_eq!(
+        source,
+        json!({"id": "live", "run": 1, "title": "small", "width": 3, "height": 2, "start": [0, 0],
+            "goals": [[2, 0]], "states": 0, "state_bytes": 18, "truth": true, "shortest_path": 4,
+            "ending": null, "note": null})
+    );
+    watched.states(700);
+    let moment = watched.get("/api/sources/live/moment?run=1&at=6").json();
+    // From (2, 1) back to the start are three steps.
+    assert_eq!(
+        moment,
+        json!({"at": 6, "steps": 3 + 3 + 2, "turns": 0, "visited": 1, "open": 4, "closed": null,
+            "solved": false, "trail": [0, 3, 4, 5, 0, 3, 4]})
+    );
+    let moment = watched.get("/api/sources/live/moment?run=1&at=699").json();
+    let trail = moment["trail"].as_array().unwrap();
+    assert_eq!((trail.len(), &trail[0], &trail[499]), (500, &json!(0), &json!(5)));
+    let costs = watched.get("/api/sources/live/costs?run=1").json();
+    assert_eq!((&costs["states"], &costs["stride"]), (&json!(700), &json!(2)));
+    assert_eq!(costs["open"].as_array().unwrap(), &vec![json!(4); 350]);
+    let drawing = watched.get("/api/sources/live/drawing.svg?run=1");
+    assert!(drawing.head.contains("content-type: image/svg+xml"));
+    assert!(drawing.text().contains(r#"data-wall="0,0,N""#) && !drawing.text().contains("<style"));
+    watched.stop();
+}
+
+#[test]
+fn another_maze_is_served_by_its_path_in_the_list() {
+    let watched = Watched::new("127.0.0.1", None);
+    let list = watched.get("/api/mazes").json();
+    let paths: Vec<_> =
+        list.as_array().unwrap().iter().map(|maze| maze["path"].as_str().unwrap()).collect();
+    assert_eq!(paths, ["a/small.txt", "closed.txt", "rubbish.txt"]);
+    watched.states(2);
+    for path in ["../a/small.txt", "small.txt", "/etc/passwd", ""] {
+        assert_eq!(watched.post("/api/maze", &json!({"path": path})).status, 404);
+    }
+    let rubbish = watched.post("/api/maze", &json!({"path": "rubbish.txt"}));
+    assert!(rubbish.status == 500 && rubbish.text().contains("rubbish.txt: line 1"));
+    assert_eq!(watched.get("/api/sources/live").json()["states"], 2, "nothing is lost");
+    let served = watched.post("/api/maze", &json!({"path": "closed.txt"}));
+    assert_eq!(served.json(), json!({"run": 2}));
+    let source = watched.get("/api/sources/live").json();
+    assert_eq!(
+        (&source["title"], &source["states"], &source["shortest_path"]),
+        (&json!("closed"), &json!(0), &json!(null))
+    );
+    assert_eq!(watched.server.stop().unwrap().name(), "closed");
+    watched.viewer.stop();
+}
+
+#[test]
+fn a_run_is_saved_and_opened_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let watched = Watched::new("127.0.0.1", Some(folder.path()));
+    let sent = watched.states(300);
+    let saved = watched.get("/api/sources/live/recording.mcap?run=1");
+    assert!(
+        saved.head.contains("content-disposition: attachment; filename=\"small.mcap\""),
+        "{}",
+        saved.head
+    );
+    let origin = format!("origin: http://{}", watched.host);
+    let bring =
+        |body: &[u8]| watched.send("POST", "/api/recordings?name=own.mcap", &[&origin], body);
+    assert_eq!(bring(&saved.body).json(), json!({"id": "1"}));
+    let source = watched.get("/api/sources/1").json();
+    assert_eq!(
+        (&source["run"], &source["states"], &source["ending"]),
+        (&json!(0), &json!(300), &json!("closed"))
+    );
+    assert_eq!(
+        watched.get("/api/sources/1/states?run=0&from=0&count=256").body,
+        sent[..256].concat()
+    );
+    let rubbish = bring(b"rubbish");
+    assert_eq!(rubbish.status, 400);
+    assert!(rubbish.text().starts_with("own.mcap: expected a recording"), "{}", rubbish.text());
+
+    let listed = watched.get("/api/recordings").json();
+    let name = listed[0]["name"].as_str().unwrap();
+    assert!(name.ends_with("_small_0001.mcap"), "{name}");
+    assert_eq!(
+        watched.post("/api/recordings/open", &json!({"name": name})).json(),
+        json!({"id": "2"})
+    );
+    let source = watched.get("/api/sources/2").json();
+    assert_eq!((&source["states"], &source["ending"]), (&json!(300), &json!("cut")));
+    assert_eq!(watched.post("/api/recordings/open", &json!({"name": "../own.mcap"})).status, 404);
+    for id in 3..=8 {
+        assert_eq!(bring(&saved.body).json(), json!({"id": id.to_string()}));
+    }
+    assert_eq!(bring(&saved.body).status, 409, "too many");
+    assert_eq!(watched.post("/api/recordings/close", &json!({"id": "1"})).status, 204);
+    assert_eq!(watched.get("/api/sources/1").status, 404);
+    assert_eq!(bring(&saved.body).json(), json!({"id": "9"}));
+    watched.stop();
+}
+
+#[test]
+fn a_bundled_mouse_runs_through_the_door_of_all() {
+    let watched = Watched::new("127.0.0.1", None);
+    let run = |strategy: &str, pace_ms: u64| {
+        watched.post("/api/mouse/run", &json!({"strategy": strategy, "pace_ms": pace_ms}))
+    };
+    assert_eq!(run("flood-fill", 0).status, 204);
+    let begun = Instant::now();
+    while watched.get("/api/sources/live").json()["states"] != 5 {
+        assert!(begun.elapsed() < Duration::from_secs(10));
+    }
+    assert_eq!(run("flood-fill", 5000).status, 204);
+    let twice = run("left-wall", 0);
+    assert_eq!((twice.status, twice.text()), (409, "flood-fill is still running; stop it first"));
+    assert_eq!(watched.post("/api/mouse/stop", &json!({})).status, 204);
+    let unknown = run("fly", 0);
+    assert!(unknown.status == 400 && unknown.text().contains("expected one of flood-fill"));
+    assert_eq!(run("flood-fill", u64::MAX).status, 400);
+    watched.stop();
+}
+
+#[test]
+fn the_stream_of_events_tells_what_changes() {
+    let watched = Watched::new("127.0.0.1", None);
+    let mut stream = TcpStream::connect(&watched.host).unwrap();
+    write!(stream, "GET /events HTTP/1.1\r\nhost: {}\r\n\r\n", watched.host).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    let (mut heard, mut buffer) = (String::new(), [0; 4096]);
+    let mut hear = |text: &str| {
+        while !heard.contains(text) {
+            let count = stream.read(&mut buffer).unwrap();
+            heard += std::str::from_utf8(&buffer[..count]).unwrap();
+        }
+    };
+    hear(r#"{"run":1,"states":0,"maze":"a/small.txt","mouse":null,"recordings":2}"#);
+    watched.states(3);
+    hear(r#""states":3"#);
+    watched.post("/api/maze", &json!({"path": "closed.txt"}));
+    hear(r#"{"run":2,"states":0,"maze":"closed.txt""#);
+    watched.post("/api/mouse/run", &json!({"strategy": "flood-fill", "pace_ms": 0}));
+    hear(r#""running":false,"says":"#);
+    watched.stop();
+}
+
+#[test]
+fn pages_elsewhere_can_neither_read_nor_steer() {
+    let watched = Watched::new("127.0.0.1", None);
+    watched.states(3);
+    let post = |headers: &[&str]| {
+        let headers = [headers, &["content-type: application/json"]].concat();
+        watched.send("POST", "/api/maze", &headers, br#"{"path":"closed.txt"}"#).status
+    };
+    let own = format!("origin: http://{}", watched.host);
+    let host = watched.host.replace("127.0.0.1", "evil.example");
+    for headers in [
+        &[][..],
+        &["origin: http://evil.example"],
+        &["origin: null"],
+        &["origin: http://127.0.0.1"],
+        &[&own, "sec-fetch-site: cross-site"],
+        &[&format!("origin: http://{host}"), &format!("host: {host}")],
+    ] {
+        assert_eq!(post(headers), 403, "{headers:?}");
+    }
+    let form = [&*own, "content-type: application/x-www-form-urlencoded"];
+    assert_eq!(watched.send("POST", "/api/maze", &form, b"path=closed.txt").status, 415);
+    for path in ["/api/maze", "/api/mouse/run", "/api/mouse/stop", "/api/recordings/close"] {
+        assert_eq!(watched.get(path).status, 405, "{path} changes something");
+    }
+    let refused = watched.send("GET", "/api/mazes", &["origin: http://evil.example"], b"");
+    assert_eq!(refused.status, 403);
+    let page = watched.get("/");
+    for head in [&page.head, &refused.head] {
+        assert!(head.contains("content-security-policy: default-src 'none'; script-src 'self';"));
+        assert!(
+            head.contains("x-content-type-options: nosniff") && !head.contains("access-control")
+        );
+    }
+    assert_eq!(watched.get("/api/sources/live").json()["states"], 3);
+    watched.stop();
+}
+
+#[test]
+fn other_machines_need_the_token() {
+    let watched = Watched::new("0.0.0.0", None);
+    let token = watched.viewer.address().split("?token=").nth(1).unwrap().to_string();
+    assert_eq!(token.len(), 32);
+    for path in [
+        "/",
+        "/api/mazes",
+        "/events",
+        "/page.js",
+        "/?token=",
+        "/?token=00000000000000000000000000000000",
+    ] {
+        let reply = watched.get(path);
+        assert_eq!(reply.status, 401, "{path}");
+        assert!(!reply.head.contains(&token) && !reply.text().contains(&token));
+    }
+    let entered = watched.get(&format!("/?token={token}"));
+    assert_eq!(entered.status, 303);
+    let cookie = entered.head.lines().find_map(|line| line.strip_prefix("set-cookie: ")).unwrap();
+    assert!(cookie.contains("httponly") && cookie.contains("samesite=lax"), "{cookie}");
+    let cookie = format!("cookie: {}", cookie.split(';').next().unwrap());
+    assert_eq!(watched.send("GET", "/api/mazes", &[&cookie], b"").status, 200);
+    let own =
+        [&*cookie, &format!("origin: http://{}", watched.host), "content-type: application/json"];
+    assert_eq!(watched.send("POST", "/api/mouse/stop", &own, b"{}").status, 204);
+    let evil = [&*cookie, "origin: http://evil.example", "content-type: application/json"];
+    assert_eq!(watched.send("POST", "/api/mouse/stop", &evil, b"{}").status, 403);
+    watched.stop();
+}
+
+#[test]
+fn rubbish_and_silence_end_nothing() {
+    let watched = Watched::new("127.0.0.1", None);
+    let silent: Vec<_> = (0..40).map(|_| TcpStream::connect(&watched.host).unwrap()).collect();
+    for rubbish in [
+        &b"\r\n\r\n"[..],
+        b"GET",
+        b"\xff\xfe\x00",
+        b"POST / HTTP/1.1\r\ncontent-length: 99999999999\r\n\r\n",
+        &b"a".repeat(100_000),
+    ] {
+        let mut stream = TcpStream::connect(&watched.host).unwrap();
+        let _ = stream.write_all(rubbish);
+    }
+    let big = vec![b'x'; 1 << 20];
+    assert!([400, 413].contains(
+        &watched.post("/api/maze", &json!({"path": String::from_utf8(big).unwrap()})).status
+    ));
+    assert_eq!(watched.get("/").status, 200);
+    assert_eq!(watched.get("/no-such").status, 404);
+    drop(silent);
+    watched.stop();
+}
