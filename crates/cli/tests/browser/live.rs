@@ -4,17 +4,15 @@ use std::thread;
 
 use mmsim_solvers::Bundled;
 
-use crate::browser::{browse, wait_for};
+use crate::browser::{wait_for, watch};
 use crate::page::Panel;
-use crate::simulator::{Simulator, bundled, connect};
+use crate::simulator::{bundled, connect};
 use crate::told::Told;
 
 #[test]
 fn a_search_at_full_speed_is_followed_to_its_last_state() {
-    browse(|browser| {
-        let simulator = Simulator::start(&["--maze", "harbour"]);
+    watch(&["--maze", "harbour"], |browser, simulator| {
         let maze = bundled("01-harbour.txt");
-        browser.open(&simulator.page);
         let live = Panel::live(browser);
         live.wait_empty();
 
@@ -37,10 +35,8 @@ fn a_search_at_full_speed_is_followed_to_its_last_state() {
 
 #[test]
 fn a_half_size_search_is_shown() {
-    browse(|browser| {
-        let simulator = Simulator::start(&["--maze", "quarter"]);
+    watch(&["--maze", "quarter"], |browser, simulator| {
         let maze = bundled("half-size-old-quarter.txt");
-        browser.open(&simulator.page);
         let live = Panel::live(browser);
         live.wait_empty();
         let told = simulator.search(&maze, Bundled::FloodFill);
@@ -52,17 +48,16 @@ fn a_half_size_search_is_shown() {
 #[test]
 fn many_states_at_once_lose_none_and_the_page_keeps_up() {
     const STATES: usize = 5000;
-    browse(|browser| {
-        let simulator = Simulator::start(&["--maze", "steps"]);
+    watch(&["--maze", "steps"], |browser, simulator| {
         let maze = bundled("training-first-steps.txt");
         let told: Vec<_> = (0..STATES).map(|number| Told::of(number, maze.size())).collect();
-        browser.open(&simulator.page);
         let live = Panel::live(browser);
         live.wait_empty();
         let mut seen = Vec::new();
+        let address = simulator.serving.address.as_str();
         thread::scope(|scope| {
             let sending = scope.spawn(|| {
-                let socket = connect(&simulator.serving.address);
+                let socket = connect(address);
                 for told in &told {
                     socket.send(told.message('F', 'C'), 0).unwrap();
                     assert_eq!(socket.recv_bytes(0).unwrap(), b"ok");
@@ -89,10 +84,8 @@ fn many_states_at_once_lose_none_and_the_page_keeps_up() {
 
 #[test]
 fn reset_empties_the_page_and_it_follows_the_new_run() {
-    browse(|browser| {
-        let simulator = Simulator::start(&["--maze", "hedgerow"]);
+    watch(&["--maze", "hedgerow"], |browser, simulator| {
         let maze = bundled("05-hedgerow.txt");
-        browser.open(&simulator.page);
         let live = Panel::live(browser);
         live.wait_empty();
         for round in 0..3 {

@@ -7,6 +7,32 @@ use crate::browser::{Browser, wait_for};
 use crate::drawing::Drawing;
 use crate::told::Told;
 
+/// The page as a whole.
+#[derive(Clone, Copy)]
+pub(crate) struct Page<'a>(pub(crate) &'a Browser);
+
+impl Page<'_> {
+    /// A selector of the button of a maze.
+    pub(crate) fn maze(path: &str) -> String {
+        format!(r#"#mazes li[data-path="{path}"] button"#)
+    }
+
+    /// Chooses a maze of the list, which the page then serves or asks about.
+    pub(crate) fn choose_maze(self, path: &str) {
+        let maze = Self::maze(path);
+        wait_for("the list", || self.0.is_there(&maze).then_some(()));
+        self.0.click(&maze);
+    }
+
+    /// The names of the mazes that the list shows.
+    pub(crate) fn mazes(self) -> Vec<String> {
+        let script = "return [...document.querySelectorAll('#mazes li')]
+            .filter((item) => item.offsetParent !== null)
+            .map((item) => item.querySelector('.name').textContent)";
+        self.0.run(script, &[])
+    }
+}
+
 /// A panel of the page, which shows one source of states.
 #[derive(Clone, Copy)]
 pub(crate) struct Panel<'a> {

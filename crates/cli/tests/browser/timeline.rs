@@ -1,11 +1,12 @@
 //! The history under the slider: state N is shown exactly as it was sent.
 
+use std::thread;
 use std::time::Duration;
 
 use fantoccini::key::Key;
 use serde_json::json;
 
-use crate::browser::{Browser, browse, wait_for};
+use crate::browser::{Browser, wait_for, watch};
 use crate::page::Panel;
 use crate::simulator::{Simulator, bundled};
 use crate::told::Told;
@@ -13,15 +14,14 @@ use crate::told::Told;
 const STATES: usize = 40;
 
 /// A maze that is no square, with a history of states of which no two are alike.
-fn history() -> (Simulator, Vec<Told>) {
-    let simulator = Simulator::start(&["--maze", "meadow"]);
+fn history(simulator: &Simulator) -> Vec<Told> {
     let size = bundled("oblong-long-meadow.txt").size();
     let told: Vec<_> = (0..STATES).map(|number| Told::of(number, size)).collect();
     for (number, told) in told.iter().enumerate() {
         let orders = [('C', 'C'), ('C', 'F'), ('F', 'C'), ('F', 'F')][number % 4];
         simulator.send(&told.message(orders.0, orders.1));
     }
-    (simulator, told)
+    told
 }
 
 /// Moves the slider as a hand does.
@@ -35,10 +35,9 @@ fn slide(browser: &Browser, live: Panel<'_>, to: usize) {
 
 #[test]
 fn each_state_is_shown_as_it_was_sent() {
-    browse(|browser| {
-        let (simulator, told) = history();
+    watch(&["--maze", "meadow"], |browser, simulator| {
+        let told = history(simulator);
         let maze = bundled("oblong-long-meadow.txt");
-        browser.open(&simulator.page);
         let live = Panel::live(browser);
         let assert_at = |at: usize| {
             live.wait_at(at);
@@ -80,9 +79,8 @@ fn each_state_is_shown_as_it_was_sent() {
 
 #[test]
 fn keys_go_through_the_history() {
-    browse(|browser| {
-        let (simulator, _) = history();
-        browser.open(&simulator.page);
+    watch(&["--maze", "meadow"], |browser, simulator| {
+        history(simulator);
         let live = Panel::live(browser);
         live.wait_at(39);
         let press = |keys: &[Key], at: usize| {
@@ -128,9 +126,8 @@ fn note(browser: &Browser) {
 
 #[test]
 fn playing_goes_on_to_the_newest_state() {
-    browse(|browser| {
-        let (simulator, told) = history();
-        browser.open(&simulator.page);
+    watch(&["--maze", "meadow"], |browser, simulator| {
+        let told = history(simulator);
         let live = Panel::live(browser);
         live.wait_at(39);
         let is_playing = || live.says_of("button[name=play]", "aria-pressed") == "true";
@@ -146,16 +143,21 @@ fn playing_goes_on_to_the_newest_state() {
 
         // With a key, and in between.
         live.choose("[name=speed]", "20");
+        // In the list of speeds, keys choose a speed.
+        browser.run::<()>("document.activeElement.blur()", &[]);
         browser.press([char::from(Key::Home)]);
         live.wait_at(0);
-        browser.run::<()>("document.activeElement.blur()", &[]);
         browser.press([' ']);
         wait_for("some states", || (live.says("at").parse::<usize>().unwrap() > 3).then_some(()));
         assert!(is_playing());
         browser.press([' ']);
-        let paused = live.says("at");
-        assert!(!is_playing() && paused != "39", "at {paused}");
-        std::thread::sleep(Duration::from_millis(200));
-        assert_eq!(live.says("at"), paused, "four states would have passed");
+        assert!(!is_playing());
+        // What was asked for already is still drawn; then four states would pass in this time.
+        let paused = wait_for("the pause", || {
+            let at = live.says("at");
+            thread::sleep(Duration::from_millis(200));
+            (live.says("at") == at).then_some(at)
+        });
+        assert!(paused != "39");
     });
 }
