@@ -1,10 +1,12 @@
 //! The command line.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::builder::PossibleValue;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use mmsim_drawing::WIDTH_PX;
 use mmsim_maze::{Cell, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::Bundled;
@@ -26,6 +28,7 @@ Examples:
   mmsim                                serve a maze on port 6574 for your own mouse
   mmsim mazes/ --maze \"apec 2018\"      serve a maze of your own collection
   mmsim solve weight-increment         run a bundled mouse against a simulator
+  mmsim render run.mcap -o run.gif     make an animation of a recorded search
   mmsim mazes check my-maze.txt        see whether a maze file is in order
 
 The environment variable RUST_LOG=debug shows every refused request.";
@@ -38,6 +41,8 @@ pub(crate) enum Command {
     Demo(DemoArgs),
     /// Show a recording: the maze, and any state of the search.
     Replay(ReplayArgs),
+    /// Draw a maze or a recording into a file: SVG, PNG or animated GIF.
+    Render(RenderArgs),
     /// List, show and check mazes.
     Mazes(MazesArgs),
 }
@@ -174,6 +179,67 @@ pub(crate) struct ReplayArgs {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// A recording, a maze file, or words of the path of a maze
+    #[arg(required = true, value_name = "MAZE|RECORDING")]
+    pub(crate) source: Vec<String>,
+    /// The file to draw into, which is replaced if there is one: a .svg, a .png, or of a recording a
+    /// .gif that shows the search
+    #[arg(short, long, value_name = "FILE", value_parser = parse_picture)]
+    pub(crate) output: Picture,
+    /// Where to look for the maze [default: ~/.mmsim where that exists, else the bundled mazes]
+    #[arg(long, value_name = "PATH")]
+    pub(crate) mazes: Option<PathBuf>,
+    /// Draw the state with this number of a recording; a .gif ends with it [default: the last one]
+    #[arg(long, value_name = "N")]
+    pub(crate) at: Option<usize>,
+    /// Write the distance to the goal into each cell of a maze, in steps
+    #[arg(long)]
+    pub(crate) distances: bool,
+    /// Colour the cells of a recording by the mouse's weights, those of a maze by distance
+    #[arg(long)]
+    pub(crate) heat: bool,
+    /// Leave out the weights of a recording
+    #[arg(long)]
+    pub(crate) no_numbers: bool,
+    /// Leave out the way that the mouse of a recording took
+    #[arg(long)]
+    pub(crate) no_trail: bool,
+    /// The colours
+    #[arg(long, default_value = "light")]
+    pub(crate) theme: ThemeArg,
+    /// How many pixels a .png or .gif is wide [default: 640 on its longer side]
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(width_range()))]
+    pub(crate) width: Option<u32>,
+}
+
+/// Where a picture goes, and what it shall be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Picture {
+    pub(crate) path: PathBuf,
+    pub(crate) format: PictureFormat,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PictureFormat {
+    Svg,
+    Png,
+    Gif,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ThemeArg {
+    /// Dark on light
+    Light,
+    /// Light on dark
+    Dark,
+}
+
+fn width_range() -> RangeInclusive<i64> {
+    i64::from(*WIDTH_PX.start())..=i64::from(*WIDTH_PX.end())
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct MazesArgs {
     #[command(subcommand)]
     pub(crate) command: MazesCommand,
@@ -251,6 +317,19 @@ fn parse_pair<N: std::str::FromStr>(text: &str, between: char) -> Option<(N, N)>
     Some((first.trim().parse().ok()?, second.trim().parse().ok()?))
 }
 
+fn parse_picture(text: &str) -> Result<Picture, String> {
+    let path = PathBuf::from(text);
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let format = match &extension[..] {
+        "svg" => PictureFormat::Svg,
+        "png" => PictureFormat::Png,
+        "gif" => PictureFormat::Gif,
+        "" => return Err("expected a file that ends in .svg, .png or .gif".into()),
+        other => return Err(format!("expected .svg, .png or .gif at the end, found .{other}")),
+    };
+    Ok(Picture { path, format })
+}
+
 fn parse_size(text: &str) -> Result<MazeSize, String> {
     let (width, height) = parse_pair(&text.to_lowercase(), 'x')
         .ok_or_else(|| "expected a width and a height such as 16x16".to_string())?;
@@ -279,6 +358,17 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_extension_says_what_a_picture_is() {
+        let format = |text| parse_picture(text).map(|picture| picture.format);
+        assert_eq!(format("a/b.SVG"), Ok(PictureFormat::Svg));
+        assert_eq!(format(".x.png"), Ok(PictureFormat::Png));
+        assert_eq!(format("run.gif"), Ok(PictureFormat::Gif));
+        let error = "expected .svg, .png or .gif at the end, found .jpeg".to_string();
+        assert_eq!(format("run.jpeg"), Err(error));
+        assert!(format("svg").is_err() && format("").is_err());
     }
 
     #[test]

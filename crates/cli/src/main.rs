@@ -9,6 +9,7 @@ mod keep;
 mod mazes;
 mod output;
 mod recorded;
+mod render;
 mod replay;
 mod screen;
 mod selection;
@@ -46,6 +47,7 @@ fn main() -> ExitCode {
         Some(Command::Solve(args)) => solve::run(&args),
         Some(Command::Demo(args)) => demo::run(&args),
         Some(Command::Replay(args)) => replay::run(&args),
+        Some(Command::Render(args)) => render::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
     };
     match outcome {

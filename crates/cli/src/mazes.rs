@@ -47,13 +47,7 @@ fn check(paths: &[PathBuf], json: bool) -> Outcome {
 }
 
 fn show(name: &str, mazes: Option<&Path>, json: bool) -> Outcome {
-    let file = Path::new(name);
-    let collection = if mazes.is_none() && file.is_file() {
-        Collection::at(Some(file))
-    } else {
-        Collection::at(mazes)
-    };
-    let Selected { path, maze, .. } = collection?.select(name)?;
+    let Selected { path, maze, .. } = Collection::with(name, mazes)?.select(name)?;
     let row = Row::of_maze(&path, &maze);
     if json {
         #[derive(Serialize)]

@@ -1,8 +1,9 @@
 //! What the command says: data on stdout, messages on stderr.
 
-use std::env;
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+use std::{env, fs, process};
 
 /// Prints data. A reader that has read enough, as `head` does, is no failure.
 pub(crate) fn print(text: &str) -> io::Result<()> {
@@ -16,6 +17,18 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
 /// Tells the user something. If nobody listens, the work goes on all the same.
 pub(crate) fn say(text: impl Display) {
     let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Writes a file, in place of the one that may be there. Should that fail, the old one stays as it
+/// was: the new one is written beside it and then takes its place.
+pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), String> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!(".{name}.{}.new", process::id()));
+    let written = fs::write(&beside, content).and_then(|()| fs::rename(&beside, path));
+    written.map_err(|error| {
+        let _ = fs::remove_file(&beside);
+        format!("{}: cannot be written: {error}", path.display())
+    })
 }
 
 /// A number of things, such as `1 step` or `2 steps`.

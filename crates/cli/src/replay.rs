@@ -24,10 +24,9 @@ pub(crate) fn run(args: &ReplayArgs) -> Outcome {
         return serve(args, recording);
     }
     let shown = match (args.at, recording.history().len().checked_sub(1)) {
-        (Some(index), last) => Some(Shown::of(&recording, index).ok_or_else(|| {
-            let states = last.map_or("none".into(), |last| format!("0 to {last}"));
-            format!("{}: expected --at one of its states, {states}, found {index}", file(args))
-        })?),
+        (Some(index), _) => Some(
+            Shown::of(&recording, index).ok_or_else(|| no_state(&args.file, &recording, index))?,
+        ),
         (None, last) => last.and_then(|last| Shown::of(&recording, last)),
     };
     if args.json {
@@ -36,11 +35,23 @@ pub(crate) fn run(args: &ReplayArgs) -> Outcome {
     } else {
         print(&text(args, &recording, shown.as_ref()))?;
     }
+    Ok(is_whole(&args.file, &recording))
+}
+
+/// The error that a recording has no state with this number.
+pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> String {
+    let last = recording.history().len().checked_sub(1);
+    let states = last.map_or("none".into(), |last| format!("0 to {last}"));
+    format!("{}: expected --at one of its states, {states}, found {index}", file.display())
+}
+
+/// Whether a recording is not damaged, or a message that it is.
+pub(crate) fn is_whole(file: &Path, recording: &Recording) -> bool {
     if let Ending::Damaged { whole, reason } = recording.ending() {
-        let file = file(args);
+        let file = file.display();
         say(format_args!("{file}: expected a whole recording, found {reason} at byte {whole}"));
     }
-    Ok(!matches!(recording.ending(), Ending::Damaged { .. }))
+    !matches!(recording.ending(), Ending::Damaged { .. })
 }
 
 /// Shows the recording in a browser.
@@ -154,7 +165,7 @@ impl Shown {
     }
 }
 
-fn decode(message: &[u8], size: MazeSize) -> Option<State<'_>> {
+pub(crate) fn decode(message: &[u8], size: MazeSize) -> Option<State<'_>> {
     match Request::decode(message, size) {
         Ok(Request::State(state)) => Some(state),
         _ => None,

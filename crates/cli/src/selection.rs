@@ -52,6 +52,13 @@ impl Collection {
         Ok(Self { catalogue: Catalogue::of_path(path)?, place, path: path.into() })
     }
 
+    /// The mazes in which one is looked for by this name: the file itself, if it is one and no other
+    /// place is given.
+    pub(crate) fn with(name: &str, path: Option<&Path>) -> Result<Self, SelectionError> {
+        let file = Path::new(name);
+        Self::at(path.or_else(|| Some(file).filter(|file| file.is_file())))
+    }
+
     fn of_the_user() -> Option<Self> {
         let path = env::home_dir()?.join(HOME_FOLDER);
         let catalogue = Catalogue::of_path(&path).ok()?;

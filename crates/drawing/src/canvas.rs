@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use mmsim_maze::MazeSize;
 use resvg::tiny_skia::Pixmap;
 
+use crate::geometry::{Area, MARGIN, PITCH, units};
 use crate::pixels::paint;
-use crate::svg::{Area, MARGIN, PITCH, Part, Svg, View, units};
+use crate::svg::{Part, Svg, View};
 use crate::{PictureError, Scene};
 
 /// A line of the trail that is thinner than a pixel is not the same where there is more of it, so

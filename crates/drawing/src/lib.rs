@@ -37,7 +37,9 @@
 mod animation;
 mod canvas;
 mod digits;
+mod geometry;
 mod heat;
+mod marks;
 mod page;
 mod palette;
 mod pixels;

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Pose, WallState, Walls};
 use resvg::tiny_skia::PremultipliedColorU8;
 
+use crate::geometry::units;
 use crate::heat::{Rgb, ramp};
-use crate::svg::units;
 use crate::{PictureError, Scene};
 
 /// The most colours that one palette of a GIF holds, besides the one that stands for no change.

@@ -5,7 +5,8 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
 use crate::Scene;
-use crate::svg::{Svg, View, units};
+use crate::geometry::units;
+use crate::svg::{Svg, View};
 
 /// The fewest and the most pixels that a picture is wide.
 pub const WIDTH_PX: std::ops::RangeInclusive<u32> = 16..=4096;

@@ -3,19 +3,15 @@
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose};
+use mmsim_maze::{Cell, CellSet, Heading, Pose};
 
 use crate::digits::{decimals, digits};
+use crate::geometry::{Area, MARGIN, PITCH, around, cell_area, centre, corner, units};
 use crate::heat::{self, Rgb};
+use crate::marks::{LETTER_G, LETTER_S, MOUSE, frame};
 use crate::theme::file_style;
 use crate::walls::{Belief, WallClass, places};
 use crate::{Layers, Scene};
-
-/// How wide a cell is, in units.
-pub(crate) const PITCH: u32 = 20;
-
-/// How many units there are around the maze.
-pub(crate) const MARGIN: u32 = 2;
 
 /// For what a drawing is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,15 +41,6 @@ pub(crate) struct Part {
     pub(crate) area: Area,
     /// Whether it can be left out: it is an element, not a piece of the trail, which is one.
     pub(crate) is_element: bool,
-}
-
-/// An area in units: west, north, east, south.
-pub(crate) type Area = [i32; 4];
-
-/// The size of the drawing of a maze in units, width and height.
-pub(crate) fn units(size: MazeSize) -> (u32, u32) {
-    let length = |cells: u8| u32::from(cells) * PITCH + 2 * MARGIN;
-    (length(size.width()), length(size.height()))
 }
 
 impl<'a> Svg<'a> {
@@ -324,79 +311,9 @@ impl<'a> Svg<'a> {
     }
 }
 
-/// The area of a cell with this north-west corner.
-fn cell_area((x, y): (u32, u32)) -> Area {
-    let (west, north, pitch) = (x.cast_signed(), y.cast_signed(), PITCH.cast_signed());
-    [west, north, west + pitch, north + pitch]
-}
-
-/// The least area around both.
-fn around(one: Area, other: Area) -> Area {
-    [one[0].min(other[0]), one[1].min(other[1]), one[2].max(other[2]), one[3].max(other[3])]
-}
-
-/// The north-west corner of a cell, in units.
-fn corner(size: MazeSize, cell: Cell) -> (u32, u32) {
-    let row = u32::from(size.height()) - 1 - u32::from(cell.y);
-    (u32::from(cell.x) * PITCH, row * PITCH)
-}
-
-/// The middle of a cell, in units.
-fn centre(size: MazeSize, cell: Cell) -> (u32, u32) {
-    let (x, y) = corner(size, cell);
-    (x + PITCH / 2, y + PITCH / 2)
-}
-
-/// The lines of a frame around some cells that stand in this one of them: along each side behind
-/// which there is none of them, inside of the walls.
-fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
-    const INSET: f64 = 1.9;
-    let (x, y) = centre(size, cell);
-    let has = |cell: Option<Cell>| cell.is_some_and(|cell| cells.contains(cell));
-    let mut path = String::new();
-    for side in Heading::ALL.into_iter().filter(|&side| !has(cell.neighbour(side))) {
-        let outside = cell.neighbour(side);
-        // How far the line goes from the middle of the side towards a corner: it turns there, goes
-        // straight on, or turns the other way in the next cell.
-        let reach = |along: Heading| {
-            let half = f64::from(PITCH) / 2.0;
-            match (has(cell.neighbour(along)), has(outside.and_then(|cell| cell.neighbour(along))))
-            {
-                (false, _) => half - INSET,
-                (true, false) => half,
-                (true, true) => half + INSET,
-            }
-        };
-        let out = f64::from(PITCH) / 2.0 - INSET;
-        let (left, right) = (reach(side.left()), reach(side.right()));
-        // To the east and to the south of the middle of the cell.
-        let point = |way: f64| match side {
-            Heading::North => (way, -out),
-            Heading::East => (out, way),
-            Heading::South => (-way, out),
-            Heading::West => (-out, -way),
-        };
-        let (from, to) = (point(-left), point(right));
-        let place = |(east, south): (f64, f64)| {
-            let (x, y) = (f64::from(x) + east, f64::from(y) + south);
-            format!("{} {}", decimals(x), decimals(y))
-        };
-        let _ = write!(path, "M{}L{}", place(from), place(to));
-    }
-    path
-}
-
-/// Letters 3.4 high around a point.
-const LETTER_S: &str = "m1-1.2c-.2-.3-.6-.5-1.1-.5-.7 0-1.1.3-1.1.8 0 1.2 2.4.5 2.4 1.7 0 .6-.5.9-1.2.9-.5 0-1-.2-1.2-.5";
-const LETTER_G: &str =
-    "m1.2-1c-.2-.4-.6-.7-1.1-.7-.9 0-1.4.7-1.4 1.7s.5 1.7 1.4 1.7c.7 0 1.2-.5 1.2-1.4h-1.1";
-
-/// A mouse seen from above, its nose to the north: a body that tapers, two ears, two eyes.
-const MOUSE: &str = "M0-8.4C1.9-7 3.2-5.2 3.7-3.5A2.5 2.5 0 1 1 5.5.8C5.9 2 6 3.2 5.6 4.4 4.9 6.6 2.7 7.8 0 7.8S-4.9 6.6-5.6 4.4C-6 3.2-5.9 2-5.5.8A2.5 2.5 0 1 1-3.7-3.5C-3.2-5.2-1.9-7 0-8.4ZM-1.6-3.4a.3.3 0 1 0 .01 0zM1.6-3.4a.3.3 0 1 0 .01 0z";
-
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{KnownMaze, Maze, WallState, Walls};
+    use mmsim_maze::{KnownMaze, Maze, MazeSize, WallState, Walls};
     use proptest::prelude::*;
 
     use super::*;
@@ -460,6 +377,10 @@ mod tests {
             .with_mouse(Pose::new(Cell::new(2, 0), Heading::North));
         let svg = scene.page_svg();
         assert!(svg.contains(r#"points="10,30"/>"#) && svg.contains("absent"));
+        let far = Cell::new(200, 200);
+        let map = KnownMaze::new(maze.size(), far, [far].into_iter().collect());
+        let svg = Scene::of_map(&map).svg();
+        assert!(!svg.contains("class=\"mark ") && svg.contains("mouse absent"), "{svg}");
         let other = Maze::new(Walls::open(MazeSize::CLASSIC), Cell::new(0, 0), CellSet::EMPTY);
         let (map, other) = (KnownMaze::before(&maze), other.unwrap());
         let svg = Scene::of_map(&map).with_truth(Some(&other)).page_svg();

@@ -22,6 +22,7 @@ const FILES: &[(&str, &str, &str)] = files![
     "chart.js": SCRIPT,
     "dom.js": SCRIPT,
     "events.js": SCRIPT,
+    "figures.js": SCRIPT,
     "index.html": HTML,
     "map.js": SCRIPT,
     "mazes.js": SCRIPT,

@@ -14,8 +14,9 @@ use tokio::time::sleep;
 use crate::desk::{Desk, Live};
 use crate::mouse::Told;
 
-/// Between two looks while something happens: a page draws no more often.
-const LOOK: Duration = Duration::from_micros(16_667);
+/// Between two looks while something happens: an eye takes it for at once, and a browser that hears
+/// more often has less time to draw.
+const LOOK: Duration = Duration::from_millis(33);
 
 /// Between two looks once nothing has happened for some time.
 const QUIET_LOOK: Duration = Duration::from_millis(100);

@@ -1,0 +1,206 @@
+//! `mmsim render`: pictures of mazes and recordings.
+
+mod harness;
+
+use std::fs;
+use std::path::PathBuf;
+
+use harness::Home;
+use mmsim_maze::Maze;
+use mmsim_server::{RecordingWriter, Simulation};
+
+const MAZE: &str = "\
+o---o---o---o
+|     G |   |
+o   o---o   o
+| S |       |
+o---o---o---o
+";
+
+/// A recording of so many states, the mouse going to and fro between start and goal. Its client
+/// believes in a wall that is not there.
+fn record(home: &Home, name: &str, states: u8) -> PathBuf {
+    let simulation = Simulation::new("small", MAZE.parse::<Maze>().unwrap());
+    let path = home.path().join(name);
+    let mut writer =
+        RecordingWriter::create(&path, &simulation.info(), Some(simulation.maze())).unwrap();
+    for number in 0..states {
+        let pose = if number % 2 == 0 { [0, 0, b'N'] } else { [0, 1, b'S'] };
+        let weights = [number, 1, 2, 3, 4, 5];
+        let walls = [0x0f | 16, 0, 0, 0, 0, 0];
+        let message = [&b"S"[..], &pose, b"C", &weights, b"C", &walls].concat();
+        writer.write(&message).unwrap();
+    }
+    writer.close().unwrap();
+    path
+}
+
+fn read(home: &Home, name: &str) -> Vec<u8> {
+    fs::read(home.path().join(name)).unwrap()
+}
+
+/// Width and height of a PNG.
+fn png_size(png: &[u8]) -> (u32, u32) {
+    assert!(png.starts_with(b"\x89PNG\r\n"), "{:?}", &png[..8]);
+    let number = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap());
+    (number(16), number(20))
+}
+
+/// How many frames a GIF has, and its width and height.
+fn gif_frames(gif: &[u8]) -> (usize, u16, u16) {
+    let mut decoder = gif::DecodeOptions::new().read_info(gif).unwrap();
+    let mut frames = 0;
+    while decoder.read_next_frame().unwrap().is_some() {
+        frames += 1;
+    }
+    (frames, decoder.width(), decoder.height())
+}
+
+#[test]
+fn a_maze_is_drawn_by_its_file_or_by_words() {
+    let home = Home::new();
+    home.write("mazes/small.txt", MAZE);
+    let ended = home.run(&["render", "mazes/small.txt", "-o", "file.svg", "--distances"]);
+    assert_eq!((ended.code, &ended.stdout[..], &ended.stderr[..]), (Some(0), "", ""));
+    home.run(&["render", "SMALL", "--mazes", "mazes", "--distances", "-o", "words.svg"]);
+    let svg = String::from_utf8(read(&home, "file.svg")).unwrap();
+    assert_eq!(svg.as_bytes(), read(&home, "words.svg"));
+    assert_eq!(svg.matches("<rect class=\"cell").count(), 6);
+    assert!(svg.contains("class=\"maze hide-heat hide-trail\""), "{svg}");
+    assert_eq!(svg.matches("d=\"\"/>").count(), 3, "cells without a way to the goal");
+    home.run(&["render", "training", "steps", "--theme", "dark", "--heat", "-o", "bundled.PNG"]);
+    assert_eq!(png_size(&read(&home, "bundled.PNG")), (640, 640));
+    home.run(&["render", "mazes/small.txt", "--width", "200", "-o", "small.png"]);
+    assert_eq!(png_size(&read(&home, "small.png")), (200, 138));
+}
+
+#[test]
+fn a_state_of_a_recording_is_drawn() {
+    let home = Home::new();
+    record(&home, "run.mcap", 5);
+    let svg = |arguments: &[&str]| {
+        let ended = home.run(&[&["render", "run.mcap", "-o", "run.svg"], arguments].concat());
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        String::from_utf8(read(&home, "run.svg")).unwrap()
+    };
+    let last = svg(&[]);
+    assert!(last.contains("class=\"maze hide-heat\""));
+    assert!(last.contains("class=\"wall mistaken\" data-wall=\"0,0,N\""), "{last}");
+    assert!(last.contains("points=\"10,30 10,10 10,30 10,10 10,30\""), "{last}");
+    assert!(last.contains("transform=\"translate(10 30) rotate(0)\""));
+    let second = svg(&["--at", "1", "--heat", "--no-numbers", "--no-trail"]);
+    assert!(second.contains("class=\"maze hide-numbers hide-trail\""));
+    assert!(second.contains("points=\"10,30 10,10\""));
+    assert!(second.contains("transform=\"translate(10 10) rotate(180)\""));
+    // Told by its content, whatever it is called.
+    fs::copy(home.path().join("run.mcap"), home.path().join("run.bin")).unwrap();
+    assert_eq!(home.run(&["render", "run.bin", "-o", "run.png"]).code, Some(0));
+    assert_eq!(png_size(&read(&home, "run.png")), (640, 440));
+}
+
+#[test]
+fn a_search_moves() {
+    let home = Home::new();
+    record(&home, "run.mcap", 5);
+    let ended = home.run(&["render", "run.mcap", "-o", "run.gif", "--width", "128"]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    assert_eq!(gif_frames(&read(&home, "run.gif")), (5, 128, 88));
+    home.run(&["render", "run.mcap", "-o", "run.gif", "--width", "64", "--at", "2"]);
+    assert_eq!(gif_frames(&read(&home, "run.gif")), (3, 64, 44));
+}
+
+#[test]
+fn a_long_search_is_told_in_400_frames() {
+    let home = Home::new();
+    let simulation = Simulation::new("one", "o---o\n|SG |\no---o\n".parse::<Maze>().unwrap());
+    let path = home.path().join("long.mcap");
+    let mut writer = RecordingWriter::create(&path, &simulation.info(), None).unwrap();
+    for number in 0..1000_u32 {
+        let letter = b"NESW"[number as usize % 4];
+        writer.write(&[b'S', 0, 0, letter, b'C', 0, b'C', 0]).unwrap();
+    }
+    writer.close().unwrap();
+    let ended = home.run(&["render", "long.mcap", "-o", "long.gif", "--width", "16"]);
+    assert_eq!(ended.stderr, "long.gif: 400 frames, evenly spaced, of 1000 states\n");
+    assert_eq!(gif_frames(&read(&home, "long.gif")).0, 400);
+}
+
+#[test]
+fn a_recording_without_a_state_shows_the_maze() {
+    let home = Home::new();
+    record(&home, "empty.mcap", 0);
+    assert_eq!(home.run(&["render", "empty.mcap", "-o", "empty.svg"]).code, Some(0));
+    let svg = String::from_utf8(read(&home, "empty.svg")).unwrap();
+    assert!(svg.contains("mouse absent") && svg.contains("wall true known"));
+    let ended = home.run(&["render", "empty.mcap", "-o", "empty.gif"]);
+    let error = "mmsim: empty.mcap: expected a state to make a .gif of, found none\n";
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(1), error));
+}
+
+#[test]
+fn a_damaged_recording_is_drawn_as_far_as_it_is_whole() {
+    let home = Home::new();
+    let path = record(&home, "run.mcap", 200);
+    let mut bytes = fs::read(path).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 100].fill(0xa5);
+    home.write("damaged.mcap", &bytes);
+    let ended = home.run(&["render", "damaged.mcap", "-o", "damaged.svg"]);
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.contains("expected a whole recording, found "), "{ended:?}");
+    assert!(read(&home, "damaged.svg").starts_with(b"<svg "));
+}
+
+#[test]
+fn what_cannot_be_drawn_is_an_error_and_loses_nothing() {
+    let home = Home::new();
+    home.write("small.txt", MAZE);
+    home.write("old.gif", "old");
+    record(&home, "run.mcap", 2);
+    for (arguments, error) in [
+        (
+            &["small.txt", "-o", "old.gif"][..],
+            "small.txt: expected a recording to make a .gif of, found a maze",
+        ),
+        (
+            &["small.txt", "--at", "0", "-o", "a.svg"],
+            "small.txt: expected a recording for --at, found a maze",
+        ),
+        (
+            &["run.mcap", "--distances", "-o", "a.svg"],
+            "run.mcap: expected a maze for --distances, found a recording",
+        ),
+        (
+            &["run.mcap", "--at", "2", "-o", "old.gif"],
+            "run.mcap: expected --at one of its states, 0 to 1, found 2",
+        ),
+        (&["no.mcap", "-o", "a.svg"], "no.mcap: cannot be read: "),
+        (
+            &["no such maze", "-o", "a.svg"],
+            "expected a maze whose path holds \"no such maze\", found none of ",
+        ),
+        (&["small.txt", "-o", "no/a.svg"], "no/a.svg: cannot be written: "),
+    ] {
+        let ended = home.run(&[&["render"], arguments].concat());
+        assert_eq!(ended.code, Some(1), "{arguments:?}");
+        let start = format!("mmsim: {error}");
+        assert!(ended.stderr.starts_with(&start), "{arguments:?}: {}", ended.stderr);
+    }
+    for (arguments, error) in [
+        (&["small.txt"][..], "--output <FILE>"),
+        (&["small.txt", "-o", "a.jpeg"], "expected .svg, .png or .gif at the end, found .jpeg"),
+        (&["small.txt", "-o", "a.png", "--width", "15"], "15 is not in 16..=4096"),
+        (&["small.txt", "-o", "a.png", "--theme", "pink"], "[possible values: light, dark]"),
+    ] {
+        let ended = home.run(&[&["render"], arguments].concat());
+        assert_eq!(ended.code, Some(2), "{arguments:?}");
+        assert!(ended.stderr.contains(error), "{arguments:?}: {}", ended.stderr);
+    }
+    assert_eq!(read(&home, "old.gif"), b"old");
+    let mut files: Vec<_> = fs::read_dir(home.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    files.sort();
+    assert_eq!(files, ["old.gif", "run.mcap", "small.txt"], "nothing else is left behind");
+}
