@@ -169,8 +169,10 @@ impl Browser {
         found
     }
 
+    /// Empties a field as a person does.
     pub(crate) fn clear(&self, selector: &str) {
-        self.wait(self.find(selector).clear());
+        let all = [Key::Control, Key::Delete].map(char::from);
+        self.type_into(selector, &format!("{}a{}{}", all[0], all[0], all[1]));
     }
 
     /// Types into an element, which gets the focus.
@@ -247,7 +249,7 @@ impl Browser {
             let shown = "return [location.href, document.body.innerText]";
             let asked = tokio::time::timeout(limit, self.client.execute(shown, Vec::new()));
             let shown = asked.await.ok()?.ok()?;
-            eprintln!("the page {} showed:\n{}", shown[0], shown[1].as_str()?);
+            eprintln!("the page {} showed:\n{}", shown[0].as_str()?, shown[1].as_str()?);
             eprintln!("the console had {:#?}", self.said("browser"));
             let picture = tokio::time::timeout(limit, self.client.screenshot()).await.ok()?.ok()?;
             let name = thread::current().name()?.replace("::", "-");

@@ -334,7 +334,7 @@ fn names_with_markup_are_names() {
         live.wait_empty();
         wait_for("the list", || (page.mazes().len() == 2).then_some(()));
         assert!(page.mazes().contains(&NAME.to_string()), "{:?}", page.mazes());
-        browser.click("#mazes li:not([data-path='a.txt']) button");
+        browser.click("#mazes li:not([data-path='mazes/a.txt']) button");
         wait_for("the maze", || (live.text("h2") == NAME).then_some(()));
         assert_eq!(simulator.info().name, NAME);
         assert!(!browser.run::<bool>("return 'hacked' in window", &[]));
