@@ -135,12 +135,6 @@ impl Browser {
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
     }
 
-    /// Waits until an expression is true.
-    pub(crate) fn until(&self, expression: &str) {
-        let is = || self.run::<bool>(&format!("return Boolean({expression})"), &[]).then_some(());
-        wait_for(expression, is);
-    }
-
     pub(crate) fn find(&self, selector: &str) -> Element {
         self.wait(self.client.find(Locator::Css(selector)))
     }
@@ -160,13 +154,12 @@ impl Browser {
 
     /// Whether the page in a frame has something.
     pub(crate) fn frame_has(&self, frame: &str, selector: &str) -> bool {
-        let found = self.wait(async {
+        self.wait(async {
             self.client.find(Locator::Css(frame)).await?.enter_frame().await?;
             let found = self.client.find(Locator::Css(selector)).await.is_ok();
             self.client.enter_parent_frame().await?;
             Ok::<_, CmdError>(found)
-        });
-        found
+        })
     }
 
     /// Empties a field as a person does.

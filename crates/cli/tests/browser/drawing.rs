@@ -136,11 +136,10 @@ fn assert_same<T: Debug + PartialEq>(what: &str, expected: &[T], found: &[T]) {
 /// Every place of a wall once: the north and the east side of each cell, the south sides of the
 /// south row, the west sides of the west column.
 fn places(size: MazeSize) -> impl Iterator<Item = (Cell, char, Heading)> {
-    let side = |letter| {
+    let [north, east, south, west] = SIDES.map(|(letter, ..)| {
         let heading = Heading::ALL.into_iter().find(|heading| heading.letter() == letter);
         (letter, heading.unwrap())
-    };
-    let [north, east, south, west] = SIDES.map(|(letter, ..)| side(letter));
+    });
     let at = |cell, (letter, heading)| (cell, letter, heading);
     let inner = size.cells().flat_map(move |cell| [at(cell, north), at(cell, east)]);
     let south = (0..size.width()).map(move |x| at(Cell::new(x, 0), south));
@@ -148,8 +147,8 @@ fn places(size: MazeSize) -> impl Iterator<Item = (Cell, char, Heading)> {
     inner.chain(south).chain(west)
 }
 
-fn is_outer(size: MazeSize, cell: Cell, side: char) -> bool {
-    let (_, dx, dy, _) = SIDES.into_iter().find(|found| found.0 == side).unwrap();
+fn is_outer(size: MazeSize, cell: Cell, letter: char) -> bool {
+    let (_, dx, dy, _) = SIDES.into_iter().find(|side| side.0 == letter).unwrap();
     neighbour(size, cell, (dx, dy)).is_none()
 }
 

@@ -52,7 +52,7 @@ fn a_saved_run_opens_beside_the_live_one() {
     watch(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let (told, messages) = history(&maze, 300);
-        messages.iter().for_each(|message| simulator.send(message));
+        simulator.send_all(&messages);
         let live = Panel::live(browser);
         live.wait_at(299);
         live.click(".export [data-export='recording.mcap']");
@@ -123,7 +123,7 @@ fn earlier_searches_are_listed_and_open() {
         let mut runs = Vec::new();
         for count in [3, 5, 4] {
             let (told, messages) = history(&maze, count);
-            messages.iter().for_each(|message| simulator.send(message));
+            simulator.send_all(&messages);
             runs.push(told);
             wait_for("the list", || (names().len() == runs.len()).then_some(()));
             simulator.send(b"reset");
@@ -153,7 +153,7 @@ fn a_recording_is_served_without_a_simulator() {
         let (told, messages) = history(&maze, 20);
         let home = Home::new();
         let simulator = Simulator::start_in(home, &["--maze", "meadow", "--record", "kept"]);
-        messages.iter().for_each(|message| simulator.send(message));
+        simulator.send_all(&messages);
         simulator.send(b"reset");
         let folder = simulator.home.path().join("kept");
         let file = fs::read_dir(folder).unwrap().next().unwrap().unwrap().path();
@@ -173,7 +173,7 @@ fn what_is_shown_can_be_saved_as_a_picture() {
     watch(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let (_, messages) = history(&maze, 30);
-        messages.iter().for_each(|message| simulator.send(message));
+        simulator.send_all(&messages);
         let live = Panel::live(browser);
         live.wait_at(29);
         live.click("button[name=first]");
