@@ -8,6 +8,7 @@ use mmsim_tests::shared;
 use serde_json::json;
 
 use crate::browser::{Browser, wait_for, watch};
+use crate::http;
 use crate::page::{Page, Panel};
 use crate::simulator::{bundled, maze_at};
 use crate::told::{SIDES, Told, VISITED, neighbour};
@@ -67,7 +68,7 @@ fn every_wall_of_a_bundled_maze_is_on_the_map() {
 fn every_wall_of_a_contest_maze_is_on_the_map() {
     let Some(folder) = shared("mazes") else { return };
     watch(&[folder.to_str().unwrap()], |browser, simulator| {
-        let listed = crate::http::get(&simulator.at("/api/mazes")).json();
+        let listed = http::get(&simulator.at("/api/mazes")).json();
         let listed = listed.as_array().unwrap();
         let readable = listed.iter().filter(|maze| maze["error"].is_null());
         assert!(readable.count() >= 281, "{listed:?}");
@@ -172,6 +173,43 @@ fn a_mistaken_wall_looks_mistaken() {
             &[],
         );
         assert_eq!(mistaken, [format!("{},{},N", cell.x, cell.y)]);
+    });
+}
+
+/// The least is cool, the largest is warm, in the colours that pictures in files have.
+#[test]
+fn heat_is_the_weights_in_colours() {
+    watch(&["--maze", "meadow"], |browser, simulator| {
+        let told = Told::of(9, bundled("oblong-long-meadow.txt").size());
+        simulator.send(&told.message('F', 'C'));
+        let live = Panel::live(browser);
+        live.wait_at(0);
+        let heat = || -> Vec<[String; 2]> {
+            let script = "return [...document.querySelectorAll('.map .heat')]
+                .map((heat) => [heat.dataset.cell, heat.getAttribute('fill')])";
+            browser.run(script, &[])
+        };
+        assert!(browser.is_there(&live.part(".map svg.hide-heat")));
+        live.click("[name=heat]");
+        wait_for("heat", || (!browser.is_there(&live.part(".map svg.hide-heat"))).then_some(()));
+        let largest = told.weights.iter().copied().map(u32::from).max().unwrap();
+        let ramps = http::get(&simulator.at("/drawing.json")).json();
+        for scheme in ["light", "dark"] {
+            let feature = json!({ "name": "prefers-color-scheme", "value": scheme });
+            browser.tell("Emulation.setEmulatedMedia", &json!({ "features": [feature] }));
+            let expected: Vec<_> = told
+                .size
+                .cells()
+                .map(|cell| {
+                    // Rounded to the nearest of 64 colours.
+                    let weight = u32::from(told.weights[told.index(cell)]);
+                    let index = (weight * 63 * 2 + largest) / (largest * 2);
+                    let colour = ramps["heat"][scheme][index as usize].as_str().unwrap();
+                    [format!("{},{}", cell.x, cell.y), colour.to_string()]
+                })
+                .collect();
+            wait_for(scheme, || (heat() == expected).then_some(()));
+        }
     });
 }
 
