@@ -24,6 +24,7 @@ use crate::moment::Moment;
 use crate::pictures::{self, Look};
 use crate::refusal::Refusal;
 use crate::source::Source;
+use crate::work::{long_work, work};
 use crate::{assets, events, mazes, recordings};
 
 const SVG: &str = "image/svg+xml";
@@ -39,9 +40,6 @@ const PIECE_TIME: Duration = Duration::from_secs(30);
 
 /// Recordings that are brought at the same time; further ones wait.
 static BRINGING: Semaphore = Semaphore::const_new(2);
-
-/// Pictures that are drawn at the same time; further ones wait.
-static DRAWING: Semaphore = Semaphore::const_new(2);
 
 pub(crate) fn router(desk: Arc<Desk>) -> Router {
     Router::new()
@@ -72,17 +70,6 @@ pub(crate) fn router(desk: Arc<Desk>) -> Router {
 
 type Answer<T> = Result<T, Refusal>;
 type AtDesk = State<Arc<Desk>>;
-
-/// Does what may take a while, where it does not hold up others.
-async fn work<T: Send + 'static>(work: impl FnOnce() -> Answer<T> + Send + 'static) -> Answer<T> {
-    tokio::task::spawn_blocking(work).await.map_err(Refusal::failed)?
-}
-
-/// The same for what takes seconds: so many at a time that there is always somebody for the rest.
-async fn draw<T: Send + 'static>(draw: impl FnOnce() -> Answer<T> + Send + 'static) -> Answer<T> {
-    let _turn = DRAWING.acquire().await.map_err(Refusal::failed)?;
-    work(draw).await
-}
 
 /// Of which run something is wanted.
 #[derive(Deserialize)]
@@ -316,7 +303,7 @@ async fn png(
     Query(Picture { run, at }): Query<Picture>,
     Query(look): Query<Look>,
 ) -> Answer<Response> {
-    draw(move || {
+    work(move || {
         let source = desk.source(&id)?;
         let png = pictures::png(&source, run, at, look)?;
         Ok(download(&file_name(&source, run, "png")?, "image/png", png.into()))
@@ -330,9 +317,9 @@ async fn gif(
     Query(OfRun { run }): Query<OfRun>,
     Query(look): Query<Look>,
 ) -> Answer<Response> {
-    draw(move || {
+    long_work(move |wanted| {
         let source = desk.source(&id)?;
-        let gif = pictures::gif(&source, run, look)?;
+        let gif = pictures::gif(&source, run, look, wanted)?;
         Ok(download(&file_name(&source, run, "gif")?, "image/gif", gif.into()))
     })
     .await
@@ -343,9 +330,9 @@ async fn save(
     Path(id): Path<String>,
     Query(OfRun { run }): Query<OfRun>,
 ) -> Answer<Response> {
-    let (name, file) = work(move || {
+    let (name, file) = long_work(move |wanted| {
         let source = desk.source(&id)?;
-        Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run)?))
+        Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run, wanted)?))
     })
     .await?;
     let content = Body::from_stream(crate::stream::of_file(file));
