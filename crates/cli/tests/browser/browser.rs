@@ -135,12 +135,6 @@ impl Browser {
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
     }
 
-    /// Waits until an expression is true.
-    pub(crate) fn until(&self, expression: &str) {
-        let is = || self.run::<bool>(&format!("return Boolean({expression})"), &[]).then_some(());
-        wait_for(expression, is);
-    }
-
     pub(crate) fn find(&self, selector: &str) -> Element {
         self.wait(self.client.find(Locator::Css(selector)))
     }
@@ -160,17 +154,18 @@ impl Browser {
 
     /// Whether the page in a frame has something.
     pub(crate) fn frame_has(&self, frame: &str, selector: &str) -> bool {
-        let found = self.wait(async {
+        self.wait(async {
             self.client.find(Locator::Css(frame)).await?.enter_frame().await?;
             let found = self.client.find(Locator::Css(selector)).await.is_ok();
             self.client.enter_parent_frame().await?;
             Ok::<_, CmdError>(found)
-        });
-        found
+        })
     }
 
+    /// Empties a field as a person does.
     pub(crate) fn clear(&self, selector: &str) {
-        self.wait(self.find(selector).clear());
+        let all = [Key::Control, Key::Delete].map(char::from);
+        self.type_into(selector, &format!("{}a{}{}", all[0], all[0], all[1]));
     }
 
     /// Types into an element, which gets the focus.
@@ -224,8 +219,6 @@ impl Browser {
     pub(crate) fn complaints(&self) -> Vec<Said> {
         let is_one = |said: &Said| {
             (said.level == "SEVERE" || said.level == "WARNING")
-                && !said.message.contains("/api/mazes/picture.svg") // to come
-                && !said.message.contains("translate(NaN 0)") // to come
                 // The run that was asked about is over, which only the reply could tell.
                 && !said.message.ends_with("the server responded with a status of 410 (Gone)")
         };
@@ -249,7 +242,8 @@ impl Browser {
             let shown = "return [location.href, document.body.innerText]";
             let asked = tokio::time::timeout(limit, self.client.execute(shown, Vec::new()));
             let shown = asked.await.ok()?.ok()?;
-            eprintln!("the page {} showed:\n{}", shown[0], shown[1].as_str()?);
+            eprintln!("the page {} showed:\n{}", shown[0].as_str()?, shown[1].as_str()?);
+            eprintln!("the console had {:#?}", self.said("browser"));
             let picture = tokio::time::timeout(limit, self.client.screenshot()).await.ok()?.ok()?;
             let name = thread::current().name()?.replace("::", "-");
             let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));

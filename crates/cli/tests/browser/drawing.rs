@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use crate::browser::Browser;
-use crate::told::{SIDES, Told, VISITED};
+use crate::told::{SIDES, Told, VISITED, neighbour};
 
 /// Units from cell to cell.
 const PITCH: u32 = 20;
@@ -59,7 +59,9 @@ impl Drawing {
         };
         let wall_of = |(cell, side, heading): (Cell, char, Heading)| {
             let stands = maze.walls().has(cell, heading);
-            let is_believed = told.is_some_and(|told| told.believes(cell, side));
+            // Of outer walls everybody knows.
+            let is_believed =
+                told.map_or_else(|| is_outer(size, cell, side), |told| told.believes(cell, side));
             let others = [
                 (stands, "true"),
                 (is_believed && stands, "known"),
@@ -134,16 +136,20 @@ fn assert_same<T: Debug + PartialEq>(what: &str, expected: &[T], found: &[T]) {
 /// Every place of a wall once: the north and the east side of each cell, the south sides of the
 /// south row, the west sides of the west column.
 fn places(size: MazeSize) -> impl Iterator<Item = (Cell, char, Heading)> {
-    let side = |letter| {
+    let [north, east, south, west] = SIDES.map(|(letter, ..)| {
         let heading = Heading::ALL.into_iter().find(|heading| heading.letter() == letter);
         (letter, heading.unwrap())
-    };
-    let [north, east, south, west] = SIDES.map(|(letter, ..)| side(letter));
+    });
     let at = |cell, (letter, heading)| (cell, letter, heading);
     let inner = size.cells().flat_map(move |cell| [at(cell, north), at(cell, east)]);
     let south = (0..size.width()).map(move |x| at(Cell::new(x, 0), south));
     let west = (0..size.height()).map(move |y| at(Cell::new(0, y), west));
     inner.chain(south).chain(west)
+}
+
+fn is_outer(size: MazeSize, cell: Cell, letter: char) -> bool {
+    let (_, dx, dy, _) = SIDES.into_iter().find(|side| side.0 == letter).unwrap();
+    neighbour(size, cell, (dx, dy)).is_none()
 }
 
 fn in_order<'a>(words: impl Iterator<Item = &'a str>) -> String {

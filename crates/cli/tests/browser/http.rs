@@ -1,4 +1,5 @@
-//! HTTP by hand: for what no browser would send, and what WebDriver has no other word for.
+//! HTTP by hand: for what no browser would send, and for commands that the client of the browser's
+//! driver does not know.
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
@@ -53,8 +54,11 @@ pub(crate) fn request(method: &str, address: &str, headers: &[(&str, &str)], bod
             all.push(own);
         }
     }
-    let head: String = all.iter().map(|(name, value)| format!("{name}: {value}\r\n")).collect();
-    stream.write_all(format!("{method} {path} HTTP/1.1\r\n{head}\r\n").as_bytes()).unwrap();
+    let mut head = format!("{method} {path} HTTP/1.1\r\n");
+    for (name, value) in all {
+        head.extend([name, ": ", value, "\r\n"]);
+    }
+    stream.write_all((head + "\r\n").as_bytes()).unwrap();
     stream.write_all(body).unwrap();
     read(&mut BufReader::new(stream))
 }

@@ -1,12 +1,14 @@
 //! The map shows what the server holds and what a client believes, element by element.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
-use mmsim_maze::{Cell, Maze};
+use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_tests::shared;
 use serde_json::json;
 
 use crate::browser::{Browser, wait_for, watch};
+use crate::http;
 use crate::page::{Page, Panel};
 use crate::simulator::{bundled, maze_at};
 use crate::told::{SIDES, Told, VISITED, neighbour};
@@ -66,7 +68,7 @@ fn every_wall_of_a_bundled_maze_is_on_the_map() {
 fn every_wall_of_a_contest_maze_is_on_the_map() {
     let Some(folder) = shared("mazes") else { return };
     watch(&[folder.to_str().unwrap()], |browser, simulator| {
-        let listed = crate::http::get(&simulator.at("/api/mazes")).json();
+        let listed = http::get(&simulator.at("/api/mazes")).json();
         let listed = listed.as_array().unwrap();
         let readable = listed.iter().filter(|maze| maze["error"].is_null());
         assert!(readable.count() >= 281, "{listed:?}");
@@ -74,7 +76,7 @@ fn every_wall_of_a_contest_maze_is_on_the_map() {
         let mut kinds = BTreeSet::new();
         let paths = listed.iter().filter_map(|maze| {
             let path = maze["path"].as_str().unwrap();
-            let kind = (path.split('/').next(), maze["width"].as_u64(), maze["height"].as_u64());
+            let kind = (Path::new(path).parent(), maze["width"].as_u64(), maze["height"].as_u64());
             (maze["error"].is_null() && kinds.insert(kind)).then_some(path)
         });
         let mazes: Vec<_> = paths.map(|path| (path, maze_at(&folder.join(path)))).collect();
@@ -132,7 +134,7 @@ fn one_byte_is_one_thing_on_the_map() {
             let number = |cell: &str| live.says_of(&format!(r#".number[data-cell="{cell}"]"#), "d");
             assert_eq!(number("7,5"), mmsim_drawing::digits(42));
             assert_eq!(number("5,7"), mmsim_drawing::digits(0));
-            let stands = maze.walls().has(Cell::new(5, 7), mmsim_maze::Heading::East);
+            let stands = maze.walls().has(Cell::new(5, 7), Heading::East);
             assert_eq!(class("5,7,E"), if stands { "wall true known" } else { "wall mistaken" });
             assert_eq!(live.says_of(".mouse", "transform"), "translate(70 110) rotate(270)");
         }
@@ -147,7 +149,7 @@ fn a_mistaken_wall_looks_mistaken() {
         let size = maze.size();
         let mut told = Told::of(0, size);
         for cell in size.cells() {
-            let bits = SIDES.iter().zip(mmsim_maze::Heading::ALL).filter_map(|(side, heading)| {
+            let bits = SIDES.iter().zip(Heading::ALL).filter_map(|(side, heading)| {
                 assert_eq!(side.0, heading.letter());
                 maze.walls().has(cell, heading).then_some(side.3)
             });
@@ -156,8 +158,7 @@ fn a_mistaken_wall_looks_mistaken() {
         }
         // Only the cell to the south of it says that it is there.
         let is_open = |&cell: &Cell| {
-            neighbour(size, cell, (0, 1)).is_some()
-                && !maze.walls().has(cell, mmsim_maze::Heading::North)
+            neighbour(size, cell, (0, 1)).is_some() && !maze.walls().has(cell, Heading::North)
         };
         let cell = size.cells().find(is_open).unwrap();
         let index = told.index(cell);
@@ -172,6 +173,43 @@ fn a_mistaken_wall_looks_mistaken() {
             &[],
         );
         assert_eq!(mistaken, [format!("{},{},N", cell.x, cell.y)]);
+    });
+}
+
+/// The least is cool, the largest is warm, in the colours that pictures in files have.
+#[test]
+fn heat_is_the_weights_in_colours() {
+    watch(&["--maze", "meadow"], |browser, simulator| {
+        let told = Told::of(9, bundled("oblong-long-meadow.txt").size());
+        simulator.send(&told.message('F', 'C'));
+        let live = Panel::live(browser);
+        live.wait_at(0);
+        let heat = || -> Vec<[String; 2]> {
+            let script = "return [...document.querySelectorAll('.map .heat')]
+                .map((heat) => [heat.dataset.cell, heat.getAttribute('fill')])";
+            browser.run(script, &[])
+        };
+        assert!(browser.is_there(&live.part(".map svg.hide-heat")));
+        live.click("[name=heat]");
+        wait_for("heat", || (!browser.is_there(&live.part(".map svg.hide-heat"))).then_some(()));
+        let largest = told.weights.iter().copied().map(u32::from).max().unwrap();
+        let ramps = http::get(&simulator.at("/drawing.json")).json();
+        for scheme in ["light", "dark"] {
+            let feature = json!({ "name": "prefers-color-scheme", "value": scheme });
+            browser.tell("Emulation.setEmulatedMedia", &json!({ "features": [feature] }));
+            let expected: Vec<_> = told
+                .size
+                .cells()
+                .map(|cell| {
+                    // Rounded to the nearest of 64 colours.
+                    let weight = u32::from(told.weights[told.index(cell)]);
+                    let index = (weight * 63 * 2 + largest) / (largest * 2);
+                    let colour = ramps["heat"][scheme][index as usize].as_str().unwrap();
+                    [format!("{},{}", cell.x, cell.y), colour.to_string()]
+                })
+                .collect();
+            wait_for(scheme, || (heat() == expected).then_some(()));
+        }
     });
 }
 

@@ -11,7 +11,7 @@ use crate::told::Told;
 
 const OPEN: &str = "o---o---o\n| S   G |\no---o---o\n";
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
-const SEARCH: &str = "#mazes [name=search]";
+const SEARCH: &str = "#mazes input";
 
 #[test]
 fn the_list_filters_by_all_words_in_any_order_and_case() {
@@ -26,7 +26,9 @@ fn the_list_filters_by_all_words_in_any_order_and_case() {
         browser.open(&simulator.page);
         let page = Page(browser);
         let count = |count: usize| {
-            wait_for("the list", || (page.mazes().len() == count).then(|| page.mazes()))
+            wait_for(&format!("{count} mazes"), || {
+                (page.mazes().len() == count).then(|| page.mazes())
+            })
         };
         let all = count(5);
         assert_eq!(browser.text("#mazes .count"), "5");
@@ -53,13 +55,22 @@ fn the_list_filters_by_all_words_in_any_order_and_case() {
             assert_eq!(told, if is_all { "5".into() } else { format!("{} of 5", expected.len()) });
         }
 
+        let kind = |path: &str| -> String {
+            let script = "return document.querySelector(arguments[0]).parentElement.dataset.kind";
+            browser.run(script, &[Page::maze(path).into()])
+        };
+        assert_eq!(kind("mazes/closed 2024.txt"), "unsolvable");
+        assert_eq!(kind("mazes/rubbish.txt"), "unreadable");
+        assert_eq!(kind("mazes/taiwan/2024 half.txt"), "solvable");
         let way = |path: &str| browser.text(&format!("{} .way", Page::maze(path)));
-        assert_eq!(way("Japan/Final 2024.txt"), "path 1");
-        assert_eq!(way("closed 2024.txt"), "unsolvable");
-        assert_eq!(way("rubbish.txt"), "unreadable");
-        assert_eq!(browser.text(&format!("{} .size", Page::maze("closed 2024.txt"))), "2 × 1");
+        assert_eq!(way("mazes/Japan/Final 2024.txt"), "path 1");
+        assert_eq!(way("mazes/closed 2024.txt"), "unsolvable");
+        assert_eq!(
+            browser.text(&format!("{} .size", Page::maze("mazes/closed 2024.txt"))),
+            "2 × 1"
+        );
         // What cannot be read cannot be served, and why is said.
-        page.choose_maze("rubbish.txt");
+        page.choose_maze("mazes/rubbish.txt");
         wait_for("why", || {
             browser.text("#problem span").contains("line 1, column 1").then_some(())
         });
@@ -79,6 +90,7 @@ fn choosing_another_maze_asks_if_there_is_a_history_then_serves_and_shows_it() {
                 let current = format!("{}[aria-current=true]", Page::maze(path));
                 browser.is_there(&current).then_some(())
             });
+            live.wait_run(simulator.run());
             live.wait_empty();
             live.assert_shows(&bundled(path), &[]);
             assert_eq!(format!("{}.txt", simulator.info().name), path);

@@ -72,12 +72,16 @@ impl<'a> Panel<'a> {
         });
     }
 
-    /// The same for this run.
+    /// Waits until it is about this run.
+    pub(crate) fn wait_run(&self, run: u64) {
+        let expected = run.to_string();
+        wait_for(&format!("run {run}"), || (self.says("run") == expected).then_some(()));
+    }
+
+    /// Waits until it shows this state of this run.
     pub(crate) fn wait_run_at(&self, run: u64, at: usize) {
-        let expected = (run.to_string(), at.to_string());
-        wait_for(&format!("state {at} of run {run}"), || {
-            ((self.says("run"), self.says("at")) == expected).then_some(())
-        });
+        self.wait_run(run);
+        self.wait_at(at);
     }
 
     /// An attribute of a part.
@@ -89,7 +93,13 @@ impl<'a> Panel<'a> {
 
     /// Chooses from a list by the value.
     pub(crate) fn choose(&self, selector: &str, value: &str) {
-        self.browser.click(&self.part(&format!(r#"{selector} option[value="{value}"]"#)));
+        let script = "
+            const list = document.querySelector(arguments[0]);
+            list.value = arguments[1];
+            list.dispatchEvent(new Event('change', { bubbles: true }));
+            return list.value;";
+        let chosen: String = self.browser.run(script, &[json!(self.part(selector)), json!(value)]);
+        assert_eq!(chosen, value);
     }
 
     /// Waits until there is a map without a state.

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use mmsim_maze::Maze;
 use mmsim_server::Recording;
-use serde_json::json;
 
 use crate::browser::{Browser, browse, wait_for, watch};
 use crate::harness::{Home, Serving};
@@ -53,7 +52,7 @@ fn a_saved_run_opens_beside_the_live_one() {
     watch(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let (told, messages) = history(&maze, 300);
-        messages.iter().for_each(|message| simulator.send(message));
+        simulator.send_all(&messages);
         let live = Panel::live(browser);
         live.wait_at(299);
         live.click(".export [data-export='recording.mcap']");
@@ -124,7 +123,7 @@ fn earlier_searches_are_listed_and_open() {
         let mut runs = Vec::new();
         for count in [3, 5, 4] {
             let (told, messages) = history(&maze, count);
-            messages.iter().for_each(|message| simulator.send(message));
+            simulator.send_all(&messages);
             runs.push(told);
             wait_for("the list", || (names().len() == runs.len()).then_some(()));
             simulator.send(b"reset");
@@ -154,7 +153,7 @@ fn a_recording_is_served_without_a_simulator() {
         let (told, messages) = history(&maze, 20);
         let home = Home::new();
         let simulator = Simulator::start_in(home, &["--maze", "meadow", "--record", "kept"]);
-        messages.iter().for_each(|message| simulator.send(message));
+        simulator.send_all(&messages);
         simulator.send(b"reset");
         let folder = simulator.home.path().join("kept");
         let file = fs::read_dir(folder).unwrap().next().unwrap().unwrap().path();
@@ -174,7 +173,7 @@ fn what_is_shown_can_be_saved_as_a_picture() {
     watch(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let (_, messages) = history(&maze, 30);
-        messages.iter().for_each(|message| simulator.send(message));
+        simulator.send_all(&messages);
         let live = Panel::live(browser);
         live.wait_at(29);
         live.click("button[name=first]");
@@ -186,19 +185,21 @@ fn what_is_shown_can_be_saved_as_a_picture() {
             ("recording.mcap", "application/octet-stream", b"\x89MCAP0"),
         ] {
             let link = format!("[data-export='{what}']");
-            // The address is written when somebody is about to use it.
-            browser.run::<()>(
-                "document.querySelector(arguments[0]).focus()",
-                &[json!(live.part(&link))],
-            );
+            live.click(&link);
+            let file = downloaded(browser, what.rsplit('.').next().unwrap());
+            let saved = fs::read(&file).unwrap();
+            assert!(saved.starts_with(begins), "{what}");
+            let name = file.file_name().unwrap().to_string_lossy();
+            assert!(name.starts_with("oblong-long-meadow"), "{name}");
             let path = live.says_of(&link, "href");
             let reply = http::get(&simulator.at(&path));
             assert_eq!((reply.status, reply.header("content-type")), (200, Some(kind)), "{path}");
-            let saved = reply.header("content-disposition").unwrap();
-            assert!(saved.starts_with("attachment; filename=\"oblong-long-meadow"), "{saved}");
-            assert!(reply.body.starts_with(begins), "{what}");
+            assert!(reply.header("content-disposition").unwrap().starts_with("attachment; "));
             if what == "picture.svg" {
-                assert_first_is_drawn(&reply.text(), &Told::of(0, maze.size()));
+                assert_first_is_drawn(
+                    &String::from_utf8(saved).unwrap(),
+                    &Told::of(0, maze.size()),
+                );
             }
         }
     });

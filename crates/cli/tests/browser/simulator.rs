@@ -59,6 +59,12 @@ impl Simulator {
         assert_eq!(self.ask(request).escape_ascii().to_string(), "ok");
     }
 
+    pub(crate) fn send_all(&self, requests: &[Vec<u8>]) {
+        for request in requests {
+            self.send(request);
+        }
+    }
+
     pub(crate) fn info(&self) -> Info {
         serde_json::from_slice(&self.ask(b"info")).unwrap()
     }

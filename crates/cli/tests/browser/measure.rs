@@ -1,0 +1,259 @@
+//! What watching costs and how quickly the page follows. These print figures and assert none:
+//!
+//! `cargo test --release -p mmsim --test browser -- --ignored --nocapture --test-threads=1`
+
+use std::fs;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use mmsim_solvers::Bundled;
+use serde_json::json;
+
+use crate::browser::{Browser, wait_for, watch};
+use crate::page::Panel;
+use crate::simulator::{Simulator, bundled, connect};
+
+/// States that are sent and not yet acknowledged, at most.
+const AHEAD: usize = 64;
+
+/// For how long each thing is measured.
+const SPAN: Duration = Duration::from_secs(5);
+
+/// The messages of a search as a mouse really makes it.
+fn search(simulator: &Simulator) -> Vec<Vec<u8>> {
+    let told = simulator.search(&bundled("01-harbour.txt"), Bundled::FloodFill);
+    simulator.send(b"reset");
+    told.iter().map(|told| told.message('C', 'C')).collect()
+}
+
+/// Sends states without waiting for each reply, at most so many a second, until `is_enough` of those
+/// that were acknowledged. Gives how many were.
+fn stream(
+    address: &str,
+    messages: &[Vec<u8>],
+    rate: f64,
+    is_enough: impl Fn(usize) -> bool,
+) -> usize {
+    let socket = zmq::Context::new().socket(zmq::DEALER).unwrap();
+    socket.set_linger(0).unwrap();
+    socket.set_rcvtimeo(20_000).unwrap();
+    socket.connect(address).unwrap();
+    let (begun, mut sent, mut acknowledged) = (Instant::now(), 0_usize, 0);
+    let mut messages = messages.iter().cycle();
+    while !is_enough(acknowledged) {
+        #[expect(clippy::cast_precision_loss, reason = "far fewer than would lose any")]
+        let is_due = (sent as f64) < begun.elapsed().as_secs_f64() * rate;
+        if is_due && sent - acknowledged < AHEAD {
+            socket.send_multipart([&b""[..], messages.next().unwrap()], 0).unwrap();
+            sent += 1;
+        } else if sent > acknowledged {
+            assert_eq!(socket.recv_multipart(0).unwrap()[1], b"ok");
+            acknowledged += 1;
+        } else {
+            thread::sleep(Duration::from_micros(200));
+        }
+    }
+    acknowledged
+}
+
+/// The value below which this part of all values lies.
+fn quantile(values: &mut [f64], part: f64) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "an index of a short list"
+    )]
+    let index = ((values.len() - 1) as f64 * part).round() as usize;
+    values[index]
+}
+
+fn summary(values: &mut [f64]) -> String {
+    let [median, high, most] = [0.5, 0.95, 1.0].map(|part| quantile(values, part));
+    format!("median {median:.1}, 95th percentile {high:.1}, most {most:.1} ms of {}", values.len())
+}
+
+fn tell_load() {
+    let load = fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    println!("load before: {}", load.trim());
+}
+
+/// Notes when frames are drawn, and how many states are shown, while `work` goes on.
+fn frames(browser: &Browser, name: &str, work: impl FnOnce()) {
+    let begin = r#"
+        window.frames_ = []; window.shown_ = 0; window.noting = true;
+        const note = (now) => { window.frames_.push(now); if (window.noting) requestAnimationFrame(note); };
+        requestAnimationFrame(note);
+        new MutationObserver(() => window.shown_++)
+            .observe(document.querySelector('[data-source="live"]'), { attributeFilter: ["data-at"] });"#;
+    browser.run::<()>(begin, &[]);
+    work();
+    let end = "window.noting = false; return [window.frames_, window.shown_]";
+    let (times, shown): (Vec<f64>, u32) = browser.run(end, &[]);
+    let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let span = times.last().unwrap() - times.first().unwrap();
+    let rate = f64::from(shown) * 1e3 / span;
+    println!("{name}: frames {}; {rate:.0} states shown a second", summary(&mut intervals));
+}
+
+#[test]
+#[ignore = "a measurement"]
+fn frames_while_states_stream_in() {
+    tell_load();
+    watch(&["--maze", "harbour"], |browser, simulator| {
+        let messages = search(simulator);
+        let live = Panel::live(browser);
+        live.wait_empty();
+        frames(browser, "nothing happens", || thread::sleep(SPAN));
+        for (name, rate) in [("20,000 states a second", 20_000.0), ("as fast as it can", 1e9)] {
+            frames(browser, name, || {
+                let begun = Instant::now();
+                let sent = stream(&simulator.serving.address, &messages, rate, |_| {
+                    begun.elapsed() >= SPAN
+                });
+                println!("{sent} states in {:.2} s", begun.elapsed().as_secs_f64());
+            });
+            live.wait_at(simulator.info().states - 1);
+            simulator.send(b"reset");
+            live.wait_run(simulator.run());
+            live.wait_empty();
+        }
+    });
+}
+
+#[test]
+#[ignore = "a measurement"]
+fn the_rate_of_states_with_a_page_open() {
+    const ROUNDS: usize = 15;
+    tell_load();
+    watch(&["--maze", "harbour"], |browser, simulator| {
+        let messages = search(simulator);
+        let socket = connect(&simulator.serving.address);
+        let rate = |span: Duration| {
+            let (begun, mut count) = (Instant::now(), 0_u32);
+            for message in messages.iter().cycle() {
+                socket.send(message, 0).unwrap();
+                assert_eq!(socket.recv_bytes(0).unwrap(), b"ok");
+                count += 1;
+                if begun.elapsed() >= span {
+                    break;
+                }
+            }
+            f64::from(count) / begun.elapsed().as_secs_f64()
+        };
+        let measure = |open: bool| {
+            if open {
+                browser.open(&simulator.page);
+                wait_for("the page", || browser.is_there(".map svg").then_some(()));
+                Panel::live(browser).wait_at(simulator.info().states - 1);
+            } else {
+                browser.open("about:blank");
+            }
+            rate(Duration::from_millis(300));
+            rate(Duration::from_secs(2))
+        };
+        simulator.send(&messages[0]);
+        let (mut ratios, mut with, mut without) = (Vec::new(), Vec::new(), Vec::new());
+        for round in 0..ROUNDS {
+            let first = measure(round % 2 == 0);
+            let second = measure(round % 2 == 1);
+            let (open, none) = if round % 2 == 0 { (first, second) } else { (second, first) };
+            ratios.push(open / none);
+            with.push(open);
+            without.push(none);
+        }
+        println!(
+            "round trips a second: {:.0} with a page open, {:.0} with none; \
+             median of ratios {:.3}, from {:.3} to {:.3}",
+            quantile(&mut with, 0.5),
+            quantile(&mut without, 0.5),
+            quantile(&mut ratios, 0.5),
+            quantile(&mut ratios, 0.0),
+            quantile(&mut ratios, 1.0),
+        );
+    });
+}
+
+/// Has each new page note when it has drawn this state, in milliseconds from when it was asked for.
+const NOTE_DRAWN: &str = r#"
+    window.drawn = new Promise((yes) => new MutationObserver(() => {
+        const panel = document.querySelector('[data-source="live"]');
+        if (panel?.dataset.at !== "LAST") return;
+        const at = performance.now();
+        requestAnimationFrame(() => setTimeout(() => yes([at, performance.now()])));
+    }).observe(document, { subtree: true, childList: true, attributeFilter: ["data-at"] }));"#;
+
+/// Moves the slider to each of these states and notes how long it takes until each is shown.
+const SCRUB: &str = r#"
+    const [positions, done] = arguments;
+    const panel = document.querySelector('[data-source="live"]');
+    const slider = panel.querySelector('[name=slider]');
+    const frame = () => new Promise(requestAnimationFrame);
+    (async () => {
+        const times = [];
+        for (const at of positions) {
+            await frame();
+            const shown = new Promise((yes) => {
+                const observer = new MutationObserver(() => {
+                    if (panel.dataset.at !== String(at)) return;
+                    observer.disconnect();
+                    yes();
+                });
+                observer.observe(panel, { attributeFilter: ["data-at"] });
+            });
+            const began = performance.now();
+            slider.value = at;
+            slider.dispatchEvent(new Event("input", { bubbles: true }));
+            await shown;
+            times.push(performance.now() - began);
+        }
+        done(times);
+    })();"#;
+
+#[test]
+#[ignore = "a measurement"]
+fn a_history_of_a_million_states() {
+    const STATES: usize = 1_000_000;
+    tell_load();
+    watch(&["--maze", "harbour"], |browser, simulator| {
+        let messages = search(simulator);
+        browser.open("about:blank");
+        let begun = Instant::now();
+        stream(&simulator.serving.address, &messages, 1e9, |acknowledged| acknowledged == STATES);
+        println!("{STATES} states in {:.1} s", begun.elapsed().as_secs_f64());
+        let last = simulator.info().states - 1;
+
+        let source = NOTE_DRAWN.replace("LAST", &last.to_string());
+        browser.tell("Page.addScriptToEvaluateOnNewDocument", &json!({ "source": source }));
+        let (mut set, mut painted) = (Vec::new(), Vec::new());
+        for _ in 0..11 {
+            browser.open("about:blank");
+            browser.open(&simulator.page);
+            let drawn = "window.drawn.then(arguments[0])";
+            let (at, frame): (f64, f64) = browser.run_async(drawn, &[]);
+            set.push(at);
+            painted.push(frame);
+        }
+        println!(
+            "opening: newest state shown after {}; first {:.1}",
+            summary(&mut set.clone()),
+            set[0]
+        );
+        println!("opening: and painted after {}", summary(&mut painted));
+
+        let mut seed = 7_usize;
+        let positions: Vec<usize> = (0..100)
+            .map(|_| {
+                seed = seed
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                (seed >> 20) % STATES
+            })
+            .collect();
+        for round in 1..=2 {
+            let mut times: Vec<f64> = browser.run_async(SCRUB, &[json!(positions)]);
+            println!("scrubbing, round {round}: shown after {}", summary(&mut times));
+        }
+    });
+}

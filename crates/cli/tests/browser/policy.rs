@@ -1,0 +1,90 @@
+//! What runs in the page: what the server brings, and nothing else.
+
+use serde_json::json;
+
+use crate::browser::{browse, wait_for, watch};
+use crate::elsewhere::Elsewhere;
+use crate::harness::Home;
+use crate::page::{Page, Panel};
+use crate::simulator::Simulator;
+
+/// Tries to run a script that did not come from the server.
+const INLINE: &str = r#"
+    const done = arguments[0];
+    const violations = [];
+    document.addEventListener("securitypolicyviolation", (event) => violations.push(event.effectiveDirective));
+    const script = document.createElement("script");
+    script.textContent = "window.inline = true";
+    document.body.append(script);
+    document.body.insertAdjacentHTML("beforeend", '<img src="data:," onerror="window.handler = true" style="color: red">');
+    document.body.insertAdjacentHTML("beforeend", '<a id="link" href="javascript:window.followed = true">x</a>');
+    document.querySelector('#link').click();
+    setTimeout("window.timer = true", 0);
+    setTimeout(() => done([window.inline ?? false, window.handler ?? false, window.followed ?? false,
+        window.timer ?? false, violations.sort().join(" ")]), 300);
+"#;
+
+#[test]
+fn nothing_runs_but_what_the_server_brings() {
+    type Ran = (bool, bool, bool, bool, String);
+    watch(&["--maze", "harbour"], |browser, simulator| {
+        Panel::live(browser).wait_empty();
+        browser.leave();
+        let elsewhere = Elsewhere::serve("<!doctype html><title>elsewhere</title><body>");
+        browser.open(&elsewhere.at("evil.example"));
+        let ran: Ran = browser.run_async(INLINE, &[]);
+        assert_eq!(ran, (true, true, true, true, String::new()), "without a policy");
+
+        browser.open(&simulator.page);
+        Panel::live(browser).wait_empty();
+        let ran: Ran = browser.run_async(INLINE, &[]);
+        assert!(!ran.0 && !ran.1 && !ran.2 && !ran.3, "{ran:?}");
+        for directive in ["script-src-elem", "script-src-attr", "style-src-attr"] {
+            assert!(ran.4.contains(directive), "{ran:?}");
+        }
+        // Nor does the page get anything from elsewhere.
+        let load = "
+            const [address, done] = arguments;
+            const element = (name, attributes) => new Promise((yes) => {
+                const made = Object.assign(document.createElement(name), attributes);
+                made.onload = () => yes('loaded');
+                made.onerror = () => yes('no');
+                document.body.append(made);
+            });
+            (async () => done([
+                await fetch(address).then(() => 'loaded', () => 'no'),
+                await element('script', { src: address + '/a.js' }),
+                await element('img', { src: address + '/a.svg' }),
+                await element('link', { rel: 'stylesheet', href: address + '/a.css' }),
+            ]))();";
+        let asked_before = elsewhere.count();
+        let loaded: [String; 4] = browser.run_async(load, &[json!(elsewhere.at("evil.example"))]);
+        assert_eq!(loaded, ["no"; 4]);
+        assert_eq!(elsewhere.count(), asked_before, "not even asked for");
+        browser.complaints();
+    });
+}
+
+/// Where file names may have such characters.
+#[cfg(unix)]
+#[test]
+fn names_with_markup_are_names() {
+    const NAME: &str = "<img src=x onerror=window.hacked=1>&amp;\"'";
+    browse(|browser| {
+        let home = Home::new();
+        let small = "o---o---o\n| S   G |\no---o---o\n";
+        home.write(&format!("mazes/{NAME}.txt"), small);
+        home.write("mazes/a.txt", small);
+        let simulator = Simulator::start_in(home, &["mazes", "--maze", "a.txt"]);
+        browser.open(&simulator.page);
+        let (page, live) = (Page(browser), Panel::live(browser));
+        live.wait_empty();
+        wait_for("the list", || (page.mazes().len() == 2).then_some(()));
+        assert!(page.mazes().contains(&NAME.to_string()), "{:?}", page.mazes());
+        browser.click("#mazes li:not([data-path='mazes/a.txt']) button");
+        wait_for("the maze", || (live.text("h2") == NAME).then_some(()));
+        assert_eq!(simulator.info().name, NAME);
+        assert!(!browser.run::<bool>("return 'hacked' in window", &[]));
+        browser.leave();
+    });
+}
