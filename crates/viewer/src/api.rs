@@ -79,6 +79,7 @@ struct OfRun {
 
 #[derive(Serialize)]
 struct Page {
+    server: String,
     live: bool,
     records: bool,
     version: &'static str,
@@ -102,6 +103,7 @@ struct Opened {
 async fn page(State(desk): AtDesk) -> Json<Page> {
     let opened = desk.opened_recordings().into_iter();
     Json(Page {
+        server: desk.server.clone(),
         live: desk.live.is_some(),
         records: desk.recordings.is_some(),
         version: env!("CARGO_PKG_VERSION"),
@@ -142,11 +144,7 @@ async fn serve_maze(State(desk): AtDesk, Json(OfPath { path }): Json<OfPath>) ->
     work(move || {
         let live = desk.live()?;
         let (name, maze) = mazes::find(&desk.catalogue, &path)?;
-        // It would go on in a maze that it does not know.
-        live.runner.stop();
-        let status = live.watch.serve(&name, maze)?;
-        live.set_maze(&path);
-        Ok(Json(Run { run: status.run }))
+        Ok(Json(Run { run: live.serve(&path, &name, maze)? }))
     })
     .await
 }
@@ -303,7 +301,7 @@ async fn png(
     Query(Picture { run, at }): Query<Picture>,
     Query(look): Query<Look>,
 ) -> Answer<Response> {
-    work(move || {
+    long_work(move |_| {
         let source = desk.source(&id)?;
         let png = pictures::png(&source, run, at, look)?;
         Ok(download(&file_name(&source, run, "png")?, "image/png", png.into()))
@@ -377,7 +375,7 @@ struct Id {
 }
 
 async fn open(State(desk): AtDesk, Json(OfName { name }): Json<OfName>) -> Answer<Json<Id>> {
-    work(move || Ok(Json(Id { id: recordings::open_listed(&desk, &name)? }))).await
+    long_work(move |_| Ok(Json(Id { id: recordings::open_listed(&desk, &name)? }))).await
 }
 
 async fn close(State(desk): AtDesk, Json(Id { id }): Json<Id>) -> Answer<StatusCode> {
@@ -404,7 +402,7 @@ async fn bring(
         }
         file.write_all(&piece).map_err(Refusal::failed)?;
     }
-    work(move || {
+    long_work(move |_| {
         let file = std::io::BufReader::new(file.reopen().map_err(Refusal::failed)?);
         let title = recordings::title(&name);
         let recording =
@@ -425,8 +423,11 @@ async fn run(
     Json(Start { strategy, pace_ms }): Json<Start>,
 ) -> Answer<StatusCode> {
     let strategy: Bundled = strategy.parse().map_err(Refusal::bad)?;
-    desk.live()?.runner.start(strategy, pace_ms)?;
-    Ok(StatusCode::NO_CONTENT)
+    work(move || {
+        desk.live()?.run(strategy, pace_ms)?;
+        Ok(StatusCode::NO_CONTENT)
+    })
+    .await
 }
 
 async fn stop(State(desk): AtDesk) -> Answer<StatusCode> {
