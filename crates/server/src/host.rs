@@ -1,5 +1,6 @@
 //! What the thread of a server works on: the simulation and all that follows it.
 
+use std::fmt::Display;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -9,7 +10,7 @@ use tracing::{debug, info, warn};
 
 use crate::simulation::refuse;
 use crate::times::Times;
-use crate::{Change, Recorder, ReplyBuffer, Simulation};
+use crate::{Change, HistoryFull, Recorder, ReplyBuffer, Simulation};
 
 /// A simulation, served.
 pub(crate) struct Host<'s> {
@@ -113,17 +114,32 @@ impl<'s> Host<'s> {
             Change::Reset => self.begin_run(),
             Change::State => {
                 self.times.push();
+                if let Some(full) = self.full() {
+                    self.take_back(reply, full);
+                    return;
+                }
                 let recorder = self.recorder.as_mut();
                 let result = recorder
                     .map_or(Ok(()), |recorder| recorder.follow(change, request, self.simulation));
                 if let Err(error) = result {
-                    self.simulation.take_back();
-                    self.times.take_back();
-                    refuse(reply, error);
+                    self.take_back(reply, error);
                 }
                 self.tell();
             }
         }
+    }
+
+    /// Whether the newest state is one too many, with the times counted in.
+    fn full(&self) -> Option<HistoryFull> {
+        let history = self.simulation.history();
+        let (bytes, limit) = (history.bytes() + self.times.bytes(), history.limit());
+        (bytes > limit).then(|| HistoryFull { limit, states: history.len() - 1 })
+    }
+
+    fn take_back(&mut self, reply: &mut ReplyBuffer, reason: impl Display) {
+        self.simulation.take_back();
+        self.times.take_back();
+        refuse(reply, reason);
     }
 
     fn begin_run(&mut self) {
@@ -165,6 +181,27 @@ mod tests {
             board.write(status);
             assert_eq!(board.read(), status);
         }
+    }
+
+    #[test]
+    fn times_count_for_the_limit() {
+        let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
+        let mut simulation = Simulation::new("small", maze).with_history_limit(100_000);
+        let board: Arc<Board> = Arc::default();
+        let mut host = Host::new(&mut simulation, None, Arc::clone(&board));
+        let (state, mut reply) = (b"S\x00\x00NC\x01\x00C\x0d\x00", ReplyBuffer::new());
+        let kept = (0..200_000).take_while(|_| {
+            host.answer(state, 1, &mut reply);
+            reply == b"ok"
+        });
+        let kept = kept.count();
+        assert!((10_000..100_000).contains(&kept), "{kept} states");
+        assert!(reply.starts_with(b"error: expected room for a state in a history of at most"));
+        assert_eq!(board.read(), Status { run: 1, states: kept });
+        assert_eq!(host.times().all().len(), kept);
+        host.answer(b"reset", 1, &mut reply);
+        host.answer(state, 1, &mut reply);
+        assert_eq!(reply, b"ok");
     }
 
     #[test]

@@ -30,6 +30,9 @@ const QUIET_HANDSHAKE: Duration = Duration::from_millis(100);
 /// … or after this time, however much comes.
 const LAST_CALL: Duration = Duration::from_millis(300);
 
+/// Watchers that are answered before clients have their turn again.
+const QUESTIONS_AT_ONCE: usize = 4;
+
 /// A bound REP socket that serves a simulation until it is told to stop.
 pub struct Server {
     network: Network,
@@ -158,9 +161,12 @@ impl Server {
     /// Gives each client and each watcher a turn.
     fn serve_once(&mut self, host: &mut Host<'_>, reply: &mut ReplyBuffer) {
         self.network.serve(|request, frames, reply| host.answer(request, frames, reply), reply);
-        // No more than there are watchers, each of which waits for its answer.
-        for question in self.questions.1.try_iter() {
+        for (count, question) in (1..).zip(self.questions.1.try_iter().take(QUESTIONS_AT_ONCE)) {
             question(host);
+            if count == QUESTIONS_AT_ONCE {
+                // There may be more, for which nobody would wake it again.
+                self.shared.wake();
+            }
         }
     }
 }

@@ -1,6 +1,10 @@
 //! When each state came, in few bytes.
 
+use std::sync::Arc;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+/// Bytes after which a piece is closed.
+const PIECE_BYTES: usize = 64 * 1024;
 
 /// The times of the states of a history, each kept as the microseconds since the one before: one or
 /// two bytes for a search at full speed.
@@ -13,7 +17,8 @@ pub(crate) struct Times {
     /// The same before the newest state came, for taking it back, and the bytes there were.
     before: (u64, usize),
     /// Microseconds between states, seven bits a byte, the lowest first; the last byte has its
-    /// eighth bit clear.
+    /// eighth bit clear. Older ones are in closed pieces, so that a copy of all is quick.
+    pieces: Vec<Arc<[u8]>>,
     gaps: Vec<u8>,
 }
 
@@ -22,7 +27,12 @@ impl Times {
         let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let nanoseconds = u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX);
         let began = (Instant::now(), nanoseconds);
-        Self { began, newest: 0, before: (0, 0), gaps: Vec::new() }
+        Self { began, newest: 0, before: (0, 0), pieces: Vec::new(), gaps: Vec::new() }
+    }
+
+    /// How many bytes it holds.
+    pub(crate) fn bytes(&self) -> usize {
+        self.pieces.len() * PIECE_BYTES + self.gaps.len()
     }
 
     /// A state comes now.
@@ -31,6 +41,10 @@ impl Times {
     }
 
     fn push_at(&mut self, micros: u64) {
+        if self.gaps.len() >= PIECE_BYTES {
+            self.pieces.push(self.gaps.as_slice().into());
+            self.gaps.clear();
+        }
         self.before = (self.newest, self.gaps.len());
         let mut gap = micros.saturating_sub(self.newest);
         self.newest += gap;
@@ -53,7 +67,7 @@ impl Times {
     /// Nanoseconds since 1970 (UTC) at which each state came.
     pub(crate) fn all(&self) -> Vec<u64> {
         let (mut times, mut time, mut gap, mut shift) = (Vec::new(), self.began.1, 0_u64, 0);
-        for byte in &self.gaps {
+        for byte in self.pieces.iter().flat_map(|piece| &**piece).chain(&self.gaps) {
             gap |= u64::from(byte & 0x7f) << shift;
             shift += 7;
             if byte & 0x80 == 0 {
@@ -85,6 +99,19 @@ mod tests {
             }
             prop_assert_eq!(times.all(), expected);
         }
+    }
+
+    #[test]
+    fn times_come_back_from_closed_pieces() {
+        let (mut times, count) = (Times::new(), 3 * PIECE_BYTES as u64);
+        for micros in 0..count {
+            times.push_at(micros);
+            times.take_back();
+            times.push_at(micros);
+        }
+        assert_eq!(times.bytes() as u64, count);
+        let began = times.began.1;
+        assert!(times.clone().all().into_iter().eq((0..count).map(|micros| began + micros * 1000)));
     }
 
     #[test]

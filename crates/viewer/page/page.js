@@ -81,6 +81,8 @@ const zmq = part(document, "#zmq", HTMLButtonElement);
 write(zmq, "span", facts.zmq);
 zmq.hidden = !facts.live;
 zmq.onclick = async () => {
+  // Browsers have no clipboard for pages of other machines without https; the address can be selected.
+  if (!navigator.clipboard) return;
   await navigator.clipboard.writeText(facts.zmq);
   zmq.classList.add("copied");
   await pause(1500);

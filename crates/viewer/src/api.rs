@@ -24,6 +24,7 @@ use crate::moment::Moment;
 use crate::pictures::{self, Look};
 use crate::refusal::Refusal;
 use crate::source::Source;
+use crate::work::{long_work, work};
 use crate::{assets, events, mazes, recordings};
 
 const SVG: &str = "image/svg+xml";
@@ -39,9 +40,6 @@ const PIECE_TIME: Duration = Duration::from_secs(30);
 
 /// Recordings that are brought at the same time; further ones wait.
 static BRINGING: Semaphore = Semaphore::const_new(2);
-
-/// Pictures that are drawn at the same time; further ones wait.
-static DRAWING: Semaphore = Semaphore::const_new(2);
 
 pub(crate) fn router(desk: Arc<Desk>) -> Router {
     Router::new()
@@ -73,17 +71,6 @@ pub(crate) fn router(desk: Arc<Desk>) -> Router {
 type Answer<T> = Result<T, Refusal>;
 type AtDesk = State<Arc<Desk>>;
 
-/// Does what may take a while, where it does not hold up others.
-async fn work<T: Send + 'static>(work: impl FnOnce() -> Answer<T> + Send + 'static) -> Answer<T> {
-    tokio::task::spawn_blocking(work).await.map_err(Refusal::failed)?
-}
-
-/// The same for what takes seconds: so many at a time that there is always somebody for the rest.
-async fn draw<T: Send + 'static>(draw: impl FnOnce() -> Answer<T> + Send + 'static) -> Answer<T> {
-    let _turn = DRAWING.acquire().await.map_err(Refusal::failed)?;
-    work(draw).await
-}
-
 /// Of which run something is wanted.
 #[derive(Deserialize)]
 struct OfRun {
@@ -92,6 +79,7 @@ struct OfRun {
 
 #[derive(Serialize)]
 struct Page {
+    server: String,
     live: bool,
     records: bool,
     version: &'static str,
@@ -115,6 +103,7 @@ struct Opened {
 async fn page(State(desk): AtDesk) -> Json<Page> {
     let opened = desk.opened_recordings().into_iter();
     Json(Page {
+        server: desk.server.clone(),
         live: desk.live.is_some(),
         records: desk.recordings.is_some(),
         version: env!("CARGO_PKG_VERSION"),
@@ -155,11 +144,7 @@ async fn serve_maze(State(desk): AtDesk, Json(OfPath { path }): Json<OfPath>) ->
     work(move || {
         let live = desk.live()?;
         let (name, maze) = mazes::find(&desk.catalogue, &path)?;
-        // It would go on in a maze that it does not know.
-        live.runner.stop();
-        let status = live.watch.serve(&name, maze)?;
-        live.set_maze(&path);
-        Ok(Json(Run { run: status.run }))
+        Ok(Json(Run { run: live.serve(&path, &name, maze)? }))
     })
     .await
 }
@@ -316,7 +301,7 @@ async fn png(
     Query(Picture { run, at }): Query<Picture>,
     Query(look): Query<Look>,
 ) -> Answer<Response> {
-    draw(move || {
+    long_work(move |_| {
         let source = desk.source(&id)?;
         let png = pictures::png(&source, run, at, look)?;
         Ok(download(&file_name(&source, run, "png")?, "image/png", png.into()))
@@ -330,9 +315,9 @@ async fn gif(
     Query(OfRun { run }): Query<OfRun>,
     Query(look): Query<Look>,
 ) -> Answer<Response> {
-    draw(move || {
+    long_work(move |wanted| {
         let source = desk.source(&id)?;
-        let gif = pictures::gif(&source, run, look)?;
+        let gif = pictures::gif(&source, run, look, wanted)?;
         Ok(download(&file_name(&source, run, "gif")?, "image/gif", gif.into()))
     })
     .await
@@ -343,9 +328,9 @@ async fn save(
     Path(id): Path<String>,
     Query(OfRun { run }): Query<OfRun>,
 ) -> Answer<Response> {
-    let (name, file) = work(move || {
+    let (name, file) = long_work(move |wanted| {
         let source = desk.source(&id)?;
-        Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run)?))
+        Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run, wanted)?))
     })
     .await?;
     let content = Body::from_stream(crate::stream::of_file(file));
@@ -390,7 +375,7 @@ struct Id {
 }
 
 async fn open(State(desk): AtDesk, Json(OfName { name }): Json<OfName>) -> Answer<Json<Id>> {
-    work(move || Ok(Json(Id { id: recordings::open_listed(&desk, &name)? }))).await
+    long_work(move |_| Ok(Json(Id { id: recordings::open_listed(&desk, &name)? }))).await
 }
 
 async fn close(State(desk): AtDesk, Json(Id { id }): Json<Id>) -> Answer<StatusCode> {
@@ -417,7 +402,7 @@ async fn bring(
         }
         file.write_all(&piece).map_err(Refusal::failed)?;
     }
-    work(move || {
+    long_work(move |_| {
         let file = std::io::BufReader::new(file.reopen().map_err(Refusal::failed)?);
         let title = recordings::title(&name);
         let recording =
@@ -438,8 +423,11 @@ async fn run(
     Json(Start { strategy, pace_ms }): Json<Start>,
 ) -> Answer<StatusCode> {
     let strategy: Bundled = strategy.parse().map_err(Refusal::bad)?;
-    desk.live()?.runner.start(strategy, pace_ms)?;
-    Ok(StatusCode::NO_CONTENT)
+    work(move || {
+        desk.live()?.run(strategy, pace_ms)?;
+        Ok(StatusCode::NO_CONTENT)
+    })
+    .await
 }
 
 async fn stop(State(desk): AtDesk) -> Answer<StatusCode> {

@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use mmsim_maze::Catalogue;
+use jiff::Timestamp;
+use mmsim_maze::{Catalogue, Maze};
 use mmsim_server::{Recording, Server, Watch};
+use mmsim_solvers::Bundled;
 
 use crate::mazes::Listed;
 use crate::mouse::Runner;
@@ -53,7 +55,8 @@ impl Show {
     pub(crate) fn into_desk(self) -> Desk {
         let desk = Desk::new(self.live, self.recordings, self.mazes);
         for (title, recording) in self.opened {
-            desk.insert(&title, recording);
+            let source = Arc::new(Source::recording(&title, recording));
+            desk.opened().insert(&title, source);
         }
         desk
     }
@@ -61,6 +64,8 @@ impl Show {
 
 /// What all requests of the page work on.
 pub(crate) struct Desk {
+    /// Differs from that of every other start of a simulator.
+    pub(crate) server: String,
     pub(crate) live: Option<Live>,
     /// Where recordings are written, which the page lists.
     pub(crate) recordings: Option<PathBuf>,
@@ -78,6 +83,8 @@ pub(crate) struct Live {
     pub(crate) runner: Runner,
     /// The path of the maze, as the catalogue calls it.
     maze: Mutex<String>,
+    /// Held while the maze or the mouse in it is changed.
+    changing: Mutex<()>,
 }
 
 #[derive(Default)]
@@ -93,7 +100,9 @@ impl Desk {
         recordings: Option<PathBuf>,
         catalogue: Catalogue,
     ) -> Self {
-        Self { live, recordings, catalogue, listed: OnceLock::new(), opened: Mutex::default() }
+        let server = format!("{:x}", Timestamp::now().as_nanosecond());
+        let (listed, opened) = (OnceLock::new(), Mutex::default());
+        Self { server, live, recordings, catalogue, listed, opened }
     }
 
     /// The simulation that is served.
@@ -119,26 +128,15 @@ impl Desk {
 
     /// Refuses another recording if there are too many.
     pub(crate) fn check_room(&self) -> Result<(), Refusal> {
-        if self.opened().recordings.len() < MOST_RECORDINGS {
-            return Ok(());
-        }
-        let text = format!("{MOST_RECORDINGS} recordings are open; close one first");
-        Err(Refusal::conflict(text))
+        self.opened().check_room()
     }
 
     /// Opens a recording; gives its number.
     pub(crate) fn open(&self, title: &str, recording: Recording) -> Result<String, Refusal> {
-        self.check_room()?;
-        Ok(self.insert(title, recording))
-    }
-
-    fn insert(&self, title: &str, recording: Recording) -> String {
         let source = Arc::new(Source::recording(title, recording));
         let mut opened = self.opened();
-        opened.last += 1;
-        let id = opened.last;
-        opened.recordings.insert(id, (title.into(), source));
-        id.to_string()
+        opened.check_room()?;
+        Ok(opened.insert(title, source))
     }
 
     /// Closes a recording.
@@ -152,6 +150,22 @@ impl Desk {
     }
 }
 
+impl Opened {
+    fn check_room(&self) -> Result<(), Refusal> {
+        if self.recordings.len() < MOST_RECORDINGS {
+            return Ok(());
+        }
+        let text = format!("{MOST_RECORDINGS} recordings are open; close one first");
+        Err(Refusal::conflict(text))
+    }
+
+    fn insert(&mut self, title: &str, source: Arc<Source>) -> String {
+        self.last += 1;
+        self.recordings.insert(self.last, (title.into(), source));
+        self.last.to_string()
+    }
+}
+
 impl Live {
     pub(crate) fn new(watch: Watch, address: &str, maze: &Path) -> Self {
         Self {
@@ -160,16 +174,30 @@ impl Live {
             address: address.into(),
             runner: Runner::new(address),
             maze: Mutex::new(maze.display().to_string()),
+            changing: Mutex::default(),
         }
+    }
+
+    /// Serves this maze of the collection from now on; gives the number of the run.
+    pub(crate) fn serve(&self, path: &str, name: &str, maze: Maze) -> Result<u32, Refusal> {
+        let _changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
+        // It would go on in a maze that it does not know.
+        self.runner.stop();
+        let status = self.watch.serve(name, maze)?;
+        self.runner.forget();
+        path.clone_into(&mut self.maze.lock().unwrap_or_else(PoisonError::into_inner));
+        Ok(status.run)
+    }
+
+    /// Starts a bundled mouse.
+    pub(crate) fn run(&self, strategy: Bundled, pace_ms: u64) -> Result<(), Refusal> {
+        let _changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
+        self.runner.start(strategy, pace_ms)
     }
 
     /// The path of the maze that is served.
     pub(crate) fn maze(&self) -> String {
         self.maze.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    pub(crate) fn set_maze(&self, path: &str) {
-        path.clone_into(&mut self.maze.lock().unwrap_or_else(PoisonError::into_inner));
     }
 }
 

@@ -4,15 +4,19 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use axum::http::StatusCode;
 use axum::response::Sse;
 use axum::response::sse::Event;
 use futures_util::stream::{self, Stream};
 use mmsim_server::Status;
 use serde::Serialize;
+use tokio::sync::Semaphore;
 use tokio::time::sleep;
 
 use crate::desk::{Desk, Live};
 use crate::mouse::Told;
+use crate::refusal::Refusal;
+use crate::viewer::MAX_VIEWER_CONNECTIONS;
 
 /// Between two looks while something happens: an eye takes it for at once, and a browser that hears
 /// more often has less time to draw.
@@ -27,14 +31,21 @@ const QUIET: Duration = Duration::from_secs(2);
 /// Something is said at least so often, so that both sides learn if the other has gone.
 const PULSE: Duration = Duration::from_secs(10);
 
+/// How many pages may listen at the same time: connections have to be left for what they ask.
+const MOST_LISTENERS: usize = MAX_VIEWER_CONNECTIONS / 2;
+static LISTENERS: Semaphore = Semaphore::const_new(MOST_LISTENERS);
+
 /// What there is.
 #[derive(Debug, PartialEq, Eq, Serialize)]
 struct News {
+    server: String,
     run: Option<u32>,
     states: Option<usize>,
     maze: Option<String>,
     mouse: Option<Told>,
     recordings: u64,
+    /// The numbers of the recordings that are open.
+    opened: Vec<String>,
 }
 
 impl News {
@@ -45,19 +56,27 @@ impl News {
         let recordings =
             status.map_or(0, |Status { run, states }| 2 * u64::from(run) + states.min(1) as u64);
         Self {
+            server: desk.server.clone(),
             run: status.map(|status| status.run),
             states: status.map(|status| status.states),
             maze: live.map(Live::maze),
             mouse: live.and_then(|live| live.runner.told()),
             recordings,
+            opened: desk.opened_recordings().into_iter().map(|(id, _)| id).collect(),
         }
     }
 }
 
 /// News whenever there are any.
-pub(crate) fn stream(desk: Arc<Desk>) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+pub(crate) fn stream(
+    desk: Arc<Desk>,
+) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Refusal> {
+    let place = LISTENERS.try_acquire().map_err(|_| {
+        let text = format!("expected at most {MOST_LISTENERS} pages, found one more");
+        Refusal::new(StatusCode::SERVICE_UNAVAILABLE, text)
+    })?;
     let untold: Option<(News, Instant)> = None;
-    Sse::new(stream::unfold((desk, untold), |(desk, told)| async move {
+    Ok(Sse::new(stream::unfold((desk, untold, place), |(desk, told, place)| async move {
         loop {
             if let Some((_, since)) = &told {
                 sleep(if since.elapsed() < QUIET { LOOK } else { QUIET_LOOK }).await;
@@ -66,8 +85,8 @@ pub(crate) fn stream(desk: Arc<Desk>) -> Sse<impl Stream<Item = Result<Event, In
             let is_old = |(told, since): &(News, Instant)| *told == news && since.elapsed() < PULSE;
             if !told.as_ref().is_some_and(is_old) {
                 let event = Event::default().json_data(&news).unwrap_or_default();
-                return Some((Ok(event), (desk, Some((news, Instant::now())))));
+                return Some((Ok(event), (desk, Some((news, Instant::now())), place)));
             }
         }
-    }))
+    })))
 }

@@ -23,6 +23,7 @@ mod refusal;
 mod source;
 mod stream;
 mod viewer;
+mod work;
 
 pub use desk::Show;
 pub use viewer::{MAX_VIEWER_CONNECTIONS, Serving, Viewer};

@@ -71,14 +71,17 @@ impl Runner {
         drop(running);
         let (endpoint, shared) = (self.endpoint.clone(), Arc::clone(&self.shared));
         let pace = Duration::from_millis(pace_ms);
-        thread::spawn(move || {
-            let says = shared.search(&endpoint, strategy, pace).unwrap_or_else(|error| error);
-            if let Some(told) = &mut shared.lock().told {
-                (told.running, told.says) = (false, says);
-            }
-            shared.changed.notify_all();
+        // Tells how it ended when dropped, which happens without a thread, too.
+        let mut end = End { shared, says: "it could not run".into() };
+        let thread = thread::Builder::new().name("mouse".into()).spawn(move || {
+            end.tell_of(|shared| shared.search(&endpoint, strategy, pace));
         });
-        Ok(())
+        thread.map(|_| ()).map_err(Refusal::failed)
+    }
+
+    /// Forgets the mouse that was started last: its maze is another one now.
+    pub(crate) fn forget(&self) {
+        self.shared.lock().told = None;
     }
 
     /// Stops the mouse that is running, and waits until it has stopped.
@@ -89,6 +92,27 @@ impl Runner {
         let is_running =
             |running: &mut Running| running.told.as_ref().is_some_and(|told| told.running);
         let _ = self.shared.changed.wait_timeout_while(running, PATIENCE, is_running);
+    }
+}
+
+/// The end of a mouse, however it comes.
+struct End {
+    shared: Arc<Shared>,
+    says: String,
+}
+
+impl End {
+    fn tell_of(&mut self, search: impl FnOnce(&Shared) -> Result<String, String>) {
+        self.says = search(&self.shared).unwrap_or_else(|error| error);
+    }
+}
+
+impl Drop for End {
+    fn drop(&mut self) {
+        if let Some(told) = &mut self.shared.lock().told {
+            (told.running, told.says) = (false, std::mem::take(&mut self.says));
+        }
+        self.shared.changed.notify_all();
     }
 }
 

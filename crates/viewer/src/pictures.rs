@@ -7,6 +7,7 @@ use serde::Deserialize;
 use crate::moment;
 use crate::refusal::Refusal;
 use crate::source::Source;
+use crate::work::Wanted;
 
 /// The longer side of a PNG and of a GIF, in pixels.
 const PNG_SIDE_PX: u32 = 1280;
@@ -68,13 +69,19 @@ pub(crate) fn png(source: &Source, run: u32, index: usize, look: Look) -> Result
 }
 
 /// A run as an animated GIF.
-pub(crate) fn gif(source: &Source, run: u32, look: Look) -> Result<Vec<u8>, Refusal> {
+pub(crate) fn gif(
+    source: &Source,
+    run: u32,
+    look: Look,
+    wanted: &Wanted,
+) -> Result<Vec<u8>, Refusal> {
     let states = source.states(run)?;
     if states == 0 {
         return Err(Refusal::conflict("expected a search, found no state yet"));
     }
     let mut animation = None;
     for index in frame_indices(states, MOST_FRAMES) {
+        wanted.check()?;
         at(source, run, index, look, |scene| {
             let width = scene.width_within(GIF_SIDE_PX);
             animation.get_or_insert_with(|| Animation::new(width)).push(&scene, FRAME_MS)

@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::desk::Desk;
 use crate::refusal::Refusal;
 use crate::source::Source;
+use crate::work::Wanted;
 
 /// How many recordings are listed at most, the newest.
 const MOST_LISTED: usize = 500;
@@ -60,14 +61,14 @@ fn find(folder: Option<&Path>, name: &str) -> Result<PathBuf, Refusal> {
 }
 
 /// Writes a run into a file of its own, which is read from its beginning.
-pub(crate) fn save(source: &Source, run: u32) -> Result<fs::File, Refusal> {
+pub(crate) fn save(source: &Source, run: u32, wanted: &Wanted) -> Result<fs::File, Refusal> {
     let failed = |error: io::Error| Refusal::failed(format!("cannot save: {error}"));
     let (described, times) = (source.describe(run)?, source.times(run)?);
     let mut file = tempfile::tempfile().map_err(failed)?;
     // A run that ends meanwhile is not saved at all, rather than in part.
     let mut broken = None;
     let states = (0..times.len()).step_by(Block::STATES).map_while(|first| {
-        let states = source.read(run, first);
+        let states = wanted.check().and_then(|()| source.read(run, first));
         states.map_err(|refusal| broken = Some(refusal)).ok().map(|states| (first, states))
     });
     let states = states.flat_map(|(first, states)| {

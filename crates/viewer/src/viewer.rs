@@ -23,7 +23,7 @@ use tower_http::compression::predicate::{
 use tracing::{debug, warn};
 
 use crate::access::{Access, guard};
-use crate::{Show, api};
+use crate::{Show, api, work};
 
 /// How many browsers and programs may be connected at the same time. A browser takes up to six
 /// connections; the files that a process may open are there for mice first.
@@ -34,9 +34,6 @@ const REQUEST_TIME: Duration = Duration::from_secs(30);
 
 /// What is shorter is not worth packing, in bytes: figures that are asked for all the time.
 const WORTH_PACKING: u64 = 4096;
-
-/// Threads for what takes a while, such as a picture.
-const WORKERS: usize = 4;
 
 /// When the system could not give a connection for want of descriptors, it is asked again after
 /// so long.
@@ -105,7 +102,7 @@ impl Viewer {
         let (address, (stop, stopped)) = (self.address(), oneshot::channel());
         let runtime = runtime::Builder::new_current_thread()
             .enable_all()
-            .max_blocking_threads(WORKERS)
+            .max_blocking_threads(work::THREADS)
             .build()?;
         let app = app(show, self.access);
         let listener = {

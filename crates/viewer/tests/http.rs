@@ -382,11 +382,11 @@ fn the_stream_of_events_tells_what_changes() {
             heard += std::str::from_utf8(&buffer[..count]).unwrap();
         }
     };
-    hear(r#"{"run":1,"states":0,"maze":"a/small.txt","mouse":null,"recordings":2}"#);
+    hear(r#","run":1,"states":0,"maze":"a/small.txt","mouse":null,"recordings":2,"opened":[]}"#);
     watched.states(3);
     hear(r#""states":3"#);
     watched.post("/api/maze", &json!({"path": "closed.txt"}));
-    hear(r#"{"run":2,"states":0,"maze":"closed.txt""#);
+    hear(r#","run":2,"states":0,"maze":"closed.txt","mouse":null"#);
     watched.post("/api/mouse/run", &json!({"strategy": "flood-fill", "pace_ms": 0}));
     hear(r#""running":false,"says":"#);
     watched.stop();

@@ -21,9 +21,11 @@ use crate::History;
 /// 2,085 at most and a maze less than 10,000, but other tools pack records into chunks of some MiB.
 const MAX_CHUNK_BYTES: usize = 16 << 20;
 
-/// The most that is unpacked from all chunks of a file, in bytes: some four million classic states.
-/// A small file could hold states without end otherwise.
-const MAX_UNPACKED_BYTES: usize = 2 << 30;
+/// The most that is unpacked from the chunks of a file, in bytes, and how much more for each byte of
+/// the file: a small file could hold states without end otherwise. What we save ourselves has 16
+/// bytes beside each state, which takes 2,084 at most, so it is always below that.
+const MAX_UNPACKED_BYTES: u64 = 2 << 30;
+const MAX_UNPACKED_FOR_EACH: u64 = 200;
 
 /// The most that is read at once: as much as is asked for at a time is not promised to be there.
 const STEP_BYTES: usize = 64 * 1024;
@@ -65,6 +67,7 @@ impl Recording {
                     let count = source.read(reader.insert(need.min(STEP_BYTES)))?;
                     reader.notify_read(count);
                     length += count as u64;
+                    assembly.read = length;
                 }
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => {
                     if let Err(reason) = assembly.take(opcode, data)? {
@@ -99,7 +102,9 @@ struct Assembly {
     /// The channels that carry states.
     channels: BTreeSet<u16>,
     /// How many bytes were unpacked from chunks.
-    unpacked: usize,
+    unpacked: u64,
+    /// How many bytes of the file were read.
+    read: u64,
 }
 
 impl Assembly {
@@ -112,9 +117,10 @@ impl Assembly {
             Ok(records) => records,
             Err(reason) => return Ok(Err(reason)),
         };
-        self.unpacked += records.len();
-        if self.unpacked > MAX_UNPACKED_BYTES {
-            return Ok(Err(format!("chunks of more than {MAX_UNPACKED_BYTES} bytes")));
+        self.unpacked += records.len() as u64;
+        let most = MAX_UNPACKED_BYTES + MAX_UNPACKED_FOR_EACH * self.read;
+        if self.unpacked > most {
+            return Ok(Err(format!("chunks of more than {most} bytes")));
         }
         for record in chunk::records(&records) {
             match record.map(|(opcode, body)| self.take_plain(opcode, body)) {
