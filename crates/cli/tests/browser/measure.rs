@@ -82,14 +82,17 @@ fn tell_load() {
 /// Notes when frames are drawn, and how many states are shown, while `work` goes on.
 fn frames(browser: &Browser, name: &str, work: impl FnOnce()) {
     let begin = r#"
-        window.frames_ = []; window.shown_ = 0; window.noting = true;
-        const note = (now) => { window.frames_.push(now); if (window.noting) requestAnimationFrame(note); };
+        const noted = window.noted = { frames: [], shown: 0, ended: false };
+        const note = (now) => {
+            noted.frames.push(now);
+            if (!noted.ended) requestAnimationFrame(note);
+        };
         requestAnimationFrame(note);
-        new MutationObserver(() => window.shown_++)
+        new MutationObserver(() => noted.shown++)
             .observe(document.querySelector('[data-source="live"]'), { attributeFilter: ["data-at"] });"#;
     browser.run::<()>(begin, &[]);
     work();
-    let end = "window.noting = false; return [window.frames_, window.shown_]";
+    let end = "window.noted.ended = true; return [window.noted.frames, window.noted.shown]";
     let (times, shown): (Vec<f64>, u32) = browser.run(end, &[]);
     let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let span = times.last().unwrap() - times.first().unwrap();
