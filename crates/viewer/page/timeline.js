@@ -67,7 +67,7 @@ export class Timeline {
 
   /** @param {number} states */
   grow(states) {
-    if (states === this.states) return;
+    if (states <= this.states) return; // a word that was overtaken
     this.states = states;
     if (this.following) return this.#changed();
     this.#timer ||= setTimeout(() => {
