@@ -33,14 +33,16 @@ export class MazeList {
   }
 
   async load() {
-    this.#entries = (await api.mazes()).map((maze) => this.#entry(maze));
+    const mazes = await api.mazes();
+    const shared = sharedFolder(mazes.map(({ path }) => path));
+    this.#entries = mazes.map((maze) => this.#entry(maze, maze.path.slice(shared)));
     this.#list.replaceChildren(...this.#entries.map(({ item }) => item));
     this.#filter();
     this.#mark();
   }
 
-  /** @param {api.MazeEntry} maze */
-  #entry(maze) {
+  /** @param {api.MazeEntry} maze @param {string} place its path in the collection */
+  #entry(maze, place) {
     const { path, name, width, height, error } = maze;
     const item = copy("maze");
     const button = part(item, "button", HTMLButtonElement);
@@ -52,14 +54,14 @@ export class MazeList {
     write(item, ".way", way);
     item.dataset.path = path;
     item.dataset.kind = error !== null ? "unreadable" : solvable ? "solvable" : "unsolvable";
-    button.title = error ?? path;
+    button.title = error ?? place;
     button.onclick = () => this.#choose(maze);
     if (error === null) {
       const picture = part(item, "img", HTMLImageElement);
       picture.dataset.path = path;
       this.#pictures.observe(picture);
     }
-    return { maze, item, button, words: `${path} ${name} ${width}x${height} ${way}`.toLowerCase() };
+    return { maze, item, button, words: `${place} ${name} ${width}x${height} ${way}`.toLowerCase() };
   }
 
   /** Shows the mazes that have all words, in any order and case. */
@@ -90,7 +92,7 @@ export class MazeList {
     const searching = target === this.#search;
     if (searching && key === "Enter") {
       event.preventDefault(); // or it would go on to a button of the dialog
-      if (shown.length > 0) void this.#choose(shown[0].maze);
+      if (shown.length > 0 && this.#search.value.trim()) void this.#choose(shown[0].maze);
     }
     const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity }[key];
     if (step === undefined || (searching && key !== "ArrowDown")) return;
@@ -126,6 +128,14 @@ export class MazeList {
     }
     this.#rove(document.activeElement);
   }
+}
+
+/** The length of the folders that all paths begin with. @param {string[]} paths */
+function sharedFolder([first = "", ...others]) {
+  let folder = first;
+  do folder = folder.replace(/[^/\\]*[/\\]?$/, "");
+  while (!others.every((path) => path.startsWith(folder)));
+  return folder.length;
 }
 
 /** @param {string} name @param {number} states @returns {Promise<boolean>} */

@@ -34,6 +34,8 @@ let recordingsHeard = NaN;
 
 listen(
   (event) => {
+    // Another simulator by now: its runs and recordings have the same numbers as those shown here.
+    if (event.server !== facts.server) return location.reload();
     if (event.run !== null) panels.get(LIVE)?.follow(event.run, event.states ?? 0);
     mazes?.mark(event.maze);
     runForm?.show(event.mouse);
@@ -41,11 +43,9 @@ listen(
     recordingsHeard = event.recordings;
     recordings.list().catch(report);
   },
-  (connected, again) => {
+  (connected) => {
     set(part(document, "#status"), "data-connected", connected);
     write(document, "#status", connected ? "connected" : "connection lost, trying again");
-    // It may be another simulator by now, whose runs have the same numbers.
-    if (again) void panels.get(LIVE)?.begin();
   },
 );
 

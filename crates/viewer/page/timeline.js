@@ -84,7 +84,7 @@ export class Timeline {
   /** @param {number} at */
   go(at) {
     this.playing = false;
-    this.#want(false, at);
+    if (this.states > 0) this.#want(false, at); // else the first one will be followed
   }
 
   /** @param {boolean} following @param {number} at */
