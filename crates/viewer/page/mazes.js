@@ -2,7 +2,7 @@
 // The list of mazes: search as you type, pictures as they come into sight, one is served.
 
 import * as api from "./api.js";
-import { clearProblem, copy, counted, part, report, write } from "./dom.js";
+import { clearProblem, confirmed, copy, part, report, write } from "./dom.js";
 
 export class MazeList {
   #element = part(document, "#mazes");
@@ -109,7 +109,7 @@ export class MazeList {
     clearProblem();
     if (error !== null) return report(new Error(error));
     const states = this.#states();
-    if (states > 0 && !(await confirmed(name, states))) return;
+    if (states > 0 && !(await confirmed("Serve", name, states))) return;
     await api.serveMaze(path).catch(report);
   }
 
@@ -136,16 +136,4 @@ function sharedFolder([first = "", ...others]) {
   do folder = folder.replace(/[^/\\]*[/\\]?$/, "");
   while (!others.every((path) => path.startsWith(folder)));
   return folder.length;
-}
-
-/** @param {string} name @param {number} states @returns {Promise<boolean>} */
-function confirmed(name, states) {
-  const dialog = part(document, "#confirm", HTMLDialogElement);
-  write(dialog, ".name", name);
-  write(dialog, ".states", counted(states, "state"));
-  dialog.returnValue = "";
-  dialog.showModal();
-  return new Promise((resolve) => {
-    dialog.onclose = () => resolve(dialog.returnValue === "serve");
-  });
 }

@@ -53,6 +53,7 @@ export class Panel {
   #costsOf = -1;
   /** The cell that is pointed at, y * width + x. @type {number | null} */
   #cell = null;
+  #redraw = () => this.#show();
 
   /** @param {string} id @param {api.Drawing} drawing */
   constructor(id, drawing) {
@@ -63,7 +64,7 @@ export class Panel {
     this.timeline = new Timeline(element, id === "live", () => void this.#draw());
     this.#chart = new Chart(element, (at) => this.timeline.go(at));
     part(element, ".layers").onchange = () => this.#show();
-    dark.addEventListener("change", () => this.#show());
+    dark.addEventListener("change", this.#redraw);
     for (const event of ["pointerdown", "keydown"]) {
       part(element, ".export").addEventListener(event, () => this.#address());
     }
@@ -121,6 +122,7 @@ export class Panel {
     element.dataset.run = `${source.run}`;
     element.setAttribute("aria-label", `${source.title}, ${kind}`);
     write(element, "h2", source.title);
+    part(element, "h2").title = source.title;
     write(element, ".kind", kind);
     write(element, ".size", `${source.width} × ${source.height}`);
     write(element, ".note", source.note ?? "");
@@ -134,9 +136,10 @@ export class Panel {
   }
 
   close() {
-    this.timeline.go(0);
     this.#source = null;
+    this.timeline.go(0);
     this.#abort.abort();
+    dark.removeEventListener("change", this.#redraw);
     this.element.remove();
   }
 
@@ -204,9 +207,12 @@ export class Panel {
         this.#address();
         if (this.#costsOf !== states) {
           const costs = await api.costs(source, this.#abort.signal).catch(() => null);
-          if (!costs || source !== this.#source) return;
+          if (!costs) return;
+          const newest = costs.stride > 1 && api.moment(source, costs.states - 1, this.#abort.signal).catch(() => null);
+          const moment = (await newest) || null;
+          if (source !== this.#source) return;
           this.#costsOf = states;
-          this.#chart.draw(costs);
+          this.#chart.draw(costs, moment);
           this.#chart.show(this.#shown?.at ?? 0);
         }
         if (this.#told === at) return tell(this.element, this.#shown);

@@ -48,10 +48,21 @@ export class Timeline {
     this.#slider.oninput = () => this.go(this.#slider.valueAsNumber);
     part(panel, ".jump", HTMLFormElement).onsubmit = (event) => {
       event.preventDefault();
-      const number = Number(this.#jump.value.replace(/\D/g, ""));
-      if (number > 0) this.go(number - 1);
+      const text = this.#jump.value.replace(/[g\s]/g, ""); // g leads here, and may be pressed here again
+      const number = /^(\d+|\d{1,3}(,\d{3})+)$/.test(text) ? Number(text.replaceAll(",", "")) : 0;
+      const isThere = number > 0 && number <= this.states;
+      this.#refuse(text && !isThere ? `a number from 1 to ${grouped(this.states)}` : "");
+      if (!isThere) return;
+      this.go(number - 1);
       this.#jump.value = "";
     };
+    this.#jump.oninput = () => this.#refuse("");
+  }
+
+  /** Says what the field expects, or nothing. @param {string} expected */
+  #refuse(expected) {
+    this.#jump.setCustomValidity(expected && `expected ${expected}`);
+    this.#jump.reportValidity();
   }
 
   /** The state to show, -1 if there is none. */
