@@ -84,7 +84,7 @@ fn answer(stream: TcpStream, page: &str, asked: &Mutex<Vec<String>>) -> Option<(
 
 /// Tries all that a page can do to another one, and says what came of it.
 const ATTACK: &str = r#"
-    const [target, done] = arguments;
+    const [target, recording, done] = arguments;
     const settle = (promise) =>
         Promise.race([promise, new Promise((_, no) => setTimeout(() => no("late"), 5000))]).catch((e) => `no: ${e}`);
     const element = (name, attributes, parent = document.body) => settle(new Promise((yes, no) => {
@@ -114,7 +114,8 @@ const ATTACK: &str = r#"
         json: await post("/api/maze", "cors", "application/json"),
         plain: await post("/api/maze", "no-cors", "text/plain"),
         run: await post("/api/mouse/run", "no-cors", "text/plain"),
-        bring: await post("/api/recordings?name=x.mcap", "no-cors", "text/plain"),
+        bring: await settle(fetch(target + "/api/recordings?name=x.mcap",
+            { method: "POST", mode: "no-cors", body: new Uint8Array(recording) }).then((reply) => reply.type)),
         beacon: navigator.sendBeacon(target + "/api/mouse/stop", text),
         form: await form("/api/maze"),
         image: await element("img", { src: target + "/api/mazes/picture.svg?path=01-harbour.txt" }),
@@ -131,8 +132,8 @@ const ATTACK: &str = r#"
     }))();
 "#;
 
-/// What a page elsewhere achieves against an address.
-pub(crate) fn attack(browser: &Browser, from: &str, target: &str) -> Value {
+/// What a page elsewhere achieves against an address, to which it would bring a recording, too.
+pub(crate) fn attack(browser: &Browser, from: &str, target: &str, recording: &[u8]) -> Value {
     browser.open(from);
-    browser.run_async(ATTACK, &[json!(target)])
+    browser.run_async(ATTACK, &[json!(target), json!(recording)])
 }

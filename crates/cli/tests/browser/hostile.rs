@@ -20,11 +20,15 @@ fn a_page_elsewhere_can_neither_read_nor_steer() {
         }
         Panel::live(browser).wait_at(2);
         browser.leave();
+        let run = simulator.run();
+        let recording = simulator.at(&format!("/api/sources/live/recording.mcap?run={run}"));
+        let recording = http::get(&recording).body;
 
         // What these attacks achieve against somebody who does not mind.
         let elsewhere = Elsewhere::serve("<!doctype html><title>elsewhere</title><body>");
         let prey = Elsewhere::serve("<!doctype html><title>prey</title><body id=panels>");
-        let found = attack(browser, &elsewhere.at("evil.example"), &prey.at("127.0.0.1"));
+        let found =
+            attack(browser, &elsewhere.at("evil.example"), &prey.at("127.0.0.1"), &recording);
         for (what, expected) in [
             ("read", "read"),
             ("page", "read"),
@@ -46,9 +50,8 @@ fn a_page_elsewhere_can_neither_read_nor_steer() {
         assert!(browser.frame_has("#frame", "#panels"));
 
         // From another site, and from another port of this one.
-        let run = simulator.run();
         for from in [elsewhere.at("evil.example"), elsewhere.at("127.0.0.1")] {
-            let found = attack(browser, &from, &simulator.page);
+            let found = attack(browser, &from, &simulator.page, &recording);
             for what in [
                 "read",
                 "page",
