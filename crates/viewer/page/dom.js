@@ -56,13 +56,7 @@ export function clearProblem() {
   part(document, "#problem").hidden = true;
 }
 
-/**
- * Asks before states are deleted.
- * @param {string} deed
- * @param {string} name
- * @param {number} states
- * @returns {Promise<boolean>}
- */
+/** Asks before states are deleted. @param {string} deed @param {string} name @param {number} states @returns {Promise<boolean>} */
 export function confirmed(deed, name, states) {
   const dialog = part(document, "#confirm", HTMLDialogElement);
   for (const place of dialog.querySelectorAll(".deed")) place.textContent = deed;

@@ -32,6 +32,12 @@ export class MazeList {
     this.#element.onkeydown = (event) => this.#press(event);
   }
 
+  /** What is typed next replaces what was searched for. */
+  search() {
+    this.#search.focus();
+    this.#search.select();
+  }
+
   async load() {
     const mazes = await api.mazes();
     const shared = sharedFolder(mazes.map(({ path }) => path));

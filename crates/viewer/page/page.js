@@ -107,11 +107,12 @@ const address = isLocal ? facts.zmq : facts.zmq.replace(/0\.0\.0\.0|\[::\]/, hos
 write(zmq, "span", address);
 zmq.hidden = !facts.live;
 // Browsers have no clipboard for pages of other machines without https.
-const canCopy = Boolean(navigator.clipboard);
-part(zmq, "svg", SVGElement).toggleAttribute("hidden", !canCopy);
-if (!canCopy) zmq.title = "The address where mice connect";
+if (!navigator.clipboard) {
+  part(zmq, "svg", SVGElement).remove();
+  zmq.title = "";
+}
 zmq.onclick = async () => {
-  if (!canCopy) return;
+  if (!navigator.clipboard) return;
   await navigator.clipboard.writeText(address);
   zmq.classList.add("copied");
   await pause(1500);
@@ -130,7 +131,7 @@ document.addEventListener("keydown", (event) => {
   if (target.matches("select, input:not([type=range], [type=checkbox])")) return;
   if (key === " " && target.matches("button, a, [type=checkbox]")) return;
   if (key === "?") keys.showModal();
-  else if (key === "/" && mazes) part(document, "#mazes input").focus();
+  else if (key === "/" && mazes) mazes.search();
   else if (!panels.get(active)?.timeline.press(event)) return;
   event.preventDefault();
 });

@@ -12,11 +12,7 @@ export class RunForm {
   /** @type {api.MouseRun | null} */
   #mouse = null;
 
-  /**
-   * @param {HTMLElement} panel
-   * @param {api.PageFacts["strategies"]} strategies
-   * @param {() => number} states how many there are to lose
-   */
+  /** @param {HTMLElement} panel @param {api.PageFacts["strategies"]} strategies @param {() => number} states */
   constructor(panel, strategies, states) {
     const form = part(panel, "form.run", HTMLFormElement);
     const strategy = part(form, "[name=strategy]", HTMLSelectElement);
