@@ -2,13 +2,13 @@
 // What the server answers, and how it is asked.
 
 /**
- * @typedef {{ live: boolean, records: boolean, version: string, zmq: string,
+ * @typedef {{ live: boolean, records: boolean, version: string, zmq: string, server: string,
  *   strategies: { name: string, about: string }[], opened: { id: string, title: string }[] }} PageFacts
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry
  * @typedef {{ strategy: string, running: boolean, says: string }} MouseRun
  * @typedef {{ run: number | null, states: number | null, maze: string | null,
- *   mouse: MouseRun | null, recordings: number }} ServerEvent
+ *   mouse: MouseRun | null, recordings: number, server: string, opened: string[] }} ServerEvent
  * @typedef {{ id: string, run: number, title: string, width: number, height: number,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
  *   shortest_path: number | null, note: string | null }} Source
@@ -26,6 +26,8 @@ export class Refused extends Error {
     super(text || `the server answered ${status}`);
     /** Whether the run that was asked about is over. */
     this.over = status === 410;
+    /** Whether there is no such thing, or no more. */
+    this.gone = status === 404;
   }
 }
 

@@ -55,3 +55,16 @@ export function report(problem) {
 export function clearProblem() {
   part(document, "#problem").hidden = true;
 }
+
+/** Asks before states are deleted. @param {string} deed @param {string} name @param {number} states @returns {Promise<boolean>} */
+export function confirmed(deed, name, states) {
+  const dialog = part(document, "#confirm", HTMLDialogElement);
+  for (const place of dialog.querySelectorAll(".deed")) place.textContent = deed;
+  write(dialog, ".name", name);
+  write(dialog, ".states", counted(states, "state"));
+  dialog.returnValue = "";
+  dialog.showModal();
+  return new Promise((resolve) => {
+    dialog.onclose = () => resolve(dialog.returnValue === "serve");
+  });
+}

@@ -6,25 +6,20 @@ const RETRY = 2000;
 
 /**
  * @param {(event: import("./api.js").ServerEvent) => void} hear
- * @param {(connected: boolean, again: boolean) => void} connected `again`: after it was lost
+ * @param {(connected: boolean) => void} connected
  */
 export function listen(hear, connected) {
   /** @type {EventSource | undefined} */
   let stream;
-  let lost = false;
   const open = () => {
     stream?.close();
     if (document.hidden) return;
     const opened = new EventSource("/events");
     stream = opened;
     opened.onmessage = ({ data }) => hear(JSON.parse(data));
-    opened.onopen = () => {
-      connected(true, lost);
-      lost = false;
-    };
+    opened.onopen = () => connected(true);
     opened.onerror = () => {
-      lost = true;
-      connected(false, false);
+      connected(false);
       if (opened.readyState === EventSource.CLOSED) setTimeout(() => stream === opened && open(), RETRY);
     };
   };

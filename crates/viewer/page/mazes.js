@@ -2,7 +2,7 @@
 // The list of mazes: search as you type, pictures as they come into sight, one is served.
 
 import * as api from "./api.js";
-import { clearProblem, copy, counted, part, report, write } from "./dom.js";
+import { clearProblem, confirmed, copy, part, report, write } from "./dom.js";
 
 export class MazeList {
   #element = part(document, "#mazes");
@@ -32,15 +32,23 @@ export class MazeList {
     this.#element.onkeydown = (event) => this.#press(event);
   }
 
+  /** What is typed next replaces what was searched for. */
+  search() {
+    this.#search.focus();
+    this.#search.select();
+  }
+
   async load() {
-    this.#entries = (await api.mazes()).map((maze) => this.#entry(maze));
+    const mazes = await api.mazes();
+    const shared = sharedFolder(mazes.map(({ path }) => path));
+    this.#entries = mazes.map((maze) => this.#entry(maze, maze.path.slice(shared)));
     this.#list.replaceChildren(...this.#entries.map(({ item }) => item));
     this.#filter();
     this.#mark();
   }
 
-  /** @param {api.MazeEntry} maze */
-  #entry(maze) {
+  /** @param {api.MazeEntry} maze @param {string} place its path in the collection */
+  #entry(maze, place) {
     const { path, name, width, height, error } = maze;
     const item = copy("maze");
     const button = part(item, "button", HTMLButtonElement);
@@ -52,14 +60,14 @@ export class MazeList {
     write(item, ".way", way);
     item.dataset.path = path;
     item.dataset.kind = error !== null ? "unreadable" : solvable ? "solvable" : "unsolvable";
-    button.title = error ?? path;
+    button.title = error ?? place;
     button.onclick = () => this.#choose(maze);
     if (error === null) {
       const picture = part(item, "img", HTMLImageElement);
       picture.dataset.path = path;
       this.#pictures.observe(picture);
     }
-    return { maze, item, button, words: `${path} ${name} ${width}x${height} ${way}`.toLowerCase() };
+    return { maze, item, button, words: `${place} ${name} ${width}x${height} ${way}`.toLowerCase() };
   }
 
   /** Shows the mazes that have all words, in any order and case. */
@@ -90,7 +98,7 @@ export class MazeList {
     const searching = target === this.#search;
     if (searching && key === "Enter") {
       event.preventDefault(); // or it would go on to a button of the dialog
-      if (shown.length > 0) void this.#choose(shown[0].maze);
+      if (shown.length > 0 && this.#search.value.trim()) void this.#choose(shown[0].maze);
     }
     const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity }[key];
     if (step === undefined || (searching && key !== "ArrowDown")) return;
@@ -107,7 +115,7 @@ export class MazeList {
     clearProblem();
     if (error !== null) return report(new Error(error));
     const states = this.#states();
-    if (states > 0 && !(await confirmed(name, states))) return;
+    if (states > 0 && !(await confirmed("Serve", name, states))) return;
     await api.serveMaze(path).catch(report);
   }
 
@@ -128,14 +136,10 @@ export class MazeList {
   }
 }
 
-/** @param {string} name @param {number} states @returns {Promise<boolean>} */
-function confirmed(name, states) {
-  const dialog = part(document, "#confirm", HTMLDialogElement);
-  write(dialog, ".name", name);
-  write(dialog, ".states", counted(states, "state"));
-  dialog.returnValue = "";
-  dialog.showModal();
-  return new Promise((resolve) => {
-    dialog.onclose = () => resolve(dialog.returnValue === "serve");
-  });
+/** The length of the folders that all paths begin with. @param {string[]} paths */
+function sharedFolder([first = "", ...others]) {
+  let folder = first;
+  do folder = folder.replace(/[^/\\]*[/\\]?$/, "");
+  while (!others.every((path) => path.startsWith(folder)));
+  return folder.length;
 }

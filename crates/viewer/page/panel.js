@@ -26,6 +26,9 @@ const BEGIN_PAUSE = 100;
 /** Milliseconds between looks at the costs, and until a state that stays is told in words. */
 const SLOW = 1000;
 
+/** @param {unknown} problem */
+const isOver = (problem) => problem instanceof api.Refused && problem.over;
+
 export class Panel {
   element = copy("panel");
   #id;
@@ -33,8 +36,8 @@ export class Panel {
   #chart;
   #abort = new AbortController();
   #beginning = false;
-  /** The run that the server told of last. @type {number | null} */
-  #run = null;
+  /** What the server told last of the live run. @type {{ run: number, states: number } | null} */
+  #news = null;
   /** @type {api.Source | null} */
   #source = null;
   /** @type {MazeMap | null} */
@@ -50,6 +53,7 @@ export class Panel {
   #costsOf = -1;
   /** The cell that is pointed at, y * width + x. @type {number | null} */
   #cell = null;
+  #redraw = () => this.#show();
 
   /** @param {string} id @param {api.Drawing} drawing */
   constructor(id, drawing) {
@@ -60,7 +64,7 @@ export class Panel {
     this.timeline = new Timeline(element, id === "live", () => void this.#draw());
     this.#chart = new Chart(element, (at) => this.timeline.go(at));
     part(element, ".layers").onchange = () => this.#show();
-    dark.addEventListener("change", () => this.#show());
+    dark.addEventListener("change", this.#redraw);
     for (const event of ["pointerdown", "keydown"]) {
       part(element, ".export").addEventListener(event, () => this.#address());
     }
@@ -73,33 +77,36 @@ export class Panel {
 
   /** What the server tells of the live run. @param {number} run @param {number} states */
   follow(run, states) {
-    this.#run = run;
+    this.#news = { run, states };
+    if (this.#isBehind) return void this.begin();
     if (this.#source?.run === run) this.timeline.grow(states);
-    else void this.begin();
+    void this.#draw(); // what could not be had while the connection was lost
+  }
+
+  /** Whether the server has told of a later run than this one: runs are counted upwards. */
+  get #isBehind() {
+    return this.#news !== null && this.#news.run > (this.#source?.run ?? -1);
   }
 
   /** Empties the panel and shows the source as it is now. */
   async begin() {
     if (this.#beginning) return;
     this.#beginning = true;
+    this.#source = null;
     this.#abort.abort();
     this.#abort = new AbortController();
     const { signal } = this.#abort;
+    let again = true;
     try {
       const source = await api.source(this.#id, signal);
       this.#install(source, await api.drawing(source, signal));
     } catch (problem) {
-      this.#fail(problem);
+      again = isOver(problem);
+      if (!again) report(problem); // and the server's next word begins anew
     }
     await pause(BEGIN_PAUSE);
     this.#beginning = false;
-    if (this.#source && this.#run !== null && this.#source.run !== this.#run) void this.begin();
-  }
-
-  /** A run that is over is begun anew at the server's next word. @param {unknown} problem */
-  #fail(problem) {
-    if (problem instanceof api.Refused && problem.over) this.#source = null;
-    else report(problem);
+    if (again && this.#isBehind) void this.begin();
   }
 
   /** @param {api.Source} source @param {string} drawing */
@@ -115,20 +122,24 @@ export class Panel {
     element.dataset.run = `${source.run}`;
     element.setAttribute("aria-label", `${source.title}, ${kind}`);
     write(element, "h2", source.title);
+    part(element, "h2").title = source.title;
     write(element, ".kind", kind);
     write(element, ".size", `${source.width} × ${source.height}`);
     write(element, ".note", source.note ?? "");
     clearTimeout(this.#slowTimer);
     this.#slowTimer = 0;
-    this.timeline.begin(source.states);
+    // More may have been told of while all this was fetched.
+    const told = this.#news?.run === source.run ? this.#news.states : 0;
+    this.timeline.begin(Math.max(source.states, told));
     this.#point(null);
     this.#show();
   }
 
   close() {
-    this.timeline.go(0);
     this.#source = null;
+    this.timeline.go(0);
     this.#abort.abort();
+    dark.removeEventListener("change", this.#redraw);
     this.element.remove();
   }
 
@@ -137,11 +148,13 @@ export class Panel {
     if (this.#busy) return;
     this.#busy = true;
     clearTimeout(this.#calmTimer);
+    /** @type {api.Source | null} */
+    let source = null;
     try {
       for (;;) {
         while (this.timeline.following && performance.now() < this.#rest) await pause(STEP);
         const { signal } = this.#abort;
-        const source = this.#source;
+        source = this.#source;
         const at = this.timeline.wanted;
         if (!source || at < 0 || at === this.#shown?.at) break;
         const [message, moment] = await Promise.all([
@@ -149,7 +162,7 @@ export class Panel {
           api.moment(source, at, signal),
           frame(), // at most one draw a frame
         ]);
-        if (signal.aborted) continue;
+        if (source !== this.#source) continue;
         const began = performance.now();
         set(this.element, "data-rush", this.timeline.following && at - (this.#shown?.at ?? 0) > RUSH);
         this.#shown = { at, state: readState(message, source), moment };
@@ -160,7 +173,8 @@ export class Panel {
         this.#rest = now + Math.min(Math.max(least, share * (now - began)), most);
       }
     } catch (problem) {
-      this.#fail(problem);
+      if (!isOver(problem)) report(problem);
+      else if (source === this.#source && this.#news) void this.begin();
     }
     this.#busy = false;
     this.#calmTimer = setTimeout(() => set(this.element, "data-rush", false), CALM);
@@ -193,9 +207,12 @@ export class Panel {
         this.#address();
         if (this.#costsOf !== states) {
           const costs = await api.costs(source, this.#abort.signal).catch(() => null);
-          if (!costs || source !== this.#source) return;
+          if (!costs) return;
+          const newest = costs.stride > 1 && api.moment(source, costs.states - 1, this.#abort.signal).catch(() => null);
+          const moment = (await newest) || null;
+          if (source !== this.#source) return;
           this.#costsOf = states;
-          this.#chart.draw(costs);
+          this.#chart.draw(costs, moment);
           this.#chart.show(this.#shown?.at ?? 0);
         }
         if (this.#told === at) return tell(this.element, this.#shown);

@@ -2,16 +2,18 @@
 // Runs a bundled mouse, which comes through the same door as any client.
 
 import * as api from "./api.js";
-import { clearProblem, part, report, set, write } from "./dom.js";
+import { clearProblem, confirmed, part, report, set, write } from "./dom.js";
 
 export class RunForm {
   #form;
   #run;
   #stop;
   #shown = "";
+  /** @type {api.MouseRun | null} */
+  #mouse = null;
 
-  /** @param {HTMLElement} panel @param {api.PageFacts["strategies"]} strategies */
-  constructor(panel, strategies) {
+  /** @param {HTMLElement} panel @param {api.PageFacts["strategies"]} strategies @param {() => number} states */
+  constructor(panel, strategies, states) {
     const form = part(panel, "form.run", HTMLFormElement);
     const strategy = part(form, "[name=strategy]", HTMLSelectElement);
     const pace = part(form, "[name=pace]", HTMLSelectElement);
@@ -21,9 +23,12 @@ export class RunForm {
     strategy.replaceChildren(...strategies.map(({ name }) => new Option(name)));
     strategy.onchange = () => write(form, ".about", strategies[strategy.selectedIndex]?.about ?? "");
     strategy.dispatchEvent(new Event("change"));
-    form.onsubmit = (event) => {
+    form.onsubmit = async (event) => {
       event.preventDefault();
       clearProblem();
+      // What a bundled mouse has found, it finds again.
+      const lost = this.#mouse ? 0 : states();
+      if (lost > 0 && !(await confirmed("Run", strategy.value, lost))) return;
       api.runMouse(strategy.value, Number(pace.value)).catch(report);
     };
     this.#stop.onclick = () => api.stopMouse().catch(report);
@@ -35,6 +40,7 @@ export class RunForm {
     const shown = JSON.stringify(mouse);
     if (shown === this.#shown) return;
     this.#shown = shown;
+    this.#mouse = mouse;
     const running = mouse?.running ?? false;
     const [pressed, next] = running ? [this.#run, this.#stop] : [this.#stop, this.#run];
     next.disabled = false;

@@ -48,10 +48,21 @@ export class Timeline {
     this.#slider.oninput = () => this.go(this.#slider.valueAsNumber);
     part(panel, ".jump", HTMLFormElement).onsubmit = (event) => {
       event.preventDefault();
-      const number = Number(this.#jump.value.replace(/\D/g, ""));
-      if (number > 0) this.go(number - 1);
+      const text = this.#jump.value.replace(/[g\s]/g, ""); // g leads here, and may be pressed here again
+      const number = /^(\d+|\d{1,3}(,\d{3})+)$/.test(text) ? Number(text.replaceAll(",", "")) : 0;
+      const isThere = number > 0 && number <= this.states;
+      this.#refuse(text && !isThere ? `a number from 1 to ${grouped(this.states)}` : "");
+      if (!isThere) return;
+      this.go(number - 1);
       this.#jump.value = "";
     };
+    this.#jump.oninput = () => this.#refuse("");
+  }
+
+  /** Says what the field expects, or nothing. @param {string} expected */
+  #refuse(expected) {
+    this.#jump.setCustomValidity(expected && `expected ${expected}`);
+    this.#jump.reportValidity();
   }
 
   /** The state to show, -1 if there is none. */
@@ -67,7 +78,7 @@ export class Timeline {
 
   /** @param {number} states */
   grow(states) {
-    if (states === this.states) return;
+    if (states <= this.states) return; // a word that was overtaken
     this.states = states;
     if (this.following) return this.#changed();
     this.#timer ||= setTimeout(() => {
@@ -84,7 +95,7 @@ export class Timeline {
   /** @param {number} at */
   go(at) {
     this.playing = false;
-    this.#want(false, at);
+    if (this.states > 0) this.#want(false, at); // else the first one will be followed
   }
 
   /** @param {boolean} following @param {number} at */
