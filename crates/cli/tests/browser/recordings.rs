@@ -172,10 +172,10 @@ fn a_recording_is_served_without_a_simulator() {
 fn what_is_shown_can_be_saved_as_a_picture() {
     watch(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
-        let (_, messages) = history(&maze, 30);
+        let (_, messages) = history(&maze, 4);
         simulator.send_all(&messages);
         let live = Panel::live(browser);
-        live.wait_at(29);
+        live.wait_at(3);
         live.click("button[name=first]");
         live.wait_at(0);
         for (what, kind, begins) in [
