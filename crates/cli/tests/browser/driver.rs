@@ -77,7 +77,7 @@ impl Driver {
         match runtime.block_on(builder.connect(&self.address)) {
             Ok(client) => Some(client),
             Err(NewSessionError::SessionNotCreated(error))
-                if error.message.contains("cannot find") =>
+                if ["cannot find", "binary"].iter().all(|part| error.message.contains(part)) =>
             {
                 None
             }
@@ -96,7 +96,7 @@ impl Drop for Driver {
 /// What to do where there is no browser: to say so, or to fail where one is required.
 pub(crate) fn missing() {
     let what = "no chromedriver, or no Chromium that it finds";
-    assert_ne!(env::var("MMSIM_BROWSER").as_deref(), Ok("required"), "{what}");
+    assert!(env::var("MMSIM_BROWSER").as_deref() != Ok("required"), "{what}");
     // Past the test harness, which keeps to itself what passing tests print.
     let _ = writeln!(std::io::stderr(), "skipped, {what}");
 }
