@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use mmsim_drawing::{Animation, Layers, Scene, Theme, frame_indices};
+use mmsim_drawing::{Animation, FRAME_MS, Layers, MOST_FRAMES, Scene, Theme, frame_indices};
 use mmsim_maze::{Cell, KnownMaze, Maze};
 use mmsim_protocol::State;
 use mmsim_server::{HistoryReader, Recording};
@@ -13,12 +13,6 @@ use crate::args::{PictureFormat, RenderArgs, ThemeArg};
 use crate::output::{replace, say};
 use crate::replay::{decode, is_whole, no_state};
 use crate::selection::{Collection, Selected};
-
-/// How many frames an animation has at most.
-const MOST_FRAMES: usize = 400;
-
-/// How long a frame is shown.
-const FRAME_MS: u32 = 60;
 
 /// How many pixels the longer side of a picture has unless its width is given.
 const SIDE_PX: u32 = 640;
@@ -152,10 +146,9 @@ impl<'a> Search<'a> {
         let messages = recording.history().iter().take(last.map_or(0, |last| last + 1));
         let cells = messages.map(|message| Some(decode(&message, size)?.pose().cell));
         let cells: Option<Vec<Cell>> = cells.collect();
-        let start = Cell::new(info.start[0], info.start[1]);
         Ok(Self {
             truth: recording.maze(),
-            before: KnownMaze::new(size, start, info.goal_cells()),
+            before: info.known_maze().ok_or_else(|| unreadable(file))?,
             cells: cells.ok_or_else(|| unreadable(file))?,
             last,
             layers: Layers { numbers: !args.no_numbers, heat: args.heat, trail: !args.no_trail },

@@ -12,6 +12,12 @@ use crate::{PictureError, Scene};
 /// How long the last frame stays at least, in milliseconds.
 const LAST_MS: u32 = 2500;
 
+/// How many frames an animation of a search has at most, so that it stays small.
+pub const MOST_FRAMES: usize = 400;
+
+/// How long each frame of an animation of a search stays, in milliseconds.
+pub const FRAME_MS: u32 = 60;
+
 /// A GIF in the making. It runs for ever, and its last frame stays for 2.5 seconds.
 ///
 /// All frames share one palette, which suits the theme and the layers of the first one. Each frame

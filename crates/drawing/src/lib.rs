@@ -49,7 +49,7 @@ mod theme;
 mod thumbnail;
 mod walls;
 
-pub use animation::{Animation, frame_indices};
+pub use animation::{Animation, FRAME_MS, MOST_FRAMES, frame_indices};
 pub use digits::digits;
 pub use page::page_json;
 pub use pixels::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};

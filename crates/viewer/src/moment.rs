@@ -1,14 +1,12 @@
 //! Figures for one moment of a run.
 
+use mmsim_drawing::TRAIL_CELLS;
 use mmsim_server::Block;
 use serde::Serialize;
 
 use crate::costs::Cost;
 use crate::refusal::Refusal;
 use crate::source::Source;
-
-/// How many states a trail tells of at most.
-const TRAIL_STATES: usize = 500;
 
 /// What is told of a moment.
 #[derive(Debug, Serialize)]
@@ -49,7 +47,7 @@ impl Moment {
 
 /// Where the mouse was in the states up to this one, x and y of the cells, oldest first.
 pub(crate) fn cells(source: &Source, run: u32, at: usize) -> Result<Vec<[u8; 2]>, Refusal> {
-    let (mut index, mut cells) = (at.saturating_sub(TRAIL_STATES - 1), Vec::new());
+    let (mut index, mut cells) = (at.saturating_sub(TRAIL_CELLS - 1), Vec::new());
     while index <= at {
         let end = ((index / Block::STATES + 1) * Block::STATES).min(at + 1);
         let states = source.around(run, end - 1)?;

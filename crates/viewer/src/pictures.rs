@@ -1,6 +1,8 @@
 //! Pictures of mazes and moments: those of the page, and those to keep.
 
-use mmsim_drawing::{Animation, Layers, PictureError, Scene, Theme, frame_indices};
+use mmsim_drawing::{
+    Animation, FRAME_MS, Layers, MOST_FRAMES, PictureError, Scene, Theme, frame_indices,
+};
 use mmsim_maze::Cell;
 use serde::Deserialize;
 
@@ -12,10 +14,6 @@ use crate::work::Wanted;
 /// The longer side of a PNG and of a GIF, in pixels.
 const PNG_SIDE_PX: u32 = 1280;
 const GIF_SIDE_PX: u32 = 480;
-
-/// How many frames a GIF has at most, and how long each stays.
-const MOST_FRAMES: usize = 400;
-const FRAME_MS: u32 = 60;
 
 /// How a picture to keep shall look.
 #[derive(Clone, Copy, Debug, Deserialize)]
