@@ -3,7 +3,9 @@
 //! To be woken costs more than to answer: a mouse that waits for its reply sends the next request
 //! some 20 µs later, and a server that still looks then is twice as fast. It gives its processor to
 //! whoever wants it between two looks. Where all processors have work to do, that can take
-//! milliseconds while sleepers are preferred, so it looks ever less often there.
+//! milliseconds while sleepers are preferred. So it keeps account of what looking gains and what it
+//! costs: beside a browser that draws now and then it goes on, beside others who always have work it
+//! looks ever less often.
 
 use std::io;
 use std::thread;
@@ -15,12 +17,18 @@ const LOOK: Duration = Duration::from_micros(50);
 /// Others who keep the processor for so long have work of their own.
 const CROWDED: Duration = Duration::from_micros(200);
 
-/// For so many sleeps there is no look at first once that has happened, and at most.
+/// What is gained where something is found: that much longer it takes to be woken.
+const GAIN: Duration = Duration::from_micros(20);
+
+/// What may be lost in a crowd, of what was gained before.
+const MOST_GAINED: Duration = Duration::from_millis(80);
+
+/// For so many sleeps there is no look at first once more was lost than gained, and at most.
 const SLEEPS: u32 = 64;
 const MOST_SLEEPS: u32 = 1 << 16;
 
-/// After so many things found since, it is forgotten.
-const FORGIVEN: u32 = 4096;
+/// Once so much was gained since, it is forgotten.
+const FORGIVEN: Duration = Duration::from_millis(20);
 
 /// Decides whether to look before the next sleep.
 #[derive(Debug)]
@@ -29,15 +37,15 @@ pub(crate) struct Lookout {
     expects: bool,
     /// Sleeps to go without a look.
     sleeps: u32,
-    /// How many there will be the next time that there is a crowd.
+    /// How many there will be the next time that it was not worth it.
     next_sleeps: u32,
-    /// Things found since there was a crowd.
-    found: u32,
+    /// What looking has gained since then, less what it has cost.
+    gained: Duration,
 }
 
 impl Lookout {
     pub(crate) const fn new() -> Self {
-        Self { expects: false, sleeps: 0, next_sleeps: SLEEPS, found: 0 }
+        Self { expects: false, sleeps: 0, next_sleeps: SLEEPS, gained: Duration::ZERO }
     }
 
     /// Looks for up to `most`, if it is likely to find something. Gives whether `look` has.
@@ -59,7 +67,7 @@ impl Lookout {
             thread::yield_now();
             let before = std::mem::replace(&mut now, Instant::now());
             if now - before >= CROWDED {
-                self.meets_crowd();
+                self.loses(now - before);
             }
         }
         Ok(false)
@@ -76,17 +84,21 @@ impl Lookout {
         looks
     }
 
-    const fn finds(&mut self) {
-        self.found = self.found.saturating_add(1);
-        if self.found >= FORGIVEN {
+    fn finds(&mut self) {
+        self.gained = (self.gained + GAIN).min(MOST_GAINED);
+        if self.gained >= FORGIVEN {
             self.next_sleeps = SLEEPS;
         }
     }
 
-    fn meets_crowd(&mut self) {
-        self.sleeps = self.next_sleeps;
-        self.next_sleeps = (4 * self.next_sleeps).min(MOST_SLEEPS);
-        self.found = 0;
+    fn loses(&mut self, time: Duration) {
+        if let Some(rest) = self.gained.checked_sub(time) {
+            self.gained = rest;
+        } else {
+            self.gained = Duration::ZERO;
+            self.sleeps = self.next_sleeps;
+            self.next_sleeps = (4 * self.next_sleeps).min(MOST_SLEEPS);
+        }
     }
 }
 
@@ -124,21 +136,36 @@ mod tests {
     }
 
     #[test]
-    fn in_a_crowd_it_looks_ever_less_often_until_it_finds_again() {
+    fn in_a_crowd_it_looks_ever_less_often_until_that_gains_again() {
         let mut lookout = Lookout::new();
         lookout.has_come(true);
         let sleeps = |lookout: &mut Lookout| {
-            lookout.meets_crowd();
+            lookout.loses(CROWDED);
             std::iter::repeat_with(|| lookout.begins()).take_while(|looks| !looks).count()
         };
         assert_eq!(
             [0; 7].map(|_| sleeps(&mut lookout)),
             [64, 256, 1024, 4096, 16384, 65536, 65536]
         );
-        for _ in 0..FORGIVEN {
+        while lookout.gained < FORGIVEN {
             lookout.finds();
         }
-        lookout.meets_crowd();
-        assert_eq!(lookout.sleeps, 64);
+        // What was gained is lost first.
+        lookout.loses(FORGIVEN);
+        assert!(lookout.begins());
+        assert_eq!(sleeps(&mut lookout), 64);
+    }
+
+    #[test]
+    fn it_does_not_gain_for_ever() {
+        let mut lookout = Lookout::new();
+        lookout.has_come(true);
+        for _ in 0..1_000_000 {
+            lookout.finds();
+        }
+        lookout.loses(MOST_GAINED);
+        assert!(lookout.begins());
+        lookout.loses(CROWDED);
+        assert!(!lookout.begins());
     }
 }

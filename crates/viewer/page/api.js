@@ -12,7 +12,7 @@
  * @typedef {{ id: string, run: number, title: string, width: number, height: number,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
  *   shortest_path: number | null, note: string | null }} Source
- * @typedef {{ at: number, steps: number, turns: number, visited: number, open: number | null,
+ * @typedef {{ at: number, states: number, state: number[], steps: number, turns: number, visited: number, open: number | null,
  *   closed: number | null, solved: boolean, trail: number[] }} Moment
  * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[] }} Costs
  * @typedef {{ advance: number, digits: string[], heat: { light: string[], dark: string[] } }} Drawing
@@ -83,11 +83,6 @@ export const source = (id, signal) => json(`/api/sources/${id}`, signal);
 export const sourceAddress = ({ id, run }, what, query = "") => `/api/sources/${id}/${what}?run=${run}${query}`;
 /** @param {Source} source @param {AbortSignal} signal */
 export const drawing = async (source, signal) => (await ask(sourceAddress(source, "drawing.svg"), { signal })).text();
-/** @param {Source} source @param {number} at @param {AbortSignal} signal */
-export const stateMessage = async (source, at, signal) => {
-  const answer = await ask(sourceAddress(source, "states", `&from=${at}&count=1`), { signal });
-  return new Uint8Array(await answer.arrayBuffer());
-};
 /** @param {Source} source @param {number} at @param {AbortSignal} signal @returns {Promise<Moment>} */
 export const moment = (source, at, signal) => json(sourceAddress(source, "moment", `&at=${at}`), signal);
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<Costs>} */

@@ -81,8 +81,8 @@ export class MazeMap {
     /** @type {string[]} */
     const texts = [];
     this.#numbers = new Attributes(all(".number"), "d", (number) => (texts[number] ??= strokes(number, drawing)));
-    this.#heats = new Attributes(all(".heat"), "fill", (heat) =>
-      heat < 0 ? "none" : [...drawing.heat.light, ...drawing.heat.dark][heat]);
+    const colours = [...drawing.heat.light, ...drawing.heat.dark];
+    this.#heats = new Attributes(all(".heat"), "fill", (heat) => (heat < 0 ? "none" : colours[heat]));
 
     this.#cursor.setAttribute("class", "cursor");
     this.#cursor.setAttribute("width", `${PITCH}`);

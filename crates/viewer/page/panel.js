@@ -11,13 +11,12 @@ import { DX, DY, readState } from "./state.js";
 import { Timeline } from "./timeline.js";
 
 /**
- * Milliseconds between draws while states stream in: every other frame of a usual screen, and longer
- * where drawing is slow, so many times as long as a draw takes. The search runs on the same processors.
+ * Milliseconds between draws of live states: every other frame of a usual screen, and longer where
+ * drawing is slow, so many times as long as a draw takes. States that rush past come from a search at
+ * full speed, which is left the processors.
  */
-const REST = { least: 25, most: 200, share: 8 };
-/** Milliseconds until it is seen that the newest state is no longer wanted. */
-const STEP = 10;
-/** States between two draws that are too many for numbers to be read. To draw them is half the work. */
+const REST = { least: 25, most: 150, calm: 2, rush: 10 };
+/** States between two draws that are too many for numbers to be read, which are half the work of one. */
 const RUSH = 50;
 /** Milliseconds without a draw until numbers come back. */
 const CALM = 100;
@@ -47,6 +46,10 @@ export class Panel {
   #busy = false;
   /** When the next live state may be drawn. */
   #rest = 0;
+  /** Ends the rest, since another state than the newest is wanted. */
+  #wake = () => {};
+  /** Whether more states pass between two draws than an eye could follow. */
+  #rushes = false;
   #calmTimer = 0;
   #slowTimer = 0;
   #told = -1;
@@ -145,49 +148,63 @@ export class Panel {
 
   /** Draws the wanted state, then the one that is wanted by then, until none is: never a queue. */
   async #draw() {
-    if (this.#busy) return;
+    if (this.#busy) {
+      if (!this.timeline.following) this.#wake();
+      return;
+    }
     this.#busy = true;
     clearTimeout(this.#calmTimer);
     /** @type {api.Source | null} */
     let source = null;
     try {
       for (;;) {
-        while (this.timeline.following && performance.now() < this.#rest) await pause(STEP);
+        const rest = this.#rest - performance.now();
+        if (this.timeline.following && rest > 0) {
+          await Promise.race([pause(rest), new Promise((wake) => (this.#wake = () => wake(null)))]);
+        }
         const { signal } = this.#abort;
         source = this.#source;
         const at = this.timeline.wanted;
         if (!source || at < 0 || at === this.#shown?.at) break;
-        const [message, moment] = await Promise.all([
-          api.stateMessage(source, at, signal),
-          api.moment(source, at, signal),
-          frame(), // at most one draw a frame
-        ]);
+        const moment = await api.moment(source, at, signal);
         if (source !== this.#source) continue;
+        this.timeline.grow(moment.states);
         const began = performance.now();
-        set(this.element, "data-rush", this.timeline.following && at - (this.#shown?.at ?? 0) > RUSH);
-        this.#shown = { at, state: readState(message, source), moment };
+        this.#rushes = this.timeline.following && at - (this.#shown?.at ?? 0) > RUSH;
+        this.#shown = { at, state: readState(Uint8Array.from(moment.state), source), moment };
         this.#show();
+        const shown = performance.now();
+        await frame(); // at most one draw a frame
+        const painting = performance.now();
         await pause(0); // until it is painted
         const now = performance.now();
-        const { least, most, share } = REST;
-        this.#rest = now + Math.min(Math.max(least, share * (now - began)), most);
+        const { least, most, calm, rush } = REST;
+        const share = this.#rushes ? rush : calm;
+        this.#rest = now + Math.min(Math.max(least, share * (shown - began + now - painting)), most);
       }
     } catch (problem) {
       if (!isOver(problem)) report(problem);
       else if (source === this.#source && this.#news) void this.begin();
     }
     this.#busy = false;
-    this.#calmTimer = setTimeout(() => set(this.element, "data-rush", false), CALM);
+    this.#calmTimer = setTimeout(() => {
+      if (!this.#rushes) return;
+      this.#rushes = false;
+      this.#show();
+    }, CALM);
   }
 
   #show() {
     const shown = this.#shown;
-    if (shown) this.#map?.show(shown.state, shown.moment.trail, this.#layers);
+    const layers = this.#layers;
+    layers.numbers &&= !this.#rushes;
+    if (shown) this.#map?.show(shown.state, shown.moment.trail, layers);
     this.timeline.show();
     this.#chart.show(shown?.at ?? 0);
     showFigures(this.element, this.#source, shown?.moment);
     this.#showCell();
     set(this.element, "data-at", shown?.at ?? "");
+    set(this.element, "data-rush", this.#rushes);
     this.#showSlowly();
   }
 

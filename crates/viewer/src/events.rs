@@ -22,8 +22,12 @@ use crate::viewer::MAX_VIEWER_CONNECTIONS;
 /// more often has less time to draw.
 const LOOK: Duration = Duration::from_millis(33);
 
-/// Between two looks once nothing has happened for some time.
-const QUIET_LOOK: Duration = Duration::from_millis(100);
+/// Between two looks once nothing has happened for some time, or while states rush past: to hear of
+/// each of them takes a page a quarter of the time it has, and with every draw it hears anyway.
+const SELDOM_LOOK: Duration = Duration::from_millis(100);
+
+/// States between two looks from which on they rush past.
+const RUSH: usize = 50;
 
 /// How long nothing has to happen for that.
 const QUIET: Duration = Duration::from_secs(2);
@@ -67,6 +71,13 @@ impl News {
     }
 }
 
+/// What was told last, when, and after how long to look again.
+struct Last {
+    news: News,
+    when: Instant,
+    look: Duration,
+}
+
 /// News whenever there are any.
 pub(crate) fn stream(
     desk: Arc<Desk>,
@@ -75,17 +86,21 @@ pub(crate) fn stream(
         let text = format!("expected at most {MOST_LISTENERS} pages, found one more");
         Refusal::new(StatusCode::SERVICE_UNAVAILABLE, text)
     })?;
-    let untold: Option<(News, Instant)> = None;
+    let untold: Option<Last> = None;
     Ok(Sse::new(stream::unfold((desk, untold, place), |(desk, told, place)| async move {
         loop {
-            if let Some((_, since)) = &told {
-                sleep(if since.elapsed() < QUIET { LOOK } else { QUIET_LOOK }).await;
+            if let Some(Last { when, look, .. }) = &told {
+                sleep(if when.elapsed() < QUIET { *look } else { SELDOM_LOOK }).await;
             }
             let news = News::of(&desk);
-            let is_old = |(told, since): &(News, Instant)| *told == news && since.elapsed() < PULSE;
+            let is_old = |last: &Last| last.news == news && last.when.elapsed() < PULSE;
             if !told.as_ref().is_some_and(is_old) {
                 let event = Event::default().json_data(&news).unwrap_or_default();
-                return Some((Ok(event), (desk, Some((news, Instant::now())), place)));
+                let rushes =
+                    told.is_some_and(|last| news.states > last.news.states.map(|n| n + RUSH));
+                let look = if rushes { SELDOM_LOOK } else { LOOK };
+                let last = Last { news, when: Instant::now(), look };
+                return Some((Ok(event), (desk, Some(last), place)));
             }
         }
     })))

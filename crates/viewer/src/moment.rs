@@ -1,4 +1,4 @@
-//! Figures for one moment of a run.
+//! One moment of a run: its state, and figures.
 
 use mmsim_drawing::TRAIL_CELLS;
 use mmsim_server::Block;
@@ -12,6 +12,10 @@ use crate::source::Source;
 #[derive(Debug, Serialize)]
 pub(crate) struct Moment {
     at: usize,
+    /// How many states the run has by now.
+    states: usize,
+    /// The message `S`, as it was sent.
+    state: Vec<u8>,
     steps: u64,
     turns: u64,
     visited: usize,
@@ -27,13 +31,16 @@ impl Moment {
     pub(crate) fn of(source: &Source, run: u32, at: usize) -> Result<Self, Refusal> {
         let (described, states) = (source.describe(run)?, source.around(run, at)?);
         let missing = || Refusal::failed("expected a state");
-        let (_, map) = described.read(states.get(at).ok_or_else(missing)?)?;
+        let message = states.get(at).ok_or_else(missing)?;
+        let (_, map) = described.read(message)?;
         let tally = states.tally(at).ok_or_else(missing)?;
         let cost = Cost::of(&map);
         let trail = cells(source, run, at)?;
         let width = u16::from(described.size.width());
         Ok(Self {
             at,
+            states: source.states(run)?,
+            state: message.to_vec(),
             steps: tally.steps,
             turns: tally.turns,
             visited: map.visited().len(),

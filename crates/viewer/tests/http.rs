@@ -229,12 +229,12 @@ fn a_moment_has_its_figures() {
             "goals": [[2, 0]], "states": 0, "state_bytes": 18, "truth": true, "shortest_path": 4,
             "ending": null, "note": null})
     );
-    watched.states(700);
+    let sent = watched.states(700);
     let moment = watched.get("/api/sources/live/moment?run=1&at=6").json();
     // From (2, 1) back to the start are three steps.
     assert_eq!(
         moment,
-        json!({"at": 6, "steps": 3 + 3 + 2, "turns": 0, "visited": 1, "open": 4, "closed": null,
+        json!({"at": 6, "states": 700, "state": sent[6], "steps": 3 + 3 + 2, "turns": 0, "visited": 1, "open": 4, "closed": null,
             "solved": false, "trail": [0, 3, 4, 5, 0, 3, 4]})
     );
     let moment = watched.get("/api/sources/live/moment?run=1&at=699").json();

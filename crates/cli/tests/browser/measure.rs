@@ -187,7 +187,8 @@ const NOTE_DRAWN: &str = r#"
         requestAnimationFrame(() => setTimeout(() => yes([at, performance.now()])));
     }).observe(document, { subtree: true, childList: true, attributeFilter: ["data-at"] }));"#;
 
-/// Moves the slider to each of these states and notes how long it takes until each is shown.
+/// Moves the slider to each of these states, and notes how long it takes until the page shows each, and
+/// until that is painted.
 const SCRUB: &str = r#"
     const [positions, done] = arguments;
     const panel = document.querySelector('[data-source="live"]');
@@ -209,7 +210,10 @@ const SCRUB: &str = r#"
             slider.value = at;
             slider.dispatchEvent(new Event("input", { bubbles: true }));
             await shown;
-            times.push(performance.now() - began);
+            const set = performance.now() - began;
+            await frame();
+            await new Promise(setTimeout);
+            times.push([set, performance.now() - began]);
         }
         done(times);
     })();"#;
@@ -255,8 +259,10 @@ fn a_history_of_a_million_states() {
             })
             .collect();
         for round in 1..=2 {
-            let mut times: Vec<f64> = browser.run_async(SCRUB, &[json!(positions)]);
-            println!("scrubbing, round {round}: shown after {}", summary(&mut times));
+            let times: Vec<(f64, f64)> = browser.run_async(SCRUB, &[json!(positions)]);
+            let (mut shown, mut painted): (Vec<_>, Vec<_>) = times.into_iter().unzip();
+            println!("scrubbing, round {round}: shown after {}", summary(&mut shown));
+            println!("scrubbing, round {round}: painted after {}", summary(&mut painted));
         }
     });
 }

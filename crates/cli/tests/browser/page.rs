@@ -58,7 +58,7 @@ impl<'a> Panel<'a> {
         self.browser.click(&self.part(selector));
     }
 
-    /// What it says of itself: `at`, `states`, `run`, `following`, `solved`.
+    /// What it says of itself: `at`, `states`, `run`, `following`, `rush`, `solved`.
     pub(crate) fn says(&self, what: &str) -> String {
         let script = "return document.querySelector(arguments[0])?.dataset[arguments[1]] ?? 'none'";
         self.browser.run(script, &[json!(self.part("").trim_end()), json!(what)])
@@ -109,8 +109,9 @@ impl<'a> Panel<'a> {
         });
     }
 
-    /// Fails unless the state that was told last is shown, all of it.
+    /// Fails unless the state that was told last is shown, all of it, once states have stopped rushing.
     pub(crate) fn assert_shows(&self, maze: &Maze, told: &[Told]) {
+        wait_for("a calm page", || (self.says("rush") == "false").then_some(()));
         let trail: Vec<Cell> = told.iter().rev().take(500).rev().map(|told| told.cell).collect();
         Drawing::of(maze, told.last(), &trail)
             .assert_shown(&Drawing::shown(self.browser, self.source));
