@@ -22,8 +22,8 @@ use crate::viewer::MAX_VIEWER_CONNECTIONS;
 /// more often has less time to draw.
 const LOOK: Duration = Duration::from_millis(33);
 
-/// Between two looks once nothing has happened for some time, or while states rush past: to hear of
-/// each of them takes a page a quarter of the time it has, and with every draw it hears anyway.
+/// Between two looks once nothing has happened for some time, or while states rush past: hearing of
+/// them took a page a third as long as drawing them, and it hears with every draw anyway.
 const SELDOM_LOOK: Duration = Duration::from_millis(100);
 
 /// States between two looks from which on they rush past.
