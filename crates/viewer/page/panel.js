@@ -170,7 +170,7 @@ export class Panel {
         if (source !== this.#source) continue;
         this.timeline.grow(moment.states);
         const began = performance.now();
-        this.#rushes = this.timeline.following && at - (this.#shown?.at ?? 0) > RUSH;
+        this.#rushes = this.timeline.following && at - (this.#shown?.at ?? at) > RUSH;
         this.#shown = { at, state: readState(Uint8Array.from(moment.state), source), moment };
         this.#show();
         const shown = performance.now();

@@ -234,8 +234,9 @@ fn a_moment_has_its_figures() {
     // From (2, 1) back to the start are three steps.
     assert_eq!(
         moment,
-        json!({"at": 6, "states": 700, "state": sent[6], "steps": 3 + 3 + 2, "turns": 0, "visited": 1, "open": 4, "closed": null,
-            "solved": false, "trail": [0, 3, 4, 5, 0, 3, 4]})
+        json!({"at": 6, "states": 700, "state": sent[6], "steps": 3 + 3 + 2, "turns": 0,
+            "visited": 1, "open": 4, "closed": null, "solved": false,
+            "trail": [0, 3, 4, 5, 0, 3, 4]})
     );
     let moment = watched.get("/api/sources/live/moment?run=1&at=699").json();
     let trail = moment["trail"].as_array().unwrap();
