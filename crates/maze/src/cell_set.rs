@@ -25,6 +25,11 @@ impl CellSet {
     /// The set without a cell.
     pub const EMPTY: Self = Self { rows: [0; SIDE] };
 
+    /// The set as bits: bit x of row y.
+    pub const fn rows(&self) -> &[u32; SIDE] {
+        &self.rows
+    }
+
     /// Adds a cell. Says whether the set has grown: a cell that is in it already and one beyond
     /// 32×32 leave it as it was.
     pub fn insert(&mut self, cell: Cell) -> bool {

@@ -43,6 +43,18 @@ impl Walls {
         self.size
     }
 
+    /// The inner walls to the north: bit x of row y is the one between (x, y) and (x, y + 1). Bits
+    /// of outer walls and beyond are clear.
+    pub const fn north_rows(&self) -> &[u32; SIDE] {
+        &self.north
+    }
+
+    /// The inner walls to the east: bit x of row y is the one between (x, y) and (x + 1, y). Bits
+    /// of outer walls and beyond are clear.
+    pub const fn east_rows(&self) -> &[u32; SIDE] {
+        &self.east
+    }
+
     /// Whether there is a wall at the side of `cell` towards `heading`: always at the edge of the
     /// maze and outside of it.
     pub fn has(&self, cell: Cell, heading: Heading) -> bool {

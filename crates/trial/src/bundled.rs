@@ -1,0 +1,91 @@
+//! The robots that come with this crate, by name.
+
+use std::fmt;
+use std::str::FromStr;
+
+use mmsim_maze::KnownMaze;
+
+use crate::{Random, Robot};
+
+/// A robot that comes with this crate.
+///
+/// ```
+/// use mmsim_trial::Bundled;
+/// let robot: Bundled = "random".parse()?;
+/// assert_eq!(robot, Bundled::Random);
+/// # Ok::<(), mmsim_trial::UnknownRobot>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Bundled {
+    /// [`Random`]
+    Random,
+}
+
+/// What a robot is told beside the maze's size, start and goal; each heeds what concerns it.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Settings {
+    /// Where all that is random in it comes from.
+    pub seed: u64,
+}
+
+/// A name that no robot here has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected one of {names}, found {name:?}", names = Bundled::ALL.map(Bundled::name).join(", "))]
+pub struct UnknownRobot {
+    /// The name.
+    pub name: String,
+}
+
+impl Bundled {
+    /// All of them.
+    pub const ALL: [Self; 1] = [Self::Random];
+
+    /// Its name, as on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Random => "random",
+        }
+    }
+
+    /// What it does, in a few words.
+    pub const fn about(self) -> &'static str {
+        match self {
+            Self::Random => "any turn and any move",
+        }
+    }
+
+    /// The robot itself, its trial not begun yet.
+    pub fn robot(self, before: KnownMaze, settings: &Settings) -> Box<dyn Robot + Send> {
+        match self {
+            Self::Random => Box::new(Random::new(before, settings.seed)),
+        }
+    }
+}
+
+impl fmt::Display for Bundled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Bundled {
+    type Err = UnknownRobot;
+
+    fn from_str(name: &str) -> Result<Self, UnknownRobot> {
+        let named = Self::ALL.into_iter().find(|robot| robot.name() == name);
+        named.ok_or_else(|| UnknownRobot { name: name.into() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back() {
+        for robot in Bundled::ALL {
+            assert_eq!(robot.to_string().parse(), Ok(robot));
+        }
+        assert!("Random".parse::<Bundled>().is_err());
+    }
+}

@@ -1,0 +1,33 @@
+//! The two-run trial, "plot and navigate a virtual maze": a robot explores a maze it has never
+//! seen, goes back to the start, and races to the goal.
+//!
+//! ```text
+//!              a step: sensors, then a turn and up to 3 cells
+//!   ┌───────┐  [left, front, right]: open cells    ┌───────┐
+//!   │       │ ───────────────────────────────────► │       │
+//!   │ Trial │                                      │ Robot │      score = steps of the race
+//!   │       │ ◄─────────────────────────────────── │       │            + steps of exploring / 30
+//!   └───────┘  rotation and movement, or a reset   └───────┘
+//! ```
+//!
+//! [`Trial`] is the environment, exact to the published tester's rules; [`Robot`] is what stands
+//! trial in it. Nothing here knows a clock, a socket or a thread, and what is random comes from a
+//! seed, so the same trial runs the same way on every machine.
+
+mod action;
+mod bundled;
+mod noise;
+mod race;
+mod random;
+mod robot;
+mod survey;
+mod trial;
+
+pub use action::{Action, Rotation};
+pub use bundled::{Bundled, Settings, UnknownRobot};
+pub use noise::Noise;
+pub use race::{RaceSteps, race_optimum};
+pub use random::Random;
+pub use robot::{Robot, try_robot, try_watched};
+pub use survey::Survey;
+pub use trial::{Ending, Run, Score, Trial};
