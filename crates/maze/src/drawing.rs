@@ -14,9 +14,9 @@ use crate::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose, WallState};
 /// o---o---o
 /// ```
 ///
-/// A number takes the place of `S` and `G`, the mouse that of a number. Cells are three characters
-/// wide, and wider if a number needs it. Without numbers and a mouse, the drawing of a [`Maze`] is
-/// the text format.
+/// A number takes the place of `S` and `G`, a letter that of a number, the mouse that of a letter.
+/// Cells are three characters wide, and wider if a number needs it. Without numbers, letters and a
+/// mouse, the drawing of a [`Maze`] is the text format.
 ///
 /// ```
 /// use mmsim_maze::{Maze, MazeSize, Walls, Cell, CellSet};
@@ -34,6 +34,7 @@ use crate::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose, WallState};
 pub struct Drawing<'a> {
     drawn: Drawn<'a>,
     numbers: Option<&'a dyn Fn(Cell) -> Option<u16>>,
+    letters: Option<&'a dyn Fn(Cell) -> Option<char>>,
     mouse: Option<Pose>,
     compact: bool,
 }
@@ -46,16 +47,27 @@ enum Drawn<'a> {
 
 impl<'a> Drawing<'a> {
     pub(crate) const fn of_maze(maze: &'a Maze) -> Self {
-        Self { drawn: Drawn::Truth(maze), numbers: None, mouse: None, compact: false }
+        Self::of(Drawn::Truth(maze))
     }
 
     pub(crate) const fn of_known_maze(map: &'a KnownMaze) -> Self {
-        Self { drawn: Drawn::Known(map), numbers: None, mouse: None, compact: false }
+        Self::of(Drawn::Known(map))
+    }
+
+    const fn of(drawn: Drawn<'a>) -> Self {
+        Self { drawn, numbers: None, letters: None, mouse: None, compact: false }
     }
 
     /// Writes a number, such as a distance in steps, into each cell for which there is one.
     pub const fn with_numbers(mut self, numbers: &'a dyn Fn(Cell) -> Option<u16>) -> Self {
         self.numbers = Some(numbers);
+        self
+    }
+
+    /// Writes a letter, such as where a mouse went from there, into each cell for which there is
+    /// one.
+    pub const fn with_letters(mut self, letters: &'a dyn Fn(Cell) -> Option<char>) -> Self {
+        self.letters = Some(letters);
         self
     }
 
@@ -104,6 +116,15 @@ impl<'a> Drawing<'a> {
         self.numbers.and_then(|number| number(cell))
     }
 
+    fn has_mouse(&self, cell: Cell) -> bool {
+        self.mouse.is_some_and(|pose| pose.cell == cell)
+    }
+
+    /// The letter in a cell, unless the mouse stands there.
+    fn letter(&self, cell: Cell) -> Option<char> {
+        self.letters.and_then(|letter| letter(cell)).filter(|_| !self.has_mouse(cell))
+    }
+
     /// Characters between two posts.
     fn cell_width(&self) -> usize {
         match self.size().cells().filter_map(|cell| self.number(cell)).max() {
@@ -135,9 +156,10 @@ impl<'a> Drawing<'a> {
         f.write_char(self.side(Cell::new(0, y), Heading::West))?;
         for x in 0..self.size().width() {
             let cell = Cell::new(x, y);
-            match self.number(cell).filter(|_| self.mouse.is_none_or(|pose| pose.cell != cell)) {
-                Some(number) => write!(f, "{number:^width$}")?,
-                None => write!(f, "{:^width$}", self.mark(cell))?,
+            match (self.letter(cell), self.number(cell).filter(|_| !self.has_mouse(cell))) {
+                (Some(letter), _) => write!(f, "{letter:^width$}")?,
+                (None, Some(number)) => write!(f, "{number:^width$}")?,
+                (None, None) => write!(f, "{:^width$}", self.mark(cell))?,
             }
             f.write_char(self.side(cell, Heading::East))?;
         }
@@ -154,7 +176,9 @@ impl<'a> Drawing<'a> {
             for x in 0..self.size().width() {
                 let cell = Cell::new(x, y);
                 let east = self.side(cell, Heading::East);
-                match (self.wall(cell, Heading::South), self.mark(cell)) {
+                let mut letter = [0; 4];
+                let letter = self.letter(cell).map(|found| &*found.encode_utf8(&mut letter));
+                match (self.wall(cell, Heading::South), letter.unwrap_or_else(|| self.mark(cell))) {
                     (WallState::Present, mark) => write!(f, "{mark:_^3}{east}")?,
                     (WallState::Absent, mark) => write!(f, "{mark:^3}{east}")?,
                     (WallState::Unknown, mark) => write!(f, "{mark:.^3}{east}")?,
@@ -283,6 +307,26 @@ mod tests {
          ___ ___ ___
         |   ........|
         |_^_|___._G_|
+        ");
+    }
+
+    #[test]
+    fn letters_stand_before_numbers_and_behind_the_mouse() {
+        let maze = maze();
+        let letter = |cell: Cell| (cell.y == 0).then_some(['R', 'U', 'X'][usize::from(cell.x)]);
+        let number = |cell: Cell| Some(u16::from(cell.x));
+        let drawing = maze.drawing().with_letters(&letter);
+        insta::assert_snapshot!(drawing.with_numbers(&number).with_mouse(maze.start()), @r"
+        o---o---o---o
+        | 0   1   2 |
+        o   o---o   o
+        | ^ | U   X |
+        o---o---o---o
+        ");
+        insta::assert_snapshot!(drawing.compact(), @"
+         ___ ___ ___
+        |    ___    |
+        |_R_|_U_ _X_|
         ");
     }
 
