@@ -14,6 +14,8 @@
 //! and each frame of an [`Animation`] are that SVG as pixels. So a picture in a file, on a page and
 //! in an animation is the same.
 //!
+//! A [`BarChart`] is a picture of another kind: what some trials cost.
+//!
 //! Elements carry classes and no style, see [`Scene::page_svg`]; the colours stand in
 //! [`stylesheet`]. Numbers are strokes from a table of digits ([`digits`]), so no font is needed.
 //!
@@ -35,6 +37,7 @@
 //! The crate does no input or output, and knows neither the protocol nor files.
 
 mod animation;
+mod bars;
 mod canvas;
 mod digits;
 mod geometry;
@@ -50,6 +53,7 @@ mod thumbnail;
 mod walls;
 
 pub use animation::{Animation, FRAME_MS, MOST_FRAMES, frame_indices};
+pub use bars::{Bar, BarChart, BarGroup};
 pub use digits::digits;
 pub use page::page_json;
 pub use pixels::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
