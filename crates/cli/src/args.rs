@@ -5,11 +5,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::builder::PossibleValue;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use mmsim_drawing::WIDTH_PX;
 use mmsim_maze::{Cell, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::Bundled;
+
+use crate::trial::TrialArgs;
 
 /// A micromouse maze simulator. Without a command it serves a maze: it tells a search client only
 /// the walls around the mouse, and keeps every state that the client reports.
@@ -29,6 +32,7 @@ Examples:
   mmsim mazes/ --maze \"apec 2018\"      serve a maze of your own collection
   mmsim solve weight-increment         run a bundled mouse against a simulator
   mmsim render run.mcap -o run.gif     make an animation of a recorded search
+  mmsim trial mazes/                   let a robot explore and race in each maze, and score it
   mmsim mazes check my-maze.txt        see whether a maze file is in order
 
 The environment variable RUST_LOG=debug shows every refused request.";
@@ -43,6 +47,8 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Draw a maze or a recording into a file: SVG, PNG or animated GIF.
     Render(RenderArgs),
+    /// Let robots explore mazes and race through them: the two-run trial.
+    Trial(TrialArgs),
     /// List, show and check mazes.
     Mazes(MazesArgs),
 }
@@ -311,6 +317,14 @@ pub(crate) enum Goal {
     Server,
 }
 
+/// Ends one of the commands as any other mistake on the command line does.
+pub(crate) fn wrong_usage(command: &str, message: &str) -> ! {
+    let mut cli = Cli::command();
+    cli.build();
+    let command = cli.find_subcommand(command).cloned();
+    command.unwrap_or(cli).error(ErrorKind::ValueValidation, message).exit()
+}
+
 /// Two numbers parted by a character.
 fn parse_pair<N: std::str::FromStr>(text: &str, between: char) -> Option<(N, N)> {
     let (first, second) = text.split_once(between)?;
@@ -351,8 +365,6 @@ fn parse_seconds(text: &str) -> Result<Duration, String> {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
 
     #[test]

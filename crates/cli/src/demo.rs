@@ -20,9 +20,9 @@ use crate::solve::{ask_goals, say_waiting};
 use crate::{keep, watching};
 
 /// Time between two steps that an eye can follow, in milliseconds.
-const PACE_MS: u64 = 50;
+pub(crate) const PACE_MS: u64 = 50;
 
-const HOST: &str = "127.0.0.1";
+pub(crate) const HOST: &str = "127.0.0.1";
 
 const STRATEGY: Bundled = Bundled::FloodFill;
 

@@ -1,5 +1,5 @@
-//! `mmsim`, a micromouse maze simulator: serves mazes to search clients and runs bundled
-//! strategies against a simulator.
+//! `mmsim`, a micromouse maze simulator: serves mazes to search clients, runs bundled strategies
+//! against a simulator, and puts robots on the two-run trial.
 
 mod args;
 mod demo;
@@ -15,6 +15,7 @@ mod screen;
 mod selection;
 mod serve;
 mod solve;
+mod trial;
 mod watching;
 
 use std::error::Error;
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
         Some(Command::Demo(args)) => demo::run(&args),
         Some(Command::Replay(args)) => replay::run(&args),
         Some(Command::Render(args)) => render::run(&args),
+        Some(Command::Trial(args)) => trial::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
     };
     match outcome {

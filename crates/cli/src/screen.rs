@@ -130,7 +130,7 @@ pub(crate) fn still_maze(maze: &Maze) -> String {
 }
 
 /// Only lines that are too long are a nuisance, the upper ones may scroll away.
-fn wide_or_compact([wide, compact]: [String; 2]) -> String {
+pub(crate) fn wide_or_compact([wide, compact]: [String; 2]) -> String {
     let room = (terminal().0, usize::MAX);
     let is_better = !fits(&wide, room) && fits(&compact, room);
     if io::stdout().is_terminal() && is_better { compact } else { wide }

@@ -21,11 +21,18 @@ pub(crate) struct Collection {
 }
 
 /// A maze and its name.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Selected {
     pub(crate) path: PathBuf,
     pub(crate) name: String,
     pub(crate) maze: Maze,
+}
+
+impl Selected {
+    /// The path as it is told.
+    pub(crate) fn shown_path(&self) -> String {
+        self.path.display().to_string()
+    }
 }
 
 /// Why there is no maze.

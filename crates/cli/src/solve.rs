@@ -4,8 +4,6 @@ use std::ops::ControlFlow;
 use std::thread;
 use std::time::Duration;
 
-use clap::CommandFactory;
-use clap::error::ErrorKind;
 use mmsim_client::{BrokenRun, RunError, SearchRun, Waiting, Zmq, ask_info, search_run};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_protocol::Info;
@@ -13,7 +11,7 @@ use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::args::{Cli, Goal, SolveArgs};
+use crate::args::{Goal, SolveArgs, wrong_usage};
 use crate::output::{own_command, print, say};
 use crate::recorded::Recorded;
 use crate::screen::{Screen, ending};
@@ -104,7 +102,7 @@ fn told_goals(args: &SolveArgs) -> Option<(MazeSize, CellSet)> {
     let size = args.size.unwrap_or(MazeSize::CLASSIC);
     if args.goal.contains(&Goal::Server) {
         if args.goal.len() > 1 {
-            wrong_usage("expected --goal server or cells, found both".into());
+            wrong_usage("solve", "expected --goal server or cells, found both");
         }
         return None;
     }
@@ -113,20 +111,13 @@ fn told_goals(args: &SolveArgs) -> Option<(MazeSize, CellSet)> {
         match *goal {
             Goal::Cell(cell) if size.contains(cell) => goals.extend([cell]),
             Goal::Cell(cell) => {
-                wrong_usage(format!("expected --goal inside a maze of {size} cells, found {cell}"));
+                let found = format!("expected --goal inside a maze of {size} cells, found {cell}");
+                wrong_usage("solve", &found);
             }
             Goal::Server => {}
         }
     }
     Some((size, if goals.is_empty() { size.central_cells() } else { goals }))
-}
-
-/// Ends the command as any other mistake on the command line does.
-fn wrong_usage(message: String) -> ! {
-    let mut command = Cli::command();
-    command.build();
-    let solve = command.find_subcommand("solve").cloned();
-    solve.unwrap_or(command).error(ErrorKind::ValueValidation, message).exit()
 }
 
 /// Size, start and goals as the server says.

@@ -1,0 +1,56 @@
+//! The mazes that are named on the command line.
+
+use std::path::{Path, PathBuf};
+
+use mmsim_maze::Catalogue;
+
+use crate::output::say;
+use crate::selection::{Collection, Selected, SelectionError};
+
+/// The mazes that can be read, in order, and whether that is all of them.
+pub(crate) struct Given {
+    pub(crate) mazes: Vec<Selected>,
+    pub(crate) are_all: bool,
+}
+
+impl Given {
+    /// Reads the mazes of these files and folders, and those found by words. Says what is wrong with
+    /// the others.
+    pub(crate) fn read(names: &[PathBuf]) -> Self {
+        let mut given = Self { mazes: Vec::new(), are_all: true };
+        for name in names {
+            let read = if name.exists() { given.read_all(name) } else { given.find(name) };
+            if let Err(error) = read {
+                given.miss(&error);
+            }
+        }
+        given
+    }
+
+    fn read_all(&mut self, path: &Path) -> Result<(), SelectionError> {
+        let catalogue = Catalogue::of_path(path)?;
+        if catalogue.entries().is_empty() {
+            return Err(SelectionError::Empty { place: path.display().to_string() });
+        }
+        for entry in catalogue.entries() {
+            match entry.maze() {
+                Ok(maze) => {
+                    let (path, name) = (entry.path().into(), entry.name());
+                    self.mazes.push(Selected { path, name, maze });
+                }
+                Err(error) => self.miss(&error.into()),
+            }
+        }
+        Ok(())
+    }
+
+    fn find(&mut self, words: &Path) -> Result<(), SelectionError> {
+        self.mazes.push(Collection::at(None)?.select(&words.to_string_lossy())?);
+        Ok(())
+    }
+
+    fn miss(&mut self, error: &SelectionError) {
+        self.are_all = false;
+        say(format_args!("mmsim: {error}"));
+    }
+}

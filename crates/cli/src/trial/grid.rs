@@ -1,0 +1,39 @@
+//! Text in rows and columns.
+
+use std::fmt::Write as _;
+
+/// The rows with each column as wide as it must be: the first is flush left, the others are flush
+/// right.
+pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
+    let width = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..rows.iter().map(Vec::len).max().unwrap_or(0)).map(width).collect();
+    let mut text = String::new();
+    for row in rows {
+        for (column, (cell, &width)) in row.iter().zip(&widths).enumerate() {
+            // Writing to a string cannot fail.
+            let _ = match column {
+                0 => write!(text, "{cell:<width$}"),
+                _ => write!(text, "  {cell:>width$}"),
+            };
+        }
+        text.truncate(text.trim_end_matches(' ').len());
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_as_wide_as_they_must_be() {
+        let rows = [vec!["ä", "1", ""], vec!["bcd", "22", "x"], vec!["e"]];
+        let rows = rows.map(|row| row.into_iter().map(String::from).collect());
+        assert_eq!(aligned(&rows), "ä     1\nbcd  22  x\ne\n");
+        assert_eq!(aligned(&[]), "");
+    }
+}

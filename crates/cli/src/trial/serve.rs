@@ -1,0 +1,128 @@
+//! A trial that can be watched: the robot is a client that tells a simulator where it is.
+
+use std::error::Error;
+use std::io::{self, IsTerminal};
+use std::time::Duration;
+
+use mmsim_client::{Transport, Zmq};
+use mmsim_maze::{Catalogue, KnownMaze, Unknown};
+use mmsim_protocol::{MAX_STATE_BYTES, Order, Reply, Request, encode_state};
+use mmsim_trial::{RaceSteps, Trial};
+use mmsim_viewer::Show;
+
+use super::TrialArgs;
+use super::results::Results;
+use super::tried::{Contender, Tried};
+use crate::args::wrong_usage;
+use crate::demo::{HOST, PACE_MS};
+use crate::interrupt::Interrupt;
+use crate::output::say;
+use crate::selection::Selected;
+use crate::serve::{announce, bind};
+use crate::solve::say_waiting;
+use crate::{Outcome, keep, watching};
+
+/// Puts one robot on trial in one maze.
+pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> Outcome {
+    let (contenders, paths) = (args.contenders(), mazes.len());
+    let [contender] = &contenders[..] else {
+        let found = format!("expected one robot with --serve, found {}", contenders.len());
+        wrong_usage("trial", &found);
+    };
+    let Ok([selected]) = <[Selected; 1]>::try_from(mazes) else {
+        wrong_usage("trial", &format!("expected one maze with --serve, found {paths}"));
+    };
+    let watch = &args.watch;
+    let recorder = keep::recorder(&watch.keep)?;
+    let server = bind(HOST, watch.port)?;
+    let viewer = if watch.once { None } else { watching::bind(&watch.viewer, HOST)? };
+    let interrupt = Interrupt::catch()?;
+    say(announce(&selected, server.address()));
+    let show = Show::default()
+        .with_live(&server, &selected.path)
+        .with_mazes(Catalogue::of_path(&selected.path).unwrap_or_default())
+        .with_recordings(watch.keep.record.clone());
+    let simulation = keep::simulation(selected.clone(), &watch.keep);
+    keep::announce(&watch.keep, &simulation);
+    let server = server.with_recorder(recorder).spawn(simulation);
+    watching::begin(viewer, show, &watch.viewer)?;
+    let pace = watch.pace.unwrap_or(if io::stdout().is_terminal() { PACE_MS } else { 0 });
+    let pause = || interrupt.wait_for(Duration::from_millis(pace));
+    let tried = Client::connect(server.address())
+        .and_then(|client| client.stand_trial(contender, &selected, pause));
+    let mut is_done = true;
+    if let Some(tried) = tried? {
+        let jobs = [(&selected, contender)];
+        let mut results = Results::new(&jobs, args);
+        results.add(vec![tried])?;
+        is_done = results.finish()?;
+        if !watch.once {
+            say(format_args!("still serving at {}; Ctrl-C ends it", server.address()));
+            interrupt.wait();
+        }
+    }
+    server.stop()?;
+    Ok(is_done || !watch.once)
+}
+
+/// Why a trial broke off.
+enum Stop {
+    Interrupted,
+    Failed(Box<dyn Error>),
+}
+
+/// A client of the simulator that asks it nothing.
+struct Client<'a> {
+    transport: Zmq<'a>,
+    reply: Vec<u8>,
+}
+
+impl Client<'_> {
+    fn connect(address: &str) -> Result<Self, Box<dyn Error>> {
+        let transport = Zmq::connect(address, None, |waiting| say_waiting(&waiting, false))?;
+        Ok(Self { transport, reply: Vec::new() })
+    }
+
+    /// Lets the robot explore and race and tells of each moment. `None` if `pause` between two
+    /// steps says that it is enough.
+    fn stand_trial(
+        mut self,
+        contender: &Contender,
+        selected: &Selected,
+        pause: impl Fn() -> bool,
+    ) -> Result<Option<Tried>, Box<dyn Error>> {
+        let mut buffer = [0; MAX_STATE_BYTES];
+        let length = Request::Reset.encode(&mut buffer)?;
+        self.tell(&buffer[..length])?;
+        let tried = contender.stand_watched(&selected.maze, |trial, seen| {
+            self.tell_state(trial, seen, &mut buffer).map_err(Stop::Failed)?;
+            if pause() { Err(Stop::Interrupted) } else { Ok(()) }
+        });
+        match tried {
+            Ok(tried) => Ok(Some(tried)),
+            Err(Stop::Interrupted) => Ok(None),
+            Err(Stop::Failed(error)) => Err(error),
+        }
+    }
+
+    /// Where the robot is, what it has seen, and how many steps of a race it may be to the goal.
+    fn tell_state(
+        &mut self,
+        trial: &Trial<'_>,
+        seen: &KnownMaze,
+        buffer: &mut [u8],
+    ) -> Result<(), Box<dyn Error>> {
+        let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
+        let weight = |cell| steps.at(cell).unwrap_or(u16::MAX);
+        let length = encode_state(buffer, trial.pose(), seen, weight, Order::F)?;
+        self.tell(&buffer[..length])
+    }
+
+    fn tell(&mut self, request: &[u8]) -> Result<(), Box<dyn Error>> {
+        self.transport.exchange(request, &mut self.reply)?;
+        match Reply::decode(&self.reply)? {
+            Reply::Ok => Ok(()),
+            reply => Err(format!("expected the simulator to say ok, found {reply:?}").into()),
+        }
+    }
+}

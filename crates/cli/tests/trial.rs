@@ -1,0 +1,265 @@
+//! `mmsim trial`: robots on the two-run trial.
+
+mod harness;
+
+use std::process::Stdio;
+
+use harness::{Ended, Home};
+use serde_json::{Value, json};
+
+const MAZE: &str = "\
+o---o---o---o---o
+|         G |   |
+o   o---o---o   o
+| S |           |
+o---o---o---o---o
+";
+const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
+
+/// The random robot, which is fast enough in small mazes.
+fn random(home: &Home, arguments: &[&str]) -> Ended {
+    home.run(&[&["trial", "--robot", "random"], arguments].concat())
+}
+
+#[test]
+fn each_trial_is_a_line_and_each_robot_is_summed_up() {
+    let home = Home::new();
+    home.write("mazes/a.txt", MAZE);
+    home.write("mazes/b/closed.txt", CLOSED);
+    home.write("mazes/c.txt", MAZE);
+    let ended = random(&home, &["mazes"]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(1), ""), "too long in the closed one");
+    insta::assert_snapshot!(ended.stdout.replace('\\', "/"), @"
+    maze                robot   explore  race    score  optimum  race over  score over
+    mazes/a.txt         random       13    46   46.433        2         44      44.333
+    mazes/b/closed.txt  random     1000     0  out of time, the goal cannot be reached
+    mazes/c.txt         random       13    46   46.433        2         44      44.333
+    random: 2 of 3 trials scored; on average 13.0 steps explored, 46.0 raced, score 46.433, 44.333 over
+    ");
+    let ended = random(&home, &["mazes/a.txt"]);
+    assert_eq!((ended.code, ended.stdout.lines().count()), (Some(0), 2), "{ended:?}");
+    assert_eq!(random(&home, &["mazes/a.txt"]).stdout, ended.stdout, "the same seed");
+    assert_ne!(random(&home, &["mazes/a.txt", "--seed", "7"]).stdout, ended.stdout);
+    assert_ne!(random(&home, &["mazes/a.txt", "--noise", "0.5"]).code, Some(2));
+}
+
+#[test]
+fn json_has_an_object_for_each_trial() {
+    let home = Home::new();
+    home.write("a.txt", MAZE);
+    home.write("closed.txt", CLOSED);
+    let ended = random(&home, &["closed.txt", "a.txt", "--json", "--seed", "3"]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(1), ""));
+    let report = ended.json();
+    assert_eq!(
+        report[0],
+        json!({
+            "maze": "closed.txt", "robot": "random", "ending": "out of time", "score": null,
+            "explore_steps": 1000, "race_steps": 0, "race_optimum": null, "seed": 3, "noise": 0.0,
+        })
+    );
+    let steps = |name: &str| report[1][name].as_f64().unwrap();
+    let score = steps("race_steps") + steps("explore_steps") / 30.;
+    assert_eq!(report[1]["score"], json!((score * 1000.).round() / 1000.), "{report}");
+    assert_eq!((&report[1]["race_optimum"], &report[1]["ending"]), (&json!(2), &json!("scored")));
+    assert_eq!(report.as_array().unwrap().len(), 2);
+    let path = random(&home, &["a.txt", "--json", "--path"]).json();
+    assert!(path[0]["path"].as_str().unwrap().starts_with("o---o"), "{path}");
+    // Where there is nothing to try, there is still an array.
+    let ended = random(&home, &["no such", "--json"]);
+    assert_eq!((ended.code, ended.json()), (Some(1), json!([])));
+}
+
+#[test]
+fn the_race_is_drawn_in_what_was_explored() {
+    let home = Home::new();
+    home.write("a.txt", MAZE);
+    insta::assert_snapshot!(random(&home, &["a.txt", "--path"]).stdout, @"
+    a.txt, random
+    o---o---o---o---o
+    | R   r   X |   |
+    o   o . o---o . o
+    | U |   .   .   |
+    o---o---o---o---o
+
+    maze   robot   explore  race    score  optimum  race over  score over
+    a.txt  random       13    46   46.433        2         44      44.333
+    ");
+}
+
+#[test]
+fn words_find_a_maze_as_for_other_commands() {
+    let home = Home::new();
+    let maze = |arguments: &[&str]| {
+        let report: Value = random(&home, &[&["--json"], arguments].concat()).json();
+        report[0]["maze"].as_str().unwrap_or_default().to_string()
+    };
+    assert_eq!(maze(&["first steps"]), "training-first-steps.txt");
+    home.write(".mmsim/own-steps.txt", MAZE);
+    assert!(maze(&["STEPS own"]).ends_with("own-steps.txt"));
+}
+
+#[test]
+fn what_cannot_be_read_is_said_and_the_others_run() {
+    let home = Home::new();
+    home.write("mazes/a.txt", "rubbish");
+    home.write("mazes/b.txt", MAZE);
+    home.write("empty/README.md", "no maze");
+    let ended = random(&home, &["no such", "empty", "mazes"]);
+    assert_eq!((ended.code, ended.stdout.lines().count()), (Some(1), 2), "{ended:?}");
+    let said: Vec<_> = ended.stderr.lines().collect();
+    assert!(
+        said[0].starts_with(r#"mmsim: expected a maze whose path holds "no such", found none"#)
+    );
+    assert_eq!(said[1], "mmsim: expected a maze in empty, found none");
+    assert!(
+        said[2].replace('\\', "/").starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
+    );
+    let ended = random(&home, &["mazes/a.txt"]);
+    assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "no table without a trial");
+}
+
+#[test]
+fn the_smallest_maze_is_a_trial() {
+    let home = Home::new();
+    home.write("one.txt", "o---o\n|SG |\no---o\n");
+    let report = home.run(&["trial", "one.txt", "--robot", "all", "--json"]).json();
+    assert!(report.as_array().unwrap().iter().all(|trial| trial["race_optimum"] == 1), "{report}");
+}
+
+#[test]
+fn a_comparison_is_tables_json_and_charts() {
+    let home = Home::new();
+    home.write("mazes/a.txt", MAZE);
+    home.write("mazes/b &c.txt", MAZE);
+    let ended = home.run(&["trial", "mazes", "--compare", "--charts", "new/charts"]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    let head: Vec<_> = ended.stdout.lines().next().unwrap().split_whitespace().collect();
+    assert_eq!(head, ["Benchmarks", "a", "b", "&c", "sum"]);
+    assert!(
+        ended.stdout.contains("\nrandom, seed 1  13 + 46 = 46.433  13 + 46 = 46.433  92.867\n")
+    );
+    let charts = home.path().join("new/charts");
+    for chart in ["benchmarks.svg", "robots.svg"] {
+        let svg = std::fs::read_to_string(charts.join(chart)).unwrap();
+        assert!(svg.contains(">13 + 46 = 46.433</text>") && svg.contains(">b &amp;c</text>"));
+    }
+    let rows = home.run(&["trial", "mazes", "--compare", "--json"]).json();
+    assert_eq!(
+        (&rows[0]["table"], &rows[0]["row"]),
+        (&json!("benchmarks"), &json!("random, seed 1"))
+    );
+    assert_eq!(rows[1]["maze"].as_str().map(|maze| maze.ends_with("b &c.txt")), Some(true));
+    // A robot without a score is what there is to be told.
+    home.write("closed.txt", CLOSED);
+    let ended = home.run(&["trial", "closed.txt", "--compare"]);
+    assert_eq!(ended.code, Some(0));
+    assert!(ended.stdout.contains("\nrandom, seed 1  out of time    -\n"), "{ended:?}");
+    let ended = home.run(&["trial", "closed.txt", "no such", "--compare"]);
+    assert_eq!(ended.code, Some(1));
+    home.write("file", "");
+    let ended = home.run(&["trial", "closed.txt", "--compare", "--charts", "file"]);
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.starts_with("mmsim: file: cannot be made: "), "{ended:?}");
+}
+
+#[test]
+fn of_many_mazes_the_means_are_told() {
+    let home = Home::new();
+    for number in 0..7 {
+        home.write(&format!("mazes/{number}.txt"), MAZE);
+    }
+    home.write("mazes/closed.txt", CLOSED);
+    let ended = home.run(&["trial", "mazes", "--compare", "--charts", "charts"]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    let lines: Vec<Vec<_>> =
+        ended.stdout.lines().map(|line| line.split_whitespace().collect()).collect();
+    let head =
+        ["Benchmarks", "scored", "unreachable", "failed", "explore", "race", "score", "over"];
+    assert_eq!(lines[0], head);
+    assert_eq!(lines[1][3..], ["7", "0", "1", "13.0", "46.0", "46.433", "44.333"]);
+    let svg = std::fs::read_to_string(home.path().join("charts/benchmarks.svg")).unwrap();
+    assert!(svg.contains(">13.0 + 46.0 = 46.433 in 7 mazes</text>"), "{svg}");
+}
+
+#[test]
+fn a_trial_is_sent_as_states() {
+    let home = Home::new();
+    home.write("a.txt", MAZE);
+    let trial = ["trial", "a.txt", "--robot", "random", "--serve", "--port", "0"];
+    let ended = home.run(&[&trial[..], &["--once", "--record", "kept", "--json"]].concat());
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let report = &ended.json()[0];
+    let steps = report["explore_steps"].as_u64().unwrap() + report["race_steps"].as_u64().unwrap();
+    let file = std::fs::read_dir(home.path().join("kept")).unwrap().next().unwrap().unwrap();
+    let file = file.path().display().to_string();
+    let state = |more: &[&str]| home.run(&[&["replay", &file, "--json"], more].concat()).json();
+    let (first, last) = (state(&["--at", "0"]), state(&[]));
+    assert_eq!(last["states"], json!(steps + 1), "{last}");
+    let map = "o---o---o---o---o\n|   .   . G .   |\no   o . o . o . o\n| ^ |   .   .   |\no---o---o---o---o\n";
+    assert_eq!(
+        (&first["state"]["map"], &first["state"]["weights"][0]),
+        (&json!(map), &json!([2, 1]))
+    );
+    assert_eq!(
+        (&last["state"]["cell"], &last["state"]["wrong_walls"]),
+        (&json!([2, 1]), &json!(0))
+    );
+}
+
+#[test]
+fn a_trial_is_watched_until_it_is_interrupted() {
+    let home = Home::new();
+    home.write("a.txt", MAZE);
+    let trial =
+        ["trial", "a.txt", "--robot", "random", "--serve", "--port", "0", "--viewer-port", "0"];
+    let mut server = harness::Serving::start(home.command(&trial), "still serving");
+    assert!(server.said.contains("watch at http://127.0.0.1:"), "{}", server.said);
+    let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
+    socket.connect(&server.address).unwrap();
+    socket.send("info", 0).unwrap();
+    let info: Value = serde_json::from_slice(&socket.recv_bytes(0).unwrap()).unwrap();
+    assert_eq!((&info["name"], &info["states"]), (&json!("a"), &json!(60)));
+    #[cfg(unix)]
+    {
+        server.signal("INT");
+        assert_eq!(server.wait().0.code(), Some(0));
+        assert!(server.stdout().contains("46.433"));
+        let slow = ["trial", "a.txt", "--serve", "--port", "0", "--pace", "60000"];
+        let mut server = home.serve_until(&slow, "keeping up to");
+        server.signal("TERM");
+        assert_eq!(server.wait().0.code(), Some(0));
+    }
+}
+
+#[test]
+fn wrong_usage_is_exit_code_2() {
+    let home = Home::new();
+    home.write("a.txt", MAZE);
+    for (arguments, error) in [
+        (&[][..], "<MAZE>"),
+        (&["a.txt", "--robot", "Random"], "[possible values: random"),
+        (&["a.txt", "--noise", "1.5"], "expected a probability from 0 to 1"),
+        (&["a.txt", "--seed=-1"], "--seed"),
+        (&["a.txt", "--charts", "charts"], "--compare"),
+        (&["a.txt", "--compare", "--robot", "random"], "cannot be used with"),
+        (&["a.txt", "--once"], "--serve"),
+        (&["a.txt", "--open"], "expected --serve with an option that concerns it"),
+        (&["a.txt", "--serve", "a.txt"], "expected one maze with --serve, found 2"),
+    ] {
+        let ended = home.run(&[&["trial"], arguments].concat());
+        assert_eq!((ended.code, &ended.stdout[..]), (Some(2), ""), "{arguments:?}");
+        assert!(ended.stderr.contains(error), "{arguments:?}: {}", ended.stderr);
+    }
+}
+
+#[test]
+fn output_that_nobody_reads_to_the_end_is_no_failure() {
+    let home = Home::new();
+    home.write("a.txt", MAZE);
+    let mut command = home.command(&["trial", "a.txt", "--robot", "random"]);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.stderr, output.status.code()), (Vec::new(), Some(0)));
+}
