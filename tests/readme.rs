@@ -39,6 +39,7 @@ fn what_is_linked_is_there() {
         "CONTRIBUTING.md",
         "docs/protocol.md",
         "docs/recordings.md",
+        "docs/trial.md",
         "examples/README.md",
     ] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page);
