@@ -1,6 +1,7 @@
 //! `mmsim trial --compare`: the tables of the published report afresh, and one of all robots.
 
 use std::fs;
+use std::io::{self, IsTerminal};
 use std::path::Path;
 
 use mmsim_drawing::{Bar, BarChart, BarGroup};
@@ -13,7 +14,7 @@ use super::table::Means;
 use super::tried::{Contender, Tried};
 use super::{TrialArgs, stand_trial};
 use crate::Outcome;
-use crate::output::{counted, print, replace};
+use crate::output::{counted, print, replace, say};
 use crate::selection::Selected;
 
 /// With more mazes than that, only means are told.
@@ -103,6 +104,9 @@ impl<'a> Trials<'a> {
         let jobs: Vec<_> = (contenders.iter())
             .flat_map(|&contender| mazes.iter().map(move |maze| (maze, contender)))
             .collect();
+        if io::stderr().is_terminal() {
+            say(format_args!("running {}", counted(jobs.len() as u64, "trial")));
+        }
         let mut tried = stand_trial(&jobs).into_iter();
         let of_each = contenders.into_iter();
         let tried = of_each.map(|one| (one, tried.by_ref().take(mazes.len()).collect()));
