@@ -36,6 +36,7 @@
 //! The crate is `no_std` and allocates nothing unless its feature `std` (on by default) is there.
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 
+mod a_star;
 #[cfg(feature = "std")]
 mod bundled;
 mod facts;
@@ -48,6 +49,7 @@ mod strategy;
 mod testing;
 mod weight_increment;
 
+pub use a_star::ShortestPath;
 #[cfg(feature = "std")]
 pub use bundled::{Bundled, UnknownStrategy};
 pub use facts::MazeFacts;
