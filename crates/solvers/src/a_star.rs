@@ -1,15 +1,16 @@
 //! A*: a shortest way between two cells.
 
+use core::array::from_fn;
+
 use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 
-const SIDE: usize = MazeSize::MAX_SIDE as usize;
+/// The most words that the cells of a maze take, a bit a cell.
+const WORDS: usize = MazeSize::MAX_AREA / 64;
 
 /// A shortest way between two cells, found by A* with the heuristic |dx| + |dy|.
 ///
 /// # Ties
-/// The search goes from the target back, so it guesses the steps to the cell where the way begins.
-/// Of the cells that look equally near it takes the one found last, and it looks at the neighbours
-/// to the south, east, west and north, in this order. The first way found to a cell stays.
+/// Of several shortest ways it takes in each cell the first of west, south, east and north.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, Maze};
@@ -24,9 +25,14 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 pub struct ShortestPath {
     from: Cell,
     length: u16,
-    /// For each cell on the way where it goes on; row by row from the south, 32 cells wide.
-    towards: [Heading; MazeSize::MAX_AREA],
+    /// How many bits there are from a cell to the one north of it.
+    stride: usize,
+    /// Two bits a cell: where the way goes on, a place in [`PREFERENCE`].
+    towards: [[u64; WORDS]; 2],
 }
+
+/// Which of several ways a path takes.
+const PREFERENCE: [Heading; 4] = [Heading::West, Heading::South, Heading::East, Heading::North];
 
 impl ShortestPath {
     /// A shortest way between the cells; `None` where there is none and where a cell lies outside
@@ -34,12 +40,12 @@ impl ShortestPath {
     pub fn find(walls: &Walls, from: Cell, to: Cell) -> Option<Self> {
         let size = walls.size();
         if !size.contains(from) || !size.contains(to) {
-            return None;
+            None
+        } else if size.width() <= 16 && size.height() <= 16 {
+            Search::<4, 16>::new(walls, from).run(to)
+        } else {
+            Search::<WORDS, 32>::new(walls, from).run(to)
         }
-        let mut search = Search::new(walls, from);
-        let guess = from.x.abs_diff(to.x) + from.y.abs_diff(to.y);
-        let more = search.run(to)?;
-        Some(Self { from, length: u16::from(guess) + more, towards: search.towards })
     }
 
     /// Its length in steps.
@@ -49,150 +55,148 @@ impl ShortestPath {
 
     /// Where each step goes, from the first to the last.
     pub fn headings(&self) -> impl Iterator<Item = Heading> + '_ {
-        let mut cell = Some(self.from);
-        (0..self.length).map_while(move |_| {
-            let here = cell?;
-            let heading = self.towards[number(here)];
-            cell = here.neighbour(heading);
-            Some(heading)
+        let mut bit = usize::from(self.from.y) * self.stride + usize::from(self.from.x);
+        (0..self.length).map(move |_| {
+            let [low, high] = self.towards.map(|plane| (plane[bit / 64 % WORDS] >> (bit % 64)) & 1);
+            let heading = PREFERENCE[usize::from(low == 1) + 2 * usize::from(high == 1)];
+            bit = match heading {
+                Heading::West => bit.wrapping_sub(1),
+                Heading::South => bit.wrapping_sub(self.stride),
+                Heading::East => bit + 1,
+                Heading::North => bit + self.stride,
+            };
+            heading
         })
     }
 }
 
+/// A set of cells, a bit a cell: x + `STRIDE` y.
+type Bits<const N: usize> = [u64; N];
+
+/// The search, from the target back to where the way begins, so that a path is read off forwards.
+///
 /// With a consistent heuristic and steps of 1, a step either comes nearer to the end by the guess,
 /// and the length of the way through it stays what it was, or it does not, and the way becomes
-/// longer by 2. So what others keep in a heap are two stacks here: the cells on ways of the length
-/// now tried, each of which is settled as soon as it is found, and those on ways longer by 2.
-struct Search {
+/// longer by 2. So what others keep in a heap are layers here, the cells on ways of one length, and
+/// a layer grows by all its cells at once, as bits.
+struct Search<const N: usize, const STRIDE: usize> {
     end: Cell,
-    /// Bit x of row y + 1: the way from (x, y) to the north is open.
-    north: [u32; SIDE + 1],
-    /// Bit x of row y: the way from (x, y) to the east is open.
-    east: [u32; SIDE],
-    /// Bit x of row y: a shortest way to the cell is known.
-    settled: [u32; SIDE],
-    /// Bit x of row y: the cell is, or was, among those for later.
-    queued: [u32; SIDE],
-    towards: [Heading; MazeSize::MAX_AREA],
-    now: Stack<Cell>,
-    later: Stack<(Cell, Heading)>,
+    /// Sides without a wall, each to the north or east of its cell: those through which a step to
+    /// the north or east comes nearer to the end, and those through which one to the south or west
+    /// does.
+    north: [Bits<N>; 2],
+    east: [Bits<N>; 2],
 }
 
-impl Search {
+impl<const N: usize, const STRIDE: usize> Search<N, STRIDE> {
     fn new(walls: &Walls, end: Cell) -> Self {
         let (width, height) = (u32::from(walls.size().width()), usize::from(walls.size().height()));
         let columns = u32::MAX >> (32 - width);
-        let mut north = [0; SIDE + 1];
-        for (open, walls) in north[1..height].iter_mut().zip(walls.north_rows()) {
-            *open = !walls & columns;
-        }
-        Self {
-            end,
-            north,
-            east: walls.east_rows().map(|walls| !walls & columns >> 1),
-            settled: [0; SIDE],
-            queued: [0; SIDE],
-            towards: [Heading::North; MazeSize::MAX_AREA],
-            now: Stack::new(Cell::new(0, 0)),
-            later: Stack::new((Cell::new(0, 0), Heading::North)),
-        }
-    }
-
-    /// Steps more than guessed from `begin` to the end, `None` where there is no way.
-    fn run(&mut self, begin: Cell) -> Option<u16> {
-        let mut more = 0;
-        self.settle(begin, Heading::North);
-        loop {
-            while let Some(cell) = self.now.pop() {
-                if cell == self.end {
-                    return Some(more);
-                }
-                self.look_around(cell);
+        let west_of_end = (1_u32 << end.x) - 1;
+        let (mut north, mut east) = ([[0; N]; 2], [[0; N]; 2]);
+        for y in 0..height {
+            let (word, shift) = (y * STRIDE / 64, y * STRIDE % 64);
+            if y + 1 < height {
+                let towards = usize::from(y >= end.y.into());
+                north[towards][word] |= u64::from(!walls.north_rows()[y] & columns) << shift;
             }
-            if self.later.count == 0 {
-                return None;
+            let open = !walls.east_rows()[y] & columns >> 1;
+            east[0][word] |= u64::from(open & west_of_end) << shift;
+            east[1][word] |= u64::from(open & !west_of_end) << shift;
+        }
+        Self { end, north, east }
+    }
+
+    fn run(&self, begin: Cell) -> Option<ShortestPath> {
+        let Self { end, north: [north, south], east: [east, west] } = self;
+        let guess = end.x.abs_diff(begin.x) + end.y.abs_diff(begin.y);
+        let mut layer = [0; N];
+        layer[Self::bit(begin) / 64] = 1 << (Self::bit(begin) % 64);
+        let (mut settled, mut odd) = (layer, [0; N]);
+        for more in 0_u16.. {
+            let mut wave = layer;
+            while wave != [0; N] {
+                let found = Self::step(&wave, north, south, east, west);
+                wave = from_fn(|i| found[i] & !settled[i]);
+                settled = from_fn(|i| settled[i] | wave[i]);
+                layer = from_fn(|i| layer[i] | wave[i]);
             }
-            more += 2;
-            // In the order in which they were found, so that the one found last is on top.
-            for index in 0..core::mem::take(&mut self.later.count) {
-                let (cell, from) = self.later.items[index];
-                if self.settled[row(cell)] >> cell.x & 1 == 0 {
-                    self.settle(cell, from);
-                }
+            if more % 2 == 1 {
+                odd = from_fn(|i| odd[i] | layer[i]);
             }
+            if (settled[Self::bit(*end) / 64] >> (Self::bit(*end) % 64)) & 1 == 1 {
+                let length = u16::from(guess) + 2 * more;
+                let towards = self.towards(&settled, &odd);
+                return Some(ShortestPath { from: *end, length, stride: STRIDE, towards });
+            }
+            let found = Self::step(&layer, south, north, west, east);
+            layer = from_fn(|i| found[i] & !settled[i]);
+            if layer == [0; N] {
+                break;
+            }
+            settled = from_fn(|i| settled[i] | layer[i]);
         }
+        None
     }
 
-    fn look_around(&mut self, cell: Cell) {
-        let Cell { x, y } = cell;
-        let is_open = |row: u32, x: u8| row >> x & 1 == 1;
-        if is_open(self.north[usize::from(y) % SIDE], x) {
-            self.find(Cell::new(x, y.wrapping_sub(1)), Heading::South, y > self.end.y);
-        }
-        if is_open(self.east[row(cell)], x) {
-            self.find(Cell::new(x + 1, y), Heading::East, x < self.end.x);
-        }
-        if x > 0 && is_open(self.east[row(cell)], x - 1) {
-            self.find(Cell::new(x - 1, y), Heading::West, x > self.end.x);
-        }
-        if is_open(self.north[usize::from(y) + 1], x) {
-            self.find(Cell::new(x, y + 1), Heading::North, y < self.end.y);
-        }
+    /// The cells next to these: each way through those sides only.
+    fn step(
+        cells: &Bits<N>,
+        north: &Bits<N>,
+        south: &Bits<N>,
+        east: &Bits<N>,
+        west: &Bits<N>,
+    ) -> Bits<N> {
+        let (to_north, to_south) = (up::<N, STRIDE>(&and(cells, north)), down::<N, STRIDE>(cells));
+        from_fn(|i| {
+            to_north[i]
+                | to_south[i] & south[i]
+                | (cells[i] & east[i]) << 1
+                | cells[i] >> 1 & west[i]
+        })
     }
 
-    /// Takes note of a cell that was found by going this way.
-    #[inline]
-    fn find(&mut self, cell: Cell, heading: Heading, is_nearer: bool) {
-        let bit = 1 << cell.x;
-        if self.settled[row(cell)] & bit != 0 {
-            return;
+    /// Where to go on from each settled cell, given those in odd layers.
+    ///
+    /// A step away from the end lies on a shortest way if its way is as long as the one so far, a
+    /// step nearer to it if its way is shorter by 2. Neighbours are in the same layer or in
+    /// successive ones, so that odd and even say as much.
+    fn towards(&self, settled: &Bits<N>, odd: &Bits<N>) -> [[u64; WORDS]; 2] {
+        let Self { north: [north, south], east: [east, west], .. } = self;
+        let (south_odd, south_settled) = (up::<N, STRIDE>(odd), up::<N, STRIDE>(settled));
+        let (south_near, south_away) = (up::<N, STRIDE>(south), up::<N, STRIDE>(north));
+        let on = |near: u64, away: u64, settled: u64, other: u64, odd: u64| {
+            (near | away) & settled & (other ^ odd ^ away)
+        };
+        let mut towards = [[0; WORDS]; 2];
+        for i in 0..N {
+            let goes_west = on(west[i] << 1, east[i] << 1, settled[i] << 1, odd[i] << 1, odd[i]);
+            let goes_south =
+                on(south_near[i], south_away[i], south_settled[i], south_odd[i], odd[i]);
+            let goes_east = on(east[i], west[i], settled[i] >> 1, odd[i] >> 1, odd[i]);
+            towards[0][i] = !goes_west & (goes_south | !goes_east);
+            towards[1][i] = !goes_west & !goes_south;
         }
-        if is_nearer {
-            self.settle(cell, heading);
-        } else if self.queued[row(cell)] & bit == 0 {
-            self.queued[row(cell)] |= bit;
-            self.later.push((cell, heading));
-        }
+        towards
     }
 
-    #[inline]
-    fn settle(&mut self, cell: Cell, heading: Heading) {
-        self.settled[row(cell)] |= 1 << cell.x;
-        self.towards[number(cell)] = heading.back();
-        self.now.push(cell);
-    }
-}
-
-/// Cells, each at most once.
-struct Stack<T> {
-    items: [T; MazeSize::MAX_AREA],
-    count: usize,
-}
-
-impl<T: Copy> Stack<T> {
-    const fn new(filler: T) -> Self {
-        Self { items: [filler; MazeSize::MAX_AREA], count: 0 }
-    }
-
-    #[inline]
-    fn push(&mut self, item: T) {
-        self.items[self.count % MazeSize::MAX_AREA] = item;
-        self.count += 1;
-    }
-
-    #[inline]
-    fn pop(&mut self) -> Option<T> {
-        self.count = self.count.checked_sub(1)?;
-        Some(self.items[self.count % MazeSize::MAX_AREA])
+    const fn bit(cell: Cell) -> usize {
+        cell.y as usize * STRIDE + cell.x as usize
     }
 }
 
-const fn row(cell: Cell) -> usize {
-    cell.y as usize % SIDE
+fn and<const N: usize>(cells: &Bits<N>, others: &Bits<N>) -> Bits<N> {
+    from_fn(|i| cells[i] & others[i])
 }
 
-const fn number(cell: Cell) -> usize {
-    row(cell) * SIDE + cell.x as usize % SIDE
+/// Each cell's bit at the place of its northern neighbour.
+fn up<const N: usize, const STRIDE: usize>(cells: &Bits<N>) -> Bits<N> {
+    from_fn(|i| cells[i] << STRIDE | if i > 0 { cells[i - 1] >> (64 - STRIDE) } else { 0 })
+}
+
+/// Each cell's bit at the place of its southern neighbour.
+fn down<const N: usize, const STRIDE: usize>(cells: &Bits<N>) -> Bits<N> {
+    from_fn(|i| cells[i] >> STRIDE | if i + 1 < N { cells[i + 1] << (64 - STRIDE) } else { 0 })
 }
 
 #[cfg(test)]
@@ -255,7 +259,7 @@ mod tests {
             path.headings().map(Heading::letter).collect::<String>()
         };
         let (south_west, north_east) = (Cell::new(0, 0), Cell::new(2, 2));
-        assert_eq!(way(south_west, north_east), "NNEE");
+        assert_eq!(way(south_west, north_east), "EENN");
         assert_eq!(way(north_east, south_west), "WWSS");
         assert_eq!(way(south_west, south_west), "");
         let outside = Cell::new(3, 0);

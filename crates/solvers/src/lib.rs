@@ -47,6 +47,7 @@ mod mouse;
 mod strategy;
 #[cfg(test)]
 mod testing;
+mod tour;
 mod weight_increment;
 
 pub use a_star::ShortestPath;
@@ -58,4 +59,5 @@ pub use flood_fill::FloodFill;
 pub use left_wall::LeftWall;
 pub use mouse::{Crash, Mouse};
 pub use strategy::{Move, SearchError, Strategy, steps_from};
+pub use tour::{Tour, centre};
 pub use weight_increment::WeightIncrement;
