@@ -2,9 +2,11 @@
 
 use std::fs;
 
-use mmsim_maze::Maze;
+use mmsim_maze::{Catalogue, KnownMaze, Maze};
 use mmsim_tests::{json_lines, shared};
-use mmsim_trial::{Action, Ending, Trial, race_optimum};
+use mmsim_trial::{
+    Action, Bundled, Ending, KeyPoints, Settings, Trial, Variant, race_optimum, try_robot,
+};
 use serde::Deserialize;
 
 /// A run as it was recorded.
@@ -80,5 +82,130 @@ fn race_optima_are_the_published_ones() {
         let maze = Maze::read(&mazes.join(name).with_extension("txt")).unwrap();
         let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals());
         assert_eq!(optimum, Some(expected), "{name}");
+    }
+}
+
+/// Explore and race steps in each of the three published mazes.
+type Figures = [(u32, u32); 3];
+
+fn figures(robot: Bundled, settings: &Settings) -> Option<Figures> {
+    let mazes = shared("mazes/trial")?;
+    let ending = |number| {
+        let maze = Maze::read(&mazes.join(format!("test_maze_0{number}.txt"))).unwrap();
+        let mut robot = robot.robot(KnownMaze::before(&maze), settings);
+        match try_robot(&maze, &mut robot) {
+            Ending::Scored(score) => (score.explore_steps, score.race_steps),
+            ending => panic!("{ending:?} in maze {number}"),
+        }
+    };
+    Some([1, 2, 3].map(ending))
+}
+
+#[test]
+fn swing_is_not_worse_than_the_published_code() {
+    let published = [
+        (Variant::JustArrive, [(32, 43), (58, 47), (76, 47)], [(33, 24), (68, 31), (66, 31)]),
+        (
+            Variant::ArriveAndBack,
+            [(78, 28), (110, 44), (136, 48)],
+            [(66, 17), (108, 26), (114, 31)],
+        ),
+        (Variant::All, [(187, 17), (235, 33), (293, 36)], [(137, 17), (206, 26), (252, 27)]),
+    ];
+    for (variant, theirs, expected) in published {
+        let settings = Settings { variant, ..Settings::default() };
+        let Some(ours) = figures(Bundled::Swing, &settings) else { return };
+        for (ours, theirs) in ours.into_iter().zip(theirs) {
+            let thirtieths = |(explore, race): (u32, u32)| explore + 30 * race;
+            assert!(thirtieths(ours) <= thirtieths(theirs), "{variant}: {ours:?}, {theirs:?}");
+        }
+        assert_eq!(ours, expected, "{variant}, as the README of the crate has it");
+    }
+    let timed = [
+        (Variant::JustArrive, [(57, 26), (49, 25), (61, 28)]),
+        (Variant::ArriveAndBack, [(84, 17), (89, 25), (104, 28)]),
+        (Variant::All, [(144, 17), (183, 22), (225, 25)]),
+    ];
+    for (variant, expected) in timed {
+        let settings = Settings { variant, ..Settings::default() };
+        assert_eq!(figures(Bundled::SwingTimed, &settings), Some(expected), "{variant}");
+    }
+    let corners = [
+        [(91, 17), (136, 26), (152, 29)],
+        [(117, 17), (168, 26), (214, 27)],
+        [(122, 17), (189, 26), (218, 27)],
+        [(137, 17), (206, 26), (252, 27)],
+    ];
+    for (key_points, expected) in KeyPoints::ALL.into_iter().zip(corners) {
+        let settings = Settings { key_points, ..Settings::default() };
+        assert_eq!(figures(Bundled::Swing, &settings), Some(expected), "{key_points} corners");
+    }
+}
+
+/// Mazes at odds with what a contest maze is like.
+const ODD: [&str; 9] = [
+    "o---o\n|SG |\no---o\n",
+    "o---o---o---o\n| S   G   G |\no---o---o---o\n",
+    "o---o\n| S |\no   o\n| G |\no---o\n",
+    "o---o\n| S |\no   o\n|   |\no   o\n|   |\no   o\n|   |\no   o\n| G |\no---o\n",
+    "o---o---o\n|     G |\no   o---o\n|   | S |\no   o   o\n|       |\no---o---o\n",
+    "o---o---o---o\n|   | G |   |\no---o---o   o\n| S         |\no---o---o---o\n",
+    "o---o\n| G |\no---o\n| S |\no---o\n",
+    "o---o---o---o\n| G | S | G |\no---o   o   o\n|           |\no---o---o---o\n",
+    "o---o---o---o\n|         G |\no   o---o---o\n| S | G     |\no---o---o---o\n",
+];
+
+#[test]
+fn every_robot_ends_in_odd_mazes() {
+    for text in ODD {
+        let maze: Maze = text.parse().unwrap();
+        let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals());
+        for (robot, settings) in robots() {
+            let ending = try_robot(&maze, &mut robot.robot(KnownMaze::before(&maze), &settings));
+            match (optimum, ending) {
+                (Some(optimum), Ending::Scored(score)) => {
+                    assert!(score.race_steps >= optimum.into())
+                }
+                (None, Ending::GaveUp) => {}
+                (_, ending) => panic!("{robot} {settings:?}: {ending:?} in\n{text}"),
+            }
+        }
+    }
+}
+
+/// All robots that plan, with all settings.
+fn robots() -> impl Iterator<Item = (Bundled, Settings)> {
+    let settings = Variant::ALL.into_iter().flat_map(|variant| {
+        KeyPoints::ALL.map(|key_points| Settings { key_points, variant, ..Settings::default() })
+    });
+    settings.flat_map(|settings| {
+        let robots = Bundled::ALL.into_iter().filter(|&robot| robot != Bundled::Random);
+        robots.map(move |robot| (robot, settings))
+    })
+}
+
+#[test]
+fn every_shared_maze_is_raced_or_given_up() {
+    for kind in ["classic", "halfsize", "training", "trial"] {
+        let Some(folder) = shared(&format!("mazes/{kind}")) else { return };
+        // All of them take minutes unless the compiler has optimised.
+        let sample = if cfg!(debug_assertions) { 12 } else { 1 };
+        for entry in Catalogue::of_path(&folder).unwrap().entries().iter().step_by(sample) {
+            let maze = entry.maze().unwrap();
+            let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals());
+            for robot in Bundled::ALL.into_iter().filter(|&robot| robot != Bundled::Random) {
+                let mut ready = robot.robot(KnownMaze::before(&maze), &Settings::default());
+                let ending = try_robot(&maze, &mut ready);
+                let name = entry.name();
+                match (optimum, ending) {
+                    (Some(_), Ending::Scored(_)) | (None, Ending::GaveUp) => {}
+                    // A swing over a large maze may take more steps than there are.
+                    (Some(_), Ending::OutOfTime) if kind == "halfsize" => {
+                        println!("{name}: {robot}: out of time")
+                    }
+                    (optimum, ending) => panic!("{name}: {robot}: {ending:?}, {optimum:?}"),
+                }
+            }
+        }
     }
 }

@@ -36,6 +36,7 @@
 //! The crate is `no_std` and allocates nothing unless its feature `std` (on by default) is there.
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 
+mod a_star;
 #[cfg(feature = "std")]
 mod bundled;
 mod facts;
@@ -46,8 +47,10 @@ mod mouse;
 mod strategy;
 #[cfg(test)]
 mod testing;
+mod tour;
 mod weight_increment;
 
+pub use a_star::ShortestPath;
 #[cfg(feature = "std")]
 pub use bundled::{Bundled, UnknownStrategy};
 pub use facts::MazeFacts;
@@ -56,4 +59,5 @@ pub use flood_fill::FloodFill;
 pub use left_wall::LeftWall;
 pub use mouse::{Crash, Mouse};
 pub use strategy::{Move, SearchError, Strategy, steps_from};
+pub use tour::{Tour, centre};
 pub use weight_increment::WeightIncrement;

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use mmsim_maze::KnownMaze;
 
-use crate::{Random, Robot};
+use crate::{KeyPoints, Random, Robot, Swing, Variant};
 
 /// A robot that comes with this crate.
 ///
@@ -19,6 +19,10 @@ use crate::{Random, Robot};
 pub enum Bundled {
     /// [`Random`]
     Random,
+    /// [`Swing`]
+    Swing,
+    /// [`Swing::timed`]
+    SwingTimed,
 }
 
 /// What a robot is told beside the maze's size, start and goal; each heeds what concerns it.
@@ -26,6 +30,10 @@ pub enum Bundled {
 pub struct Settings {
     /// Where all that is random in it comes from.
     pub seed: u64,
+    /// How many corners are key points.
+    pub key_points: KeyPoints,
+    /// How far it goes to explore.
+    pub variant: Variant,
 }
 
 /// A name that no robot here has.
@@ -38,12 +46,14 @@ pub struct UnknownRobot {
 
 impl Bundled {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Random];
+    pub const ALL: [Self; 3] = [Self::Random, Self::Swing, Self::SwingTimed];
 
     /// Its name, as on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Random => "random",
+            Self::Swing => "swing",
+            Self::SwingTimed => "swing-timed",
         }
     }
 
@@ -51,13 +61,18 @@ impl Bundled {
     pub const fn about(self) -> &'static str {
         match self {
             Self::Random => "any turn and any move",
+            Self::Swing => "A* to centre and corners, then the shortest way known",
+            Self::SwingTimed => "the same with plans in time steps, up to 3 cells each",
         }
     }
 
     /// The robot itself, its trial not begun yet.
     pub fn robot(self, before: KnownMaze, settings: &Settings) -> Box<dyn Robot + Send> {
+        let &Settings { seed, key_points, variant } = settings;
         match self {
-            Self::Random => Box::new(Random::new(before, settings.seed)),
+            Self::Random => Box::new(Random::new(before, seed)),
+            Self::Swing => Box::new(Swing::new(before, variant, key_points)),
+            Self::SwingTimed => Box::new(Swing::timed(before, variant, key_points)),
         }
     }
 }

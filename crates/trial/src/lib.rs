@@ -21,6 +21,7 @@ mod race;
 mod random;
 mod robot;
 mod survey;
+mod swing;
 mod trial;
 
 pub use action::{Action, Rotation};
@@ -30,4 +31,5 @@ pub use race::{RaceSteps, race_optimum};
 pub use random::Random;
 pub use robot::{Robot, try_robot, try_watched};
 pub use survey::Survey;
+pub use swing::{KeyPoints, KeyPointsError, Swing, UnknownVariant, Variant};
 pub use trial::{Ending, Run, Score, Trial};

@@ -55,20 +55,25 @@ impl RaceSteps {
     /// The first move of a fastest way from `pose`; `None` in a target and where there is no way.
     /// Of several it takes the longest, and of those the first of ahead, left, right and back.
     pub fn next_move(&self, walls: &Walls, pose: Pose) -> Option<Action> {
+        let (heading, cells) = self.next_straight(walls, pose)?;
+        Some(Action::towards(pose.heading, heading, i8::try_from(cells).ok()?))
+    }
+
+    /// The same as where it goes and how many cells.
+    pub(crate) fn next_straight(&self, walls: &Walls, pose: Pose) -> Option<(Heading, usize)> {
         let here = self.at(pose.cell)?;
         let towards =
             [pose.heading, pose.heading.left(), pose.heading.right(), pose.heading.back()];
         let mut best = None;
         for heading in towards {
-            let straight = straight(walls, pose.cell, heading);
-            for (cells, cell) in (1..).zip(straight) {
-                let is_longer = best.is_none_or(|(longest, _)| cells > longest);
+            for (cells, cell) in (1..).zip(straight(walls, pose.cell, heading)) {
+                let is_longer = best.is_none_or(|(_, longest)| cells > longest);
                 if is_longer && self.at(cell).is_some_and(|there| there < here) {
-                    best = Some((cells, heading));
+                    best = Some((heading, cells));
                 }
             }
         }
-        best.map(|(cells, heading)| Action::towards(pose.heading, heading, cells))
+        best
     }
 }
 

@@ -1,0 +1,269 @@
+//! A*: a shortest way between two cells.
+
+use core::array::from_fn;
+
+use mmsim_maze::{Cell, Heading, MazeSize, Walls};
+
+/// The most words that the cells of a maze take, a bit a cell.
+const WORDS: usize = MazeSize::MAX_AREA / 64;
+
+/// A shortest way between two cells, found by A* with the heuristic |dx| + |dy|.
+///
+/// # Ties
+/// Of several shortest ways it takes in each cell the first of west, south, east and north.
+///
+/// ```
+/// use mmsim_maze::{Cell, Heading, Maze};
+/// use mmsim_solvers::ShortestPath;
+/// let maze: Maze = "o---o---o\n|   | G |\no   o   o\n| S     |\no---o---o\n".parse()?;
+/// let path = ShortestPath::find(maze.walls(), maze.start().cell, Cell::new(1, 1)).unwrap();
+/// assert_eq!(path.length(), 2);
+/// assert!(path.headings().eq([Heading::East, Heading::North]));
+/// # Ok::<(), mmsim_maze::ParseError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ShortestPath {
+    from: Cell,
+    length: u16,
+    /// How many bits there are from a cell to the one north of it.
+    stride: usize,
+    /// Two bits a cell: where the way goes on, a place in [`PREFERENCE`].
+    towards: [[u64; WORDS]; 2],
+}
+
+/// Which of several ways a path takes.
+const PREFERENCE: [Heading; 4] = [Heading::West, Heading::South, Heading::East, Heading::North];
+
+impl ShortestPath {
+    /// A shortest way between the cells; `None` where there is none and where a cell lies outside
+    /// of the maze.
+    pub fn find(walls: &Walls, from: Cell, to: Cell) -> Option<Self> {
+        let size = walls.size();
+        if !size.contains(from) || !size.contains(to) {
+            None
+        } else if size.width() <= 16 && size.height() <= 16 {
+            Search::<4, 16>::new(walls, from).run(to)
+        } else {
+            Search::<WORDS, 32>::new(walls, from).run(to)
+        }
+    }
+
+    /// Its length in steps.
+    pub const fn length(&self) -> u16 {
+        self.length
+    }
+
+    /// Where each step goes, from the first to the last.
+    pub fn headings(&self) -> impl Iterator<Item = Heading> + '_ {
+        let mut bit = usize::from(self.from.y) * self.stride + usize::from(self.from.x);
+        (0..self.length).map(move |_| {
+            let [low, high] = self.towards.map(|plane| (plane[bit / 64 % WORDS] >> (bit % 64)) & 1);
+            let heading = PREFERENCE[usize::from(low == 1) + 2 * usize::from(high == 1)];
+            bit = match heading {
+                Heading::West => bit.wrapping_sub(1),
+                Heading::South => bit.wrapping_sub(self.stride),
+                Heading::East => bit + 1,
+                Heading::North => bit + self.stride,
+            };
+            heading
+        })
+    }
+}
+
+/// A set of cells, a bit a cell: x + `STRIDE` y.
+type Bits<const N: usize> = [u64; N];
+
+/// The search, from the target back to where the way begins, so that a path is read off forwards.
+///
+/// With a consistent heuristic and steps of 1, a step either comes nearer to the end by the guess,
+/// and the length of the way through it stays what it was, or it does not, and the way becomes
+/// longer by 2. So what others keep in a heap are layers here, the cells on ways of one length, and
+/// a layer grows by all its cells at once, as bits.
+struct Search<const N: usize, const STRIDE: usize> {
+    end: Cell,
+    /// Sides without a wall, each to the north or east of its cell: those through which a step to
+    /// the north or east comes nearer to the end, and those through which one to the south or west
+    /// does.
+    north: [Bits<N>; 2],
+    east: [Bits<N>; 2],
+}
+
+impl<const N: usize, const STRIDE: usize> Search<N, STRIDE> {
+    fn new(walls: &Walls, end: Cell) -> Self {
+        let (width, height) = (u32::from(walls.size().width()), usize::from(walls.size().height()));
+        let columns = u32::MAX >> (32 - width);
+        let west_of_end = (1_u32 << end.x) - 1;
+        let (mut north, mut east) = ([[0; N]; 2], [[0; N]; 2]);
+        for y in 0..height {
+            let (word, shift) = (y * STRIDE / 64, y * STRIDE % 64);
+            if y + 1 < height {
+                let towards = usize::from(y >= end.y.into());
+                north[towards][word] |= u64::from(!walls.north_rows()[y] & columns) << shift;
+            }
+            let open = !walls.east_rows()[y] & columns >> 1;
+            east[0][word] |= u64::from(open & west_of_end) << shift;
+            east[1][word] |= u64::from(open & !west_of_end) << shift;
+        }
+        Self { end, north, east }
+    }
+
+    fn run(&self, begin: Cell) -> Option<ShortestPath> {
+        let Self { end, north: [north, south], east: [east, west] } = self;
+        let guess = end.x.abs_diff(begin.x) + end.y.abs_diff(begin.y);
+        let mut layer = [0; N];
+        layer[Self::bit(begin) / 64] = 1 << (Self::bit(begin) % 64);
+        let (mut settled, mut odd) = (layer, [0; N]);
+        for more in 0_u16.. {
+            let mut wave = layer;
+            while wave != [0; N] {
+                let found = Self::step(&wave, north, south, east, west);
+                wave = from_fn(|i| found[i] & !settled[i]);
+                settled = from_fn(|i| settled[i] | wave[i]);
+                layer = from_fn(|i| layer[i] | wave[i]);
+            }
+            if more % 2 == 1 {
+                odd = from_fn(|i| odd[i] | layer[i]);
+            }
+            if (settled[Self::bit(*end) / 64] >> (Self::bit(*end) % 64)) & 1 == 1 {
+                let length = u16::from(guess) + 2 * more;
+                let towards = self.towards(&settled, &odd);
+                return Some(ShortestPath { from: *end, length, stride: STRIDE, towards });
+            }
+            let found = Self::step(&layer, south, north, west, east);
+            layer = from_fn(|i| found[i] & !settled[i]);
+            if layer == [0; N] {
+                break;
+            }
+            settled = from_fn(|i| settled[i] | layer[i]);
+        }
+        None
+    }
+
+    /// The cells next to these: each way through those sides only.
+    fn step(
+        cells: &Bits<N>,
+        north: &Bits<N>,
+        south: &Bits<N>,
+        east: &Bits<N>,
+        west: &Bits<N>,
+    ) -> Bits<N> {
+        let (to_north, to_south) = (up::<N, STRIDE>(&and(cells, north)), down::<N, STRIDE>(cells));
+        from_fn(|i| {
+            to_north[i]
+                | to_south[i] & south[i]
+                | (cells[i] & east[i]) << 1
+                | cells[i] >> 1 & west[i]
+        })
+    }
+
+    /// Where to go on from each settled cell, given those in odd layers.
+    ///
+    /// A step away from the end lies on a shortest way if its way is as long as the one so far, a
+    /// step nearer to it if its way is shorter by 2. Neighbours are in the same layer or in
+    /// successive ones, so that odd and even say as much.
+    fn towards(&self, settled: &Bits<N>, odd: &Bits<N>) -> [[u64; WORDS]; 2] {
+        let Self { north: [north, south], east: [east, west], .. } = self;
+        let (south_odd, south_settled) = (up::<N, STRIDE>(odd), up::<N, STRIDE>(settled));
+        let (south_near, south_away) = (up::<N, STRIDE>(south), up::<N, STRIDE>(north));
+        let on = |near: u64, away: u64, settled: u64, other: u64, odd: u64| {
+            (near | away) & settled & (other ^ odd ^ away)
+        };
+        let mut towards = [[0; WORDS]; 2];
+        for i in 0..N {
+            let goes_west = on(west[i] << 1, east[i] << 1, settled[i] << 1, odd[i] << 1, odd[i]);
+            let goes_south =
+                on(south_near[i], south_away[i], south_settled[i], south_odd[i], odd[i]);
+            let goes_east = on(east[i], west[i], settled[i] >> 1, odd[i] >> 1, odd[i]);
+            towards[0][i] = !goes_west & (goes_south | !goes_east);
+            towards[1][i] = !goes_west & !goes_south;
+        }
+        towards
+    }
+
+    const fn bit(cell: Cell) -> usize {
+        cell.y as usize * STRIDE + cell.x as usize
+    }
+}
+
+fn and<const N: usize>(cells: &Bits<N>, others: &Bits<N>) -> Bits<N> {
+    from_fn(|i| cells[i] & others[i])
+}
+
+/// Each cell's bit at the place of its northern neighbour.
+fn up<const N: usize, const STRIDE: usize>(cells: &Bits<N>) -> Bits<N> {
+    from_fn(|i| cells[i] << STRIDE | if i > 0 { cells[i - 1] >> (64 - STRIDE) } else { 0 })
+}
+
+/// Each cell's bit at the place of its southern neighbour.
+fn down<const N: usize, const STRIDE: usize>(cells: &Bits<N>) -> Bits<N> {
+    from_fn(|i| cells[i] >> STRIDE | if i + 1 < N { cells[i + 1] << (64 - STRIDE) } else { 0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Distances;
+
+    /// The length of the way, followed cell by cell.
+    fn follow(walls: &Walls, from: Cell, to: Cell) -> Option<u16> {
+        let path = ShortestPath::find(walls, from, to)?;
+        let mut here = from;
+        for heading in path.headings() {
+            assert!(!walls.has(here, heading), "through the {heading} side of {here}");
+            here = here.neighbour(heading).unwrap();
+        }
+        assert_eq!((here, path.headings().count()), (to, path.length().into()));
+        Some(path.length())
+    }
+
+    proptest! {
+        #[test]
+        fn a_way_is_as_long_as_the_flood_says(
+            (width, height) in (1usize..=32, 1usize..=32),
+            present in prop::collection::vec(prop::bool::weighted(0.35), 2 * MazeSize::MAX_AREA),
+            (from, to) in ((0u8..32, 0u8..32), (0u8..32, 0u8..32)),
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            let mut walls = Walls::open(size);
+            for (cell, present) in size.cells().zip(present.chunks(2)) {
+                walls.set(cell, Heading::North, present[0]);
+                walls.set(cell, Heading::East, present[1]);
+            }
+            let (from, to) = (Cell::new(from.0, from.1), Cell::new(to.0, to.1));
+            let flood = Distances::flood(&walls, &[to].into_iter().collect());
+            prop_assert_eq!(follow(&walls, from, to), flood.at(from));
+        }
+    }
+
+    #[test]
+    fn the_longest_way_of_a_32x32_maze_is_found() {
+        let size = MazeSize::HALF_SIZE;
+        let mut walls = Walls::open(size);
+        for y in 0..31 {
+            let gap = if y % 2 == 0 { 31 } else { 0 };
+            for x in (0..32).filter(|&x| x != gap) {
+                walls.set(Cell::new(x, y), Heading::North, true);
+            }
+        }
+        assert_eq!(follow(&walls, Cell::new(0, 0), Cell::new(0, 31)), Some(1023));
+        assert_eq!(follow(&walls, Cell::new(0, 31), Cell::new(0, 0)), Some(1023));
+    }
+
+    #[test]
+    fn ties_are_broken_as_documented() {
+        let walls = Walls::open(MazeSize::new(3, 3).unwrap());
+        let way = |from, to| {
+            let path = ShortestPath::find(&walls, from, to).unwrap();
+            path.headings().map(Heading::letter).collect::<String>()
+        };
+        let (south_west, north_east) = (Cell::new(0, 0), Cell::new(2, 2));
+        assert_eq!(way(south_west, north_east), "EENN");
+        assert_eq!(way(north_east, south_west), "WWSS");
+        assert_eq!(way(south_west, south_west), "");
+        let outside = Cell::new(3, 0);
+        assert!(ShortestPath::find(&walls, south_west, outside).is_none());
+        assert!(ShortestPath::find(&walls, outside, outside).is_none());
+    }
+}

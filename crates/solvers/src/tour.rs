@@ -1,0 +1,177 @@
+//! A tour: key points that a mouse visits one after another to learn its maze.
+
+use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
+
+use crate::{Distances, ShortestPath};
+
+/// Cells that a mouse visits one after another: the swing over centre and corners of the robot
+/// that published it ("plot and navigate a virtual maze").
+///
+/// ```text
+///  2. top left ┌───────┐ 5. top right
+///              │       │
+///              │   1.  │ 4. 6. 8. centre
+///              │       │
+///     7. start └───────┘ 3. bottom right
+/// ```
+///
+/// A key point that is cut off is given up. The centre is the [goal cell nearest to the
+/// middle](centre); where that is cut off, it is the next one.
+///
+/// ```
+/// use mmsim_maze::{Cell, MazeSize, Walls};
+/// use mmsim_solvers::Tour;
+/// let goals = MazeSize::CLASSIC.central_cells();
+/// let walls = Walls::open(MazeSize::CLASSIC);
+/// let mut tour = Tour::swing(MazeSize::CLASSIC, Cell::new(0, 0), goals, 3);
+/// assert_eq!(tour.target(&walls, Cell::new(0, 0)), Some(Cell::new(7, 8)));
+/// assert_eq!(tour.target(&walls, Cell::new(7, 8)), Some(Cell::new(0, 15)));
+/// ```
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Tour {
+    goals: CellSet,
+    points: [KeyPoint; 8],
+    /// The first is where it goes now.
+    ahead: core::ops::Range<usize>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum KeyPoint {
+    Centre,
+    Cell(Cell),
+}
+
+impl Tour {
+    /// The most corners there are in a tour.
+    pub const CORNERS: usize = 3;
+
+    /// To the centre, no further.
+    pub fn just_arrive(goals: CellSet) -> Self {
+        Self::of(goals, [KeyPoint::Centre])
+    }
+
+    /// To the centre and back to the start.
+    pub fn arrive_and_back(start: Cell, goals: CellSet) -> Self {
+        Self::of(goals, [KeyPoint::Centre, KeyPoint::Cell(start)])
+    }
+
+    /// The whole swing, with the first few of its three corners: centre, top left, bottom right,
+    /// centre, top right, centre, start, centre.
+    pub fn swing(size: MazeSize, start: Cell, goals: CellSet, corners: usize) -> Self {
+        let (east, north) = (size.width() - 1, size.height() - 1);
+        let all = [Cell::new(0, north), Cell::new(east, 0), Cell::new(east, north)];
+        let corner = |index: usize| (index < corners).then_some(KeyPoint::Cell(all[index]));
+        let centre = Some(KeyPoint::Centre);
+        let points = [
+            centre,
+            corner(0),
+            corner(1),
+            centre.filter(|_| corners > 0),
+            corner(2),
+            centre.filter(|_| corners > 2),
+            Some(KeyPoint::Cell(start)),
+            centre,
+        ];
+        Self::of(goals, points.into_iter().flatten())
+    }
+
+    fn of(goals: CellSet, points: impl IntoIterator<Item = KeyPoint>) -> Self {
+        let mut tour = Self { goals, points: [KeyPoint::Centre; 8], ahead: 0..0 };
+        for (place, point) in tour.points.iter_mut().zip(points) {
+            *place = point;
+            tour.ahead.end += 1;
+        }
+        tour
+    }
+
+    /// Where a mouse in this cell goes, now that it knows these walls; `None` once the tour is
+    /// over. What has been reached is left behind, and so is what is cut off.
+    pub fn target(&mut self, walls: &Walls, from: Cell) -> Option<Cell> {
+        while !self.ahead.is_empty() {
+            let target = match self.points[self.ahead.start] {
+                KeyPoint::Centre => centre(&self.goals, walls, from),
+                KeyPoint::Cell(cell) => ShortestPath::find(walls, from, cell).map(|_| cell),
+            };
+            if target.is_some_and(|target| target != from) {
+                return target;
+            }
+            self.ahead.start += 1;
+        }
+        None
+    }
+}
+
+/// The goal cell nearest to the middle of the maze that can be reached from a cell; of several the
+/// northernmost, and of those the westernmost. `None` where none can be reached.
+///
+/// In a trial's maze of n×n cells that is (n/2 - 1, n/2), unless that is cut off.
+pub fn centre(goals: &CellSet, walls: &Walls, from: Cell) -> Option<Cell> {
+    let size = walls.size();
+    // Twice the distance from the middle, which may lie between cells.
+    let off = |coordinate: u8, side: u8| (2 * coordinate + 1).abs_diff(side);
+    let reached = Distances::flood(walls, &[from].into_iter().collect());
+    goals.iter().filter(|&cell| reached.at(cell).is_some()).min_by_key(|cell| {
+        let off = off(cell.x, size.width()) + off(cell.y, size.height());
+        (off, core::cmp::Reverse(cell.y), cell.x)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::Heading;
+
+    use super::*;
+
+    const SIZE: MazeSize = MazeSize::CLASSIC;
+    const START: Cell = Cell::new(0, 0);
+
+    /// The cells of the tour in an empty maze.
+    fn cells(mut tour: Tour, walls: &Walls) -> Vec<(u8, u8)> {
+        let mut here = START;
+        let next = || {
+            here = tour.target(walls, here)?;
+            Some((here.x, here.y))
+        };
+        std::iter::from_fn(next).collect()
+    }
+
+    #[test]
+    fn tours_are_the_published_ones() {
+        let (goals, walls) = (SIZE.central_cells(), Walls::open(SIZE));
+        let swing = |corners| cells(Tour::swing(SIZE, START, goals, corners), &walls);
+        let centre = (7, 8);
+        assert_eq!(swing(3), [centre, (0, 15), (15, 0), centre, (15, 15), centre, (0, 0), centre]);
+        assert_eq!(swing(2), [centre, (0, 15), (15, 0), centre, (0, 0), centre]);
+        assert_eq!(swing(1), [centre, (0, 15), centre, (0, 0), centre]);
+        assert_eq!(swing(0), [centre, (0, 0), centre]);
+        assert_eq!(cells(Tour::just_arrive(goals), &walls), [centre]);
+        assert_eq!(cells(Tour::arrive_and_back(START, goals), &walls), [centre, (0, 0)]);
+    }
+
+    #[test]
+    fn what_is_cut_off_is_given_up() {
+        let mut walls = Walls::open(SIZE);
+        for cell in [Cell::new(0, 15), Cell::new(7, 8)] {
+            for heading in Heading::ALL {
+                walls.set(cell, heading, true);
+            }
+        }
+        let tour = Tour::swing(SIZE, START, SIZE.central_cells(), 1);
+        assert_eq!(cells(tour, &walls), [(8, 8), (0, 0), (8, 8)]);
+        let nowhere = Tour::swing(SIZE, START, CellSet::EMPTY, 0);
+        assert_eq!(cells(nowhere, &walls), []);
+    }
+
+    #[test]
+    fn the_centre_is_the_goal_cell_nearest_to_the_middle() {
+        let of = |width, height, cells: &[(u8, u8)]| {
+            let goals = cells.iter().map(|&(x, y)| Cell::new(x, y)).collect();
+            let walls = Walls::open(MazeSize::new(width, height).unwrap());
+            centre(&goals, &walls, START).map(|cell| (cell.x, cell.y))
+        };
+        assert_eq!(of(5, 5, &[(0, 4), (4, 2), (2, 0)]), Some((4, 2)));
+        assert_eq!(of(32, 32, &[(31, 31), (30, 31), (9, 40)]), Some((30, 31)));
+        assert_eq!(of(1, 1, &[(0, 0)]), Some((0, 0)));
+        assert_eq!(of(4, 4, &[]), None);
+    }
+}
