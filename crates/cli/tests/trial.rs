@@ -140,10 +140,14 @@ fn a_comparison_is_tables_json_and_charts() {
         ended.stdout.contains("\nrandom, seed 1  13 + 46 = 46.433  13 + 46 = 46.433  92.867\n")
     );
     let charts = home.path().join("new/charts");
-    for chart in ["benchmarks.svg", "robots.svg"] {
+    for chart in ["benchmarks.svg", "variants.svg", "key-points.svg", "robots.svg"] {
         let svg = std::fs::read_to_string(charts.join(chart)).unwrap();
-        assert!(svg.contains(">13 + 46 = 46.433</text>") && svg.contains(">b &amp;c</text>"));
+        assert!(svg.contains(">b &amp;c</text>"), "{chart}");
     }
+    let tables: Vec<_> = ended.stdout.split("\n\n").collect();
+    assert_eq!(tables.len(), 4, "{}", ended.stdout);
+    assert!(tables[1].starts_with("Variants of swing ") && tables[1].contains("\njust-arrive "));
+    assert_eq!(tables[2].lines().count(), 5, "{}", tables[2]);
     let rows = home.run(&["trial", "mazes", "--compare", "--json"]).json();
     assert_eq!(
         (&rows[0]["table"], &rows[0]["row"]),
@@ -161,6 +165,20 @@ fn a_comparison_is_tables_json_and_charts() {
     let ended = home.run(&["trial", "closed.txt", "--compare", "--charts", "file"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.starts_with("mmsim: file: cannot be made: "), "{ended:?}");
+}
+
+#[test]
+fn swing_goes_as_far_as_it_is_told() {
+    let home = Home::new();
+    let explore_steps = |arguments: &[&str]| {
+        let trial = ["trial", "first steps", "--robot", "swing", "--json"];
+        home.run(&[&trial[..], arguments].concat()).json()[0]["explore_steps"].as_u64().unwrap()
+    };
+    let variants = ["just-arrive", "arrive-and-back", "all"];
+    let steps = variants.map(|variant| explore_steps(&["--variant", variant]));
+    assert!(steps.is_sorted() && steps[0] < steps[2], "{steps:?}");
+    let steps = ["0", "3"].map(|number| explore_steps(&["--key-points", number]));
+    assert!(steps[0] < steps[1], "{steps:?}");
 }
 
 #[test]
@@ -243,6 +261,9 @@ fn wrong_usage_is_exit_code_2() {
         (&["a.txt", "--seed=-1"], "--seed"),
         (&["a.txt", "--charts", "charts"], "--compare"),
         (&["a.txt", "--compare", "--robot", "random"], "cannot be used with"),
+        (&["a.txt", "--compare", "--variant", "all"], "cannot be used with"),
+        (&["a.txt", "--key-points", "4"], "expected 0 to 3 key points"),
+        (&["a.txt", "--variant", "some"], "[possible values: just-arrive, arrive-and-back, all]"),
         (&["a.txt", "--once"], "--serve"),
         (&["a.txt", "--open"], "expected --serve with an option that concerns it"),
         (&["a.txt", "--serve", "a.txt"], "expected one maze with --serve, found 2"),

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::builder::PossibleValue;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use mmsim_protocol::DEFAULT_PORT;
-use mmsim_trial::{Bundled, Settings};
+use mmsim_trial::{Bundled, KeyPoints, Settings, Variant};
 
 use super::tried::Contender;
 use crate::args::{KeepArgs, ViewerArgs};
@@ -36,6 +36,12 @@ pub(crate) struct TrialArgs {
     /// How probable it is, 0 to 1, that a sensor reading is wrong by one cell
     #[arg(long, value_name = "P", default_value_t = 0., value_parser = parse_probability)]
     noise: f64,
+    /// Over how many corners swing and swing-timed go, 0 to 3
+    #[arg(long, value_name = "N", default_value_t)]
+    key_points: KeyPoints,
+    /// How far swing and swing-timed go to explore
+    #[arg(long, default_value_t, value_parser = variants())]
+    variant: Variant,
     /// Draw what was explored, and the race in it: in each cell in which a step began, where it
     /// went (U, R, D, L), in those it crossed the same small, X where it reached the goal
     #[arg(long)]
@@ -45,7 +51,7 @@ pub(crate) struct TrialArgs {
     pub(crate) json: bool,
     /// Print the tables of a comparison: benchmarks, variants and numbers of key points of swing,
     /// all robots; of many mazes only the means
-    #[arg(long, conflicts_with_all = ["robot", "path", "serve"])]
+    #[arg(long, conflicts_with_all = ["robot", "key_points", "variant", "path", "serve"])]
     pub(crate) compare: bool,
     /// Draw a bar chart of each table as an SVG file in this folder
     #[arg(long, value_name = "DIR", requires = "compare")]
@@ -96,9 +102,8 @@ impl TrialArgs {
 
     /// A robot and what it is told.
     pub(crate) const fn contender(&self, robot: Bundled) -> Contender {
-        // HERE: --key-points, --variant and --noise go into the settings once these have them.
-        let settings = Settings { seed: self.seed };
-        Contender { robot, settings, noise: self.noise }
+        let Self { seed, noise, key_points, variant, .. } = *self;
+        Contender { robot, settings: Settings { seed, key_points, variant }, noise }
     }
 
     /// The robots that are asked for, each once.
@@ -118,6 +123,10 @@ impl TrialArgs {
         }
         robots
     }
+}
+
+fn variants() -> impl TypedValueParser<Value = Variant> {
+    PossibleValuesParser::new(Variant::ALL.map(Variant::name)).try_map(|name| name.parse())
 }
 
 /// A value of `--robot`.

@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal};
 use std::path::Path;
 
 use mmsim_drawing::{Bar, BarChart, BarGroup};
-use mmsim_trial::{Bundled, Ending, Score};
+use mmsim_trial::{Bundled, Ending, KeyPoints, Score, Settings, Variant};
 use serde::Serialize;
 
 use super::grid::aligned;
@@ -41,10 +41,20 @@ fn tables(args: &TrialArgs) -> Vec<Table> {
         (format!("random, seed {}", contender.settings.seed), contender)
     });
     let benchmarks = random.chain(named("count-expansion").map(row)).collect();
-    // HERE: the tables of swing's variants and of its key points, once there is such a robot.
+    let swing = args.contender(Bundled::Swing);
+    let variants = Variant::ALL.map(|variant| {
+        let settings = Settings { variant, ..swing.settings };
+        (variant.to_string(), Contender { settings, ..swing.clone() })
+    });
+    let key_points = KeyPoints::ALL.map(|key_points| {
+        let settings = Settings { key_points, ..swing.settings };
+        (key_points.to_string(), Contender { settings, ..swing.clone() })
+    });
     let robots = Bundled::ALL.map(row).into();
     vec![
         Table { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
+        Table { title: "Variants of swing", file: "variants", rows: variants.into() },
+        Table { title: "Key points of swing", file: "key-points", rows: key_points.into() },
         Table { title: "Robots", file: "robots", rows: robots },
     ]
 }
