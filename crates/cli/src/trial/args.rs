@@ -15,7 +15,7 @@ Examples:
   mmsim trial harbour                             a bundled maze
   mmsim trial mazes/ --robot all                  each robot in each maze of a folder
   mmsim trial my-maze.txt --path                  the race and what was explored, drawn
-  mmsim trial my-mazes/ --compare --charts charts compare robots, as tables and as bar charts
+  mmsim trial mazes/ --compare --charts out       compare robots, as tables and as bar charts
   mmsim trial harbour --serve --open              watch a robot in a browser
 
 Exit code 0 says that each robot scored, or said that the goal cannot be reached where that is so.";
