@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal};
 use std::time::Duration;
 
 use mmsim_client::{Transport, Zmq};
-use mmsim_maze::{Catalogue, KnownMaze, Unknown};
+use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_protocol::{MAX_STATE_BYTES, Order, Reply, Request, encode_state};
 use mmsim_trial::{RaceSteps, Trial};
 use mmsim_viewer::Show;
@@ -17,7 +17,7 @@ use crate::args::wrong_usage;
 use crate::demo::{HOST, PACE_MS};
 use crate::interrupt::Interrupt;
 use crate::output::say;
-use crate::selection::Selected;
+use crate::selection::{Collection, Selected};
 use crate::serve::{announce, bind};
 use crate::solve::say_waiting;
 use crate::{Outcome, keep, watching};
@@ -37,10 +37,12 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> Outcome {
     let server = bind(HOST, watch.port)?;
     let viewer = if watch.once { None } else { watching::bind(&watch.viewer, HOST)? };
     let interrupt = Interrupt::catch()?;
+    // A maze that is no file is one of the bundled ones.
+    let collection = Collection::at(Some(&*selected.path).filter(|path| path.exists()))?;
     say(announce(&selected, server.address()));
     let show = Show::default()
         .with_live(&server, &selected.path)
-        .with_mazes(Catalogue::of_path(&selected.path).unwrap_or_default())
+        .with_mazes(collection.catalogue)
         .with_recordings(watch.keep.record.clone());
     let simulation = keep::simulation(selected.clone(), &watch.keep);
     keep::announce(&watch.keep, &simulation);
