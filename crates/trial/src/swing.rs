@@ -44,7 +44,7 @@ struct Plan {
 #[derive(Clone, Debug)]
 enum Way {
     /// And how many steps of it are done.
-    Cells(ShortestPath, usize),
+    Cells(Box<ShortestPath>, usize),
     TimeSteps(Box<RaceSteps>),
 }
 
@@ -145,7 +145,7 @@ impl Swing {
     fn plan(&self, walls: &Walls, cell: Cell, ends: CellSet) -> Option<Plan> {
         let way = match self.measure {
             Measure::Cells => {
-                Way::Cells(ShortestPath::find(walls, self.survey.pose().cell, cell)?, 0)
+                Way::Cells(Box::new(ShortestPath::find(walls, self.survey.pose().cell, cell)?), 0)
             }
             Measure::TimeSteps => Way::TimeSteps(Box::new(RaceSteps::flood(walls, &ends))),
         };
@@ -161,7 +161,10 @@ impl Swing {
                 let heading = headings.next()?;
                 (heading, 1 + headings.take_while(|&next| next == heading).count())
             }
-            Way::TimeSteps(race) => race.next_straight(map.walls(Unknown::Open), pose)?,
+            Way::TimeSteps(race) => {
+                let next = |unknown| race.next_straight(map.walls(unknown), pose);
+                next(Unknown::Closed).or_else(|| next(Unknown::Open))?
+            }
         };
         let known = map.walls(Unknown::Closed);
         let cells = straight(known, pose.cell, heading).take(cells).count();
