@@ -5,15 +5,15 @@ use std::thread;
 use std::time::Duration;
 
 use mmsim_client::{Zmq, ask_info, search_run};
-use mmsim_maze::{KnownMaze, Maze, Unknown};
+use mmsim_maze::{Catalogue, KnownMaze, Maze, Unknown};
 use mmsim_protocol::{MazeSize, Request};
 use mmsim_server::{Server, Simulation};
 use mmsim_solvers::MazeFacts;
-use mmsim_solvers::{Bundled, Mouse};
-use mmsim_tests::{bundled_mazes, known_distance, serve};
+use mmsim_solvers::{Bundled, Mouse, Move, Swing};
+use mmsim_tests::{bundled_mazes, known_distance, serve, shared};
 
 fn mazes() -> Vec<(String, Maze)> {
-    let catalogue = mmsim_maze::Catalogue::of_path(&bundled_mazes()).unwrap();
+    let catalogue = Catalogue::of_path(&bundled_mazes()).unwrap();
     catalogue.entries().iter().map(|entry| (entry.name(), entry.maze().unwrap())).collect()
 }
 
@@ -95,4 +95,42 @@ fn two_clients_each_get_their_own_replies() {
         }
     });
     server.stop().unwrap();
+}
+
+#[test]
+fn swing_runs_fast_to_every_goal_of_the_shared_mazes() {
+    let Some(folder) = shared("mazes") else { return };
+    // All of them take a minute unless the compiler has optimised.
+    let sample = if cfg!(debug_assertions) { 24 } else { 1 };
+    let mut most = 0;
+    for entry in Catalogue::of_path(&folder).unwrap().entries().iter().step_by(sample) {
+        let (name, maze) = (entry.name(), entry.maze().unwrap());
+        let mut mouse = Mouse::new(Swing::new(), KnownMaze::before(&maze), maze.start());
+        mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
+        let (mut states, mut fast_run) = (0, 0);
+        let result = loop {
+            mouse.see(maze.walls().around(mouse.pose())).unwrap();
+            states += 1;
+            let decision = mouse.decide();
+            fast_run = if mouse.pose().cell == maze.start().cell { 0 } else { fast_run + 1 };
+            match decision {
+                Ok(Move::Step(step)) if states < Bundled::Swing.max_states() => {
+                    mouse.go(step).unwrap();
+                }
+                end => break end,
+            }
+        };
+        match MazeFacts::of(&maze).shortest_path {
+            Some(_) => {
+                assert_eq!(result, Ok(Move::Stop), "{name}");
+                assert!(maze.goals().contains(mouse.pose().cell), "{name}");
+                let known = known_distance(mouse.map(), maze.start().cell, Unknown::Closed);
+                assert_eq!(known, Some(fast_run), "{name}: it takes the shortest way it knows");
+            }
+            None => assert!(result.is_err(), "{name}: {result:?}"),
+        }
+        most = most.max(states);
+    }
+    assert!(most > 100, "no maze was searched");
+    println!("{most} states at most");
 }

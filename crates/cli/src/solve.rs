@@ -50,9 +50,10 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
     };
     let mut mouse = Mouse::new(strategy.strategy(), map, start);
     let pace = Duration::from_millis(args.pace);
+    let max_steps = args.max_steps.unwrap_or(strategy.max_states());
     let mut screen = Screen::new(strategy, !pace.is_zero() && !args.json);
     let mut shown = Ok(());
-    let result = search_run(&mut transport, &mut mouse, args.max_steps, |mouse, run| {
+    let result = search_run(&mut transport, &mut mouse, max_steps, |mouse, run| {
         shown = screen.show(mouse, run);
         thread::sleep(pace);
         if shown.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -78,10 +79,13 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         Some(error) if !args.json => Err(explain(&error).into()),
         Some(_) => Ok(false),
         None => {
-            if !run.goal_reached && run.states == args.max_steps {
-                say(format_args!("gave up at --max-steps {}", args.max_steps));
+            // A swing comes through the goal before it is done.
+            let is_in_goal = mouse.map().goals().contains(mouse.pose().cell);
+            let gave_up = run.states == max_steps && !is_in_goal;
+            if gave_up {
+                say(format_args!("gave up at --max-steps {max_steps}"));
             }
-            Ok(run.goal_reached && recorded.is_ok())
+            Ok(run.goal_reached && !gave_up && recorded.is_ok())
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{FloodFill, LeftWall, Strategy, WeightIncrement};
+use crate::{FloodFill, LeftWall, Strategy, Swing, WeightIncrement};
 
 /// A strategy that comes with this crate.
 ///
@@ -22,6 +22,8 @@ pub enum Bundled {
     WeightIncrement,
     /// [`LeftWall`]
     LeftWall,
+    /// [`Swing`]
+    Swing,
 }
 
 /// A name that no strategy here has.
@@ -34,7 +36,8 @@ pub struct UnknownStrategy {
 
 impl Bundled {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::FloodFill, Self::WeightIncrement, Self::LeftWall];
+    pub const ALL: [Self; 4] =
+        [Self::FloodFill, Self::WeightIncrement, Self::LeftWall, Self::Swing];
 
     /// Its name, as on the command line.
     pub const fn name(self) -> &'static str {
@@ -42,6 +45,7 @@ impl Bundled {
             Self::FloodFill => "flood-fill",
             Self::WeightIncrement => "weight-increment",
             Self::LeftWall => "left-wall",
+            Self::Swing => "swing",
         }
     }
 
@@ -53,6 +57,17 @@ impl Bundled {
             }
             Self::WeightIncrement => "go to the neighbour visited least",
             Self::LeftWall => "keep the left hand on the wall",
+            Self::Swing => "go to centre and corners and back, then run the shortest way known",
+        }
+    }
+
+    /// After how many states its search is given up unless somebody says otherwise. A swing visits
+    /// far corners and comes back before it runs fast: that took at most 3,000 in real mazes of
+    /// 32×32 cells.
+    pub const fn max_states(self) -> u32 {
+        match self {
+            Self::FloodFill | Self::WeightIncrement | Self::LeftWall => 1000,
+            Self::Swing => 10_000,
         }
     }
 
@@ -62,6 +77,7 @@ impl Bundled {
             Self::FloodFill => Box::new(FloodFill::new()),
             Self::WeightIncrement => Box::new(WeightIncrement::new()),
             Self::LeftWall => Box::new(LeftWall::new()),
+            Self::Swing => Box::new(Swing::new()),
         }
     }
 }
@@ -90,6 +106,6 @@ mod tests {
         for strategy in Bundled::ALL {
             assert_eq!(strategy.to_string().parse(), Ok(strategy));
         }
-        insta::assert_snapshot!("floodfill".parse::<Bundled>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, found "floodfill""#);
+        insta::assert_snapshot!("floodfill".parse::<Bundled>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, swing, found "floodfill""#);
     }
 }

@@ -45,6 +45,7 @@ mod flood_fill;
 mod left_wall;
 mod mouse;
 mod strategy;
+mod swing;
 #[cfg(test)]
 mod testing;
 mod tour;
@@ -59,5 +60,6 @@ pub use flood_fill::FloodFill;
 pub use left_wall::LeftWall;
 pub use mouse::{Crash, Mouse};
 pub use strategy::{Move, SearchError, Strategy, steps_from};
+pub use swing::Swing;
 pub use tour::{Tour, centre};
 pub use weight_increment::WeightIncrement;

@@ -30,6 +30,7 @@ use crate::{Distances, ShortestPath};
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Tour {
     goals: CellSet,
+    passed: CellSet,
     points: [KeyPoint; 8],
     /// The first is where it goes now.
     ahead: core::ops::Range<usize>,
@@ -38,7 +39,8 @@ pub struct Tour {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum KeyPoint {
     Centre,
-    Cell(Cell),
+    Corner(Cell),
+    Start(Cell),
 }
 
 impl Tour {
@@ -52,7 +54,7 @@ impl Tour {
 
     /// To the centre and back to the start.
     pub fn arrive_and_back(start: Cell, goals: CellSet) -> Self {
-        Self::of(goals, [KeyPoint::Centre, KeyPoint::Cell(start)])
+        Self::of(goals, [KeyPoint::Centre, KeyPoint::Start(start)])
     }
 
     /// The whole swing, with the first few of its three corners: centre, top left, bottom right,
@@ -60,7 +62,7 @@ impl Tour {
     pub fn swing(size: MazeSize, start: Cell, goals: CellSet, corners: usize) -> Self {
         let (east, north) = (size.width() - 1, size.height() - 1);
         let all = [Cell::new(0, north), Cell::new(east, 0), Cell::new(east, north)];
-        let corner = |index: usize| (index < corners).then_some(KeyPoint::Cell(all[index]));
+        let corner = |index: usize| (index < corners).then_some(KeyPoint::Corner(all[index]));
         let centre = Some(KeyPoint::Centre);
         let points = [
             centre,
@@ -69,14 +71,28 @@ impl Tour {
             centre.filter(|_| corners > 0),
             corner(2),
             centre.filter(|_| corners > 2),
-            Some(KeyPoint::Cell(start)),
+            Some(KeyPoint::Start(start)),
             centre,
         ];
         Self::of(goals, points.into_iter().flatten())
     }
 
+    /// The same without the last way to the centre: it ends at the start, for who does not get
+    /// there by a reset.
+    pub fn there_and_back(size: MazeSize, start: Cell, goals: CellSet) -> Self {
+        let mut tour = Self::swing(size, start, goals, Self::CORNERS);
+        tour.ahead.end -= 1;
+        tour
+    }
+
+    /// A corner that was passed on the way need not be visited again.
+    pub fn pass(&mut self, cell: Cell) {
+        self.passed.insert(cell);
+    }
+
     fn of(goals: CellSet, points: impl IntoIterator<Item = KeyPoint>) -> Self {
-        let mut tour = Self { goals, points: [KeyPoint::Centre; 8], ahead: 0..0 };
+        let mut tour =
+            Self { goals, passed: CellSet::EMPTY, points: [KeyPoint::Centre; 8], ahead: 0..0 };
         for (place, point) in tour.points.iter_mut().zip(points) {
             *place = point;
             tour.ahead.end += 1;
@@ -90,7 +106,10 @@ impl Tour {
         while !self.ahead.is_empty() {
             let target = match self.points[self.ahead.start] {
                 KeyPoint::Centre => centre(&self.goals, walls, from),
-                KeyPoint::Cell(cell) => ShortestPath::find(walls, from, cell).map(|_| cell),
+                KeyPoint::Corner(cell) if self.passed.contains(cell) => None,
+                KeyPoint::Corner(cell) | KeyPoint::Start(cell) => {
+                    ShortestPath::find(walls, from, cell).map(|_| cell)
+                }
             };
             if target.is_some_and(|target| target != from) {
                 return target;

@@ -161,7 +161,10 @@ impl Swing {
                 let heading = headings.next()?;
                 (heading, 1 + headings.take_while(|&next| next == heading).count())
             }
-            Way::TimeSteps(race) => race.next_straight(map.walls(Unknown::Open), pose)?,
+            Way::TimeSteps(race) => {
+                let next = |unknown| race.next_straight(map.walls(unknown), pose);
+                next(Unknown::Closed).or_else(|| next(Unknown::Open))?
+            }
         };
         let known = map.walls(Unknown::Closed);
         let cells = straight(known, pose.cell, heading).take(cells).count();
