@@ -38,6 +38,24 @@ impl Walls {
         walls
     }
 
+    /// The maze with these inner walls, as bits: see [`north_rows`](Self::north_rows) and
+    /// [`east_rows`](Self::east_rows). Bits of outer walls and beyond do not count.
+    ///
+    /// ```
+    /// use mmsim_maze::{MazeSize, Walls};
+    /// let closed = Walls::closed(MazeSize::CLASSIC);
+    /// assert_eq!(Walls::of_rows(MazeSize::CLASSIC, [u32::MAX; 32], [u32::MAX; 32]), closed);
+    /// ```
+    pub fn of_rows(size: MazeSize, mut north: [u32; SIDE], mut east: [u32; SIDE]) -> Self {
+        let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
+        let height = usize::from(size.height());
+        for (y, (north, east)) in north.iter_mut().zip(&mut east).enumerate() {
+            *north &= if y + 1 < height { columns } else { 0 };
+            *east &= if y < height { columns >> 1 } else { 0 };
+        }
+        Self { size, north, east }
+    }
+
     /// How many cells there are each way.
     pub const fn size(&self) -> MazeSize {
         self.size

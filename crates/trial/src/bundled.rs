@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use mmsim_maze::KnownMaze;
 
-use crate::{KeyPoints, Random, Robot, Swing, Variant};
+use crate::{Champion, Habits, KeyPoints, Random, Robot, Rule, Swing, Variant};
 
 /// A robot that comes with this crate.
 ///
@@ -23,6 +23,10 @@ pub enum Bundled {
     Swing,
     /// [`Swing::timed`]
     SwingTimed,
+    /// [`Champion`] that explores until no faster race is possible.
+    Proven,
+    /// [`Champion`]
+    Champion,
 }
 
 /// What a robot is told beside the maze's size, start and goal; each heeds what concerns it.
@@ -34,6 +38,8 @@ pub struct Settings {
     pub key_points: KeyPoints,
     /// How far it goes to explore.
     pub variant: Variant,
+    /// The chance that a reading of the sensors is wrong by one cell.
+    pub noise: f64,
 }
 
 /// A name that no robot here has.
@@ -46,7 +52,8 @@ pub struct UnknownRobot {
 
 impl Bundled {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Random, Self::Swing, Self::SwingTimed];
+    pub const ALL: [Self; 5] =
+        [Self::Random, Self::Swing, Self::SwingTimed, Self::Proven, Self::Champion];
 
     /// Its name, as on the command line.
     pub const fn name(self) -> &'static str {
@@ -54,6 +61,8 @@ impl Bundled {
             Self::Random => "random",
             Self::Swing => "swing",
             Self::SwingTimed => "swing-timed",
+            Self::Proven => "proven",
+            Self::Champion => "champion",
         }
     }
 
@@ -62,17 +71,22 @@ impl Bundled {
         match self {
             Self::Random => "any turn and any move",
             Self::Swing => "A* to centre and corners, then the shortest way known",
+            Self::Proven => "explore until no faster race is possible",
+            Self::Champion => "explore as long as that is likely to pay",
             Self::SwingTimed => "the same with plans in time steps, up to 3 cells each",
         }
     }
 
     /// The robot itself, its trial not begun yet.
     pub fn robot(self, before: KnownMaze, settings: &Settings) -> Box<dyn Robot + Send> {
-        let &Settings { seed, key_points, variant } = settings;
+        let &Settings { seed, key_points, variant, noise } = settings;
+        let champion = |rule| Champion::new(before.clone(), rule, Habits::CONTEST, noise, seed);
         match self {
             Self::Random => Box::new(Random::new(before, seed)),
             Self::Swing => Box::new(Swing::new(before, variant, key_points)),
             Self::SwingTimed => Box::new(Swing::timed(before, variant, key_points)),
+            Self::Proven => Box::new(champion(Rule::Proven)),
+            Self::Champion => Box::new(champion(Rule::default())),
         }
     }
 }

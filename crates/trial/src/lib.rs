@@ -16,6 +16,7 @@
 
 mod action;
 mod bundled;
+mod champion;
 mod noise;
 mod race;
 mod random;
@@ -26,6 +27,7 @@ mod trial;
 
 pub use action::{Action, Rotation};
 pub use bundled::{Bundled, Settings, UnknownRobot};
+pub use champion::{Champion, Habits, Rule};
 pub use noise::Noise;
 pub use race::{RaceSteps, race_optimum};
 pub use random::Random;

@@ -74,6 +74,16 @@ impl Survey {
         news
     }
 
+    /// Takes a wall as this, whatever was known before.
+    pub(crate) fn believe(&mut self, cell: Cell, heading: Heading, wall: WallState) {
+        self.map.set_wall(cell, heading, wall);
+    }
+
+    /// Notes that its sensors were read where it stands.
+    pub(crate) fn visit(&mut self) {
+        self.map.visit(self.pose.cell);
+    }
+
     fn learn(&mut self, cell: Cell, heading: Heading, wall: WallState) -> bool {
         let is_new = self.map.wall(cell, heading) != wall;
         if is_new {

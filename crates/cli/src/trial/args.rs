@@ -103,7 +103,7 @@ impl TrialArgs {
     /// A robot and what it is told.
     pub(crate) const fn contender(&self, robot: Bundled) -> Contender {
         let Self { seed, noise, key_points, variant, .. } = *self;
-        Contender { robot, settings: Settings { seed, key_points, variant }, noise }
+        Contender { robot, settings: Settings { seed, key_points, variant, noise }, noise }
     }
 
     /// The robots that are asked for, each once.

@@ -1,0 +1,321 @@
+//! The champion: explores as long as that pays.
+
+mod belief;
+mod contest;
+mod guesses;
+mod habits;
+
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Unknown, WallState, Walls};
+
+use crate::race::straight;
+use crate::{Action, RaceSteps, Robot, Rotation, Survey, Trial};
+use belief::Belief;
+use guesses::Guesses;
+pub use habits::Habits;
+
+/// The champion: goes to the goal, explores where a faster race may still hide as long as that is
+/// worth its steps, and races in the fewest steps over what it knows.
+///
+/// **To the goal** it takes unknown walls as open and goes to the cell at the edge of what it knows
+/// over which the goal is fewest time steps away.
+///
+/// **From then on** it guesses mazes ([`Habits`] tell how) that agree with what it has seen. In each
+/// it looks up the fastest race and the stretch of it that it has not seen: so many steps it would
+/// save, so many it would take to see. It goes to the end of a stretch that saves most for each
+/// step of exploring, over all guesses, and stops when a step of exploring saves less than it
+/// costs, a thirtieth of a step of the race. It stops for certain once no faster race is possible.
+///
+/// It assumes, as contests have it, that a goal of several cells is a room with one entrance, and
+/// that other walls are like those of contest mazes. Where that is not so it explores too little or
+/// too much, but what it does never rests on a guess: it moves only where it knows the way is open.
+///
+/// With sensors that err it keeps a belief for each wall, looks again at what it is not sure of, and
+/// where it ran into a wall it follows from what its sensors tell where it may be.
+#[derive(Clone, Debug)]
+pub struct Champion {
+    belief: Belief,
+    errs: bool,
+    rule: Rule,
+    habits: Habits,
+    guesses: Option<Guesses>,
+    seed: u64,
+    steps: u32,
+}
+
+/// When a [`Champion`] stops exploring.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Rule {
+    /// When a step of exploring saves less than this many thirtieths of a step of the race.
+    Worth(f64),
+    /// When no faster race is possible: proven, whatever that costs.
+    Proven,
+}
+
+impl Default for Rule {
+    fn default() -> Self {
+        Self::Worth(1.2)
+    }
+}
+
+/// Guesses are fewer in large mazes, where each takes longer: so many cells in all, but not more
+/// and not fewer mazes than this.
+const GUESSED_CELLS: usize = 64 * 256;
+const MOST_GUESSES: usize = 64;
+const LEAST_GUESSES: usize = 16;
+
+/// A stretch of unknown walls on the fastest race of some guesses.
+struct Stretch {
+    /// Its end that is nearer to the robot.
+    end: Cell,
+    /// Steps saved in the race and steps to go along it, added up over the guesses.
+    saved: u32,
+    along: u32,
+}
+
+impl Champion {
+    /// A robot that has not begun yet. `noise` is the chance that a reading of its sensors is wrong
+    /// by one cell.
+    pub fn new(before: KnownMaze, rule: Rule, habits: Habits, noise: f64, seed: u64) -> Self {
+        let belief = Belief::new(before, noise);
+        Self { belief, errs: noise > 0., rule, habits, guesses: None, seed, steps: 0 }
+    }
+
+    /// What it knows, and where it reckons to be.
+    pub fn survey(&self) -> &Survey {
+        &self.belief.likeliest().survey
+    }
+
+    fn explore(&mut self) -> Action {
+        let account = self.belief.likeliest();
+        let (been_in_goal, pose) = (account.been_in_goal, account.survey.pose());
+        let mut map = account.survey.map().clone();
+        let mut plan = Plan::new(&map, pose.cell);
+        if plan.optimum.is_none() && self.errs {
+            map = account.doubting();
+            plan = Plan::new(&map, pose.cell);
+        }
+        let Some(optimum) = plan.optimum else { return Action::GiveUp };
+        let target = match plan.best.filter(|_| been_in_goal) {
+            Some(best) if best <= optimum || self.is_late(best) => None,
+            Some(best) => match self.rule {
+                Rule::Worth(worth) => self.most_worth(&map, &plan, best, worth),
+                Rule::Proven => plan.nearest_that_matters(&map, best),
+            },
+            None => plan.nearest_to_goal(&map),
+        };
+        target.map_or(Action::Reset, |target| plan.move_to(&map, pose, target))
+    }
+
+    /// Whether the race has to begin for both runs to end in time.
+    fn is_late(&self, best: u16) -> bool {
+        let race = u32::from(best);
+        self.steps + race + race / 4 + 4 >= Trial::MOST_STEPS
+    }
+
+    /// The end of the stretch that saves most for each step of exploring, if that is enough.
+    fn most_worth(&mut self, map: &KnownMaze, plan: &Plan, best: u16, worth: f64) -> Option<Cell> {
+        let (habits, seed) = (&self.habits, self.seed);
+        let number = (GUESSED_CELLS / map.size().area()).clamp(LEAST_GUESSES, MOST_GUESSES);
+        let guesses = self.guesses.get_or_insert_with(|| Guesses::new(map, habits, number, seed));
+        guesses.draw(map, habits);
+        let mut stretches: Vec<Stretch> = Vec::new();
+        for walls in guesses.iter() {
+            let race = RaceSteps::flood(&walls, map.goals());
+            let Some(steps) = race.at(map.start()).filter(|&steps| steps < best) else { continue };
+            let Some(Unseen { ends, steps: along }) = Unseen::of(map, &walls, &race) else {
+                continue;
+            };
+            let Some(end) = ends
+                .into_iter()
+                .filter(|&end| plan.from_here.at(end).is_some())
+                .min_by_key(|&end| plan.from_here.at(end))
+            else {
+                continue;
+            };
+            let index = stretches.iter().position(|stretch| stretch.end == end);
+            let index = index.unwrap_or(stretches.len());
+            if index == stretches.len() {
+                stretches.push(Stretch { end, saved: 0, along: 0 });
+            }
+            stretches[index].saved += u32::from(best - steps);
+            stretches[index].along += along;
+        }
+        let worth_of = |stretch: &Stretch| {
+            let there = f64::from(plan.steps_to(stretch.end)?);
+            #[allow(clippy::cast_precision_loss)]
+            let steps = number as f64 * there + f64::from(stretch.along);
+            Some((30. * f64::from(stretch.saved) / steps, stretch.end))
+        };
+        let most = stretches.iter().filter_map(worth_of).max_by(|a, b| a.0.total_cmp(&b.0));
+        most.filter(|&(most, _)| most > worth).map(|(_, end)| end)
+    }
+
+    fn race(&self) -> Action {
+        let survey = self.survey();
+        let (map, pose) = (survey.map(), survey.pose());
+        if survey.is_in_goal() {
+            return Action::STAY;
+        }
+        // Unknown walls are there only if its sensors have told it otherwise since.
+        let plan = |unknown| {
+            let walls = map.walls(unknown);
+            RaceSteps::flood(walls, map.goals()).next_move(walls, pose)
+        };
+        plan(Unknown::Closed).or_else(|| plan(Unknown::Open)).unwrap_or(Action::STAY)
+    }
+}
+
+impl Robot for Champion {
+    fn next_move(&mut self, sensors: [u8; 3]) -> Action {
+        self.belief.note(sensors);
+        let action = if self.belief.likeliest().races { self.race() } else { self.explore() };
+        self.belief.go(action);
+        self.steps += 1;
+        action
+    }
+}
+
+/// What there is to plan with: time steps over what is known.
+struct Plan {
+    from_here: RaceSteps,
+    /// To the goal, unknown walls taken as open.
+    hoped: RaceSteps,
+    /// The fewest steps of a race over ways known to be open.
+    best: Option<u16>,
+    /// The same if all unknown walls are open.
+    optimum: Option<u16>,
+}
+
+impl Plan {
+    fn new(map: &KnownMaze, here: Cell) -> Self {
+        let from = |cell| RaceSteps::flood(map.walls(Unknown::Closed), &CellSet::from_iter([cell]));
+        let (from_here, from_start) = (from(here), from(map.start()));
+        let hoped = RaceSteps::flood(map.walls(Unknown::Open), map.goals());
+        // A robot that starts in the goal needs a step that ends there all the same.
+        let best = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
+        let (best, optimum) =
+            (best.map(|steps| steps.max(1)), hoped.at(map.start()).map(|steps| steps.max(1)));
+        Self { from_here, hoped, best, optimum }
+    }
+
+    /// Steps to a cell over ways known to be open; to the one it stands in one step too, a turn.
+    fn steps_to(&self, cell: Cell) -> Option<u16> {
+        self.from_here.at(cell).map(|steps| steps.max(1))
+    }
+
+    /// The cell at the edge of what is known over which the goal is nearest, or the goal itself.
+    fn nearest_to_goal(&self, map: &KnownMaze) -> Option<Cell> {
+        let steps = |cell| Some(self.steps_to(cell)? + self.hoped.at(cell)?);
+        let mut cells: Vec<Cell> = map.size().cells().collect();
+        cells.retain(|&cell| map.goals().contains(cell) || has_unknown_side(map, cell));
+        cells
+            .into_iter()
+            .filter_map(|cell| Some((steps(cell)?, cell)))
+            .min_by_key(|&(steps, _)| steps)
+            .map(|(_, cell)| cell)
+    }
+
+    /// The nearest cell at the edge of what is known over which a faster race may lead.
+    fn nearest_that_matters(&self, map: &KnownMaze, best: u16) -> Option<Cell> {
+        let start = CellSet::from_iter([map.start()]);
+        let from_start = RaceSteps::flood(map.walls(Unknown::Open), &start);
+        let over = |cell| Some(from_start.at(cell)? + self.hoped.at(cell)?);
+        let nearest = |most: u16| {
+            let matters = |&cell: &Cell| {
+                over(cell).is_some_and(|steps| steps <= most) && has_unknown_side(map, cell)
+            };
+            let cells = map.size().cells().filter(matters);
+            cells
+                .filter_map(|cell| Some((self.steps_to(cell)?, cell)))
+                .min_by_key(|&(steps, _)| steps)
+        };
+        nearest(best - 1).or_else(|| nearest(best)).map(|(_, cell)| cell)
+    }
+
+    /// The next move on the way to a cell; in it, a turn to see what lies behind.
+    fn move_to(&self, map: &KnownMaze, pose: Pose, target: Cell) -> Action {
+        let walls = map.walls(Unknown::Closed);
+        let to_target = RaceSteps::flood(walls, &CellSet::from_iter([target]));
+        let turn = Action::Move { rotation: Rotation::Right, cells: 0 };
+        to_target.next_move(walls, pose).unwrap_or(turn)
+    }
+}
+
+fn has_unknown_side(map: &KnownMaze, cell: Cell) -> bool {
+    Heading::ALL.into_iter().any(|heading| map.wall(cell, heading) == WallState::Unknown)
+}
+
+/// The part of a race that has not been seen, from the first unknown wall to the last.
+struct Unseen {
+    /// The cells before and behind it.
+    ends: [Cell; 2],
+    /// Time steps along it.
+    steps: u32,
+}
+
+/// Where a race may be after so many steps, and how it came there.
+#[derive(Clone, Copy)]
+struct Waypoint {
+    cell: Cell,
+    /// Unknown walls crossed on the way.
+    unknown: u32,
+    /// The waypoint before, as its place among those a step earlier, and the heading from there.
+    before: usize,
+    heading: Heading,
+}
+
+impl Unseen {
+    /// That of the fastest race in a guessed maze; of several, of one with the fewest unknown walls.
+    fn of(map: &KnownMaze, walls: &Walls, race: &RaceSteps) -> Option<Self> {
+        let start = Waypoint { cell: map.start(), unknown: 0, before: 0, heading: Heading::North };
+        let mut layers = vec![vec![start]];
+        for left in (0..race.at(map.start())?).rev() {
+            let mut layer: Vec<Waypoint> = Vec::new();
+            for (before, &Waypoint { cell, mut unknown, .. }) in layers.last()?.iter().enumerate() {
+                for heading in Heading::ALL {
+                    let mut here = cell;
+                    let crossed = unknown;
+                    for next in straight(walls, cell, heading) {
+                        unknown += u32::from(map.wall(here, heading) == WallState::Unknown);
+                        here = next;
+                        if race.at(next) != Some(left) {
+                            continue;
+                        }
+                        let waypoint = Waypoint { cell: next, unknown, before, heading };
+                        match layer.iter_mut().find(|known| known.cell == next) {
+                            Some(known) if known.unknown > unknown => *known = waypoint,
+                            Some(_) => {}
+                            None => layer.push(waypoint),
+                        }
+                    }
+                    unknown = crossed;
+                }
+            }
+            layers.push(layer);
+        }
+        // Back from the goal along one of the races.
+        let (mut first, mut last) = (None, None);
+        let goal = layers.last()?.iter().min_by_key(|waypoint| waypoint.unknown)?;
+        let mut waypoint = *goal;
+        for (step, layer) in layers.iter().enumerate().rev().skip(1) {
+            let from = *layer.get(waypoint.before)?;
+            if from.unknown < waypoint.unknown {
+                let mut cell = from.cell;
+                let mut ends = Vec::new();
+                while cell != waypoint.cell {
+                    let next = cell.neighbour(waypoint.heading)?;
+                    if map.wall(cell, waypoint.heading) == WallState::Unknown {
+                        ends.push((cell, next));
+                    }
+                    cell = next;
+                }
+                let (&(before, _), &(_, behind)) = (ends.first()?, ends.last()?);
+                last.get_or_insert((behind, step));
+                first = Some((before, step));
+            }
+            waypoint = from;
+        }
+        let ((first, from), (last, to)) = (first?, last?);
+        Some(Self { ends: [first, last], steps: u32::try_from(to - from).ok()? + 1 })
+    }
+}
