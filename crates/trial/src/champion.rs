@@ -103,7 +103,7 @@ impl Champion {
             },
             None => plan.nearest_to_goal(&map),
         };
-        target.map_or(Action::Reset, |target| plan.move_to(&map, pose, target))
+        target.map_or(Action::Reset, |target| move_to(&map, pose, target))
     }
 
     /// Whether the race has to begin for both runs to end in time.
@@ -231,14 +231,14 @@ impl Plan {
         };
         nearest(best - 1).or_else(|| nearest(best)).map(|(_, cell)| cell)
     }
+}
 
-    /// The next move on the way to a cell; in it, a turn to see what lies behind.
-    fn move_to(&self, map: &KnownMaze, pose: Pose, target: Cell) -> Action {
-        let walls = map.walls(Unknown::Closed);
-        let to_target = RaceSteps::flood(walls, &CellSet::from_iter([target]));
-        let turn = Action::Move { rotation: Rotation::Right, cells: 0 };
-        to_target.next_move(walls, pose).unwrap_or(turn)
-    }
+/// The next move on the way to a cell; in it, a turn to see what lies behind.
+fn move_to(map: &KnownMaze, pose: Pose, target: Cell) -> Action {
+    let walls = map.walls(Unknown::Closed);
+    let to_target = RaceSteps::flood(walls, &CellSet::from_iter([target]));
+    let turn = Action::Move { rotation: Rotation::Right, cells: 0 };
+    to_target.next_move(walls, pose).unwrap_or(turn)
 }
 
 fn has_unknown_side(map: &KnownMaze, cell: Cell) -> bool {

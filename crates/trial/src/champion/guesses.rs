@@ -12,7 +12,7 @@ use super::habits::{Habits, Place, Rows};
 /// one entrance, as contests have it, until more than one is known.
 #[derive(Clone, Debug)]
 pub(super) struct Guesses {
-    guesses: Vec<Rows>,
+    mazes: Vec<Rows>,
     rng: Rng,
     /// Between goal cells, and around them.
     inside: Vec<Place>,
@@ -33,7 +33,7 @@ impl Guesses {
             |number| places(map.size()).filter(|place| goals(place) == number).collect();
         let (inside, around) = (with_goals(2), with_goals(1));
         let mut first = Rows::of(map.walls(Unknown::Open));
-        let guesses = (0..number)
+        let mazes = (0..number)
             .map(|_| {
                 for place in unknown(map) {
                     first.set(place, rng.bool());
@@ -41,7 +41,7 @@ impl Guesses {
                 first.clone()
             })
             .collect();
-        let mut guesses = Self { guesses, rng, inside, around };
+        let mut guesses = Self { mazes, rng, inside, around };
         for _ in 0..FIRST_SWEEPS {
             guesses.draw(map, habits);
         }
@@ -57,7 +57,7 @@ impl Guesses {
         let (inside, around) = (unseen(&self.inside), unseen(&self.around));
         let is_open = |place: &Place| map.wall(place.cell(), place.heading()) == WallState::Absent;
         let has_entrance = self.around.iter().any(is_open);
-        for guess in &mut self.guesses {
+        for guess in &mut self.mazes {
             guess.learn(map.walls(Unknown::Open), map.walls(Unknown::Closed));
             for &place in &places {
                 let chance = habits.wall(guess.around(place));
@@ -77,7 +77,7 @@ impl Guesses {
 
     /// The guesses, all of them as likely.
     pub(super) fn iter(&self) -> impl ExactSizeIterator<Item = Walls> + '_ {
-        self.guesses.iter().map(Rows::walls)
+        self.mazes.iter().map(Rows::walls)
     }
 }
 

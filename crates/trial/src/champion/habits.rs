@@ -51,7 +51,7 @@ impl Habits {
                 }
             }
         }
-        let share = |[open, wall]: [u32; 2]| (256 * wall + (open + wall) / 2) / (open + wall);
+        let share = |[open, wall]: [u32; 2]| 256 * wall / (open + wall);
         Self { wall: counts.map(|counts| u8::try_from(share(counts).clamp(1, 255)).unwrap_or(1)) }
     }
 
