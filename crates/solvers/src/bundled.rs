@@ -62,8 +62,8 @@ impl Bundled {
     }
 
     /// After how many states its search is given up unless somebody says otherwise. A swing visits
-    /// far corners and comes back before it runs fast: that took at most 3,000 in real mazes of
-    /// 32×32 cells.
+    /// far corners and comes back before it runs fast: that took at most 1,531 states in 281
+    /// real mazes of up to 32×32 cells.
     pub const fn max_states(self) -> u32 {
         match self {
             Self::FloodFill | Self::WeightIncrement | Self::LeftWall => 1000,

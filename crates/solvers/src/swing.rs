@@ -40,8 +40,7 @@ impl Swing {
     fn plan(&mut self, map: &KnownMaze, cell: Cell) -> Result<(), SearchError> {
         let walls = map.walls(Unknown::Open);
         centre(map.goals(), walls, cell).ok_or(SearchError::GoalUnreachable { cell })?;
-        let tour = || Tour::there_and_back(map.size(), map.start(), *map.goals());
-        let target = self.tour.get_or_insert_with(tour).target(walls, cell);
+        let target = self.tour.as_mut().and_then(|tour| tour.target(walls, cell));
         self.plan = target.and_then(|target| Some((ShortestPath::find(walls, cell, target)?, 0)));
         self.walls = walls.clone();
         self.runs_fast = target.is_none();
@@ -62,9 +61,8 @@ impl Default for Swing {
 impl Strategy for Swing {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
         let Pose { cell, heading } = pose;
-        if let Some(tour) = &mut self.tour {
-            tour.pass(cell);
-        }
+        let tour = || Tour::there_and_back(map.size(), map.start(), *map.goals());
+        self.tour.get_or_insert_with(tour).pass(cell);
         let is_done = |(path, done): &(ShortestPath, usize)| *done >= path.length().into();
         let is_stale = self.walls != *map.walls(Unknown::Open);
         if !self.runs_fast && (is_stale || self.plan.as_ref().is_none_or(is_done)) {
