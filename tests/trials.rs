@@ -5,7 +5,7 @@ use std::fs;
 use mmsim_maze::{Catalogue, KnownMaze, Maze};
 use mmsim_tests::{json_lines, shared};
 use mmsim_trial::{
-    Action, Bundled, Ending, KeyPoints, Settings, Trial, Variant, race_optimum, try_robot,
+    Action, Bundled, Ending, KeyPoints, Score, Settings, Trial, Variant, race_optimum, try_robot,
 };
 use serde::Deserialize;
 
@@ -139,6 +139,19 @@ fn swing_is_not_worse_than_the_published_code() {
     for (key_points, expected) in KeyPoints::ALL.into_iter().zip(corners) {
         let settings = Settings { key_points, ..Settings::default() };
         assert_eq!(figures(Bundled::Swing, &settings), Some(expected), "{key_points} corners");
+    }
+}
+
+#[test]
+fn count_expansion_comes_near_the_published_figures() {
+    let published = [(33, 43), (56, 47), (75, 48)];
+    let ours = [(33, 43, "44.100"), (56, 45, "46.867"), (74, 48, "50.467")];
+    let Some(found) = figures(Bundled::CountExpansion, &Settings::default()) else { return };
+    for ((found, ours), published) in found.into_iter().zip(ours).zip(published) {
+        let (explore_steps, race_steps) = found;
+        let score = Score { explore_steps, race_steps }.to_string();
+        assert_eq!((explore_steps, race_steps, score.as_str()), ours);
+        assert!(found.0.abs_diff(published.0) <= 1 && found.1.abs_diff(published.1) <= 2);
     }
 }
 

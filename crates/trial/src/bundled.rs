@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use mmsim_maze::KnownMaze;
 
-use crate::{Champion, Habits, KeyPoints, Random, Robot, Rule, Swing, Variant};
+use crate::{Champion, CountExpansion, Habits, KeyPoints, Random, Robot, Rule, Swing, Variant};
 
 /// A robot that comes with this crate.
 ///
@@ -19,6 +19,8 @@ use crate::{Champion, Habits, KeyPoints, Random, Robot, Rule, Swing, Variant};
 pub enum Bundled {
     /// [`Random`]
     Random,
+    /// [`CountExpansion`]
+    CountExpansion,
     /// [`Swing`]
     Swing,
     /// [`Swing::timed`]
@@ -52,13 +54,20 @@ pub struct UnknownRobot {
 
 impl Bundled {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Random, Self::Swing, Self::SwingTimed, Self::Proven, Self::Champion];
+    pub const ALL: [Self; 6] = [
+        Self::Random,
+        Self::CountExpansion,
+        Self::Swing,
+        Self::SwingTimed,
+        Self::Proven,
+        Self::Champion,
+    ];
 
     /// Its name, as on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Random => "random",
+            Self::CountExpansion => "count-expansion",
             Self::Swing => "swing",
             Self::SwingTimed => "swing-timed",
             Self::Proven => "proven",
@@ -70,6 +79,7 @@ impl Bundled {
     pub const fn about(self) -> &'static str {
         match self {
             Self::Random => "any turn and any move",
+            Self::CountExpansion => "flood to the goal, reset, race",
             Self::Swing => "A* to centre and corners, then the shortest way known",
             Self::Proven => "explore until no faster race is possible",
             Self::Champion => "explore as long as that is likely to pay",
@@ -83,6 +93,7 @@ impl Bundled {
         let champion = |rule| Champion::new(before.clone(), rule, Habits::CONTEST, noise, seed);
         match self {
             Self::Random => Box::new(Random::new(before, seed)),
+            Self::CountExpansion => Box::new(CountExpansion::new(before)),
             Self::Swing => Box::new(Swing::new(before, variant, key_points)),
             Self::SwingTimed => Box::new(Swing::timed(before, variant, key_points)),
             Self::Proven => Box::new(champion(Rule::Proven)),

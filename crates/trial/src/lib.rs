@@ -17,6 +17,7 @@
 mod action;
 mod bundled;
 mod champion;
+mod count_expansion;
 mod noise;
 mod race;
 mod random;
@@ -28,6 +29,7 @@ mod trial;
 pub use action::{Action, Rotation};
 pub use bundled::{Bundled, Settings, UnknownRobot};
 pub use champion::{Champion, Habits, Rule};
+pub use count_expansion::CountExpansion;
 pub use noise::Noise;
 pub use race::{RaceSteps, race_optimum};
 pub use random::Random;
