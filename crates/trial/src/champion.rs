@@ -203,16 +203,19 @@ impl Plan {
         self.from_here.at(cell).map(|steps| steps.max(1))
     }
 
-    /// The cell at the edge of what is known over which the goal is nearest, or the goal itself.
+    /// The cell at the edge of what is known over which the goal is nearest, or the goal itself; of
+    /// several the nearest, and of those the one nearest to the goal as the crow flies.
     fn nearest_to_goal(&self, map: &KnownMaze) -> Option<Cell> {
-        let steps = |cell| Some(self.steps_to(cell)? + self.hoped.at(cell)?);
-        let mut cells: Vec<Cell> = map.size().cells().collect();
-        cells.retain(|&cell| map.goals().contains(cell) || has_unknown_side(map, cell));
-        cells
-            .into_iter()
-            .filter_map(|cell| Some((steps(cell)?, cell)))
-            .min_by_key(|&(steps, _)| steps)
-            .map(|(_, cell)| cell)
+        let off = |cell: Cell, goal: Cell| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y);
+        let crow = |cell| map.goals().iter().map(|goal| off(cell, goal)).min();
+        let key = |cell| {
+            let (to, on) = (self.steps_to(cell)?, self.hoped.at(cell)?);
+            Some((to + on, to, crow(cell)))
+        };
+        let is_edge = |&cell: &Cell| map.goals().contains(cell) || has_unknown_side(map, cell);
+        let edge = map.size().cells().filter(is_edge);
+        let nearest = edge.filter_map(|cell| Some((key(cell)?, cell))).min_by_key(|&(key, _)| key);
+        nearest.map(|(_, cell)| cell)
     }
 
     /// The nearest cell at the edge of what is known over which a faster race may lead.
@@ -317,5 +320,106 @@ impl Unseen {
         }
         let ((first, from), (last, to)) = (first?, last?);
         Some(Self { ends: [first, last], steps: u32::try_from(to - from).ok()? + 1 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::Maze;
+
+    use super::*;
+    use crate::{Ending, Noise, try_robot, try_watched};
+
+    /// With two ways to the goal, the shorter one away from it at first.
+    const MAZE: &str = "\
+o---o---o---o---o---o---o
+|                       |
+o   o---o---o---o   o   o
+|   |           |   |   |
+o   o   o---o   o---o   o
+|   |   | G   G |       |
+o   o   o   o   o   o   o
+|   |     G   G |   |   |
+o   o   o---o---o   o   o
+|   |           |       |
+o   o---o---o   o---o   o
+| S |                   |
+o---o---o---o---o---o---o
+";
+
+    fn ending(text: &str, rule: Rule, noise: f64, seed: u64) -> Ending {
+        let maze: Maze = text.parse().unwrap();
+        let before = KnownMaze::before(&maze);
+        let mut robot = Champion::new(before, rule, Habits::CONTEST, noise, seed);
+        try_watched(&maze, &mut robot, &mut Noise::new(noise, seed), |_, _, _| {})
+    }
+
+    #[test]
+    fn what_is_proven_is_the_optimum() {
+        let maze: Maze = MAZE.parse().unwrap();
+        let optimum = crate::race_optimum(maze.walls(), maze.start().cell, maze.goals()).unwrap();
+        let Ending::Scored(proven) = ending(MAZE, Rule::Proven, 0., 0) else { panic!("no score") };
+        assert_eq!(proven.race_steps, u32::from(optimum));
+        let Ending::Scored(worth) = ending(MAZE, Rule::default(), 0., 0) else {
+            panic!("no score")
+        };
+        assert!(worth.explore_steps <= proven.explore_steps, "{worth:?} {proven:?}");
+    }
+
+    #[test]
+    fn a_goal_that_is_cut_off_is_given_up() {
+        let cut = MAZE.replace("o---o   o---o   o\n|   |   | G", "o---o---o---o   o\n|   |   | G");
+        let cut = cut.replace("|   |     G", "|   |   | G");
+        assert_eq!(ending(&cut, Rule::default(), 0., 0), Ending::GaveUp);
+        assert_eq!(
+            ending("o---o---o\n| S | G |\no---o---o\n", Rule::default(), 0., 0),
+            Ending::GaveUp
+        );
+    }
+
+    #[test]
+    fn odd_mazes_are_run_too() {
+        let steps = |text| match ending(text, Rule::default(), 0., 0) {
+            Ending::Scored(score) => (score.explore_steps, score.race_steps),
+            other => panic!("{other:?} in\n{text}"),
+        };
+        assert_eq!(steps("o---o\n| G |\no---o\n"), (2, 1), "it starts in the goal");
+        assert_eq!(steps("o---o\n| S |\no   o\n| G |\no---o\n"), (3, 1), "the way lies behind");
+        assert_eq!(steps("o---o---o---o---o\n| S           G |\no---o---o---o---o\n"), (2, 1));
+    }
+
+    #[test]
+    fn it_finishes_though_its_sensors_err() {
+        let mut scored = 0;
+        for seed in 0..40 {
+            let noise = [0.01, 0.05, 0.1, 0.2][usize::try_from(seed % 4).unwrap()];
+            scored +=
+                u32::from(matches!(ending(MAZE, Rule::default(), noise, seed), Ending::Scored(_)));
+        }
+        assert!(scored >= 38, "{scored} of 40");
+    }
+
+    #[test]
+    fn it_answers_whatever_its_sensors_tell() {
+        let maze: Maze = MAZE.parse().unwrap();
+        for noise in [0., 0.1, 1.] {
+            let mut robot =
+                Champion::new(KnownMaze::before(&maze), Rule::default(), Habits::CONTEST, noise, 1);
+            for step in 0..300_u32 {
+                let told =
+                    [step * 7, step * 11, step * 13].map(|told| (told % 256).to_le_bytes()[0]);
+                robot.next_move(told);
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_score() {
+        let maze: Maze = MAZE.parse().unwrap();
+        let mut robots = [1, 1].map(|seed| {
+            Champion::new(KnownMaze::before(&maze), Rule::default(), Habits::CONTEST, 0., seed)
+        });
+        let [first, second] = robots.each_mut().map(|robot| try_robot(&maze, robot));
+        assert_eq!(first, second);
     }
 }

@@ -278,3 +278,62 @@ fn told_as(told: u8, cells: u8, noise: f64) -> f64 {
         _ => 0.,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{CellSet, Unknown};
+
+    use super::*;
+
+    fn belief(noise: f64) -> Belief {
+        Belief::new(KnownMaze::new(MazeSize::CLASSIC, Cell::new(0, 0), CellSet::EMPTY), noise)
+    }
+
+    fn wall(belief: &Belief, y: u8) -> WallState {
+        belief.likeliest().survey.map().wall(Cell::new(0, y), Heading::North)
+    }
+
+    #[test]
+    fn sensors_that_never_err_are_believed_at_once() {
+        let mut belief = belief(0.);
+        belief.note([0, 2, 0]);
+        let mut survey = Survey::new(belief.likeliest().survey.map().clone());
+        survey.note([0, 2, 0]);
+        assert_eq!(belief.likeliest().survey, survey);
+        belief.go(Action::of_numbers(0, 2));
+        assert_eq!(belief.accounts.len(), 1);
+        assert_eq!(belief.likeliest().survey.pose().cell, Cell::new(0, 2));
+    }
+
+    #[test]
+    fn sensors_that_err_are_believed_in_the_long_run() {
+        let mut belief = belief(0.3);
+        belief.note([0, 3, 0]);
+        assert_eq!(wall(&belief, 2), WallState::Unknown, "once is not enough");
+        assert_eq!(wall(&belief, 0), WallState::Absent, "it errs by one cell only");
+        for told in [2, 2, 2, 3, 2, 2] {
+            belief.note([0, told, 0]);
+        }
+        assert_eq!(wall(&belief, 1), WallState::Absent);
+        assert_eq!(wall(&belief, 2), WallState::Present);
+    }
+
+    #[test]
+    fn a_wall_that_was_not_expected_is_learnt_from() {
+        let mut belief = belief(0.1);
+        for _ in 0..3 {
+            belief.note([0, 3, 0]);
+        }
+        belief.go(Action::of_numbers(0, 3));
+        assert!(belief.accounts.len() > 1, "a wall may have been in the way");
+        // After 3 cells there would be a wall ahead.
+        for _ in 0..6 {
+            belief.note([0, 9, 5]);
+        }
+        let Pose { cell, .. } = belief.likeliest().survey.pose();
+        assert!(
+            cell.y < 3
+                || belief.likeliest().survey.map().walls(Unknown::Open).has(cell, Heading::West)
+        );
+    }
+}
