@@ -221,3 +221,22 @@ fn every_shared_maze_is_raced_or_given_up() {
         }
     }
 }
+
+#[test]
+fn champion_scores_less_than_any_single_public_robot() {
+    let Some(mazes) = shared("mazes/trial") else { return };
+    let settings = Settings { seed: 1, ..Settings::default() };
+    let scores: Vec<f64> = ["test_maze_01", "test_maze_02", "test_maze_03"]
+        .iter()
+        .map(|name| {
+            let maze = Maze::read(&mazes.join(name).with_extension("txt")).unwrap();
+            let mut champion = Bundled::Champion.robot(KnownMaze::before(&maze), &settings);
+            match try_robot(&maze, &mut champion) {
+                Ending::Scored(score) => score.value(),
+                other => panic!("{other:?} in {name}"),
+            }
+        })
+        .collect();
+    assert!(scores.iter().sum::<f64>() <= 74., "{scores:?}");
+    assert!(scores[1] < 27.667 && scores[2] < 28.667, "{scores:?}");
+}

@@ -59,8 +59,8 @@ impl Default for Rule {
 
 /// Guesses are fewer in large mazes, where each takes longer: so many cells in all, but not more
 /// and not fewer mazes than this.
-const GUESSED_CELLS: usize = 64 * 256;
-const MOST_GUESSES: usize = 64;
+const GUESSED_CELLS: usize = 160 * 256;
+const MOST_GUESSES: usize = 160;
 const LEAST_GUESSES: usize = 16;
 
 /// A stretch of unknown walls on the fastest race of some guesses.
