@@ -62,7 +62,8 @@ fn the_server_replies_as_the_reference_did() {
 fn our_strategies_ask_as_the_example_clients_did() {
     let Some(shared) = shared("") else { return };
     for name in MAZES {
-        for strategy in Bundled::ALL {
+        // The example clients that there are.
+        for strategy in [Bundled::FloodFill, Bundled::WeightIncrement, Bundled::LeftWall] {
             let expected = transcript(&shared, strategy.name(), name);
             let mut simulation = Simulation::new(name, maze(&shared, name));
             let mut asked = Vec::new();
