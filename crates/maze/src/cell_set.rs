@@ -41,6 +41,15 @@ impl CellSet {
         grows
     }
 
+    /// Takes a cell out. Says whether it was in.
+    pub fn remove(&mut self, cell: Cell) -> bool {
+        let shrinks = self.contains(cell);
+        if shrinks {
+            self.rows[usize::from(cell.y)] &= !(1 << cell.x);
+        }
+        shrinks
+    }
+
     /// Whether the cell is in the set.
     pub fn contains(&self, cell: Cell) -> bool {
         let row = self.rows.get(usize::from(cell.y)).copied().unwrap_or(0);
@@ -59,9 +68,13 @@ impl CellSet {
 
     /// Its cells, row by row from the south, each row from the west.
     pub fn iter(&self) -> impl Iterator<Item = Cell> + '_ {
-        (0..MazeSize::MAX_SIDE)
-            .flat_map(|y| (0..MazeSize::MAX_SIDE).map(move |x| Cell { x, y }))
-            .filter(|&cell| self.contains(cell))
+        (0_u8..).zip(&self.rows).flat_map(|(y, &row)| {
+            let left = |row: u32| Some(row).filter(|&row| row != 0);
+            let rest = core::iter::successors(left(row), move |&row| left(row & (row - 1)));
+            // At most 31.
+            #[allow(clippy::cast_possible_truncation)]
+            rest.map(move |row| Cell { x: row.trailing_zeros() as u8, y })
+        })
     }
 }
 
@@ -97,11 +110,20 @@ mod tests {
 
     proptest! {
         #[test]
-        fn behaves_like_a_set_from_the_standard_library(cells in prop::collection::vec(any::<(u8, u8)>(), 0..200)) {
-            let cells: Vec<Cell> = cells.into_iter().map(|(x, y)| Cell::new(x % 40, y % 40)).collect();
-            let set: CellSet = cells.iter().copied().collect();
-            let twin: BTreeSet<(u8, u8)> =
+        fn behaves_like_a_set_from_the_standard_library(
+            cells in prop::collection::vec(any::<(u8, u8)>(), 0..200),
+            removed in prop::collection::vec(any::<(u8, u8)>(), 0..200),
+        ) {
+            let of = |cells: Vec<(u8, u8)>| -> Vec<Cell> {
+                cells.into_iter().map(|(x, y)| Cell::new(x % 40, y % 40)).collect()
+            };
+            let cells = of(cells);
+            let mut set: CellSet = cells.iter().copied().collect();
+            let mut twin: BTreeSet<(u8, u8)> =
                 cells.iter().filter(|cell| cell.x < 32 && cell.y < 32).map(|cell| (cell.y, cell.x)).collect();
+            for cell in of(removed) {
+                prop_assert_eq!(set.remove(cell), twin.remove(&(cell.y, cell.x)));
+            }
             prop_assert_eq!(set.len(), twin.len());
             prop_assert_eq!(set.is_empty(), twin.is_empty());
             prop_assert!(set.iter().map(|cell| (cell.y, cell.x)).eq(twin.iter().copied()));
