@@ -4,14 +4,15 @@ mod belief;
 mod contest;
 mod guesses;
 mod habits;
+mod unseen;
 
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Unknown, WallState, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Unknown, WallState};
 
-use crate::race::straight;
 use crate::{Action, RaceSteps, Robot, Rotation, Survey, Trial};
 use belief::Belief;
 use guesses::Guesses;
 pub use habits::Habits;
+use unseen::{Finder, Unseen};
 
 /// The champion: goes to the goal, explores where a faster race may still hide as long as that is
 /// worth its steps, and races in the fewest steps over what it knows.
@@ -115,16 +116,14 @@ impl Champion {
     /// The end of the stretch that saves most for each step of exploring, if that is enough.
     fn most_worth(&mut self, map: &KnownMaze, plan: &Plan, best: u16, worth: f64) -> Option<Cell> {
         let (habits, seed) = (&self.habits, self.seed);
-        let number = (GUESSED_CELLS / map.size().area()).clamp(LEAST_GUESSES, MOST_GUESSES);
-        let guesses = self.guesses.get_or_insert_with(|| Guesses::new(map, habits, number, seed));
+        let layers = std::env::var("LAYERS").map_or(2, |l| l.parse().unwrap());
+        let number = 64 * layers;
+        let guesses = self.guesses.get_or_insert_with(|| Guesses::new(map, habits, layers, seed));
         guesses.draw(map, habits);
+        let finder = Finder::new(map);
         let mut stretches: Vec<Stretch> = Vec::new();
         for walls in guesses.iter() {
-            let race = RaceSteps::flood(&walls, map.goals());
-            let Some(steps) = race.at(map.start()).filter(|&steps| steps < best) else { continue };
-            let Some(Unseen { ends, steps: along }) = Unseen::of(map, &walls, &race) else {
-                continue;
-            };
+            let Some(Unseen { ends, along, race }) = finder.unseen(&walls, best) else { continue };
             let Some(end) = ends
                 .into_iter()
                 .filter(|&end| plan.from_here.at(end).is_some())
@@ -137,8 +136,8 @@ impl Champion {
             if index == stretches.len() {
                 stretches.push(Stretch { end, saved: 0, along: 0 });
             }
-            stretches[index].saved += u32::from(best - steps);
-            stretches[index].along += along;
+            stretches[index].saved += u32::from(best - race);
+            stretches[index].along += u32::from(along);
         }
         let worth_of = |stretch: &Stretch| {
             let there = f64::from(plan.steps_to(stretch.end)?);
@@ -246,81 +245,6 @@ fn move_to(map: &KnownMaze, pose: Pose, target: Cell) -> Action {
 
 fn has_unknown_side(map: &KnownMaze, cell: Cell) -> bool {
     Heading::ALL.into_iter().any(|heading| map.wall(cell, heading) == WallState::Unknown)
-}
-
-/// The part of a race that has not been seen, from the first unknown wall to the last.
-struct Unseen {
-    /// The cells before and behind it.
-    ends: [Cell; 2],
-    /// Time steps along it.
-    steps: u32,
-}
-
-/// Where a race may be after so many steps, and how it came there.
-#[derive(Clone, Copy)]
-struct Waypoint {
-    cell: Cell,
-    /// Unknown walls crossed on the way.
-    unknown: u32,
-    /// The waypoint before, as its place among those a step earlier, and the heading from there.
-    before: usize,
-    heading: Heading,
-}
-
-impl Unseen {
-    /// That of the fastest race in a guessed maze; of several, of one with the fewest unknown walls.
-    fn of(map: &KnownMaze, walls: &Walls, race: &RaceSteps) -> Option<Self> {
-        let start = Waypoint { cell: map.start(), unknown: 0, before: 0, heading: Heading::North };
-        let mut layers = vec![vec![start]];
-        for left in (0..race.at(map.start())?).rev() {
-            let mut layer: Vec<Waypoint> = Vec::new();
-            for (before, &Waypoint { cell, mut unknown, .. }) in layers.last()?.iter().enumerate() {
-                for heading in Heading::ALL {
-                    let mut here = cell;
-                    let crossed = unknown;
-                    for next in straight(walls, cell, heading) {
-                        unknown += u32::from(map.wall(here, heading) == WallState::Unknown);
-                        here = next;
-                        if race.at(next) != Some(left) {
-                            continue;
-                        }
-                        let waypoint = Waypoint { cell: next, unknown, before, heading };
-                        match layer.iter_mut().find(|known| known.cell == next) {
-                            Some(known) if known.unknown > unknown => *known = waypoint,
-                            Some(_) => {}
-                            None => layer.push(waypoint),
-                        }
-                    }
-                    unknown = crossed;
-                }
-            }
-            layers.push(layer);
-        }
-        // Back from the goal along one of the races.
-        let (mut first, mut last) = (None, None);
-        let goal = layers.last()?.iter().min_by_key(|waypoint| waypoint.unknown)?;
-        let mut waypoint = *goal;
-        for (step, layer) in layers.iter().enumerate().rev().skip(1) {
-            let from = *layer.get(waypoint.before)?;
-            if from.unknown < waypoint.unknown {
-                let mut cell = from.cell;
-                let mut ends = Vec::new();
-                while cell != waypoint.cell {
-                    let next = cell.neighbour(waypoint.heading)?;
-                    if map.wall(cell, waypoint.heading) == WallState::Unknown {
-                        ends.push((cell, next));
-                    }
-                    cell = next;
-                }
-                let (&(before, _), &(_, behind)) = (ends.first()?, ends.last()?);
-                last.get_or_insert((behind, step));
-                first = Some((before, step));
-            }
-            waypoint = from;
-        }
-        let ((first, from), (last, to)) = (first?, last?);
-        Some(Self { ends: [first, last], steps: u32::try_from(to - from).ok()? + 1 })
-    }
 }
 
 #[cfg(test)]

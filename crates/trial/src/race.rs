@@ -106,14 +106,14 @@ pub fn race_optimum(walls: &Walls, start: Cell, goals: &CellSet) -> Option<u16> 
 }
 
 /// Where a robot can go straight on for 1, 2 and 3 cells: bit x of row `MARGIN` + y. `PADDED` is
-/// `ROWS` with both margins.
-struct Straights<const ROWS: usize, const PADDED: usize> {
+/// `ROWS` with both margins. (Where there are no cells there is no way on.)
+pub(crate) struct Straights<const ROWS: usize, const PADDED: usize> {
     north: [[u32; PADDED]; MARGIN],
     east: [[u32; PADDED]; MARGIN],
 }
 
 impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
-    fn of(walls: &Walls) -> Self {
+    pub(crate) fn of(walls: &Walls) -> Self {
         let (width, height) = (u32::from(walls.size().width()), usize::from(walls.size().height()));
         let columns = u32::MAX >> (32 - width);
         let (mut north, mut east) = ([[0; PADDED]; MARGIN], [[0; PADDED]; MARGIN]);
@@ -133,30 +133,20 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
     }
 
     fn flood(&self, targets: &CellSet, steps: &mut [u16; MazeSize::MAX_AREA]) {
-        let (mut wave, mut reached) = ([0_u32; PADDED], [0_u32; PADDED]);
-        wave[MARGIN..MARGIN + ROWS].copy_from_slice(&targets.rows()[..ROWS]);
+        let mut wave = Wave::of(targets);
+        let mut reached = wave;
         for time in 0.. {
-            let mut any = 0;
-            for y in 0..ROWS {
-                any |= wave[MARGIN + y];
-                let mut row = wave[MARGIN + y];
-                while row != 0 {
-                    steps[y * SIDE + row.trailing_zeros() as usize] = time;
-                    row &= row - 1;
-                }
-            }
-            if any == 0 {
+            if wave.is_empty() {
                 return;
             }
-            for (reached, wave) in reached.iter_mut().zip(&wave) {
-                *reached |= wave;
-            }
+            wave.for_each(|Cell { x, y }| steps[usize::from(y) * SIDE + usize::from(x)] = time);
             wave = self.next(&wave, &reached);
+            reached.add(&wave);
         }
     }
 
-    /// The cells one step from the wave that are not reached yet.
-    fn next(&self, wave: &[u32; PADDED], reached: &[u32; PADDED]) -> [u32; PADDED] {
+    /// The cells one step from the wave that are not among the others.
+    pub(crate) fn next(&self, Wave(wave): &Wave<PADDED>, others: &Wave<PADDED>) -> Wave<PADDED> {
         let mut next = [0; PADDED];
         for y in MARGIN..MARGIN + ROWS {
             let mut row = 0;
@@ -165,9 +155,70 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
                 row |= wave[y - cells] & north[y - cells] | wave[y + cells] & north[y];
                 row |= (wave[y] & east[y]) << cells | wave[y] >> cells & east[y];
             }
-            next[y] = row & !reached[y];
+            next[y] = row & !others.0[y];
         }
-        next
+        Wave(next)
+    }
+
+    /// The cells in which a step from there may end, the nearest first.
+    pub(crate) fn ends(&self, cell: Cell, heading: Heading) -> impl Iterator<Item = Cell> + '_ {
+        let Cell { x, y } = cell;
+        let row = MARGIN + usize::from(y);
+        (1_u8..).zip(self.north.iter().zip(&self.east)).map_while(move |(cells, (north, east))| {
+            let (bits, end) = match heading {
+                Heading::North => (north[row] >> x, Cell::new(x, y + cells)),
+                Heading::South => {
+                    (north[row - usize::from(cells)] >> x, Cell::new(x, y.wrapping_sub(cells)))
+                }
+                Heading::East => (east[row] >> x, Cell::new(x + cells, y)),
+                Heading::West => (east[row] << cells >> x, Cell::new(x.wrapping_sub(cells), y)),
+            };
+            Some(end).filter(|_| bits & 1 == 1)
+        })
+    }
+}
+
+/// Cells as bits: bit x of row `MARGIN` + y.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Wave<const PADDED: usize>([u32; PADDED]);
+
+impl<const PADDED: usize> Wave<PADDED> {
+    pub(crate) fn of(cells: &CellSet) -> Self {
+        let mut rows = [0; PADDED];
+        let inner = PADDED - 2 * MARGIN;
+        rows[MARGIN..MARGIN + inner].copy_from_slice(&cells.rows()[..inner]);
+        Self(rows)
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.iter().fold(0, |all, row| all | row) == 0
+    }
+
+    pub(crate) fn contains(&self, cell: Cell) -> bool {
+        self.0[MARGIN + usize::from(cell.y)] >> cell.x & 1 == 1
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        for (row, other) in self.0.iter_mut().zip(&other.0) {
+            *row |= other;
+        }
+    }
+
+    /// All cells that are not among these.
+    pub(crate) fn others(&self) -> Self {
+        Self(self.0.map(|row| !row))
+    }
+
+    pub(crate) fn for_each(&self, mut visit: impl FnMut(Cell)) {
+        for (y, &row) in (0_u8..).zip(&self.0[MARGIN..PADDED - MARGIN]) {
+            let mut row = row;
+            while row != 0 {
+                // At most 31.
+                #[allow(clippy::cast_possible_truncation)]
+                visit(Cell::new(row.trailing_zeros() as u8, y));
+                row &= row - 1;
+            }
+        }
     }
 }
 

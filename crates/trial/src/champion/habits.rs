@@ -36,18 +36,15 @@ impl Habits {
     pub fn learn<'m>(mazes: impl IntoIterator<Item = &'m Maze>) -> Self {
         let mut counts = [[1_u32; 2]; 256];
         for maze in mazes {
-            let (walls, rows) = (maze.walls(), Rows::of(maze.walls()));
-            for cell in maze.size().cells() {
-                for heading in [Heading::North, Heading::East] {
-                    let Some(next) = maze.size().neighbour(cell, heading) else { continue };
-                    if maze.goals().contains(cell) || maze.goals().contains(next) {
-                        continue;
-                    }
-                    let place = Place { north: heading == Heading::North, x: cell.x, y: cell.y };
-                    let around = rows.around(place);
-                    for alike in mirrored(around) {
-                        counts[alike][usize::from(walls.has(cell, heading))] += 1;
-                    }
+            let layers = Layers::of(maze.walls());
+            for place in Place::all(maze.size()) {
+                let sides = [Some(place.cell()), place.cell().neighbour(place.heading())];
+                if sides.into_iter().flatten().any(|cell| maze.goals().contains(cell)) {
+                    continue;
+                }
+                let is_wall = maze.walls().has(place.cell(), place.heading());
+                for alike in mirrored(layers.around(place)[0].into()) {
+                    counts[alike][usize::from(is_wall)] += 1;
                 }
             }
         }
@@ -60,8 +57,8 @@ impl Habits {
         &self.wall
     }
 
-    pub(super) fn wall(&self, around: usize) -> u8 {
-        self.wall[around]
+    pub(super) fn wall(&self, around: u8) -> u8 {
+        self.wall[usize::from(around)]
     }
 }
 
@@ -86,6 +83,13 @@ pub(super) struct Place {
 }
 
 impl Place {
+    /// All of a maze.
+    pub(super) fn all(size: MazeSize) -> impl Iterator<Item = Self> {
+        let at = |Cell { x, y }| [true, false].map(|north| Self { north, x, y });
+        let is_inside = move |place: &Self| size.neighbour(place.cell(), place.heading()).is_some();
+        size.cells().flat_map(at).filter(is_inside)
+    }
+
     pub(super) const fn cell(self) -> Cell {
         Cell::new(self.x, self.y)
     }
@@ -93,91 +97,117 @@ impl Place {
     pub(super) const fn heading(self) -> Heading {
         if self.north { Heading::North } else { Heading::East }
     }
+
+    fn index(self) -> usize {
+        index(self.north, usize::from(self.x) + 1, usize::from(self.y) + 1)
+    }
 }
 
-/// Walls with the outer ones, as bits: the one north of (x, y) is bit x + 1 of `north[y + 1]`, the
-/// one to its east the same bit of `east[y + 1]`.
+/// Rows of places, in turn to the north of cells and to their east, with a place more at each end.
+const ROW: usize = SIDE + 2;
+
+const fn index(north: bool, column: usize, row: usize) -> usize {
+    (2 * row + !north as usize) * ROW + column
+}
+
+/// 64 mazes on top of one another: bit g of the word of a place tells whether there is a wall in
+/// maze g. Of places outside, those on the lines of the outer walls have one.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Rows {
+pub(super) struct Layers {
     size: MazeSize,
-    north: [u64; SIDE + 2],
-    east: [u64; SIDE + 2],
+    words: Vec<u64>,
 }
 
-impl Rows {
+impl Layers {
+    pub(super) const NUMBER: usize = 64;
+
+    /// All of them the same maze.
     pub(super) fn of(walls: &Walls) -> Self {
         let size = walls.size();
-        let (width, height) = (size.width(), usize::from(size.height()));
-        let all = ((1 << width) - 1) << 1;
-        let (mut north, mut east) = ([0; SIDE + 2], [0; SIDE + 2]);
-        for y in 0..height {
-            north[y + 1] = u64::from(walls.north_rows()[y]) << 1;
-            east[y + 1] = u64::from(walls.east_rows()[y]) << 1 | 1 | 1 << width;
+        let mut words = vec![0; index(true, 0, SIDE + 2)];
+        let (width, height) = (usize::from(size.width()), usize::from(size.height()));
+        for column in 1..=width {
+            words[index(true, column, 0)] = u64::MAX;
+            words[index(true, column, height)] = u64::MAX;
         }
-        (north[0], north[height]) = (all, all);
-        Self { size, north, east }
+        for row in 1..=height {
+            words[index(false, 0, row)] = u64::MAX;
+            words[index(false, width, row)] = u64::MAX;
+        }
+        let mut layers = Self { size, words };
+        for place in Place::all(size) {
+            layers.set(place, if walls.has(place.cell(), place.heading()) { u64::MAX } else { 0 });
+        }
+        layers
     }
 
-    pub(super) fn walls(&self) -> Walls {
-        let rows = |rows: &[u64; SIDE + 2]| {
-            // Only the 32 columns are kept.
-            #[allow(clippy::cast_possible_truncation)]
-            std::array::from_fn(|y| (rows[y + 1] >> 1) as u32)
-        };
-        Walls::of_rows(self.size, rows(&self.north), rows(&self.east))
+    /// In which mazes there is a wall in that place.
+    pub(super) fn at(&self, place: Place) -> u64 {
+        self.words[place.index()]
     }
 
-    /// Which of the eight places around this one are walls, as an index into [`Habits`].
-    pub(super) fn around(&self, Place { north, x, y }: Place) -> usize {
-        let (x, y) = (usize::from(x), usize::from(y) + 1);
-        let bits = if north {
-            let [straight, below, above] =
-                [self.north[y], self.east[y], self.east[y + 1]].map(|row| row >> x);
-            let [near, far] = [self.north[y - 1], self.north[y + 1]].map(|row| row >> (x + 1) & 1);
-            straight & 1
-                | (below & 1) << 1
-                | (above & 1) << 2
-                | (straight >> 2 & 1) << 3
-                | (below >> 1 & 1) << 4
-                | (above >> 1 & 1) << 5
-                | near << 6
-                | far << 7
-        } else {
-            let [before, after] =
-                [self.east[y - 1], self.east[y + 1]].map(|row| row >> (x + 1) & 1);
-            let [south, north] = [self.north[y - 1], self.north[y]].map(|row| row >> (x + 1));
-            let here = self.east[y] >> x;
-            before
-                | (south & 1) << 1
-                | (south >> 1 & 1) << 2
-                | after << 3
-                | (north & 1) << 4
-                | (north >> 1 & 1) << 5
-                | (here & 1) << 6
-                | (here >> 2 & 1) << 7
-        };
-        usize::from(bits.to_le_bytes()[0])
+    pub(super) fn set(&mut self, place: Place, walls: u64) {
+        self.words[place.index()] = walls;
     }
 
-    pub(super) fn set(&mut self, Place { north, x, y }: Place, wall: bool) {
-        let rows = if north { &mut self.north } else { &mut self.east };
-        let row = &mut rows[usize::from(y) + 1];
-        *row = *row & !(1 << (x + 1)) | u64::from(wall) << (x + 1);
-    }
-
-    /// Takes over what is known: the walls that stand for certain, and those that may stand.
-    pub(super) fn learn(&mut self, certain: &Walls, possible: &Walls) {
-        let (certain, possible) = (Self::of(certain), Self::of(possible));
-        let known = |rows: &mut [u64; SIDE + 2],
-                     certain: &[u64; SIDE + 2],
-                     possible: &[u64; SIDE + 2]| {
-            for (row, (certain, possible)) in rows.iter_mut().zip(certain.iter().zip(possible)) {
-                *row = *row & possible | certain;
+    /// One of the mazes.
+    pub(super) fn walls(&self, layer: usize) -> Walls {
+        let (width, height) = (usize::from(self.size.width()), usize::from(self.size.height()));
+        let rows = |north: bool| {
+            let mut rows = [0; SIDE];
+            for (y, row) in rows[..height].iter_mut().enumerate() {
+                let first = index(north, 1, y + 1);
+                // A bit a column.
+                #[allow(clippy::cast_possible_truncation)]
+                for word in self.words[first..first + width].iter().rev() {
+                    *row = *row << 1 | (word >> layer) as u32 & 1;
+                }
             }
+            rows
         };
-        known(&mut self.north, &certain.north, &possible.north);
-        known(&mut self.east, &certain.east, &possible.east);
+        Walls::of_rows(self.size, rows(true), rows(false))
     }
+
+    /// For each maze, which of the eight places around this one are walls, as an index into
+    /// [`Habits`].
+    pub(super) fn around(&self, place: Place) -> [u8; Self::NUMBER] {
+        let here = place.index();
+        let words: [u64; 8] = if place.north {
+            let (south_east, north_east) = (here + ROW, here + 3 * ROW);
+            [
+                here - 1,
+                south_east - 1,
+                north_east - 1,
+                here + 1,
+                south_east,
+                north_east,
+                here - 2 * ROW,
+                here + 2 * ROW,
+            ]
+        } else {
+            let (south, north) = (here - 3 * ROW, here - ROW);
+            [here - 2 * ROW, south, south + 1, here + 2 * ROW, north, north + 1, here - 1, here + 1]
+        }
+        .map(|index| self.words[index]);
+        let mut around = [0; Self::NUMBER];
+        for (byte, eight) in around.chunks_exact_mut(8).enumerate() {
+            let square = u64::from_le_bytes(words.map(|word| word.to_le_bytes()[byte]));
+            eight.copy_from_slice(&transposed(square).to_le_bytes());
+        }
+        around
+    }
+}
+
+/// Bit x of byte y becomes bit y of byte x.
+const fn transposed(mut square: u64) -> u64 {
+    // Swaps single bits, then squares of 2 by 2, then those of 4 by 4 (H. S. Warren, "Hacker's
+    // Delight", 7-3).
+    let swap = (square ^ square >> 7) & 0x00aa_00aa_00aa_00aa;
+    square ^= swap ^ swap << 7;
+    let swap = (square ^ square >> 14) & 0x0000_cccc_0000_cccc;
+    square ^= swap ^ swap << 14;
+    let swap = (square ^ square >> 28) & 0x0000_0000_f0f0_f0f0;
+    square ^ swap ^ swap << 28
 }
 
 #[cfg(test)]
@@ -250,21 +280,22 @@ mod tests {
         fn the_places_around_equal_their_naive_twin(
             (width, height) in (1usize..=32, 1usize..=32),
             present in prop::collection::vec(any::<bool>(), 2 * MazeSize::MAX_AREA),
+            other in prop::collection::vec(any::<bool>(), 2 * MazeSize::MAX_AREA),
+            layer in 0..Layers::NUMBER,
         ) {
             let size = MazeSize::new(width, height).unwrap();
             let walls = walls(size, &present);
-            let rows = Rows::of(&walls);
-            prop_assert_eq!(&rows.walls(), &walls);
-            for cell in size.cells() {
-                for north in [false, true] {
-                    let heading = if north { Heading::North } else { Heading::East };
-                    let place = Place { north, x: cell.x, y: cell.y };
-                    if size.neighbour(cell, heading).is_some() {
-                        prop_assert_eq!(rows.around(place), naive(&walls, place));
-                        let mut changed = rows.clone();
-                        changed.set(place, !walls.has(cell, heading));
-                        prop_assert_eq!(changed.walls().has(cell, heading), !walls.has(cell, heading));
-                    }
+            let others = self::walls(size, &other);
+            let mut layers = Layers::of(&walls);
+            for place in Place::all(size) {
+                let is_other = others.has(place.cell(), place.heading());
+                let word = layers.at(place) & !(1 << layer);
+                layers.set(place, word | u64::from(is_other) << layer);
+            }
+            for (layer, walls) in [(layer, &others), ((layer + 1) % Layers::NUMBER, &walls)] {
+                prop_assert_eq!(&layers.walls(layer), walls);
+                for place in Place::all(size) {
+                    prop_assert_eq!(usize::from(layers.around(place)[layer]), naive(walls, place));
                 }
             }
         }
@@ -280,12 +311,13 @@ mod tests {
         }
         let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
         let habits = Habits::learn([&maze]);
-        let rows = Rows::of(maze.walls());
-        let chance = |north| habits.wall(rows.around(Place { north, x: 3, y: 1 }));
+        let layers = Layers::of(maze.walls());
+        let chance = |north| habits.wall(layers.around(Place { north, x: 3, y: 1 })[0]);
         assert!(chance(true) > 240 && chance(false) < 16, "{} {}", chance(true), chance(false));
+        let chances = Habits::CONTEST.chances();
         for around in 0..256 {
             for alike in mirrored(around) {
-                assert_eq!(Habits::CONTEST.wall(alike), Habits::CONTEST.wall(around));
+                assert_eq!(chances[alike], chances[around]);
             }
         }
     }
