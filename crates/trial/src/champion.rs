@@ -4,15 +4,15 @@ mod belief;
 mod contest;
 mod guesses;
 mod habits;
+mod prospects;
 mod unseen;
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Unknown, WallState};
 
 use crate::{Action, RaceSteps, Robot, Rotation, Survey, Trial};
 use belief::Belief;
-use guesses::Guesses;
 pub use habits::Habits;
-use unseen::{Finder, Unseen};
+use prospects::Prospects;
 
 /// The champion: goes to the goal, explores where a faster race may still hide as long as that is
 /// worth its steps, and races in the fewest steps over what it knows.
@@ -22,9 +22,10 @@ use unseen::{Finder, Unseen};
 ///
 /// **From then on** it guesses mazes ([`Habits`] tell how) that agree with what it has seen. In each
 /// it looks up the fastest race and the stretch of it that it has not seen: so many steps it would
-/// save, so many it would take to see. It goes to the end of a stretch that saves most for each
-/// step of exploring, over all guesses, and stops when a step of exploring saves less than it
-/// costs, a thirtieth of a step of the race. It stops for certain once no faster race is possible.
+/// save, so many it would take to see. Over all guesses these add up. Among the stretches where a
+/// step of exploring saves more than it costs, a thirtieth of a step of the race, it goes to the one
+/// from which most others are near too, and stops when there is none. It stops for certain once
+/// no faster race is possible.
 ///
 /// It assumes, as contests have it, that a goal of several cells is a room with one entrance, and
 /// that other walls are like those of contest mazes. Where that is not so it explores too little or
@@ -38,7 +39,7 @@ pub struct Champion {
     errs: bool,
     rule: Rule,
     habits: Habits,
-    guesses: Option<Guesses>,
+    prospects: Option<Prospects>,
     seed: u64,
     steps: u32,
 }
@@ -58,27 +59,12 @@ impl Default for Rule {
     }
 }
 
-/// Guesses are fewer in large mazes, where each takes longer: so many cells in all, but not more
-/// and not fewer mazes than this.
-const GUESSED_CELLS: usize = 160 * 256;
-const MOST_GUESSES: usize = 160;
-const LEAST_GUESSES: usize = 16;
-
-/// A stretch of unknown walls on the fastest race of some guesses.
-struct Stretch {
-    /// Its end that is nearer to the robot.
-    end: Cell,
-    /// Steps saved in the race and steps to go along it, added up over the guesses.
-    saved: u32,
-    along: u32,
-}
-
 impl Champion {
     /// A robot that has not begun yet. `noise` is the chance that a reading of its sensors is wrong
     /// by one cell.
     pub fn new(before: KnownMaze, rule: Rule, habits: Habits, noise: f64, seed: u64) -> Self {
         let belief = Belief::new(before, noise);
-        Self { belief, errs: noise > 0., rule, habits, guesses: None, seed, steps: 0 }
+        Self { belief, errs: noise > 0., rule, habits, prospects: None, seed, steps: 0 }
     }
 
     /// What it knows, and where it reckons to be.
@@ -99,7 +85,12 @@ impl Champion {
         let target = match plan.best.filter(|_| been_in_goal) {
             Some(best) if best <= optimum || self.is_late(best) => None,
             Some(best) => match self.rule {
-                Rule::Worth(worth) => self.most_worth(&map, &plan, best, worth),
+                Rule::Worth(worth) => {
+                    let (habits, seed) = (&self.habits, self.seed);
+                    let prospects =
+                        self.prospects.get_or_insert_with(|| Prospects::new(&map, habits, seed));
+                    prospects.most_worth(&map, habits, &plan.from_here, best, worth)
+                }
                 Rule::Proven => plan.nearest_that_matters(&map, best),
             },
             None => plan.nearest_to_goal(&map),
@@ -111,42 +102,6 @@ impl Champion {
     fn is_late(&self, best: u16) -> bool {
         let race = u32::from(best);
         self.steps + race + race / 4 + 4 >= Trial::MOST_STEPS
-    }
-
-    /// The end of the stretch that saves most for each step of exploring, if that is enough.
-    fn most_worth(&mut self, map: &KnownMaze, plan: &Plan, best: u16, worth: f64) -> Option<Cell> {
-        let (habits, seed) = (&self.habits, self.seed);
-        let layers = std::env::var("LAYERS").map_or(2, |l| l.parse().unwrap());
-        let number = 64 * layers;
-        let guesses = self.guesses.get_or_insert_with(|| Guesses::new(map, habits, layers, seed));
-        guesses.draw(map, habits);
-        let finder = Finder::new(map);
-        let mut stretches: Vec<Stretch> = Vec::new();
-        for walls in guesses.iter() {
-            let Some(Unseen { ends, along, race }) = finder.unseen(&walls, best) else { continue };
-            let Some(end) = ends
-                .into_iter()
-                .filter(|&end| plan.from_here.at(end).is_some())
-                .min_by_key(|&end| plan.from_here.at(end))
-            else {
-                continue;
-            };
-            let index = stretches.iter().position(|stretch| stretch.end == end);
-            let index = index.unwrap_or(stretches.len());
-            if index == stretches.len() {
-                stretches.push(Stretch { end, saved: 0, along: 0 });
-            }
-            stretches[index].saved += u32::from(best - race);
-            stretches[index].along += u32::from(along);
-        }
-        let worth_of = |stretch: &Stretch| {
-            let there = f64::from(plan.steps_to(stretch.end)?);
-            #[allow(clippy::cast_precision_loss)]
-            let steps = number as f64 * there + f64::from(stretch.along);
-            Some((30. * f64::from(stretch.saved) / steps, stretch.end))
-        };
-        let most = stretches.iter().filter_map(worth_of).max_by(|a, b| a.0.total_cmp(&b.0));
-        most.filter(|&(most, _)| most > worth).map(|(_, end)| end)
     }
 
     fn race(&self) -> Action {
@@ -203,13 +158,13 @@ impl Plan {
     }
 
     /// The cell at the edge of what is known over which the goal is nearest, or the goal itself; of
-    /// several the nearest, and of those the one nearest to the goal as the crow flies.
+    /// several the one with the least sum of steps to it and cells on to the goal, walls or not.
     fn nearest_to_goal(&self, map: &KnownMaze) -> Option<Cell> {
         let off = |cell: Cell, goal: Cell| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y);
         let crow = |cell| map.goals().iter().map(|goal| off(cell, goal)).min();
         let key = |cell| {
             let (to, on) = (self.steps_to(cell)?, self.hoped.at(cell)?);
-            Some((to + on, to, crow(cell)))
+            Some((to + on, to + u16::from(crow(cell)?), to))
         };
         let is_edge = |&cell: &Cell| map.goals().contains(cell) || has_unknown_side(map, cell);
         let edge = map.size().cells().filter(is_edge);

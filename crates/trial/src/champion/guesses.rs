@@ -13,6 +13,7 @@ use super::habits::{Habits, Layers, Place};
 #[derive(Clone, Debug)]
 pub(super) struct Guesses {
     mazes: Vec<Layers>,
+    number: usize,
     rng: Rng,
     /// Between goal cells, and around them.
     inside: Vec<Place>,
@@ -20,11 +21,10 @@ pub(super) struct Guesses {
 }
 
 /// How often every wall is drawn at first, until guesses have forgotten how they began.
-const FIRST_SWEEPS: usize = 6;
+const FIRST_SWEEPS: usize = 4;
 
 impl Guesses {
-    /// So many times 64 guesses.
-    pub(super) fn new(map: &KnownMaze, habits: &Habits, layers: usize, seed: u64) -> Self {
+    pub(super) fn new(map: &KnownMaze, habits: &Habits, number: usize, seed: u64) -> Self {
         let mut rng = Rng::with_seed(seed);
         let goals = |place: &Place| {
             let ends = [Some(place.cell()), place.cell().neighbour(place.heading())];
@@ -33,11 +33,12 @@ impl Guesses {
         let with_goals =
             |number| Place::all(map.size()).filter(|place| goals(place) == number).collect();
         let (inside, around) = (with_goals(2), with_goals(1));
+        let layers = number.div_ceil(Layers::NUMBER);
         let mut mazes = vec![Layers::of(map.walls(Unknown::Open)); layers];
         for guess in &mut mazes {
             Place::all(map.size()).for_each(|place| guess.set(place, rng.u64(..)));
         }
-        let mut guesses = Self { mazes, rng, inside, around };
+        let mut guesses = Self { mazes, number, rng, inside, around };
         for _ in 0..FIRST_SWEEPS {
             guesses.draw(map, habits);
         }
@@ -66,8 +67,12 @@ impl Guesses {
                 }
                 guess.set(place, walls);
             }
-            inside.iter().for_each(|&place| guess.set(place, 0));
-            around.iter().for_each(|&place| guess.set(place, u64::MAX));
+            for &place in &inside {
+                guess.set(place, 0);
+            }
+            for &place in &around {
+                guess.set(place, u64::MAX);
+            }
             if !has_entrance && !around.is_empty() {
                 for layer in 0..Layers::NUMBER {
                     let entrance = around[self.rng.usize(..around.len())];
@@ -77,9 +82,14 @@ impl Guesses {
         }
     }
 
+    /// How many there are.
+    pub(super) const fn number(&self) -> usize {
+        self.number
+    }
+
     /// The guesses, all of them as likely.
     pub(super) fn iter(&self) -> impl Iterator<Item = Walls> + '_ {
         let layers = |guess| (0..Layers::NUMBER).map(move |layer| Layers::walls(guess, layer));
-        self.mazes.iter().flat_map(layers)
+        self.mazes.iter().flat_map(layers).take(self.number)
     }
 }
