@@ -128,3 +128,82 @@ impl<'m> Finder<'m> {
         best
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::RaceSteps;
+
+    /// The naive twin: all fastest races, step by step, as the unknown walls each crosses, and its
+    /// unseen part.
+    fn naive(map: &KnownMaze, guess: &Walls) -> Vec<(usize, Unseen)> {
+        let race = RaceSteps::flood(guess, map.goals());
+        let Some(steps) = race.at(map.start()) else { return Vec::new() };
+        // The cell it has come to, and the unknown walls on the way with the step and the cells.
+        let mut races = vec![(map.start(), Vec::<(u16, [Cell; 2])>::new())];
+        for step in 0..steps {
+            let mut longer = Vec::new();
+            for (cell, crossed) in races {
+                for heading in Heading::ALL {
+                    let (mut here, mut crossed) = (cell, crossed.clone());
+                    for next in crate::race::straight(guess, cell, heading) {
+                        if map.wall(here, heading) == WallState::Unknown {
+                            crossed.push((step, [here, next]));
+                        }
+                        here = next;
+                        if race.at(next) == Some(steps - step - 1) {
+                            longer.push((next, crossed.clone()));
+                        }
+                    }
+                }
+            }
+            races = longer;
+        }
+        let unseen = |(_, crossed): &(Cell, Vec<(u16, [Cell; 2])>)| {
+            let ((from, [before, _]), (to, [_, behind])) = (*crossed.first()?, *crossed.last()?);
+            let unseen = Unseen { ends: [before, behind], along: to - from + 1, race: steps };
+            Some((crossed.len(), unseen))
+        };
+        races.iter().filter_map(unseen).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_unseen_equals_its_naive_twin(
+            (width, height) in prop_oneof![(2usize..=5, 2usize..=5), (2usize..=3, 17usize..20)],
+            present in prop::collection::vec(prop::bool::weighted(0.35), 2 * 60),
+            known in prop::collection::vec(prop::bool::weighted(0.6), 2 * 60),
+            (start, goal) in ((0u8..5, 0u8..20), (0u8..5, 0u8..20)),
+            best in 0u16..25,
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
+            let (start, goals) = (inside(start), CellSet::from_iter([inside(goal)]));
+            let mut guess = Walls::open(size);
+            let mut map = KnownMaze::new(size, start, goals);
+            let places = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
+            for ((cell, heading), (present, known)) in places.zip(present.into_iter().zip(known)) {
+                guess.set(cell, heading, present);
+                if known && size.neighbour(cell, heading).is_some() {
+                    let wall = if present { WallState::Present } else { WallState::Absent };
+                    map.set_wall(cell, heading, wall);
+                }
+            }
+            let found = Finder::new(&map).unseen(&guess, best);
+            let all = naive(&map, &guess);
+            let steps = RaceSteps::flood(&guess, map.goals()).at(start);
+            let fewest = all.iter().map(|&(walls, _)| walls).min();
+            if steps.is_none_or(|steps| steps >= best) {
+                prop_assert_eq!(found, None);
+            } else if let Some(found) = found {
+                prop_assert!(all.contains(&(fewest.unwrap(), found)));
+            } else {
+                // One of them is known from end to end.
+                let known = RaceSteps::flood(map.walls(Unknown::Closed), map.goals());
+                prop_assert_eq!(known.at(start), steps);
+            }
+        }
+    }
+}
