@@ -31,7 +31,7 @@ pub(crate) struct TrialArgs {
     #[arg(long, value_name = "NAME")]
     robot: Vec<Robots>,
     /// Where all that is random comes from, in robots and in sensors that err
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     /// How probable it is, 0 to 1, that a sensor reading is wrong by one cell
     #[arg(long, value_name = "P", default_value_t = 0., value_parser = parse_probability)]
