@@ -21,7 +21,7 @@ pub(super) struct Guesses {
 }
 
 /// How often every wall is drawn at first, until guesses have forgotten how they began.
-const FIRST_SWEEPS: usize = 4;
+const FIRST_SWEEPS: usize = 8;
 
 impl Guesses {
     pub(super) fn new(map: &KnownMaze, habits: &Habits, number: usize, seed: u64) -> Self {
