@@ -56,16 +56,13 @@ impl ShortestPath {
     /// Where each step goes, from the first to the last.
     pub fn headings(&self) -> impl Iterator<Item = Heading> + '_ {
         let mut bit = usize::from(self.from.y) * self.stride + usize::from(self.from.x);
+        // How far it is to the next cell's bit. A table, since where a way goes is hard to predict.
+        let offsets = [usize::MAX, self.stride.wrapping_neg(), 1, self.stride];
         (0..self.length).map(move |_| {
             let [low, high] = self.towards.map(|plane| (plane[bit / 64 % WORDS] >> (bit % 64)) & 1);
-            let heading = PREFERENCE[usize::from(low == 1) + 2 * usize::from(high == 1)];
-            bit = match heading {
-                Heading::West => bit.wrapping_sub(1),
-                Heading::South => bit.wrapping_sub(self.stride),
-                Heading::East => bit + 1,
-                Heading::North => bit + self.stride,
-            };
-            heading
+            let towards = usize::from(low == 1) | usize::from(high == 1) << 1;
+            bit = bit.wrapping_add(offsets[towards]);
+            PREFERENCE[towards]
         })
     }
 }
