@@ -31,10 +31,10 @@ fn each_trial_is_a_line_and_each_robot_is_summed_up() {
     assert_eq!((ended.code, &ended.stderr[..]), (Some(1), ""), "too long in the closed one");
     insta::assert_snapshot!(ended.stdout.replace('\\', "/"), @"
     maze                robot   explore  race    score  optimum  race over  score over
-    mazes/a.txt         random       13    46   46.433        2         44      44.333
+    mazes/a.txt         random        9     6    6.300        2          4       4.200
     mazes/b/closed.txt  random     1000     0  out of time, the goal cannot be reached
-    mazes/c.txt         random       13    46   46.433        2         44      44.333
-    random: 2 of 3 trials scored; on average 13.0 steps explored, 46.0 raced, score 46.433, 44.333 over
+    mazes/c.txt         random        9     6    6.300        2          4       4.200
+    random: 2 of 3 trials scored; on average 9.0 steps explored, 6.0 raced, score 6.300, 4.200 over
     ");
     let ended = random(&home, &["mazes/a.txt"]);
     assert_eq!((ended.code, ended.stdout.lines().count()), (Some(0), 2), "{ended:?}");
@@ -83,7 +83,7 @@ fn the_race_is_drawn_in_what_was_explored() {
     o---o---o---o---o
 
     maze   robot   explore  race    score  optimum  race over  score over
-    a.txt  random       13    46   46.433        2         44      44.333
+    a.txt  random        9     6    6.300        2          4       4.200
     ");
 }
 
@@ -138,7 +138,7 @@ fn a_comparison_is_tables_json_and_charts() {
     assert_eq!(head, ["Benchmarks", "a", "b", "&c", "sum"]);
     let random: Vec<_> = ended.stdout.lines().nth(1).unwrap().split("  ").map(str::trim).collect();
     let random: Vec<_> = random.into_iter().filter(|column| !column.is_empty()).collect();
-    assert_eq!(random, ["random, seed 0", "13 + 46 = 46.433", "13 + 46 = 46.433", "92.867"]);
+    assert_eq!(random, ["random, seed 0", "9 + 6 = 6.300", "9 + 6 = 6.300", "12.600"]);
     let charts = home.path().join("new/charts");
     for chart in ["benchmarks.svg", "variants.svg", "key-points.svg", "robots.svg"] {
         let svg = std::fs::read_to_string(charts.join(chart)).unwrap();
@@ -196,9 +196,9 @@ fn of_many_mazes_the_means_are_told() {
     let head =
         ["Benchmarks", "scored", "unreachable", "failed", "explore", "race", "score", "over"];
     assert_eq!(lines[0], head);
-    assert_eq!(lines[1][3..], ["7", "0", "1", "13.0", "46.0", "46.433", "44.333"]);
+    assert_eq!(lines[1][3..], ["7", "0", "1", "9.0", "6.0", "6.300", "4.200"]);
     let svg = std::fs::read_to_string(home.path().join("charts/benchmarks.svg")).unwrap();
-    assert!(svg.contains(">13.0 + 46.0 = 46.433 in 7 mazes</text>"), "{svg}");
+    assert!(svg.contains(">9.0 + 6.0 = 6.300 in 7 mazes</text>"), "{svg}");
 }
 
 #[test]
@@ -238,12 +238,12 @@ fn a_trial_is_watched_until_it_is_interrupted() {
     socket.connect(&server.address).unwrap();
     socket.send("info", 0).unwrap();
     let info: Value = serde_json::from_slice(&socket.recv_bytes(0).unwrap()).unwrap();
-    assert_eq!((&info["name"], &info["states"]), (&json!("a"), &json!(60)));
+    assert_eq!((&info["name"], &info["states"]), (&json!("a"), &json!(16)));
     #[cfg(unix)]
     {
         server.signal("INT");
         assert_eq!(server.wait().0.code(), Some(0));
-        assert!(server.stdout().contains("46.433"));
+        assert!(server.stdout().contains("6.300"));
         let slow = ["trial", "a.txt", "--serve", "--port", "0", "--pace", "60000"];
         let mut server = home.serve_until(&slow, "keeping up to");
         server.signal("TERM");

@@ -91,7 +91,7 @@ impl Prospects {
             let steps = |end: Cell| Some((from_here.at(end)?, end));
             let nearer = ends.into_iter().filter_map(steps).min_by_key(|&(steps, _)| steps);
             let Some((_, end)) = nearer else { continue };
-            let (saved, along) = (u32::from(best - race), u32::from(along));
+            let (saved, along) = (u32::from(best.saturating_sub(race)), u32::from(along));
             match stretches.iter_mut().find(|stretch| stretch.end == end) {
                 Some(stretch) => {
                     stretch.saved += saved;
