@@ -140,6 +140,16 @@ fn swing_is_not_worse_than_the_published_code() {
         let settings = Settings { key_points, ..Settings::default() };
         assert_eq!(figures(Bundled::Swing, &settings), Some(expected), "{key_points} corners");
     }
+    let timed_corners = [
+        [(106, 17), (116, 22), (146, 25)],
+        [(133, 17), (162, 22), (193, 25)],
+        [(132, 17), (166, 22), (199, 25)],
+        [(144, 17), (183, 22), (225, 25)],
+    ];
+    for (key_points, expected) in KeyPoints::ALL.into_iter().zip(timed_corners) {
+        let settings = Settings { key_points, ..Settings::default() };
+        assert_eq!(figures(Bundled::SwingTimed, &settings), Some(expected), "{key_points} corners");
+    }
 }
 
 #[test]

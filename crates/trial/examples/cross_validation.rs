@@ -29,7 +29,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     if mazes.len() <= BLOCK {
         return Err("expected paths of more mazes than a block of eight".into());
     }
-    let half = |index: usize| index / BLOCK % 2;
     let habits = [0, 1].map(|tried| {
         let learnt = mazes.iter().enumerate().filter(|&(index, _)| half(index) != tried);
         Habits::learn(learnt.map(|(_, maze)| maze))
@@ -50,11 +49,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// The half that a maze is in.
+const fn half(index: usize) -> usize {
+    index / BLOCK % 2
+}
+
 /// The mean score over all mazes, each with what was learnt from the half that it is not in; a
 /// trial without a score makes it infinite.
 fn mean(mazes: &[Maze], habits: &[Habits; 2], rule: Rule, seed: u64) -> f64 {
     let score = |(index, maze): (usize, &Maze)| {
-        let habits = habits[index / BLOCK % 2].clone();
+        let habits = habits[half(index)].clone();
         let mut robot = Champion::new(KnownMaze::before(maze), rule, habits, 0., seed);
         match try_robot(maze, &mut robot) {
             Ending::Scored(score) => {

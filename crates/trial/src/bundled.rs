@@ -78,7 +78,7 @@ impl Bundled {
     /// What it does, in a few words.
     pub const fn about(self) -> &'static str {
         match self {
-            Self::Random => "any turn and any move",
+            Self::Random => "any turn, and any move ahead",
             Self::CountExpansion => "flood to the goal, reset, race",
             Self::Swing => "A* to centre and corners, then the shortest way known",
             Self::Proven => "explore until no faster race is possible",

@@ -23,13 +23,14 @@ use prospects::Prospects;
 /// **From then on** it guesses mazes ([`Habits`] tell how) that agree with what it has seen. In each
 /// it looks up the fastest race and the stretch of it that it has not seen: so many steps it would
 /// save, so many it would take to see. Over all guesses these add up. Among the stretches where a
-/// step of exploring saves more than it costs, a thirtieth of a step of the race, it goes to the one
-/// from which most others are near too, and stops when there is none. It stops for certain once
+/// step of exploring saves enough (a [`Rule`] tells how much), it goes to the one from which most
+/// others are near too, and stops when there is none. It stops for certain once
 /// no faster race is possible.
 ///
-/// It assumes, as contests have it, that a goal of several cells is a room with one entrance, and
+/// It assumes, as contests have it, that the goal cells are a room with one entrance, and
 /// that other walls are like those of contest mazes. Where that is not so it explores too little or
-/// too much, but what it does never rests on a guess: it moves only where it knows the way is open.
+/// too much, but what it does never rests on a guess: while its sensors are right, it moves only where
+/// it knows the way is open.
 ///
 /// With sensors that err it keeps a belief for each wall, looks again at what it is not sure of, and
 /// where it ran into a wall it follows from what its sensors tell where it may be.
@@ -61,8 +62,9 @@ impl Default for Rule {
 
 impl Champion {
     /// A robot that has not begun yet. `noise` is the chance that a reading of its sensors is wrong
-    /// by one cell.
+    /// by one cell; what is no chance, 0 to 1, is taken as 0.
     pub fn new(before: KnownMaze, rule: Rule, habits: Habits, noise: f64, seed: u64) -> Self {
+        let noise = if (0. ..=1.).contains(&noise) { noise } else { 0. };
         let belief = Belief::new(before, noise);
         Self { belief, errs: noise > 0., rule, habits, prospects: None, seed, steps: 0 }
     }
@@ -95,7 +97,12 @@ impl Champion {
             },
             None => plan.nearest_to_goal(&map),
         };
-        target.map_or(Action::Reset, |target| move_to(&map, pose, target))
+        match target {
+            Some(target) => move_to(&map, pose, target),
+            None if been_in_goal => Action::Reset,
+            // All sides that it believes to be shut cannot be: it looks again.
+            None => TURN,
+        }
     }
 
     /// Whether the race has to begin for both runs to end in time.
@@ -190,12 +197,13 @@ impl Plan {
     }
 }
 
+const TURN: Action = Action::Move { rotation: Rotation::Right, cells: 0 };
+
 /// The next move on the way to a cell; in it, a turn to see what lies behind.
 fn move_to(map: &KnownMaze, pose: Pose, target: Cell) -> Action {
     let walls = map.walls(Unknown::Closed);
     let to_target = RaceSteps::flood(walls, &CellSet::from_iter([target]));
-    let turn = Action::Move { rotation: Rotation::Right, cells: 0 };
-    to_target.next_move(walls, pose).unwrap_or(turn)
+    to_target.next_move(walls, pose).unwrap_or(TURN)
 }
 
 fn has_unknown_side(map: &KnownMaze, cell: Cell) -> bool {

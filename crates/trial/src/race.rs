@@ -48,8 +48,9 @@ impl RaceSteps {
     /// Time steps from `cell` to the nearest target, 0 in a target; `None` where there is no way
     /// and outside of the maze.
     pub fn at(&self, cell: Cell) -> Option<u16> {
-        let index = usize::from(cell.y) * SIDE + usize::from(cell.x);
-        Some(self.steps[index]).filter(|&steps| self.size.contains(cell) && steps != UNREACHABLE)
+        let index = || usize::from(cell.y) * SIDE + usize::from(cell.x);
+        let steps = self.size.contains(cell).then(|| self.steps[index()]);
+        steps.filter(|&steps| steps != UNREACHABLE)
     }
 
     /// The first move of a fastest way from `pose`; `None` in a target and where there is no way.
@@ -289,7 +290,9 @@ mod tests {
         let corner = [Cell::new(31, 31)].into_iter().collect();
         let race = RaceSteps::flood(&walls, &corner);
         assert_eq!(race.at(Cell::new(0, 0)), Some(22));
-        assert_eq!(race.at(Cell::new(32, 0)), None);
+        for outside in [Cell::new(32, 0), Cell::new(0, 32), Cell::new(255, 255)] {
+            assert_eq!(race.at(outside), None);
+        }
         let pose = Pose::new(Cell::new(5, 31), Heading::West);
         assert_eq!(race.next_move(&walls, pose), Some(Action::of_numbers(0, -3)));
     }

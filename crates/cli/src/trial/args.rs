@@ -18,13 +18,14 @@ Examples:
   mmsim trial mazes/ --compare --charts out       compare robots, as tables and as bar charts
   mmsim trial harbour --serve --open              watch a robot in a browser
 
-Exit code 0 says that each robot scored, or said that the goal cannot be reached where that is so.";
+Exit code 0 says that each robot scored, or said that the goal cannot be reached where that is so;
+with --serve and without --once, that it was stopped.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct TrialArgs {
     /// Maze files, folders, which are searched with their subfolders, and words of the path of a
-    /// maze in ~/.mmsim or, where that does not exist, of a bundled one
+    /// maze in ~/.mmsim or, where that holds none, of a bundled one
     #[arg(required = true, value_name = "MAZE")]
     pub(crate) mazes: Vec<PathBuf>,
     /// The robot; may be given several times [default: champion]
@@ -103,7 +104,7 @@ impl TrialArgs {
     /// A robot and what it is told.
     pub(crate) const fn contender(&self, robot: Bundled) -> Contender {
         let Self { seed, noise, key_points, variant, .. } = *self;
-        Contender { robot, settings: Settings { seed, key_points, variant, noise }, noise }
+        Contender { robot, settings: Settings { seed, key_points, variant, noise } }
     }
 
     /// The robots that are asked for, each once.
@@ -118,8 +119,7 @@ impl TrialArgs {
             robots.extend(new.copied().collect::<Vec<_>>());
         }
         if robots.is_empty() {
-            let champion = Bundled::ALL.into_iter().rfind(|robot| robot.name() == "champion");
-            robots.extend(champion.or(Bundled::ALL.last().copied()));
+            robots.push(Bundled::Champion);
         }
         robots
     }

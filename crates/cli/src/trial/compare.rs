@@ -31,16 +31,15 @@ struct Table {
     rows: Vec<(String, Contender)>,
 }
 
-/// The tables. A robot that is missing has no row.
+/// The tables.
 fn tables(args: &TrialArgs) -> Vec<Table> {
     let row = |robot| (Bundled::to_string(&robot), args.contender(robot));
-    let named = |name: &str| Bundled::ALL.into_iter().find(|robot| robot.name() == name);
     let random = (0..RANDOM_TRIES).map(|more| {
         let mut contender = args.contender(Bundled::Random);
         contender.settings.seed = contender.settings.seed.wrapping_add(more);
         (format!("random, seed {}", contender.settings.seed), contender)
     });
-    let benchmarks = random.chain(named("count-expansion").map(row)).collect();
+    let benchmarks = random.chain([row(Bundled::CountExpansion)]).collect();
     let swing = args.contender(Bundled::Swing);
     let variants = Variant::ALL.map(|variant| {
         let settings = Settings { variant, ..swing.settings };

@@ -40,7 +40,7 @@ impl Report {
             score: tried.score().map(three_decimals),
             race_optimum,
             seed: contender.settings.seed,
-            noise: contender.noise,
+            noise: contender.settings.noise,
             path: None,
         }
     }

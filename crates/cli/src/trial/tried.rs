@@ -10,8 +10,6 @@ use mmsim_trial::{Bundled, Ending, Noise, Run, Score, Settings, Survey, Trial, r
 pub(crate) struct Contender {
     pub(crate) robot: Bundled,
     pub(crate) settings: Settings,
-    /// How probable it is that a sensor reading is wrong.
-    pub(crate) noise: f64,
 }
 
 /// What came of a trial.
@@ -47,7 +45,7 @@ impl Contender {
         let before = KnownMaze::before(maze);
         let mut robot = self.robot.robot(before.clone(), &self.settings);
         // Another stream than the robot's own.
-        let mut noise = Noise::new(self.noise, !self.settings.seed);
+        let mut noise = Noise::new(self.settings.noise, !self.settings.seed);
         let (mut trial, mut survey) = (Trial::new(maze), Survey::new(before));
         let (mut explored, mut race) = (survey.map().clone(), Vec::new());
         loop {

@@ -222,17 +222,17 @@ impl Account {
                 self.after_move(rotation.turn(self.survey.pose().heading), cells)
             }
             Action::Reset => {
-                let mut reset = self.clone();
-                reset.survey.go(action);
-                reset.races |= reset.been_in_goal;
+                let mut granted = Self { races: true, ..self.clone() };
+                granted.survey.go(action);
+                let mut refused = Self { been_in_goal: false, races: false, ..self.clone() };
                 // It may have been mistaken about the goal.
-                let refused = Self {
-                    chance: self.chance * 0.01,
-                    been_in_goal: false,
-                    races: false,
-                    ..self.clone()
-                };
-                if errs { vec![reset, refused] } else { vec![reset] }
+                let mistaken = if self.been_in_goal { &mut refused } else { &mut granted };
+                mistaken.chance *= 0.01;
+                match (errs, self.been_in_goal) {
+                    (true, _) => vec![granted, refused],
+                    (false, true) => vec![granted],
+                    (false, false) => vec![refused],
+                }
             }
             Action::GiveUp => vec![self.clone()],
         };
@@ -338,5 +338,22 @@ mod tests {
         assert_eq!(cell(&belief), Cell::new(0, 0));
         assert_eq!(wall(&belief, 0), WallState::Present);
         assert_eq!(wall(&elsewhere, 0), WallState::Absent);
+    }
+
+    #[test]
+    fn a_reset_before_the_goal_is_refused() {
+        for noise in [0., 0.1] {
+            let mut belief = belief(noise);
+            for _ in 0..3 {
+                belief.note([0, 5, 0]);
+            }
+            belief.go(Action::of_numbers(0, 2));
+            belief.note([0, 3, 1]);
+            belief.go(Action::Reset);
+            belief.note([0, 3, 1]);
+            let account = belief.likeliest();
+            assert_eq!(account.survey.pose().cell, Cell::new(0, 2));
+            assert!(!account.races);
+        }
     }
 }

@@ -8,8 +8,8 @@ use super::habits::{Habits, Layers, Place};
 /// Mazes that agree with what is known, each unknown wall guessed by the [`Habits`] of mazes.
 ///
 /// Each guess is a chain of its own: whenever more is known, every unknown wall in it is drawn
-/// anew, given those around it (Gibbs sampling, 64 guesses at once). A goal of several cells is
-/// taken as a room with one entrance, as contests have it, until more than one is known.
+/// anew, given those around it (Gibbs sampling, 64 guesses at once). The goal cells are taken as a room with
+/// one entrance, as contests have it, or with those that are known.
 #[derive(Clone, Debug)]
 pub(super) struct Guesses {
     mazes: Vec<Layers>,
