@@ -93,6 +93,7 @@ impl Belief {
         let errs = self.noise > 0.;
         self.accounts =
             self.accounts.iter().flat_map(|account| account.after(action, errs)).collect();
+        self.accounts.sort_by(|a, b| b.chance.total_cmp(&a.chance));
     }
 }
 
