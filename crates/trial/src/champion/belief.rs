@@ -40,6 +40,9 @@ pub(super) struct Account {
 const SURE: f32 = 0.9;
 /// Nothing is so sure that sensors that err could not teach the contrary.
 const MOST_SURE: f32 = 0.999;
+/// Where not all walls are known, a reading is not less likely than this: long corridors are more
+/// frequent than walls that know nothing of each other would have them.
+const LEAST_NEW: f64 = 0.05;
 /// How many accounts are kept.
 const ACCOUNTS: usize = 8;
 /// Accounts less likely than this, beside the likeliest, are dropped.
@@ -146,7 +149,12 @@ impl Account {
 
     /// How likely the sensors tell this in a pose.
     fn told(&self, pose: Pose, sensors: [u8; 3], noise: f64) -> f64 {
-        let told = |(heading, told)| self.chances(pose.cell, heading, told, noise).sum::<f64>();
+        let told = |(heading, told): (Heading, u8)| {
+            let chance = self.chances(pose.cell, heading, told, noise).sum::<f64>();
+            let mut way = self.way(pose.cell, heading).take(usize::from(told) + 1);
+            let is_new = way.any(|here| (1. - SURE..SURE).contains(&self.open(here, heading)));
+            if is_new { chance.max(LEAST_NEW) } else { chance }
+        };
         around(pose).into_iter().zip(sensors).map(told).product()
     }
 
