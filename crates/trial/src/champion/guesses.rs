@@ -20,7 +20,8 @@ pub(super) struct Guesses {
     around: Vec<Place>,
 }
 
-/// How often every wall is drawn at first, until guesses have forgotten how they began.
+/// How often every wall is drawn at first, until guesses have forgotten how they began. In larger
+/// mazes, where that takes longer, it is half as often.
 const FIRST_SWEEPS: usize = 8;
 
 impl Guesses {
@@ -39,7 +40,8 @@ impl Guesses {
             Place::all(map.size()).for_each(|place| guess.set(place, rng.u64(..)));
         }
         let mut guesses = Self { mazes, number, rng, inside, around };
-        for _ in 0..FIRST_SWEEPS {
+        let is_large = map.size().area() > 256;
+        for _ in 0..if is_large { FIRST_SWEEPS / 2 } else { FIRST_SWEEPS } {
             guesses.draw(map, habits);
         }
         guesses
