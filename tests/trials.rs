@@ -130,25 +130,23 @@ fn swing_is_not_worse_than_the_published_code() {
         let settings = Settings { variant, ..Settings::default() };
         assert_eq!(figures(Bundled::SwingTimed, &settings), Some(expected), "{variant}");
     }
-    let corners = [
+    let swing = [
         [(91, 17), (136, 26), (152, 29)],
         [(117, 17), (168, 26), (214, 27)],
         [(122, 17), (189, 26), (218, 27)],
         [(137, 17), (206, 26), (252, 27)],
     ];
-    for (key_points, expected) in KeyPoints::ALL.into_iter().zip(corners) {
-        let settings = Settings { key_points, ..Settings::default() };
-        assert_eq!(figures(Bundled::Swing, &settings), Some(expected), "{key_points} corners");
-    }
-    let timed_corners = [
+    let timed = [
         [(106, 17), (116, 22), (146, 25)],
         [(133, 17), (162, 22), (193, 25)],
         [(132, 17), (166, 22), (199, 25)],
         [(144, 17), (183, 22), (225, 25)],
     ];
-    for (key_points, expected) in KeyPoints::ALL.into_iter().zip(timed_corners) {
-        let settings = Settings { key_points, ..Settings::default() };
-        assert_eq!(figures(Bundled::SwingTimed, &settings), Some(expected), "{key_points} corners");
+    for (robot, corners) in [(Bundled::Swing, swing), (Bundled::SwingTimed, timed)] {
+        for (key_points, expected) in KeyPoints::ALL.into_iter().zip(corners) {
+            let settings = Settings { key_points, ..Settings::default() };
+            assert_eq!(figures(robot, &settings), Some(expected), "{robot}, {key_points} corners");
+        }
     }
 }
 

@@ -20,12 +20,16 @@ pub(super) struct Guesses {
     around: Vec<Place>,
 }
 
-/// How often every wall is drawn at first, until guesses have forgotten how they began. In larger
-/// mazes, where that takes longer, it is half as often.
-const FIRST_SWEEPS: usize = 8;
-
 impl Guesses {
-    pub(super) fn new(map: &KnownMaze, habits: &Habits, number: usize, seed: u64) -> Self {
+    /// So many guesses. Every wall is drawn so many times at first, until they have forgotten how they
+    /// began.
+    pub(super) fn new(
+        map: &KnownMaze,
+        habits: &Habits,
+        number: usize,
+        sweeps: usize,
+        seed: u64,
+    ) -> Self {
         let mut rng = Rng::with_seed(seed);
         let goals = |place: &Place| {
             let ends = [Some(place.cell()), place.cell().neighbour(place.heading())];
@@ -40,8 +44,7 @@ impl Guesses {
             Place::all(map.size()).for_each(|place| guess.set(place, rng.u64(..)));
         }
         let mut guesses = Self { mazes, number, rng, inside, around };
-        let is_large = map.size().area() > 256;
-        for _ in 0..if is_large { FIRST_SWEEPS / 2 } else { FIRST_SWEEPS } {
+        for _ in 0..sweeps {
             guesses.draw(map, habits);
         }
         guesses
@@ -93,5 +96,32 @@ impl Guesses {
     pub(super) fn iter(&self) -> impl Iterator<Item = Walls> + '_ {
         let layers = |guess| (0..Layers::NUMBER).map(move |layer| Layers::walls(guess, layer));
         self.mazes.iter().flat_map(layers).take(self.number)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, Heading, MazeSize};
+
+    use super::*;
+
+    #[test]
+    fn guesses_differ_but_not_in_what_is_known() {
+        let goals = MazeSize::CLASSIC.central_cells();
+        let mut map = KnownMaze::new(MazeSize::CLASSIC, Cell::new(0, 0), goals);
+        let mut guesses = Guesses::new(&map, &Habits::CONTEST, 100, 2, 1);
+        map.set_wall(Cell::new(3, 3), Heading::East, WallState::Present);
+        map.set_wall(Cell::new(4, 4), Heading::North, WallState::Absent);
+        guesses.draw(&map, &Habits::CONTEST);
+        let all: Vec<Walls> = guesses.iter().collect();
+        assert_eq!((all.len(), guesses.number()), (100, 100));
+        assert!(all.windows(2).all(|pair| pair[0] != pair[1]));
+        for walls in all {
+            assert!(walls.has(Cell::new(3, 3), Heading::East));
+            assert!(!walls.has(Cell::new(4, 4), Heading::North));
+            let sides = goals.iter().flat_map(|cell| Heading::ALL.map(|heading| (cell, heading)));
+            let open = sides.filter(|&(cell, heading)| !walls.has(cell, heading));
+            assert_eq!(open.count(), 2 * 4 + 1, "a room of four cells with one entrance");
+        }
     }
 }

@@ -34,8 +34,8 @@ struct Stretch {
 impl Prospects {
     pub(super) fn new(map: &KnownMaze, habits: &Habits, seed: u64) -> Self {
         // A guess takes longer in a larger maze.
-        let number = if map.size().area() > 256 { 32 } else { 128 };
-        let guesses = Guesses::new(map, habits, number, seed);
+        let (number, sweeps) = if map.size().area() > 256 { (32, 4) } else { (128, 8) };
+        let guesses = Guesses::new(map, habits, number, sweeps, seed);
         Self { guesses, known: known(map), number: 0, unseen: Vec::new() }
     }
 
@@ -115,4 +115,39 @@ impl Prospects {
 
 fn known(map: &KnownMaze) -> [Walls; 2] {
     [Unknown::Open, Unknown::Closed].map(|unknown| map.walls(unknown).clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Heading, MazeSize, WallState};
+
+    use super::*;
+
+    #[test]
+    fn the_only_stretch_is_worth_it_while_a_step_saves_enough() {
+        // Known to be closed but for a way around, and one wall on the way straight to the goal.
+        let size = MazeSize::new(8, 2).unwrap();
+        let (start, goal) = (Cell::new(0, 0), Cell::new(7, 0));
+        let mut map = KnownMaze::new(size, start, CellSet::from_iter([goal]));
+        for cell in size.cells() {
+            map.set_wall(cell, Heading::East, WallState::Absent);
+            if cell.y == 0 {
+                let is_end = cell == start || cell == goal;
+                let wall = if is_end { WallState::Absent } else { WallState::Present };
+                map.set_wall(cell, Heading::North, wall);
+            }
+        }
+        map.set_wall(Cell::new(3, 0), Heading::East, WallState::Unknown);
+        let from_here =
+            |cell| RaceSteps::flood(map.walls(Unknown::Closed), &CellSet::from_iter([cell]));
+        let best = from_here(start).at(goal).unwrap();
+        assert_eq!(best, 5, "one up, three along, one down");
+        let mut prospects = Prospects::new(&map, &Habits::CONTEST, 1);
+        let mut most = |here, worth| {
+            prospects.most_worth(&map, &Habits::CONTEST, &from_here(here), best, worth)
+        };
+        assert_eq!(most(start, 0.1), Some(Cell::new(3, 0)));
+        assert_eq!(most(goal, 0.1), Some(Cell::new(4, 0)), "from the other side");
+        assert_eq!(most(start, 60.), None, "two steps are all that it can save");
+    }
 }
