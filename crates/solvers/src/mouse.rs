@@ -55,6 +55,11 @@ impl<S: Strategy> Mouse<S> {
         self.strategy.weight(cell)
     }
 
+    /// Whether its search run is over, see [`Strategy::runs_fast`].
+    pub fn runs_fast(&self) -> bool {
+        self.strategy.runs_fast()
+    }
+
     /// Notes the walls around the mouse.
     ///
     /// # Errors

@@ -43,6 +43,12 @@ pub trait Strategy {
     /// for a viewer to show: a distance in steps, a count of visits. `u16::MAX` says that there is
     /// none.
     fn weight(&self, cell: Cell) -> u16;
+
+    /// Whether the search run is over and the last [`next_move`](Self::next_move) belongs to a fast
+    /// run, which begins at the start cell. Strategies that stop in the goal have none.
+    fn runs_fast(&self) -> bool {
+        false
+    }
 }
 
 impl<S: Strategy + ?Sized> Strategy for &mut S {
@@ -52,6 +58,10 @@ impl<S: Strategy + ?Sized> Strategy for &mut S {
 
     fn weight(&self, cell: Cell) -> u16 {
         (**self).weight(cell)
+    }
+
+    fn runs_fast(&self) -> bool {
+        (**self).runs_fast()
     }
 }
 
@@ -63,6 +73,10 @@ impl<S: Strategy + ?Sized> Strategy for Box<S> {
 
     fn weight(&self, cell: Cell) -> u16 {
         (**self).weight(cell)
+    }
+
+    fn runs_fast(&self) -> bool {
+        (**self).runs_fast()
     }
 }
 

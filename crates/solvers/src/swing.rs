@@ -83,6 +83,10 @@ impl Strategy for Swing {
     fn weight(&self, cell: Cell) -> u16 {
         self.distances.at(cell).unwrap_or(u16::MAX)
     }
+
+    fn runs_fast(&self) -> bool {
+        self.runs_fast
+    }
 }
 
 #[cfg(test)]
