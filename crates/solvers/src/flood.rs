@@ -2,6 +2,15 @@
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
+mod board;
+mod bytes;
+mod half;
+mod waves;
+
+use board::{Board, Chequered};
+use half::Half;
+use waves::Marks;
+
 /// Distances in steps from each cell to the nearest of some target cells, along ways without a
 /// wall.
 ///
@@ -16,67 +25,114 @@ use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Distances {
     size: MazeSize,
-    /// Row by row from the south, as wide as the maze.
-    steps: [u16; MazeSize::MAX_AREA],
+    steps: Steps,
 }
+
+#[derive(Clone, PartialEq, Eq, Debug)]
+enum Steps {
+    /// Of a maze of up to 16×16 cells: row by row from the south, 16 to a row.
+    Small(SmallSteps),
+    /// Of a larger one, 32 to a row.
+    Large([u16; MazeSize::MAX_AREA]),
+}
+
+#[derive(Clone, PartialEq, Eq, Debug)]
+struct SmallSteps {
+    bytes: [u8; SMALL_AREA],
+    /// Whether `UNREACHABLE_BYTE` is a distance: where one is so long, the way passes through all
+    /// cells.
+    all_reached: bool,
+}
+
+const SMALL_SIDE: usize = 16;
+const SMALL_AREA: usize = SMALL_SIDE * SMALL_SIDE;
+const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// The distance of a cell from which no target can be reached.
 const UNREACHABLE: u16 = u16::MAX;
+const UNREACHABLE_BYTE: u8 = u8::MAX;
 
 impl Distances {
     /// Distances nowhere known: no target can be reached from any cell.
     pub const fn unreachable(size: MazeSize) -> Self {
-        Self { size, steps: [UNREACHABLE; MazeSize::MAX_AREA] }
+        let bytes = [UNREACHABLE_BYTE; SMALL_AREA];
+        let steps = if is_small(size) {
+            Steps::Small(SmallSteps { bytes, all_reached: false })
+        } else {
+            Steps::Large([UNREACHABLE; MazeSize::MAX_AREA])
+        };
+        Self { size, steps }
     }
 
     /// Floods the maze from its targets outwards, a breadth-first search. Targets outside of the
     /// maze do not count.
     pub fn flood(walls: &Walls, targets: &CellSet) -> Self {
         let size = walls.size();
-        let mut distances = Self::unreachable(size);
-        let mut queue = [Cell::new(0, 0); MazeSize::MAX_AREA];
-        let (mut reached, mut done) = (0, 0);
-        for cell in targets.iter().filter(|&cell| size.contains(cell)) {
-            distances.set(cell, 0);
-            queue[reached] = cell;
-            reached += 1;
-        }
-        while done < reached {
-            let cell = queue[done];
-            done += 1;
-            for neighbour in walls.open_neighbours(cell) {
-                if distances.at(neighbour).is_none() {
-                    distances.set(neighbour, distances.at(cell).unwrap_or(0) + 1);
-                    queue[reached] = neighbour;
-                    reached += 1;
-                }
-            }
-        }
-        distances
+        let steps = if is_small(size) {
+            Steps::Small(small::<[u64; 2]>(walls, targets))
+        } else {
+            Steps::Large(large::<[u64; 8]>(walls, targets))
+        };
+        Self { size, steps }
     }
 
     /// Steps from `cell` to the nearest target, `None` where there is no way and outside of the
     /// maze.
     pub fn at(&self, cell: Cell) -> Option<u16> {
-        let index = self.index(cell)?;
-        Some(self.steps[index]).filter(|&steps| steps != UNREACHABLE)
+        if !self.size.contains(cell) {
+            return None;
+        }
+        let (x, y) = (usize::from(cell.x), usize::from(cell.y));
+        match &self.steps {
+            Steps::Small(SmallSteps { bytes, all_reached }) => {
+                let steps = bytes[y * SMALL_SIDE + x];
+                (steps != UNREACHABLE_BYTE || *all_reached).then_some(steps.into())
+            }
+            Steps::Large(steps) => Some(steps[y * SIDE + x]).filter(|&steps| steps != UNREACHABLE),
+        }
     }
 
     /// How many cells have a way to a target.
     pub fn reachable_cells(&self) -> usize {
         self.size.cells().filter(|&cell| self.at(cell).is_some()).count()
     }
+}
 
-    fn set(&mut self, cell: Cell, steps: u16) {
-        if let Some(index) = self.index(cell) {
-            self.steps[index] = steps;
-        }
-    }
+const fn is_small(size: MazeSize) -> bool {
+    size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
+}
 
-    fn index(&self, cell: Cell) -> Option<usize> {
-        let width = usize::from(self.size.width());
-        self.size.contains(cell).then(|| usize::from(cell.y) * width + usize::from(cell.x))
+#[inline(always)]
+fn marks<const N: usize, H: Half<N>>(walls: &Walls, targets: &CellSet) -> Chequered<Marks<H>> {
+    waves::flood(&Board::of(walls), Chequered::of(targets))
+}
+
+#[inline(always)]
+fn small<H: Half<2>>(walls: &Walls, targets: &CellSet) -> SmallSteps {
+    let marks = marks::<2, H>(walls, targets);
+    let mut lines = [[[0; 16]; 8]; 2];
+    bytes::write(&marks, 0, &mut lines);
+    let mut bytes = [0; SMALL_AREA];
+    for (bytes, line) in bytes.chunks_exact_mut(16).zip(lines.as_flattened()) {
+        bytes.copy_from_slice(line);
     }
+    let all_reached = marks.dark.dry.or(marks.light.dry).is_empty();
+    SmallSteps { bytes, all_reached }
+}
+
+#[inline(always)]
+fn large<H: Half<8>>(walls: &Walls, targets: &CellSet) -> [u16; MazeSize::MAX_AREA] {
+    let marks = marks::<8, H>(walls, targets);
+    let mut low = [[[0; 16]; 8]; 8];
+    let mut high = low;
+    bytes::write(&marks, 0, &mut low);
+    bytes::write(&marks, 8, &mut high);
+    let mut steps = [0; MazeSize::MAX_AREA];
+    let bytes = low.as_flattened().as_flattened().iter().zip(high.as_flattened().as_flattened());
+    for (steps, (&low, &high)) in steps.iter_mut().zip(bytes) {
+        *steps = u16::from_le_bytes([low, high]);
+    }
+    steps
 }
 
 #[cfg(test)]

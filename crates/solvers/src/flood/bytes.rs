@@ -1,0 +1,76 @@
+//! From bit planes to numbers: bit i of each distance becomes the distances one after another.
+
+use super::board::{Chequered, even_rows};
+use super::half::Half;
+use super::waves::Marks;
+
+/// The distance bytes of 16 cells that follow each other from the west.
+type Line = [u8; 16];
+
+/// Writes 8 bits of each distance, from bit `first` on, a byte a cell: lines of 16 cells, one after
+/// another from the south-west, all bits set where no wave has come to.
+#[inline(always)]
+pub(super) fn write<const N: usize, H: Half<N>>(
+    marks: &Chequered<Marks<H>>,
+    first: usize,
+    lines: &mut [[Line; 8]; N],
+) {
+    let Chequered { dark, light } = marks;
+    let (mut even, mut odd) = ([H::NONE; 8], [H::NONE; 8]);
+    let odd_rows = H::all().without(H::of(even_rows()));
+    for i in 0..8 {
+        let plane = |marks: &Marks<H>| match marks.planes.get(first + i) {
+            Some(plane) => plane.or(marks.dry),
+            None => marks.dry,
+        };
+        let (dark, light) = (plane(dark), plane(light));
+        let swapped = dark.xor(light).and(odd_rows);
+        (even[i], odd[i]) = (dark.xor(swapped), light.xor(swapped));
+    }
+    transpose_bits(&mut even);
+    transpose_bits(&mut odd);
+    let (even, odd) = (even.map(H::words), odd.map(H::words));
+    for (word, lines) in lines.iter_mut().enumerate() {
+        let pair = |i: usize| [even[i][word], odd[i][word]];
+        let ([a, b], [c, d], [e, f], [g, h]) = (pair(0), pair(1), pair(2), pair(3));
+        let west = transposed_bytes([a, b, c, d, e, f, g, h]);
+        let ([a, b], [c, d], [e, f], [g, h]) = (pair(4), pair(5), pair(6), pair(7));
+        let east = transposed_bytes([a, b, c, d, e, f, g, h]);
+        for (line, (west, east)) in lines.iter_mut().zip(west.into_iter().zip(east)) {
+            let line_bits = u128::from(west) | u128::from(east) << 64;
+            *line = line_bits.to_le_bytes();
+        }
+    }
+}
+
+/// Bit i of byte j of plane k becomes bit k of byte j of plane i.
+#[inline(always)]
+fn transpose_bits<const N: usize, H: Half<N>>(planes: &mut [H; 8]) {
+    macro_rules! swap {
+        ($bits:literal, $mask:literal, $($low:literal $high:literal),*) => { $(
+            let differing =
+                planes[$low].down::<$bits>().xor(planes[$high]).and(H::of([$mask; N]));
+            planes[$high] = planes[$high].xor(differing);
+            planes[$low] = planes[$low].xor(differing.up::<$bits>());
+        )* };
+    }
+    swap!(1, 0x5555_5555_5555_5555, 0 1, 2 3, 4 5, 6 7);
+    swap!(2, 0x3333_3333_3333_3333, 0 2, 1 3, 4 6, 5 7);
+    swap!(4, 0x0f0f_0f0f_0f0f_0f0f, 0 4, 1 5, 2 6, 3 7);
+}
+
+/// Byte i of word k becomes byte k of word i.
+#[inline(always)]
+fn transposed_bytes(mut words: [u64; 8]) -> [u64; 8] {
+    macro_rules! swap {
+        ($bits:literal, $mask:literal, $($low:literal $high:literal),*) => { $(
+            let differing = (words[$low] >> $bits ^ words[$high]) & $mask;
+            words[$high] ^= differing;
+            words[$low] ^= differing << $bits;
+        )* };
+    }
+    swap!(8, 0x00ff_00ff_00ff_00ff, 0 1, 2 3, 4 5, 6 7);
+    swap!(16, 0x0000_ffff_0000_ffff, 0 2, 1 3, 4 6, 5 7);
+    swap!(32, 0x0000_0000_ffff_ffff, 0 4, 1 5, 2 6, 3 7);
+    words
+}

@@ -1,0 +1,188 @@
+//! Waves: the cells at distance 0, 1, 2 and so on.
+
+use super::board::{Board, Chequered, Ways};
+use super::half::Half;
+
+/// The most bits that a distance has: 1,023 steps in a maze of 32×32 cells.
+pub(super) const PLANES: usize = 10;
+
+/// What waves leave behind: the distance of each cell, bit by bit.
+pub(super) struct Marks<H> {
+    /// Bit i of each distance.
+    pub(super) planes: [H; PLANES],
+    /// The cells that no wave has come to.
+    pub(super) dry: H,
+}
+
+/// Counts for each cell the waves that have passed it over.
+///
+/// The counts are Gray code, of which each wave changes but one bit, and that in all cells that are
+/// still dry.
+struct Counts<H> {
+    code: [H; PLANES],
+}
+
+impl<H> Counts<H> {
+    #[inline(always)]
+    fn new<const N: usize>() -> Self
+    where
+        H: Half<N>,
+    {
+        Self { code: [H::NONE; PLANES] }
+    }
+
+    /// One more of all these, the `count`th to be counted.
+    #[inline(always)]
+    fn add<const N: usize>(&mut self, count: u32, cells: H)
+    where
+        H: Half<N>,
+    {
+        // Beyond the last bit there is no cell that a wave still comes to.
+        if let Some(bit) = self.code.get_mut(count.trailing_zeros() as usize) {
+            *bit = bit.xor(cells);
+        }
+    }
+
+    /// The counts as binary numbers.
+    #[inline(always)]
+    fn binary<const N: usize>(mut self) -> [H; PLANES]
+    where
+        H: Half<N>,
+    {
+        for i in (1..PLANES).rev() {
+            self.code[i - 1] = self.code[i - 1].xor(self.code[i]);
+        }
+        self.code
+    }
+}
+
+/// Floods the maze from its targets outwards.
+#[inline(always)]
+pub(super) fn flood<const N: usize, H: Half<N>>(
+    board: &Board<H>,
+    targets: Chequered<H>,
+) -> Chequered<Marks<H>> {
+    let dry = Chequered { dark: H::all().without(targets.dark), light: H::all().without(targets.light) };
+    // Waves begin at the edge of a goal; and if that is all of one colour, each has but one.
+    let edge = Chequered {
+        dark: board.into_dark.from(dry.light, targets.dark),
+        light: board.into_light.from(dry.dark, targets.light),
+    };
+    if edge.light.is_empty() {
+        let [dark, light] = waves_of_one_colour(
+            &[board.into_light, board.into_dark], edge.dark, [dry.dark, dry.light]);
+        Chequered { dark, light }
+    } else if edge.dark.is_empty() {
+        let [light, dark] = waves_of_one_colour(
+            &[board.into_dark, board.into_light], edge.light, [dry.light, dry.dark]);
+        Chequered { dark, light }
+    } else {
+        waves_of_both_colours(board, edge, dry)
+    }
+}
+
+/// Waves that begin in cells of one colour, the near one; each is of one colour then. Ways and dry
+/// cells are those into and of the far and the near colour. Gives near and far marks.
+#[inline(always)]
+fn waves_of_one_colour<const N: usize, H: Half<N>>(
+    [into_far, into_near]: &[Ways<H>; 2],
+    edge: H,
+    [mut dry_near, mut dry_far]: [H; 2],
+) -> [Marks<H>; 2] {
+    let (mut near, mut far) = (Counts::new(), Counts::new());
+    let (mut wave, low) = (edge, dry_far);
+    for round in 0.. {
+        // Twice, so that one count changes the same bit each time, and the end is looked for seldom.
+        for count in [2 * round + 1, 2 * round + 2] {
+            let far_wave = into_far.from(wave, dry_far);
+            dry_far = dry_far.without(far_wave);
+            near.add(count, dry_near);
+            far.add(count, dry_far);
+            wave = into_near.from(far_wave, dry_near);
+            dry_near = dry_near.without(wave);
+        }
+        if wave.is_empty() {
+            break;
+        }
+    }
+    // Counted were pairs of waves.
+    [(near, dry_near, H::NONE), (far, dry_far, low)].map(|(counts, dry, low)| {
+        let mut planes = counts.binary();
+        planes.rotate_right(1);
+        planes[0] = low;
+        Marks { planes, dry }
+    })
+}
+
+/// Waves that begin in cells of both colours.
+#[inline(always)]
+fn waves_of_both_colours<const N: usize, H: Half<N>>(
+    board: &Board<H>,
+    edge: Chequered<H>,
+    mut dry: Chequered<H>,
+) -> Chequered<Marks<H>> {
+    let mut counts = Chequered { dark: Counts::new(), light: Counts::new() };
+    let mut wave = edge;
+    for round in 0.. {
+        for count in [2 * round + 1, 2 * round + 2] {
+            counts.dark.add(count, dry.dark);
+            counts.light.add(count, dry.light);
+            wave = Chequered {
+                dark: board.into_dark.from(wave.light, dry.dark),
+                light: board.into_light.from(wave.dark, dry.light),
+            };
+            dry.dark = dry.dark.without(wave.dark);
+            dry.light = dry.light.without(wave.light);
+        }
+        if wave.dark.or(wave.light).is_empty() {
+            break;
+        }
+    }
+    let marks = |counts: Counts<H>, dry| Marks { planes: counts.binary(), dry };
+    Chequered { dark: marks(counts.dark, dry.dark), light: marks(counts.light, dry.light) }
+}
+
+/// Steps from the nearest of some cells of one colour to the nearest target, `None` where there is
+/// no way.
+#[inline(always)]
+pub(super) fn steps<const N: usize, H: Half<N>>(
+    board: &Board<H>,
+    from: Chequered<H>,
+    targets: Chequered<H>,
+) -> Option<u16> {
+    let Chequered { dark, light } = from;
+    if !dark.and(targets.dark).or(light.and(targets.light)).is_empty() {
+        Some(0)
+    } else if light.is_empty() {
+        let ways = [board.into_light, board.into_dark];
+        steps_of_one_colour(&ways, dark, [targets.dark, targets.light])
+    } else {
+        let ways = [board.into_dark, board.into_light];
+        steps_of_one_colour(&ways, light, [targets.light, targets.dark])
+    }
+}
+
+#[inline(always)]
+fn steps_of_one_colour<const N: usize, H: Half<N>>(
+    [into_far, into_near]: &[Ways<H>; 2],
+    from: H,
+    [near_targets, far_targets]: [H; 2],
+) -> Option<u16> {
+    let (mut dry_near, mut dry_far) = (H::all().without(from), H::all());
+    let mut wave = from;
+    let mut steps = 0;
+    loop {
+        let far_wave = into_far.from(wave, dry_far);
+        dry_far = dry_far.without(far_wave);
+        wave = into_near.from(far_wave, dry_near);
+        dry_near = dry_near.without(wave);
+        let in_far_target = far_wave.and(far_targets);
+        if !in_far_target.or(wave.and(near_targets)).is_empty() {
+            return Some(if in_far_target.is_empty() { steps + 2 } else { steps + 1 });
+        }
+        if wave.is_empty() {
+            return None;
+        }
+        steps += 2;
+    }
+}
