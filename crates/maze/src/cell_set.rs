@@ -25,6 +25,17 @@ impl CellSet {
     /// The set without a cell.
     pub const EMPTY: Self = Self { rows: [0; SIDE] };
 
+    /// The set with these bits: bit x of row y.
+    ///
+    /// ```
+    /// use mmsim_maze::{CellSet, MazeSize};
+    /// let goals = MazeSize::CLASSIC.central_cells();
+    /// assert_eq!(CellSet::of_rows(*goals.rows()), goals);
+    /// ```
+    pub const fn of_rows(rows: [u32; SIDE]) -> Self {
+        Self { rows }
+    }
+
     /// The set as bits: bit x of row y.
     pub const fn rows(&self) -> &[u32; SIDE] {
         &self.rows

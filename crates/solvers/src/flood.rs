@@ -1,15 +1,23 @@
 //! Flood: the distance of every cell to the nearest target.
 
-use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 
 mod board;
+mod both;
 mod bytes;
+mod downhill;
 mod half;
 mod waves;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 use board::{Board, Chequered};
+use bytes::Line;
+pub use downhill::Downhill;
 use half::Half;
 use waves::Marks;
+#[cfg(target_arch = "x86_64")]
+use x86::run;
 
 /// Distances in steps from each cell to the nearest of some target cells, along ways without a
 /// wall.
@@ -38,14 +46,13 @@ enum Steps {
 
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct SmallSteps {
-    bytes: [u8; SMALL_AREA],
+    lines: [[Line; 8]; 2],
     /// Whether `UNREACHABLE_BYTE` is a distance: where one is so long, the way passes through all
     /// cells.
     all_reached: bool,
 }
 
 const SMALL_SIDE: usize = 16;
-const SMALL_AREA: usize = SMALL_SIDE * SMALL_SIDE;
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// The distance of a cell from which no target can be reached.
@@ -55,9 +62,9 @@ const UNREACHABLE_BYTE: u8 = u8::MAX;
 impl Distances {
     /// Distances nowhere known: no target can be reached from any cell.
     pub const fn unreachable(size: MazeSize) -> Self {
-        let bytes = [UNREACHABLE_BYTE; SMALL_AREA];
+        let lines = [[[UNREACHABLE_BYTE; SMALL_SIDE]; 8]; 2];
         let steps = if is_small(size) {
-            Steps::Small(SmallSteps { bytes, all_reached: false })
+            Steps::Small(SmallSteps { lines, all_reached: false })
         } else {
             Steps::Large([UNREACHABLE; MazeSize::MAX_AREA])
         };
@@ -67,13 +74,45 @@ impl Distances {
     /// Floods the maze from its targets outwards, a breadth-first search. Targets outside of the
     /// maze do not count.
     pub fn flood(walls: &Walls, targets: &CellSet) -> Self {
-        let size = walls.size();
-        let steps = if is_small(size) {
-            Steps::Small(small::<[u64; 2]>(walls, targets))
-        } else {
-            Steps::Large(large::<[u64; 8]>(walls, targets))
-        };
-        Self { size, steps }
+        run(Flood { walls, targets }, walls.size())
+    }
+
+    /// Brings these distances up to date after a mouse has learned the walls around a cell: floods
+    /// anew only if that changes anything, and says whether it did. For these distances to be right
+    /// afterwards they must have been so before for the same targets, and no wall may be another
+    /// now but those around this cell.
+    ///
+    /// Distances are right if each cell is one step further than its nearest neighbour. New walls
+    /// around a cell matter to that cell and its neighbours alone.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
+    /// use mmsim_solvers::Distances;
+    /// let (mut walls, goals) = (Walls::open(MazeSize::CLASSIC), MazeSize::CLASSIC.central_cells());
+    /// let mut distances = Distances::flood(&walls, &goals);
+    /// walls.set(Cell::new(0, 0), Heading::East, true);
+    /// assert!(!distances.update(&walls, &goals, Cell::new(0, 0)), "north is as good");
+    /// walls.set(Cell::new(0, 7), Heading::East, true);
+    /// assert!(distances.update(&walls, &goals, Cell::new(0, 7)), "a detour now");
+    /// assert_eq!(distances, Distances::flood(&walls, &goals));
+    /// ```
+    pub fn update(&mut self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
+        let around = Heading::ALL.into_iter().filter_map(|heading| seen.neighbour(heading));
+        let is_right = |cell| self.is_right(walls, targets, cell);
+        let changes = !(is_right(seen) && around.into_iter().all(is_right));
+        if changes {
+            *self = Self::flood(walls, targets);
+        }
+        changes
+    }
+
+    /// Whether a cell is a target or a step further than its nearest neighbour.
+    fn is_right(&self, walls: &Walls, targets: &CellSet, cell: Cell) -> bool {
+        if targets.contains(cell) {
+            return true;
+        }
+        let nearest = walls.open_neighbours(cell).filter_map(|next| self.at(next)).min();
+        self.at(cell) == nearest.map(|steps| steps + 1)
     }
 
     /// Steps from `cell` to the nearest target, `None` where there is no way and outside of the
@@ -84,8 +123,8 @@ impl Distances {
         }
         let (x, y) = (usize::from(cell.x), usize::from(cell.y));
         match &self.steps {
-            Steps::Small(SmallSteps { bytes, all_reached }) => {
-                let steps = bytes[y * SMALL_SIDE + x];
+            Steps::Small(SmallSteps { lines, all_reached }) => {
+                let steps = lines[y / 8][y % 8][x];
                 (steps != UNREACHABLE_BYTE || *all_reached).then_some(steps.into())
             }
             Steps::Large(steps) => Some(steps[y * SIDE + x]).filter(|&steps| steps != UNREACHABLE),
@@ -102,42 +141,104 @@ const fn is_small(size: MazeSize) -> bool {
     size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
 }
 
-#[inline(always)]
-fn marks<const N: usize, H: Half<N>>(walls: &Walls, targets: &CellSet) -> Chequered<Marks<H>> {
-    waves::flood(&Board::of(walls), Chequered::of(targets))
+/// Steps from a cell to the nearest target, `None` where there is no way and where the cell lies
+/// outside of the maze. This is a flood that ends as soon as it comes to a target, and writes nothing
+/// down on its way.
+///
+/// ```
+/// use mmsim_maze::{Cell, MazeSize, Walls};
+/// use mmsim_solvers::steps_between;
+/// let walls = Walls::open(MazeSize::CLASSIC);
+/// let goals = MazeSize::CLASSIC.central_cells();
+/// assert_eq!(steps_between(&walls, Cell::new(0, 0), &goals), Some(14));
+/// ```
+pub fn steps_between(walls: &Walls, from: Cell, targets: &CellSet) -> Option<u16> {
+    let size = walls.size();
+    let is_inside = size.contains(from);
+    is_inside.then(|| run(StepsBetween { walls, from, targets }, size)).flatten()
 }
 
-#[inline(always)]
-fn small<H: Half<2>>(walls: &Walls, targets: &CellSet) -> SmallSteps {
-    let marks = marks::<2, H>(walls, targets);
-    let mut lines = [[[0; 16]; 8]; 2];
-    bytes::write(&marks, 0, &mut lines);
-    let mut bytes = [0; SMALL_AREA];
-    for (bytes, line) in bytes.chunks_exact_mut(16).zip(lines.as_flattened()) {
-        bytes.copy_from_slice(line);
-    }
-    let all_reached = marks.dark.dry.or(marks.light.dry).is_empty();
-    SmallSteps { bytes, all_reached }
+/// Something to be done with halves of a maze, of the kind that the processor is best at.
+trait Task {
+    type Output;
+
+    /// `N` is 2 in mazes of up to 16×16 cells, 8 in larger ones.
+    fn run<const N: usize, H: Half<N>>(self) -> Self::Output;
 }
 
-#[inline(always)]
-fn large<H: Half<8>>(walls: &Walls, targets: &CellSet) -> [u16; MazeSize::MAX_AREA] {
-    let marks = marks::<8, H>(walls, targets);
-    let mut low = [[[0; 16]; 8]; 8];
-    let mut high = low;
-    bytes::write(&marks, 0, &mut low);
-    bytes::write(&marks, 8, &mut high);
-    let mut steps = [0; MazeSize::MAX_AREA];
-    let bytes = low.as_flattened().as_flattened().iter().zip(high.as_flattened().as_flattened());
-    for (steps, (&low, &high)) in steps.iter_mut().zip(bytes) {
-        *steps = u16::from_le_bytes([low, high]);
+/// Does this with halves that any processor has.
+#[cfg(not(target_arch = "x86_64"))]
+fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
+    if is_small(size) { task.run::<2, [u64; 2]>() } else { task.run::<8, [u64; 8]>() }
+}
+
+struct Flood<'a> {
+    walls: &'a Walls,
+    targets: &'a CellSet,
+}
+
+impl Task for Flood<'_> {
+    type Output = Distances;
+
+    #[inline(always)]
+    fn run<const N: usize, H: Half<N>>(self) -> Distances {
+        let Self { walls, targets } = self;
+        let marks = waves::flood(&Board::<H>::of(walls), Chequered::of(targets));
+        Distances::of_marks(walls.size(), &marks)
     }
-    steps
+}
+
+struct StepsBetween<'a> {
+    walls: &'a Walls,
+    from: Cell,
+    targets: &'a CellSet,
+}
+
+impl Task for StepsBetween<'_> {
+    type Output = Option<u16>;
+
+    #[inline(always)]
+    fn run<const N: usize, H: Half<N>>(self) -> Option<u16> {
+        let Self { walls, from, targets } = self;
+        waves::steps(&Board::<H>::of(walls), Chequered::of_cell(from), Chequered::of(targets))
+    }
+}
+
+impl Distances {
+    #[inline(always)]
+    fn of_marks<const N: usize, H: Half<N>>(
+        size: MazeSize,
+        marks: &Chequered<Marks<H>>,
+    ) -> Self {
+        // Filled in their place, since 2 KiB take longer to move than to fill.
+        if N == 2 {
+            let all_reached = marks.dark.dry.or(marks.light.dry).is_empty();
+            let steps = SmallSteps { lines: [[[0; 16]; 8]; 2], all_reached };
+            let mut distances = Self { size, steps: Steps::Small(steps) };
+            if let Steps::Small(steps) = &mut distances.steps {
+                bytes::write(marks, 0, &mut steps.lines);
+            }
+            return distances;
+        }
+        let mut distances = Self { size, steps: Steps::Large([0; MazeSize::MAX_AREA]) };
+        if let Steps::Large(steps) = &mut distances.steps {
+            let mut low = [[[0; 16]; 8]; 8];
+            let mut high = low;
+            bytes::write(marks, 0, &mut low);
+            bytes::write(marks, 8, &mut high);
+            let low = low.as_flattened().as_flattened();
+            let high = high.as_flattened().as_flattened();
+            for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(high)) {
+                *steps = u16::from_le_bytes([low, high]);
+            }
+        }
+        distances
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Heading, Maze};
+    use mmsim_maze::Maze;
     use proptest::prelude::*;
 
     use super::*;

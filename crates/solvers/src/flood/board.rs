@@ -1,53 +1,60 @@
 //! A maze as a chessboard: where one can go from cells of one colour to those of the other.
 
-use core::array::from_fn;
+use mmsim_maze::{Cell, CellSet, Walls};
 
-use mmsim_maze::{CellSet, Walls};
-
-use super::half::Half;
+use super::half::{Bits, Half, row_bits};
 
 const SIDE: usize = mmsim_maze::MazeSize::MAX_SIDE as usize;
 
 /// Cells of both colours. (0, 0) is dark, as a1 is.
 #[derive(Clone, Copy)]
-pub(super) struct Chequered<H> {
-    pub(super) dark: H,
-    pub(super) light: H,
+pub(super) struct Chequered<B> {
+    pub(super) dark: B,
+    pub(super) light: B,
 }
 
 /// The ways into each cell of one colour, all of which come from cells of the other colour.
 #[derive(Clone, Copy)]
-pub(super) struct Ways<H> {
+pub(super) struct Ways<B> {
     /// From the cell with the same bit: the western and the eastern of each two columns.
-    same: H,
+    same: B,
     /// Where a step east leads to another bit.
-    east: H,
+    east: B,
     /// Where a step west does.
-    west: H,
-    north: H,
-    south: H,
+    west: B,
+    north: B,
+    south: B,
 }
 
 /// The ways of a maze.
 #[derive(Clone, Copy)]
-pub(super) struct Board<H> {
-    pub(super) into_dark: Ways<H>,
-    pub(super) into_light: Ways<H>,
+pub(super) struct Board<B> {
+    pub(super) into_dark: Ways<B>,
+    pub(super) into_light: Ways<B>,
 }
 
-impl<H> Ways<H> {
+impl<B: Bits> Ways<B> {
     /// Those of `cells`' neighbours that are among `wanted`.
     #[inline(always)]
-    pub(super) fn from<const N: usize>(&self, cells: H, wanted: H) -> H
-    where
-        H: Half<N>,
-    {
+    pub(super) fn from(&self, cells: B, wanted: B) -> B {
         // Three operations one after another after the shifts, where a processor has these.
         let same = cells.and(self.same);
         let across = cells.down::<1>().and(self.west);
         let along = cells.up::<1>().and_or(self.east, same);
         let across = cells.north().and_or(self.north, across);
         cells.south().and_or(self.south, along).or_and(across, wanted)
+    }
+
+    /// Those of two boards as one.
+    #[inline(always)]
+    pub(super) fn zip<P>(self, other: Self, both: impl Fn(B, B) -> P) -> Ways<P> {
+        Ways {
+            same: both(self.same, other.same),
+            east: both(self.east, other.east),
+            west: both(self.west, other.west),
+            north: both(self.north, other.north),
+            south: both(self.south, other.south),
+        }
     }
 }
 
@@ -59,11 +66,8 @@ impl<H> Board<H> {
     {
         let (width, height) = (walls.size().width(), usize::from(walls.size().height()));
         let columns = u32::MAX >> (u32::BITS - u32::from(width));
-        let open = |rows: &[u32; SIDE], columns: u32, height: usize| -> [u32; SIDE] {
-            from_fn(|y| if y < height { !rows[y] & columns } else { 0 })
-        };
-        let [inner, between] = split(&open(walls.east_rows(), columns >> 1, height));
-        let north = chequered(split::<N>(&open(walls.north_rows(), columns, height - 1)));
+        let [inner, between] = split(&open::<N>(walls.east_rows(), columns >> 1, height));
+        let north = chequered(split(&open::<N>(walls.north_rows(), columns, height - 1)));
         let even = even_rows::<N>();
         let (from_light, from_dark) = (between.and(even), between.without(even));
         let of = H::of;
@@ -97,6 +101,27 @@ impl<H> Chequered<H> {
     }
 }
 
+impl<H> Chequered<H> {
+    /// The half in which a cell is that cell alone, the other one is empty.
+    #[inline(always)]
+    pub(super) fn of_cell<const N: usize>(cell: Cell) -> Self
+    where
+        H: Half<N>,
+    {
+        let bit = usize::from(cell.y) * row_bits(N) as usize + usize::from(cell.x / 2);
+        let mut words = [0; N];
+        if let Some(word) = words.get_mut(bit / 64) {
+            *word = 1 << (bit % 64);
+        }
+        let (half, none) = (H::of(words), H::NONE);
+        if (cell.x + cell.y) % 2 == 0 {
+            Self { dark: half, light: none }
+        } else {
+            Self { dark: none, light: half }
+        }
+    }
+}
+
 /// The rows with even numbers.
 #[inline(always)]
 pub(super) fn even_rows<const N: usize>() -> [u64; N] {
@@ -110,22 +135,53 @@ pub(super) fn chequered<const N: usize, H: Half<N>>([even, odd]: [H; 2]) -> Cheq
     Chequered { dark: even.xor(swapped), light: odd.xor(swapped) }
 }
 
+/// Sides without a wall, of so many rows and of these columns only.
+#[inline(always)]
+fn open<const N: usize>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u32; SIDE] {
+    let mut open = [0; SIDE];
+    for y in 0..row_count(N) {
+        open[y] = if y < height { !walls[y] & columns } else { 0 };
+    }
+    open
+}
+
+/// How many rows a half has room for.
+const fn row_count(words: usize) -> usize {
+    if words == 2 { 16 } else { SIDE }
+}
+
 /// Rows of bits, bit x of row y, as their even and their odd columns.
 #[inline(always)]
 fn split<const N: usize>(rows: &[u32; SIDE]) -> [[u64; N]; 2] {
-    // Two rows of 16 bits or one of 32.
-    let pair = |i: usize| {
-        let bits =
-            if N == 2 { rows[2 * i] & 0xffff | rows[2 * i + 1] << 16 } else { rows[i] };
-        unshuffle(bits)
-    };
-    let pairs: [u32; SIDE] = from_fn(|i| if i < 4 * N { pair(i) } else { 0 });
-    let even = |i: usize| u64::from(pairs[i] & 0xffff);
-    let odd = |i: usize| u64::from(pairs[i] >> 16);
-    [
-        from_fn(|i| even(4 * i) | even(4 * i + 1) << 16 | even(4 * i + 2) << 32 | even(4 * i + 3) << 48),
-        from_fn(|i| odd(4 * i) | odd(4 * i + 1) << 16 | odd(4 * i + 2) << 32 | odd(4 * i + 3) << 48),
-    ]
+    let mut halves = [[0; N]; 2];
+    // Loops over rows, without a word for what a row does not need, become vector instructions.
+    if N == 2 {
+        let mut columns = [[0; 16]; 2];
+        for y in 0..16 {
+            let bits = unshuffle(rows[y]);
+            columns[0][y] = (bits & 0xff) as u8;
+            columns[1][y] = (bits >> 16 & 0xff) as u8;
+        }
+        for (half, columns) in halves.iter_mut().zip(&columns) {
+            for (word, rows) in half.iter_mut().zip(columns.as_chunks::<8>().0) {
+                *word = u64::from_le_bytes(*rows);
+            }
+        }
+    } else {
+        let mut columns = [[0; SIDE]; 2];
+        for y in 0..SIDE {
+            let bits = unshuffle(rows[y]);
+            columns[0][y] = (bits & 0xffff) as u16;
+            columns[1][y] = (bits >> 16) as u16;
+        }
+        for (half, columns) in halves.iter_mut().zip(&columns) {
+            for (word, &[a, b, c, d]) in half.iter_mut().zip(columns.as_chunks::<4>().0) {
+                let [a, b, c, d] = [a, b, c, d].map(u64::from);
+                *word = a | b << 16 | c << 32 | d << 48;
+            }
+        }
+    }
+    halves
 }
 
 /// Even bits to the lower half, odd ones to the upper half.

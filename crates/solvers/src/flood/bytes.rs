@@ -5,7 +5,7 @@ use super::half::Half;
 use super::waves::Marks;
 
 /// The distance bytes of 16 cells that follow each other from the west.
-type Line = [u8; 16];
+pub(super) type Line = [u8; 16];
 
 /// Writes 8 bits of each distance, from bit `first` on, a byte a cell: lines of 16 cells, one after
 /// another from the south-west, all bits set where no wave has come to.
@@ -13,11 +13,11 @@ type Line = [u8; 16];
 pub(super) fn write<const N: usize, H: Half<N>>(
     marks: &Chequered<Marks<H>>,
     first: usize,
-    lines: &mut [[Line; 8]; N],
+    lines: &mut [[Line; 8]],
 ) {
     let Chequered { dark, light } = marks;
     let (mut even, mut odd) = ([H::NONE; 8], [H::NONE; 8]);
-    let odd_rows = H::all().without(H::of(even_rows()));
+    let odd_rows = H::ALL.without(H::of(even_rows()));
     for i in 0..8 {
         let plane = |marks: &Marks<H>| match marks.planes.get(first + i) {
             Some(plane) => plane.or(marks.dry),
@@ -29,7 +29,7 @@ pub(super) fn write<const N: usize, H: Half<N>>(
     }
     transpose_bits(&mut even);
     transpose_bits(&mut odd);
-    let (even, odd) = (even.map(H::words), odd.map(H::words));
+    let (even, odd) = (words_of(&even), words_of(&odd));
     for (word, lines) in lines.iter_mut().enumerate() {
         let pair = |i: usize| [even[i][word], odd[i][word]];
         let ([a, b], [c, d], [e, f], [g, h]) = (pair(0), pair(1), pair(2), pair(3));
@@ -41,6 +41,17 @@ pub(super) fn write<const N: usize, H: Half<N>>(
             *line = line_bits.to_le_bytes();
         }
     }
+}
+
+/// The words of each plane.
+#[inline(always)]
+fn words_of<const N: usize, H: Half<N>>(planes: &[H; 8]) -> [[u64; N]; 8] {
+    // `map` of arrays is not always inlined.
+    let mut words = [[0; N]; 8];
+    for (words, plane) in words.iter_mut().zip(planes) {
+        *words = plane.words();
+    }
+    words
 }
 
 /// Bit i of byte j of plane k becomes bit k of byte j of plane i.

@@ -14,14 +14,19 @@
 /// which `N` = 2 words hold, and 16 bits in those of up to 32×32 cells, which takes 8 words.
 ///
 /// Shifts may carry a bit into another row. The masks of [`Board`](super::board::Board) see to that.
-pub(super) trait Half<const N: usize>: Copy {
-    /// No cell.
-    const NONE: Self;
-
+pub(super) trait Half<const N: usize>: Bits {
     /// The half with these words, the southernmost first.
     fn of(words: [u64; N]) -> Self;
 
     fn words(self) -> [u64; N];
+}
+
+/// What a wave does with half of the cells, or with those of several floods at once.
+pub(super) trait Bits: Copy {
+    /// No cell.
+    const NONE: Self;
+    /// All bits.
+    const ALL: Self;
 
     fn and(self, other: Self) -> Self;
 
@@ -46,12 +51,6 @@ pub(super) trait Half<const N: usize>: Copy {
 
     fn is_empty(self) -> bool;
 
-    /// All bits.
-    #[inline(always)]
-    fn all() -> Self {
-        Self::of([u64::MAX; N])
-    }
-
     /// (self & mask) | others
     #[inline(always)]
     fn and_or(self, mask: Self, others: Self) -> Self {
@@ -72,8 +71,6 @@ pub(super) const fn row_bits(words: usize) -> u32 {
 
 /// On any processor.
 impl<const N: usize> Half<N> for [u64; N] {
-    const NONE: Self = [0; N];
-
     #[inline(always)]
     fn of(words: [u64; N]) -> Self {
         words
@@ -83,55 +80,72 @@ impl<const N: usize> Half<N> for [u64; N] {
     fn words(self) -> [u64; N] {
         self
     }
+}
+
+impl<const N: usize> Bits for [u64; N] {
+    const NONE: Self = [0; N];
+    const ALL: Self = [u64::MAX; N];
 
     #[inline(always)]
     fn and(self, other: Self) -> Self {
-        core::array::from_fn(|i| self[i] & other[i])
+        zip(self, other, |a, b| a & b)
     }
 
     #[inline(always)]
     fn or(self, other: Self) -> Self {
-        core::array::from_fn(|i| self[i] | other[i])
+        zip(self, other, |a, b| a | b)
     }
 
     #[inline(always)]
     fn xor(self, other: Self) -> Self {
-        core::array::from_fn(|i| self[i] ^ other[i])
+        zip(self, other, |a, b| a ^ b)
     }
 
     #[inline(always)]
     fn without(self, other: Self) -> Self {
-        core::array::from_fn(|i| self[i] & !other[i])
+        zip(self, other, |a, b| a & !b)
     }
 
     #[inline(always)]
     fn up<const BITS: i32>(self) -> Self {
-        self.map(|word| word << BITS)
+        zip(self, self, |word, _| word << BITS)
     }
 
     #[inline(always)]
     fn down<const BITS: i32>(self) -> Self {
-        self.map(|word| word >> BITS)
+        zip(self, self, |word, _| word >> BITS)
     }
 
     #[inline(always)]
     fn north(self) -> Self {
         let row = row_bits(N);
-        core::array::from_fn(|i| {
-            self[i] << row | if i > 0 { self[i - 1] >> (64 - row) } else { 0 }
-        })
+        let mut moved = [0; N];
+        for (i, moved) in moved.iter_mut().enumerate() {
+            *moved = self[i] << row | if i > 0 { self[i - 1] >> (64 - row) } else { 0 };
+        }
+        moved
     }
 
     #[inline(always)]
     fn south(self) -> Self {
         let row = row_bits(N);
-        core::array::from_fn(|i| {
-            self[i] >> row | if i + 1 < N { self[i + 1] << (64 - row) } else { 0 }
-        })
+        let mut moved = [0; N];
+        for (i, moved) in moved.iter_mut().enumerate() {
+            *moved = self[i] >> row | if i + 1 < N { self[i + 1] << (64 - row) } else { 0 };
+        }
+        moved
     }
 
     #[inline(always)]
     fn is_empty(self) -> bool {
         self.iter().fold(0, |all, word| all | word) == 0
     }
+}
+
+#[inline(always)]
+fn zip<const N: usize>(mut a: [u64; N], b: [u64; N], both: impl Fn(u64, u64) -> u64) -> [u64; N] {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a = both(*a, b);
+    }
+    a
 }

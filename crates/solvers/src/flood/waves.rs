@@ -1,42 +1,36 @@
 //! Waves: the cells at distance 0, 1, 2 and so on.
 
 use super::board::{Board, Chequered, Ways};
-use super::half::Half;
+use super::half::Bits;
 
 /// The most bits that a distance has: 1,023 steps in a maze of 32×32 cells.
 pub(super) const PLANES: usize = 10;
 
 /// What waves leave behind: the distance of each cell, bit by bit.
-pub(super) struct Marks<H> {
+pub(super) struct Marks<B> {
     /// Bit i of each distance.
-    pub(super) planes: [H; PLANES],
+    pub(super) planes: [B; PLANES],
     /// The cells that no wave has come to.
-    pub(super) dry: H,
+    pub(super) dry: B,
 }
 
 /// Counts for each cell the waves that have passed it over.
 ///
 /// The counts are Gray code, of which each wave changes but one bit, and that in all cells that are
 /// still dry.
-struct Counts<H> {
-    code: [H; PLANES],
+struct Counts<B> {
+    code: [B; PLANES],
 }
 
-impl<H> Counts<H> {
+impl<B: Bits> Counts<B> {
     #[inline(always)]
-    fn new<const N: usize>() -> Self
-    where
-        H: Half<N>,
-    {
-        Self { code: [H::NONE; PLANES] }
+    fn new() -> Self {
+        Self { code: [B::NONE; PLANES] }
     }
 
     /// One more of all these, the `count`th to be counted.
     #[inline(always)]
-    fn add<const N: usize>(&mut self, count: u32, cells: H)
-    where
-        H: Half<N>,
-    {
+    fn add(&mut self, count: u32, cells: B) {
         // Beyond the last bit there is no cell that a wave still comes to.
         if let Some(bit) = self.code.get_mut(count.trailing_zeros() as usize) {
             *bit = bit.xor(cells);
@@ -45,10 +39,7 @@ impl<H> Counts<H> {
 
     /// The counts as binary numbers.
     #[inline(always)]
-    fn binary<const N: usize>(mut self) -> [H; PLANES]
-    where
-        H: Half<N>,
-    {
+    fn binary(mut self) -> [B; PLANES] {
         for i in (1..PLANES).rev() {
             self.code[i - 1] = self.code[i - 1].xor(self.code[i]);
         }
@@ -58,11 +49,11 @@ impl<H> Counts<H> {
 
 /// Floods the maze from its targets outwards.
 #[inline(always)]
-pub(super) fn flood<const N: usize, H: Half<N>>(
-    board: &Board<H>,
-    targets: Chequered<H>,
-) -> Chequered<Marks<H>> {
-    let dry = Chequered { dark: H::all().without(targets.dark), light: H::all().without(targets.light) };
+pub(super) fn flood<B: Bits>(
+    board: &Board<B>,
+    targets: Chequered<B>,
+) -> Chequered<Marks<B>> {
+    let dry = Chequered { dark: B::ALL.without(targets.dark), light: B::ALL.without(targets.light) };
     // Waves begin at the edge of a goal; and if that is all of one colour, each has but one.
     let edge = Chequered {
         dark: board.into_dark.from(dry.light, targets.dark),
@@ -84,11 +75,11 @@ pub(super) fn flood<const N: usize, H: Half<N>>(
 /// Waves that begin in cells of one colour, the near one; each is of one colour then. Ways and dry
 /// cells are those into and of the far and the near colour. Gives near and far marks.
 #[inline(always)]
-fn waves_of_one_colour<const N: usize, H: Half<N>>(
-    [into_far, into_near]: &[Ways<H>; 2],
-    edge: H,
-    [mut dry_near, mut dry_far]: [H; 2],
-) -> [Marks<H>; 2] {
+fn waves_of_one_colour<B: Bits>(
+    [into_far, into_near]: &[Ways<B>; 2],
+    edge: B,
+    [mut dry_near, mut dry_far]: [B; 2],
+) -> [Marks<B>; 2] {
     let (mut near, mut far) = (Counts::new(), Counts::new());
     let (mut wave, low) = (edge, dry_far);
     for round in 0.. {
@@ -106,7 +97,7 @@ fn waves_of_one_colour<const N: usize, H: Half<N>>(
         }
     }
     // Counted were pairs of waves.
-    [(near, dry_near, H::NONE), (far, dry_far, low)].map(|(counts, dry, low)| {
+    [(near, dry_near, B::NONE), (far, dry_far, low)].map(|(counts, dry, low)| {
         let mut planes = counts.binary();
         planes.rotate_right(1);
         planes[0] = low;
@@ -116,11 +107,11 @@ fn waves_of_one_colour<const N: usize, H: Half<N>>(
 
 /// Waves that begin in cells of both colours.
 #[inline(always)]
-fn waves_of_both_colours<const N: usize, H: Half<N>>(
-    board: &Board<H>,
-    edge: Chequered<H>,
-    mut dry: Chequered<H>,
-) -> Chequered<Marks<H>> {
+fn waves_of_both_colours<B: Bits>(
+    board: &Board<B>,
+    edge: Chequered<B>,
+    mut dry: Chequered<B>,
+) -> Chequered<Marks<B>> {
     let mut counts = Chequered { dark: Counts::new(), light: Counts::new() };
     let mut wave = edge;
     for round in 0.. {
@@ -138,17 +129,17 @@ fn waves_of_both_colours<const N: usize, H: Half<N>>(
             break;
         }
     }
-    let marks = |counts: Counts<H>, dry| Marks { planes: counts.binary(), dry };
+    let marks = |counts: Counts<B>, dry| Marks { planes: counts.binary(), dry };
     Chequered { dark: marks(counts.dark, dry.dark), light: marks(counts.light, dry.light) }
 }
 
 /// Steps from the nearest of some cells of one colour to the nearest target, `None` where there is
 /// no way.
 #[inline(always)]
-pub(super) fn steps<const N: usize, H: Half<N>>(
-    board: &Board<H>,
-    from: Chequered<H>,
-    targets: Chequered<H>,
+pub(super) fn steps<B: Bits>(
+    board: &Board<B>,
+    from: Chequered<B>,
+    targets: Chequered<B>,
 ) -> Option<u16> {
     let Chequered { dark, light } = from;
     if !dark.and(targets.dark).or(light.and(targets.light)).is_empty() {
@@ -163,12 +154,12 @@ pub(super) fn steps<const N: usize, H: Half<N>>(
 }
 
 #[inline(always)]
-fn steps_of_one_colour<const N: usize, H: Half<N>>(
-    [into_far, into_near]: &[Ways<H>; 2],
-    from: H,
-    [near_targets, far_targets]: [H; 2],
+fn steps_of_one_colour<B: Bits>(
+    [into_far, into_near]: &[Ways<B>; 2],
+    from: B,
+    [near_targets, far_targets]: [B; 2],
 ) -> Option<u16> {
-    let (mut dry_near, mut dry_far) = (H::all().without(from), H::all());
+    let (mut dry_near, mut dry_far) = (B::ALL.without(from), B::ALL);
     let mut wave = from;
     let mut steps = 0;
     loop {

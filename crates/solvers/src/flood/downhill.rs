@@ -1,0 +1,103 @@
+//! Which way is downhill, for all cells at once.
+
+use mmsim_maze::{Cell, CellSet, Heading, Walls};
+
+use super::board::{Board, Chequered, chequered, shuffle};
+use super::half::{Half, row_bits};
+use super::waves::{self, Marks};
+use super::{SIDE, Task, run};
+
+/// For each heading, the cells from which a step that way leads a step nearer to the targets.
+///
+/// This is all that a mouse needs to go to its target, and takes less time than
+/// [`Distances`](crate::Distances), since no distance is ever written out: neighbours differ by at
+/// most 1, so that the last two bits of each distance say who is nearer.
+///
+/// ```
+/// use mmsim_maze::{Cell, Heading, Walls};
+/// use mmsim_solvers::Downhill;
+/// let walls = Walls::open(MazeSize::CLASSIC);
+/// let downhill = Downhill::flood(&walls, &MazeSize::CLASSIC.central_cells());
+/// assert!(downhill.towards(Heading::North).contains(Cell::new(0, 0)));
+/// assert!(downhill.headings(Cell::new(3, 7)).eq([Heading::East]));
+/// ```
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Downhill {
+    /// In the order of [`Heading::ALL`].
+    cells: [CellSet; 4],
+}
+
+impl Downhill {
+    /// Floods the maze from its targets outwards. Targets outside of the maze do not count.
+    pub fn flood(walls: &Walls, targets: &CellSet) -> Self {
+        run(DownhillTask { walls, targets }, walls.size())
+    }
+
+    /// The cells from which a step towards `heading` leads nearer to the targets.
+    pub const fn towards(&self, heading: Heading) -> &CellSet {
+        &self.cells[heading as usize]
+    }
+
+    /// Where it goes downhill from `cell`, in the order north, east, south, west: nowhere in a
+    /// target, where there is no way to one, and outside of the maze.
+    pub fn headings(&self, cell: Cell) -> impl Iterator<Item = Heading> + '_ {
+        Heading::ALL.into_iter().filter(move |&heading| self.towards(heading).contains(cell))
+    }
+}
+
+struct DownhillTask<'a> {
+    walls: &'a Walls,
+    targets: &'a CellSet,
+}
+
+impl Task for DownhillTask<'_> {
+    type Output = Downhill;
+
+    #[inline(always)]
+    fn run<const N: usize, H: Half<N>>(self) -> Downhill {
+        let Self { walls, targets } = self;
+        let Chequered { dark, light } = waves::flood(&Board::<H>::of(walls), Chequered::of(targets));
+        let rows = |of: fn(&Marks<H>) -> H| rows(of(&dark), of(&light));
+        let (low, high) = (rows(|marks| marks.planes[0]), rows(|marks| marks.planes[1]));
+        let dry = rows(|marks| marks.dry);
+        let size = walls.size();
+        // Whether b is a step further than a.
+        let is_further = |a: (u32, u32), b: (u32, u32)| (a.0 ^ b.0) & !(a.1 ^ b.1 ^ a.0);
+        let at = |y: usize| (low[y], high[y]);
+        let mut cells = [[0; SIDE]; 4];
+        let [north, east, south, west] = &mut cells;
+        let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
+        for y in 0..usize::from(size.height()) {
+            let flooded = columns & !dry[y];
+            if y + 1 < usize::from(size.height()) {
+                let open = !walls.north_rows()[y] & flooded;
+                north[y] = is_further(at(y + 1), at(y)) & open;
+                south[y + 1] = is_further(at(y), at(y + 1)) & open;
+            }
+            let open = !walls.east_rows()[y] & flooded & columns >> 1;
+            let eastern = (low[y] >> 1, high[y] >> 1);
+            east[y] = is_further(eastern, at(y)) & open;
+            west[y] = (is_further(at(y), eastern) & open) << 1;
+        }
+        Downhill { cells: cells.map(CellSet::of_rows) }
+    }
+}
+
+/// The cells of both colours, bit x of row y.
+#[inline(always)]
+fn rows<const N: usize, H: Half<N>>(dark: H, light: H) -> [u32; SIDE] {
+    let Chequered { dark: even, light: odd } = chequered([dark, light]);
+    let (even, odd) = (even.words(), odd.words());
+    let mut rows = [0; SIDE];
+    let (bits, in_word) = (row_bits(N), 64 / row_bits(N) as usize);
+    for (y, row) in rows.iter_mut().enumerate().take(N * in_word) {
+        let row_of = |words: &[u64; N]| {
+            // At most 16 bits.
+            #[allow(clippy::cast_possible_truncation)]
+            let row = (words[y / in_word] >> (bits * (y % in_word) as u32)) as u32;
+            row & ((1 << bits) - 1)
+        };
+        *row = shuffle(row_of(&even) | row_of(&odd) << 16);
+    }
+    rows
+}

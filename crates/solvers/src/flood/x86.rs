@@ -1,0 +1,285 @@
+//! Floods with what x86-64 processors offer: SSE2, which all of them have, and AVX-512 where it is.
+//!
+//! The only file with `unsafe`. Intrinsics ask for it outside of functions that name their feature,
+//! and methods of traits cannot name one. None of those here reads or writes memory through a
+//! pointer, so that all there is to see to is that the processor knows the instruction. SSE2 is part
+//! of x86-64. Values of the other types are made and used within the functions that are marked with
+//! their features, which [`small`] and [`large`] call after they have asked the processor.
+#![allow(unsafe_code)]
+
+use core::arch::x86_64::*;
+use core::mem::transmute;
+
+use super::half::{Bits, Half};
+use super::*;
+
+/// 128 bits.
+#[derive(Clone, Copy)]
+struct Sse2(__m128i);
+
+/// 128 bits with three-way logic, which takes the features F and VL.
+#[derive(Clone, Copy)]
+struct Avx512Small(Sse2);
+
+/// 512 bits, which take the features F and BW.
+#[derive(Clone, Copy)]
+struct Avx512Large(__m512i);
+
+/// Does this with the fastest halves that the processor has.
+pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
+    // One call, so that what it gives is made where it goes.
+    let run: unsafe fn(T) -> T::Output = match (is_small(size), has_avx512()) {
+        (true, true) => small_avx512,
+        (true, false) => T::run::<2, Sse2>,
+        (false, true) => large_avx512,
+        (false, false) => T::run::<8, [u64; 8]>,
+    };
+    // SAFETY: the processor has what it needs.
+    unsafe { run(task) }
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+fn small_avx512<T: Task>(task: T) -> T::Output {
+    task.run::<2, Avx512Small>()
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+fn large_avx512<T: Task>(task: T) -> T::Output {
+    task.run::<8, Avx512Large>()
+}
+
+#[cfg(feature = "std")]
+fn has_avx512() -> bool {
+    use std::arch::is_x86_feature_detected as has;
+    has!("avx512f") && has!("avx512bw") && has!("avx512vl")
+}
+
+/// There is no asking without `std`.
+#[cfg(not(feature = "std"))]
+const fn has_avx512() -> bool {
+    false
+}
+
+/// An intrinsic, see the head of this file.
+macro_rules! simd {
+    ($call:expr) => {
+        unsafe { $call }
+    };
+}
+
+impl Half<2> for Sse2 {
+    #[inline(always)]
+    fn of(words: [u64; 2]) -> Self {
+        Self(simd!(transmute::<[u64; 2], __m128i>(words)))
+    }
+
+    #[inline(always)]
+    fn words(self) -> [u64; 2] {
+        simd!(transmute::<__m128i, [u64; 2]>(self.0))
+    }
+}
+
+impl Bits for Sse2 {
+    const NONE: Self = Self(simd!(transmute::<[u64; 2], __m128i>([0; 2])));
+    const ALL: Self = Self(simd!(transmute::<[u64; 2], __m128i>([u64::MAX; 2])));
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        Self(simd!(_mm_and_si128(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        Self(simd!(_mm_or_si128(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        Self(simd!(_mm_xor_si128(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn without(self, other: Self) -> Self {
+        Self(simd!(_mm_andnot_si128(other.0, self.0)))
+    }
+
+    #[inline(always)]
+    fn up<const BITS: i32>(self) -> Self {
+        Self(simd!(_mm_slli_epi64::<BITS>(self.0)))
+    }
+
+    #[inline(always)]
+    fn down<const BITS: i32>(self) -> Self {
+        Self(simd!(_mm_srli_epi64::<BITS>(self.0)))
+    }
+
+    #[inline(always)]
+    fn north(self) -> Self {
+        Self(simd!(_mm_slli_si128::<1>(self.0)))
+    }
+
+    #[inline(always)]
+    fn south(self) -> Self {
+        Self(simd!(_mm_srli_si128::<1>(self.0)))
+    }
+
+    #[inline(always)]
+    fn is_empty(self) -> bool {
+        let bytes = simd!(_mm_cmpeq_epi8(self.0, _mm_setzero_si128()));
+        simd!(_mm_movemask_epi8(bytes)) == 0xffff
+    }
+}
+
+impl Half<2> for Avx512Small {
+    #[inline(always)]
+    fn of(words: [u64; 2]) -> Self {
+        Self(Sse2::of(words))
+    }
+
+    #[inline(always)]
+    fn words(self) -> [u64; 2] {
+        self.0.words()
+    }
+}
+
+impl Bits for Avx512Small {
+    const NONE: Self = Self(Sse2::NONE);
+    const ALL: Self = Self(Sse2::ALL);
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        Self(self.0.and(other.0))
+    }
+
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        Self(self.0.or(other.0))
+    }
+
+    #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        Self(self.0.xor(other.0))
+    }
+
+    #[inline(always)]
+    fn without(self, other: Self) -> Self {
+        Self(self.0.without(other.0))
+    }
+
+    #[inline(always)]
+    fn up<const BITS: i32>(self) -> Self {
+        Self(self.0.up::<BITS>())
+    }
+
+    #[inline(always)]
+    fn down<const BITS: i32>(self) -> Self {
+        Self(self.0.down::<BITS>())
+    }
+
+    #[inline(always)]
+    fn north(self) -> Self {
+        Self(self.0.north())
+    }
+
+    #[inline(always)]
+    fn south(self) -> Self {
+        Self(self.0.south())
+    }
+
+    #[inline(always)]
+    fn is_empty(self) -> bool {
+        self.0.is_empty()
+    }
+
+    #[inline(always)]
+    fn and_or(self, mask: Self, others: Self) -> Self {
+        Self(Sse2(simd!(_mm_ternarylogic_epi64::<AND_OR>(self.0.0, mask.0.0, others.0.0))))
+    }
+
+    #[inline(always)]
+    fn or_and(self, others: Self, mask: Self) -> Self {
+        Self(Sse2(simd!(_mm_ternarylogic_epi64::<OR_AND>(self.0.0, others.0.0, mask.0.0))))
+    }
+}
+
+/// What three bits a, b and c give: bit 4a + 2b + c.
+const AND_OR: i32 = 0b1110_1010;
+const OR_AND: i32 = 0b1010_1000;
+
+impl Half<8> for Avx512Large {
+    #[inline(always)]
+    fn of(words: [u64; 8]) -> Self {
+        Self(simd!(transmute::<[u64; 8], __m512i>(words)))
+    }
+
+    #[inline(always)]
+    fn words(self) -> [u64; 8] {
+        simd!(transmute::<__m512i, [u64; 8]>(self.0))
+    }
+}
+
+impl Bits for Avx512Large {
+    const NONE: Self = Self(simd!(transmute::<[u64; 8], __m512i>([0; 8])));
+    const ALL: Self = Self(simd!(transmute::<[u64; 8], __m512i>([u64::MAX; 8])));
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        Self(simd!(_mm512_and_si512(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        Self(simd!(_mm512_or_si512(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        Self(simd!(_mm512_xor_si512(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn without(self, other: Self) -> Self {
+        Self(simd!(_mm512_andnot_si512(other.0, self.0)))
+    }
+
+    #[inline(always)]
+    fn up<const BITS: i32>(self) -> Self {
+        let bits = simd!(_mm_cvtsi32_si128(BITS));
+        Self(simd!(_mm512_sll_epi64(self.0, bits)))
+    }
+
+    #[inline(always)]
+    fn down<const BITS: i32>(self) -> Self {
+        let bits = simd!(_mm_cvtsi32_si128(BITS));
+        Self(simd!(_mm512_srl_epi64(self.0, bits)))
+    }
+
+    #[inline(always)]
+    fn north(self) -> Self {
+        let rows: [u16; 32] = core::array::from_fn(|row| (row as u16).wrapping_sub(1) & 31);
+        let rows = simd!(transmute::<[u16; 32], __m512i>(rows));
+        Self(simd!(_mm512_maskz_permutexvar_epi16(!1, rows, self.0)))
+    }
+
+    #[inline(always)]
+    fn south(self) -> Self {
+        let rows: [u16; 32] = core::array::from_fn(|row| (row as u16 + 1) & 31);
+        let rows = simd!(transmute::<[u16; 32], __m512i>(rows));
+        Self(simd!(_mm512_maskz_permutexvar_epi16(!0 >> 1, rows, self.0)))
+    }
+
+    #[inline(always)]
+    fn is_empty(self) -> bool {
+        simd!(_mm512_test_epi64_mask(self.0, self.0)) == 0
+    }
+
+    #[inline(always)]
+    fn and_or(self, mask: Self, others: Self) -> Self {
+        Self(simd!(_mm512_ternarylogic_epi64::<AND_OR>(self.0, mask.0, others.0)))
+    }
+
+    #[inline(always)]
+    fn or_and(self, others: Self, mask: Self) -> Self {
+        Self(simd!(_mm512_ternarylogic_epi64::<OR_AND>(self.0, others.0, mask.0)))
+    }
+}
