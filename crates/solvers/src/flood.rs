@@ -74,7 +74,17 @@ impl Distances {
     /// Floods the maze from its targets outwards, a breadth-first search. Targets outside of the
     /// maze do not count.
     pub fn flood(walls: &Walls, targets: &CellSet) -> Self {
-        run(Flood { walls, targets }, walls.size())
+        let mut distances = Self::unreachable(walls.size());
+        run(Flood { walls, targets, distances: &mut distances }, walls.size());
+        distances
+    }
+
+    /// Floods anew, in the same place.
+    pub(crate) fn refill(&mut self, walls: &Walls, targets: &CellSet) {
+        if self.size != walls.size() {
+            *self = Self::unreachable(walls.size());
+        }
+        run(Flood { walls, targets, distances: self }, walls.size());
     }
 
     /// Brings these distances up to date after a mouse has learned the walls around a cell: floods
@@ -97,22 +107,48 @@ impl Distances {
     /// assert_eq!(distances, Distances::flood(&walls, &goals));
     /// ```
     pub fn update(&mut self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
-        let around = Heading::ALL.into_iter().filter_map(|heading| seen.neighbour(heading));
-        let is_right = |cell| self.is_right(walls, targets, cell);
-        let changes = !(is_right(seen) && around.into_iter().all(is_right));
+        let changes = !self.stays_right(walls, targets, seen);
         if changes {
-            *self = Self::flood(walls, targets);
+            self.refill(walls, targets);
         }
         changes
     }
 
-    /// Whether a cell is a target or a step further than its nearest neighbour.
-    fn is_right(&self, walls: &Walls, targets: &CellSet, cell: Cell) -> bool {
-        if targets.contains(cell) {
-            return true;
+    /// Whether walls around this cell leave everything as it is.
+    fn stays_right(&self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
+        let is_open = |cell, heading| !walls.has(cell, heading);
+        // Whether a cell is a target or has a neighbour that is a step nearer.
+        let has_way_on = |cell: Cell, steps: u16| {
+            let mut neighbours = Heading::ALL.into_iter().filter(|&heading| is_open(cell, heading));
+            targets.contains(cell) && steps == 0
+                || neighbours.any(|heading| self.beyond(cell, heading) == steps.wrapping_sub(1))
+        };
+        let steps = self.raw(seen);
+        let (mut is_right, mut loses_way) = (true, false);
+        for heading in Heading::ALL {
+            let beyond = self.beyond(seen, heading);
+            if is_open(seen, heading) {
+                // Nobody reaches one of two neighbours alone.
+                let is_reached = (steps == UNREACHABLE) == (beyond == UNREACHABLE);
+                is_right &= is_reached && steps.abs_diff(beyond) <= 1;
+            } else if beyond != UNREACHABLE && steps != UNREACHABLE {
+                loses_way |= steps == beyond + 1;
+                let loses = beyond == steps + 1;
+                let neighbour = seen.neighbour(heading).filter(|_| loses);
+                is_right &= neighbour.is_none_or(|neighbour| has_way_on(neighbour, beyond));
+            }
         }
-        let nearest = walls.open_neighbours(cell).filter_map(|next| self.at(next)).min();
-        self.at(cell) == nearest.map(|steps| steps + 1)
+        is_right && (!loses_way || has_way_on(seen, steps))
+    }
+
+    /// The steps of a cell's neighbour.
+    fn beyond(&self, cell: Cell, heading: Heading) -> u16 {
+        cell.neighbour(heading).map_or(UNREACHABLE, |neighbour| self.raw(neighbour))
+    }
+
+    /// Steps, or [`UNREACHABLE`].
+    fn raw(&self, cell: Cell) -> u16 {
+        self.at(cell).unwrap_or(UNREACHABLE)
     }
 
     /// Steps from `cell` to the nearest target, `None` where there is no way and outside of the
@@ -175,16 +211,17 @@ fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
 struct Flood<'a> {
     walls: &'a Walls,
     targets: &'a CellSet,
+    /// Of the same size.
+    distances: &'a mut Distances,
 }
 
 impl Task for Flood<'_> {
-    type Output = Distances;
+    type Output = ();
 
     #[inline(always)]
-    fn run<const N: usize, H: Half<N>>(self) -> Distances {
-        let Self { walls, targets } = self;
-        let marks = waves::flood(&Board::<H>::of(walls), Chequered::of(targets));
-        Distances::of_marks(walls.size(), &marks)
+    fn run<const N: usize, H: Half<N>>(self) {
+        let Self { walls, targets, distances } = self;
+        distances.write(&waves::flood(&Board::<H>::of(walls), Chequered::of(targets)));
     }
 }
 
@@ -205,34 +242,26 @@ impl Task for StepsBetween<'_> {
 }
 
 impl Distances {
+    /// Takes over what waves have left behind in a maze of this size.
     #[inline(always)]
-    fn of_marks<const N: usize, H: Half<N>>(
-        size: MazeSize,
-        marks: &Chequered<Marks<H>>,
-    ) -> Self {
-        // Filled in their place, since 2 KiB take longer to move than to fill.
-        if N == 2 {
-            let all_reached = marks.dark.dry.or(marks.light.dry).is_empty();
-            let steps = SmallSteps { lines: [[[0; 16]; 8]; 2], all_reached };
-            let mut distances = Self { size, steps: Steps::Small(steps) };
-            if let Steps::Small(steps) = &mut distances.steps {
+    fn write<const N: usize, H: Half<N>>(&mut self, marks: &Chequered<Marks<H>>) {
+        match &mut self.steps {
+            Steps::Small(steps) => {
                 bytes::write(marks, 0, &mut steps.lines);
+                steps.all_reached = marks.dark.dry.or(marks.light.dry).is_empty();
             }
-            return distances;
-        }
-        let mut distances = Self { size, steps: Steps::Large([0; MazeSize::MAX_AREA]) };
-        if let Steps::Large(steps) = &mut distances.steps {
-            let mut low = [[[0; 16]; 8]; 8];
-            let mut high = low;
-            bytes::write(marks, 0, &mut low);
-            bytes::write(marks, 8, &mut high);
-            let low = low.as_flattened().as_flattened();
-            let high = high.as_flattened().as_flattened();
-            for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(high)) {
-                *steps = u16::from_le_bytes([low, high]);
+            Steps::Large(steps) => {
+                let mut low = [[[0; 16]; 8]; 8];
+                let mut high = low;
+                bytes::write(marks, 0, &mut low);
+                bytes::write(marks, 8, &mut high);
+                let low = low.as_flattened().as_flattened();
+                let high = high.as_flattened().as_flattened();
+                for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(high)) {
+                    *steps = u16::from_le_bytes([low, high]);
+                }
             }
         }
-        distances
     }
 }
 

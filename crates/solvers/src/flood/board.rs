@@ -66,25 +66,24 @@ impl<H> Board<H> {
     {
         let (width, height) = (walls.size().width(), usize::from(walls.size().height()));
         let columns = u32::MAX >> (u32::BITS - u32::from(width));
-        let [inner, between] = split(&open::<N>(walls.east_rows(), columns >> 1, height));
-        let north = chequered(split(&open::<N>(walls.north_rows(), columns, height - 1)));
-        let even = even_rows::<N>();
+        let [inner, between]: [H; 2] = split(&open::<N>(walls.east_rows(), columns >> 1, height));
+        let north: Chequered<H> = chequered(split(&open::<N>(walls.north_rows(), columns, height - 1)));
+        let even = H::of(even_rows());
         let (from_light, from_dark) = (between.and(even), between.without(even));
-        let of = H::of;
         Self {
             into_light: Ways {
-                same: of(inner),
-                west: of(from_light),
-                east: of(from_dark.up::<1>()),
-                north: of(north.dark.north()),
-                south: of(north.light),
+                same: inner,
+                west: from_light,
+                east: from_dark.up::<1>(),
+                north: north.dark.north(),
+                south: north.light,
             },
             into_dark: Ways {
-                same: of(inner),
-                east: of(from_light.up::<1>()),
-                west: of(from_dark),
-                north: of(north.light.north()),
-                south: of(north.dark),
+                same: inner,
+                east: from_light.up::<1>(),
+                west: from_dark,
+                north: north.light.north(),
+                south: north.dark,
             },
         }
     }
@@ -96,8 +95,7 @@ impl<H> Chequered<H> {
     where
         H: Half<N>,
     {
-        let Chequered { dark, light } = chequered(split::<N>(cells.rows()));
-        Self { dark: H::of(dark), light: H::of(light) }
+        chequered(split(cells.rows()))
     }
 }
 
@@ -152,7 +150,7 @@ const fn row_count(words: usize) -> usize {
 
 /// Rows of bits, bit x of row y, as their even and their odd columns.
 #[inline(always)]
-fn split<const N: usize>(rows: &[u32; SIDE]) -> [[u64; N]; 2] {
+fn split<const N: usize, H: Half<N>>(rows: &[u32; SIDE]) -> [H; 2] {
     let mut halves = [[0; N]; 2];
     // Loops over rows, without a word for what a row does not need, become vector instructions.
     if N == 2 {
@@ -181,7 +179,38 @@ fn split<const N: usize>(rows: &[u32; SIDE]) -> [[u64; N]; 2] {
             }
         }
     }
-    halves
+    let [even, odd] = halves;
+    [H::of(even), H::of(odd)]
+}
+
+/// The way back: the cells of both colours as rows of bits.
+#[inline(always)]
+pub(super) fn rows<const N: usize, H: Half<N>>(dark: H, light: H) -> [u32; SIDE] {
+    let Chequered { dark: even, light: odd } = chequered([dark, light]);
+    let (even, odd) = (even.words(), odd.words());
+    let mut rows = [0; SIDE];
+    if N == 2 {
+        let mut columns = [[0; 16]; 2];
+        for (columns, half) in columns.iter_mut().zip([even, odd]) {
+            for (rows, word) in columns.as_chunks_mut::<8>().0.iter_mut().zip(half) {
+                *rows = word.to_le_bytes();
+            }
+        }
+        for y in 0..16 {
+            rows[y] = shuffle(u32::from(columns[0][y]) | u32::from(columns[1][y]) << 16);
+        }
+    } else {
+        let mut columns = [[0; SIDE]; 2];
+        for (columns, half) in columns.iter_mut().zip([even, odd]) {
+            for (rows, word) in columns.as_chunks_mut::<4>().0.iter_mut().zip(half) {
+                *rows = [word, word >> 16, word >> 32, word >> 48].map(|row| (row & 0xffff) as u16);
+            }
+        }
+        for y in 0..SIDE {
+            rows[y] = shuffle(u32::from(columns[0][y]) | u32::from(columns[1][y]) << 16);
+        }
+    }
+    rows
 }
 
 /// Even bits to the lower half, odd ones to the upper half.
@@ -197,7 +226,7 @@ const fn unshuffle(bits: u32) -> u32 {
 
 /// The way back from [`unshuffle`].
 #[inline(always)]
-pub(super) const fn shuffle(bits: u32) -> u32 {
+const fn shuffle(bits: u32) -> u32 {
     let bits = swap(bits, 0x0000_ff00, 8);
     let bits = swap(bits, 0x00f0_00f0, 4);
     let bits = swap(bits, 0x0c0c_0c0c, 2);

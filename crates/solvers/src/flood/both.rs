@@ -25,21 +25,25 @@ impl Distances {
     /// assert_eq!(open, Distances::flood(map.walls(Unknown::Open), map.goals()));
     /// ```
     pub fn flood_both(map: &KnownMaze, targets: &CellSet) -> [Self; 2] {
-        run(FloodBoth { map, targets }, map.size())
+        let size = map.size();
+        let mut both = [Self::unreachable(size), Self::unreachable(size)];
+        run(FloodBoth { map, targets, both: &mut both }, size);
+        both
     }
 }
 
 struct FloodBoth<'a> {
     map: &'a KnownMaze,
     targets: &'a CellSet,
+    both: &'a mut [Distances; 2],
 }
 
 impl Task for FloodBoth<'_> {
-    type Output = [Distances; 2];
+    type Output = ();
 
     #[inline(always)]
-    fn run<const N: usize, H: Half<N>>(self) -> [Distances; 2] {
-        let Self { map, targets } = self;
+    fn run<const N: usize, H: Half<N>>(self) {
+        let Self { map, targets, both: [of_open, of_closed] } = self;
         let board = |unknown| Board::<H>::of(map.walls(unknown));
         let (open, closed) = (board(Unknown::Open), board(Unknown::Closed));
         let pair = |open: Ways<H>, closed: Ways<H>| open.zip(closed, Pair);
@@ -51,9 +55,8 @@ impl Task for FloodBoth<'_> {
         let targets = Chequered { dark: Pair(dark, dark), light: Pair(light, light) };
         let Chequered { dark, light } = waves::flood(&board, targets);
         let ((open_dark, closed_dark), (open_light, closed_light)) = (dark.parted(), light.parted());
-        let open = Chequered { dark: open_dark, light: open_light };
-        let closed = Chequered { dark: closed_dark, light: closed_light };
-        [Distances::of_marks(map.size(), &open), Distances::of_marks(map.size(), &closed)]
+        of_open.write(&Chequered { dark: open_dark, light: open_light });
+        of_closed.write(&Chequered { dark: closed_dark, light: closed_light });
     }
 }
 

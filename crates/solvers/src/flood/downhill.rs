@@ -2,8 +2,8 @@
 
 use mmsim_maze::{Cell, CellSet, Heading, Walls};
 
-use super::board::{Board, Chequered, chequered, shuffle};
-use super::half::{Half, row_bits};
+use super::board::{Board, Chequered, rows};
+use super::half::Half;
 use super::waves::{self, Marks};
 use super::{SIDE, Task, run};
 
@@ -57,7 +57,7 @@ impl Task for DownhillTask<'_> {
     fn run<const N: usize, H: Half<N>>(self) -> Downhill {
         let Self { walls, targets } = self;
         let Chequered { dark, light } = waves::flood(&Board::<H>::of(walls), Chequered::of(targets));
-        let rows = |of: fn(&Marks<H>) -> H| rows(of(&dark), of(&light));
+        let rows = |of: fn(&Marks<H>) -> H| rows::<N, H>(of(&dark), of(&light));
         let (low, high) = (rows(|marks| marks.planes[0]), rows(|marks| marks.planes[1]));
         let dry = rows(|marks| marks.dry);
         let size = walls.size();
@@ -83,21 +83,3 @@ impl Task for DownhillTask<'_> {
     }
 }
 
-/// The cells of both colours, bit x of row y.
-#[inline(always)]
-fn rows<const N: usize, H: Half<N>>(dark: H, light: H) -> [u32; SIDE] {
-    let Chequered { dark: even, light: odd } = chequered([dark, light]);
-    let (even, odd) = (even.words(), odd.words());
-    let mut rows = [0; SIDE];
-    let (bits, in_word) = (row_bits(N), 64 / row_bits(N) as usize);
-    for (y, row) in rows.iter_mut().enumerate().take(N * in_word) {
-        let row_of = |words: &[u64; N]| {
-            // At most 16 bits.
-            #[allow(clippy::cast_possible_truncation)]
-            let row = (words[y / in_word] >> (bits * (y % in_word) as u32)) as u32;
-            row & ((1 << bits) - 1)
-        };
-        *row = shuffle(row_of(&even) | row_of(&odd) << 16);
-    }
-    rows
-}
