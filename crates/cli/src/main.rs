@@ -4,6 +4,8 @@
 mod args;
 mod demo;
 mod embedded;
+mod given;
+mod grid;
 mod interrupt;
 mod keep;
 mod mazes;
