@@ -3,6 +3,8 @@
 mod harness;
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
 
 use harness::Home;
 use serde_json::{Value, json};
@@ -49,7 +51,17 @@ fn each_strategy_is_a_row() {
     let home = Home::new();
     let ended = home.run(&["compare", "--strategies", STRATEGIES]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "no bar where there is no terminal");
-    insta::assert_snapshot!("bundled", without_times(&ended.stdout));
+    let table = without_times(&ended.stdout);
+    insta::assert_snapshot!("bundled", table);
+    // docs/compare.md shows the same; its times are those of some machine.
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/compare.md");
+    let page = fs::read_to_string(page).unwrap();
+    let words = |line: &str| line.split_whitespace().map(String::from).collect::<Vec<_>>();
+    let shown: Vec<_> = page.lines().map(words).collect();
+    for row in table.lines().map(words) {
+        let figures = &row[..row.len() - 1];
+        assert!(shown.iter().any(|line| line.starts_with(figures)), "{row:?}");
+    }
     home.write(".mmsim/a.txt", MAZE);
     home.write(".mmsim/closed.txt", CLOSED);
     let ended = home.run(&["compare", "--strategies", STRATEGIES]);
@@ -75,7 +87,7 @@ fn json_has_an_object_for_each_strategy_with_its_searches() {
     home.write("mazes/closed.txt", CLOSED);
     let ended = home.run(&["compare", "mazes", "--strategies", "flood-fill", "--json"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
-    let path = |name: &str| std::path::Path::new("mazes").join(name);
+    let path = |name: &str| Path::new("mazes").join(name);
     assert_eq!(
         timeless(ended.json()),
         json!([{
