@@ -37,6 +37,7 @@ fn what_is_linked_is_there() {
         "README.md",
         "ARCHITECTURE.md",
         "CONTRIBUTING.md",
+        "docs/compare.md",
         "docs/protocol.md",
         "docs/recordings.md",
         "docs/trial.md",

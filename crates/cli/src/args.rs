@@ -12,6 +12,7 @@ use mmsim_maze::{Cell, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::Bundled;
 
+use crate::compare::CompareArgs;
 use crate::trial::TrialArgs;
 
 /// A micromouse maze simulator. Without a command it serves a maze: it tells a search client only
@@ -32,6 +33,7 @@ Examples:
   mmsim mazes/ --maze \"apec 2018\"      serve a maze of your own collection
   mmsim solve weight-increment         run a bundled mouse against a simulator
   mmsim render run.mcap -o run.gif     make an animation of a recorded search
+  mmsim compare mazes/                 let all bundled mice search each maze, as a table
   mmsim trial mazes/                   let a robot explore and race in each maze, and score it
   mmsim mazes check my-maze.txt        see whether a maze file is in order
 
@@ -47,6 +49,8 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Draw a maze or a recording into a file: SVG, PNG or animated GIF.
     Render(RenderArgs),
+    /// Compare the bundled strategies in whole collections of mazes.
+    Compare(CompareArgs),
     /// Let robots explore mazes and race through them: the two-run trial.
     Trial(TrialArgs),
     /// List, show and check mazes.

@@ -1,9 +1,12 @@
 //! `mmsim`, a micromouse maze simulator: serves mazes to search clients, runs bundled strategies
-//! against a simulator, and puts robots on the two-run trial.
+//! against a simulator, compares them, and puts robots on the two-run trial.
 
 mod args;
+mod compare;
 mod demo;
 mod embedded;
+mod given;
+mod grid;
 mod interrupt;
 mod keep;
 mod mazes;
@@ -49,6 +52,7 @@ fn main() -> ExitCode {
         Some(Command::Demo(args)) => demo::run(&args),
         Some(Command::Replay(args)) => replay::run(&args),
         Some(Command::Render(args)) => render::run(&args),
+        Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Trial(args)) => trial::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
     };

@@ -2,8 +2,6 @@
 
 mod args;
 mod compare;
-mod given;
-mod grid;
 mod report;
 mod results;
 mod serve;
@@ -12,13 +10,13 @@ mod tried;
 
 pub(crate) use args::TrialArgs;
 
-use given::Given;
 use rayon::prelude::*;
 use results::Results;
 use tried::{Contender, Tried};
 
 use crate::Outcome;
 use crate::args::wrong_usage;
+use crate::given::Given;
 use crate::selection::Selected;
 
 /// How many trials run before what came of them is printed.

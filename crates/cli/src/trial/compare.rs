@@ -8,12 +8,12 @@ use mmsim_drawing::{Bar, BarChart, BarGroup};
 use mmsim_trial::{Bundled, Ending, KeyPoints, Score, Settings, Variant};
 use serde::Serialize;
 
-use super::grid::aligned;
 use super::report::Report;
 use super::table::Means;
 use super::tried::{Contender, Tried};
 use super::{TrialArgs, stand_trial};
 use crate::Outcome;
+use crate::grid::aligned;
 use crate::output::{counted, print, replace, say};
 use crate::selection::Selected;
 

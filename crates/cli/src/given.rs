@@ -19,7 +19,7 @@ impl Given {
     pub(crate) fn read(names: &[PathBuf]) -> Self {
         let mut given = Self { mazes: Vec::new(), are_all: true };
         for name in names {
-            let read = if name.exists() { given.read_all(name) } else { given.find(name) };
+            let read = if name.exists() { given.read_path(name) } else { given.find(name) };
             if let Err(error) = read {
                 given.miss(&error);
             }
@@ -27,11 +27,28 @@ impl Given {
         given
     }
 
-    fn read_all(&mut self, path: &Path) -> Result<(), SelectionError> {
+    /// The same, but without a name all mazes of the collection in which words are looked for.
+    pub(crate) fn read_or_default(names: &[PathBuf]) -> Self {
+        let mut given = Self::read(names);
+        if names.is_empty() {
+            match Collection::at(None) {
+                Ok(collection) => given.read_all(&collection.catalogue),
+                Err(error) => given.miss(&error),
+            }
+        }
+        given
+    }
+
+    fn read_path(&mut self, path: &Path) -> Result<(), SelectionError> {
         let catalogue = Catalogue::of_path(path)?;
         if catalogue.entries().is_empty() {
             return Err(SelectionError::Empty { place: path.display().to_string() });
         }
+        self.read_all(&catalogue);
+        Ok(())
+    }
+
+    fn read_all(&mut self, catalogue: &Catalogue) {
         for entry in catalogue.entries() {
             match entry.maze() {
                 Ok(maze) => {
@@ -41,7 +58,6 @@ impl Given {
                 Err(error) => self.miss(&error.into()),
             }
         }
-        Ok(())
     }
 
     fn find(&mut self, words: &Path) -> Result<(), SelectionError> {

@@ -1,0 +1,80 @@
+//! `mmsim compare`: strategies in whole collections of mazes.
+
+mod args;
+mod report;
+mod search;
+
+pub(crate) use args::CompareArgs;
+
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use mmsim_solvers::Bundled;
+use rayon::ThreadPoolBuilder;
+use rayon::prelude::*;
+use report::{SearchReport, StrategyReport};
+use search::{Figures, Search};
+
+use crate::Outcome;
+use crate::given::Given;
+use crate::grid::aligned;
+use crate::output::print;
+use crate::selection::Selected;
+
+/// A strategy that is to search a maze.
+type Job<'a> = (Bundled, &'a Selected);
+
+pub(crate) fn run(args: &CompareArgs) -> Outcome {
+    let Given { mazes, are_all } = Given::read_or_default(&args.mazes);
+    let reports = compare(&args.strategies(), &mazes, args.jobs)?;
+    if args.json {
+        print(&(serde_json::to_string_pretty(&reports)? + "\n"))?;
+    } else if args.csv {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        reports.iter().try_for_each(|report| report.write_csv(&mut csv))?;
+        print(&String::from_utf8(csv.into_inner()?)?)?;
+    } else if !mazes.is_empty() {
+        let rows = reports.iter().map(StrategyReport::row);
+        print(&aligned(&[StrategyReport::head()].into_iter().chain(rows).collect::<Vec<_>>()))?;
+    }
+    Ok(are_all)
+}
+
+/// Lets each strategy search each maze, in so many threads, without a number in one for each
+/// processor. While that goes on a terminal shows how far it is.
+fn compare(
+    strategies: &[Bundled],
+    mazes: &[Selected],
+    threads: Option<u16>,
+) -> Result<Vec<StrategyReport>, rayon::ThreadPoolBuildError> {
+    let jobs: Vec<Job<'_>> = (strategies.iter())
+        .flat_map(|&strategy| mazes.iter().map(move |maze| (strategy, maze)))
+        .collect();
+    // No threads without work; 0 is rayon's word for one for each processor.
+    let threads = threads.map_or(0, |threads| usize::from(threads).min(jobs.len().max(1)));
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let bar = progress(jobs.len());
+    let searches: Vec<SearchReport> =
+        pool.install(|| jobs.par_iter().map(search).inspect(|_| bar.inc(1)).collect());
+    bar.finish_and_clear();
+    let mut searches = searches.into_iter();
+    let mut of_next = || searches.by_ref().take(mazes.len()).collect();
+    Ok(strategies.iter().map(|&strategy| StrategyReport::of(strategy, of_next())).collect())
+}
+
+/// How many searches are done, on stderr if that is a terminal.
+fn progress(searches: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} searches");
+    let bar = ProgressBar::new(searches as u64);
+    // The template is a valid one; with another the bar would only look different.
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Lets a strategy search a maze. The time is that of all there is to a search, from the making of
+/// mouse and strategy to the last decision; what figures are made from it is not.
+fn search(&(strategy, given): &Job<'_>) -> SearchReport {
+    let begin = Instant::now();
+    let search = Search::run(&given.maze, strategy.strategy(), strategy.max_states());
+    let time = begin.elapsed();
+    SearchReport::of(given, Figures::of(&given.maze, &search), time)
+}

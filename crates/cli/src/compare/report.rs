@@ -1,0 +1,159 @@
+//! What came of searches: one by one, and of each strategy the means.
+
+use std::time::Duration;
+
+use mmsim_solvers::Bundled;
+use serde::Serialize;
+
+use super::search::Figures;
+use crate::selection::Selected;
+
+/// One search. The names are the keys of JSON and CSV.
+#[derive(Debug, Serialize)]
+pub(crate) struct SearchReport {
+    path: String,
+    name: String,
+    width: u8,
+    height: u8,
+    goal_reached: bool,
+    steps_to_goal: Option<u32>,
+    steps_until_proven: Option<u32>,
+    steps_in_all: u32,
+    turns: u32,
+    path_found: Option<u16>,
+    shortest_path: Option<u16>,
+    time_us: f64,
+    error: Option<String>,
+    #[serde(skip)]
+    is_rightly_given_up: bool,
+}
+
+impl SearchReport {
+    pub(crate) fn of(given: &Selected, figures: Figures, time: Duration) -> Self {
+        let size = given.maze.size();
+        let Figures {
+            steps_to_goal,
+            steps_until_proven,
+            steps_in_all,
+            turns,
+            path_found,
+            shortest_path,
+            is_rightly_given_up,
+            error,
+        } = figures;
+        Self {
+            path: given.shown_path(),
+            name: given.name.clone(),
+            width: size.width(),
+            height: size.height(),
+            goal_reached: steps_to_goal.is_some(),
+            steps_to_goal,
+            steps_until_proven,
+            steps_in_all,
+            turns,
+            path_found,
+            shortest_path,
+            // Rounded to nanoseconds, which is all that a clock tells.
+            time_us: (time.as_secs_f64() * 1e9).round() / 1e3,
+            error,
+            is_rightly_given_up,
+        }
+    }
+}
+
+/// A strategy in all mazes: counts of mazes, and means over those in which the goal was reached.
+/// The names are the keys of the JSON.
+#[derive(Debug, Serialize)]
+pub(crate) struct StrategyReport {
+    strategy: &'static str,
+    /// Mazes in which there is a way to the goal.
+    reachable: usize,
+    goal_reached: usize,
+    /// Mazes in which there is none, and the strategy said so.
+    rightly_given_up: usize,
+    /// Mazes in which the goal was reached and the shortest path proven.
+    proven: usize,
+    /// Mazes in which the goal was reached and the path found is as short as the shortest.
+    shortest_path_found: usize,
+    steps_to_goal: Option<f64>,
+    /// Over the mazes in which it was proven.
+    steps_until_proven: Option<f64>,
+    steps_in_all: Option<f64>,
+    turns: Option<f64>,
+    path_found: Option<f64>,
+    shortest_path: Option<f64>,
+    time_us: Option<f64>,
+    mazes: Vec<SearchReport>,
+}
+
+impl StrategyReport {
+    pub(crate) fn of(strategy: Bundled, mazes: Vec<SearchReport>) -> Self {
+        let reached = || mazes.iter().filter(|search| search.goal_reached);
+        let count =
+            |is_so: fn(&SearchReport) -> bool| reached().filter(|search| is_so(search)).count();
+        let mean = |number: fn(&SearchReport) -> Option<f64>| mean(reached().filter_map(number));
+        Self {
+            strategy: strategy.name(),
+            reachable: mazes.iter().filter(|search| search.shortest_path.is_some()).count(),
+            goal_reached: reached().count(),
+            rightly_given_up: mazes.iter().filter(|search| search.is_rightly_given_up).count(),
+            proven: count(|search| search.steps_until_proven.is_some()),
+            shortest_path_found: count(|search| search.path_found == search.shortest_path),
+            steps_to_goal: mean(|search| search.steps_to_goal.map(f64::from)),
+            steps_until_proven: mean(|search| search.steps_until_proven.map(f64::from)),
+            steps_in_all: mean(|search| Some(search.steps_in_all.into())),
+            turns: mean(|search| Some(search.turns.into())),
+            path_found: mean(|search| search.path_found.map(f64::from)),
+            shortest_path: mean(|search| search.shortest_path.map(f64::from)),
+            time_us: mean(|search| Some(search.time_us)),
+            mazes,
+        }
+    }
+
+    /// The head of the table.
+    pub(crate) fn head() -> Vec<String> {
+        let head = [
+            "strategy", "mazes", "reached", "given up", "to goal", "proven", "after", "in all",
+            "turns", "path", "shortest", "found", "µs",
+        ];
+        head.map(String::from).into()
+    }
+
+    /// Its row of the table.
+    pub(crate) fn row(&self) -> Vec<String> {
+        let mean = |mean: Option<f64>| mean.map_or("-".into(), |mean| format!("{mean:.1}"));
+        let Self { reachable, goal_reached, rightly_given_up, .. } = self;
+        let mazes = self.mazes.len();
+        vec![
+            self.strategy.into(),
+            mazes.to_string(),
+            format!("{goal_reached}/{reachable}"),
+            format!("{rightly_given_up}/{}", mazes - reachable),
+            mean(self.steps_to_goal),
+            self.proven.to_string(),
+            mean(self.steps_until_proven),
+            mean(self.steps_in_all),
+            mean(self.turns),
+            mean(self.path_found),
+            mean(self.shortest_path),
+            self.shortest_path_found.to_string(),
+            mean(self.time_us),
+        ]
+    }
+
+    /// Its searches as lines of CSV, with the header if they are the first.
+    pub(crate) fn write_csv<W: std::io::Write>(&self, csv: &mut csv::Writer<W>) -> csv::Result<()> {
+        #[derive(Serialize)]
+        struct Of {
+            strategy: &'static str,
+        }
+        let of = Of { strategy: self.strategy };
+        self.mazes.iter().try_for_each(|search| csv.serialize((&of, search)))
+    }
+}
+
+/// The mean, if there are any numbers.
+fn mean(numbers: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = numbers.fold((0., 0.), |(sum, count), number| (sum + number, count + 1.));
+    (count > 0.).then(|| sum / count)
+}

@@ -1,0 +1,260 @@
+//! `mmsim compare`: strategies in whole collections of mazes.
+
+mod harness;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use harness::Home;
+use serde_json::{Value, json};
+
+const MAZE: &str = "\
+o---o---o---o---o
+|         G |   |
+o   o---o---o   o
+| S |           |
+o---o---o---o---o
+";
+const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
+
+/// The strategies that the snapshots show.
+const STRATEGIES: &str = "flood-fill,weight-increment,left-wall,swing";
+
+/// The table with each time replaced: it is the last column.
+fn without_times(table: &str) -> String {
+    let (head, rows) = table.split_once('\n').unwrap();
+    let timeless = rows.lines().map(|row| {
+        let (figures, time) = row.rsplit_once(' ').unwrap();
+        assert!(time == "-" || time.parse::<f64>().unwrap() > 0., "{row}");
+        figures.trim_end().to_string() + "  T\n"
+    });
+    format!("{}  µs\n", head.trim_end_matches("µs").trim_end()) + &timeless.collect::<String>()
+}
+
+/// The reports with all times taken out, which must be there.
+fn timeless(mut reports: Value) -> Value {
+    for report in reports.as_array_mut().unwrap() {
+        let is_reached = report["goal_reached"] != 0;
+        let time = report.as_object_mut().unwrap().remove("time_us").unwrap();
+        assert_eq!(time.is_null(), !is_reached, "{report}");
+        for search in report["mazes"].as_array_mut().unwrap() {
+            let time = search.as_object_mut().unwrap().remove("time_us").unwrap();
+            assert!(time.as_f64().unwrap() > 0., "{search}");
+        }
+    }
+    reports
+}
+
+#[test]
+fn each_strategy_is_a_row() {
+    let home = Home::new();
+    let ended = home.run(&["compare", "--strategies", STRATEGIES]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "no bar where there is no terminal");
+    let table = without_times(&ended.stdout);
+    insta::assert_snapshot!("bundled", table);
+    // docs/compare.md shows the same; its times are those of some machine.
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/compare.md");
+    let page = fs::read_to_string(page).unwrap();
+    let words = |line: &str| line.split_whitespace().map(String::from).collect::<Vec<_>>();
+    let shown: Vec<_> = page.lines().map(words).collect();
+    for row in table.lines().map(words) {
+        let figures = &row[..row.len() - 1];
+        assert!(shown.iter().any(|line| line.starts_with(figures)), "{row:?}");
+    }
+    home.write(".mmsim/a.txt", MAZE);
+    home.write(".mmsim/closed.txt", CLOSED);
+    let ended = home.run(&["compare", "--strategies", STRATEGIES]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    insta::assert_snapshot!(without_times(&ended.stdout), @"
+    strategy          mazes  reached  given up  to goal  proven  after  in all  turns  path  shortest  found  µs
+    flood-fill            2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
+    weight-increment      2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
+    left-wall             2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
+    swing                 2      1/1       1/1      3.0       1    2.0     6.0    4.0   3.0       3.0      1  T
+    ");
+    let ended = home.run(&["compare", "closed.txt", ".mmsim/closed.txt", "--strategies", "swing"]);
+    assert_eq!(ended.code, Some(0), "words find a maze in the home, too: {ended:?}");
+    let row: Vec<_> = ended.stdout.lines().nth(1).unwrap().split_whitespace().collect();
+    assert_eq!(row[..6], ["swing", "2", "0/0", "2/2", "-", "0"]);
+    assert_eq!(row[6..], ["-", "-", "-", "-", "-", "0", "-"]);
+}
+
+#[test]
+fn json_has_an_object_for_each_strategy_with_its_searches() {
+    let home = Home::new();
+    home.write("mazes/a.txt", MAZE);
+    home.write("mazes/closed.txt", CLOSED);
+    let ended = home.run(&["compare", "mazes", "--strategies", "flood-fill", "--json"]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    let path = |name: &str| Path::new("mazes").join(name);
+    assert_eq!(
+        timeless(ended.json()),
+        json!([{
+            "strategy": "flood-fill", "reachable": 1, "goal_reached": 1, "rightly_given_up": 1,
+            "proven": 1, "shortest_path_found": 1, "steps_to_goal": 3.0, "steps_until_proven": 2.0,
+            "steps_in_all": 3.0, "turns": 1.0, "path_found": 3.0, "shortest_path": 3.0,
+            "mazes": [
+                {
+                    "path": path("a.txt"), "name": "a", "width": 4, "height": 2,
+                    "goal_reached": true, "steps_to_goal": 3, "steps_until_proven": 2,
+                    "steps_in_all": 3, "turns": 1, "path_found": 3, "shortest_path": 3,
+                    "error": null,
+                },
+                {
+                    "path": path("closed.txt"), "name": "closed", "width": 2, "height": 1,
+                    "goal_reached": false, "steps_to_goal": null, "steps_until_proven": null,
+                    "steps_in_all": 0, "turns": 0, "path_found": null, "shortest_path": null,
+                    "error": "expected a way from (0, 0) to the goal, found all of them closed by walls",
+                },
+            ],
+        }])
+    );
+}
+
+#[test]
+fn means_are_those_of_the_searches_that_reached_the_goal() {
+    let home = Home::new();
+    let reports = home.run(&["compare", "--json"]).json();
+    let names: Vec<_> =
+        reports.as_array().unwrap().iter().map(|report| &report["strategy"]).collect();
+    assert!(names.len() >= 4 && names.contains(&&json!("weight-increment")), "{names:?}");
+    for report in reports.as_array().unwrap() {
+        let searches = report["mazes"].as_array().unwrap();
+        let reached: Vec<_> = searches.iter().filter(|of| of["goal_reached"] == true).collect();
+        assert_eq!((searches.len(), &report["reachable"]), (15, &json!(14)));
+        assert_eq!(report["goal_reached"], reached.len());
+        for key in [
+            "steps_to_goal",
+            "steps_until_proven",
+            "steps_in_all",
+            "turns",
+            "path_found",
+            "shortest_path",
+            "time_us",
+        ] {
+            let numbers: Vec<_> = reached.iter().filter_map(|of| of[key].as_f64()).collect();
+            let count = if key == "steps_until_proven" {
+                &report["proven"]
+            } else {
+                &report["goal_reached"]
+            };
+            assert_eq!(count, numbers.len(), "{key}");
+            let sum = report[key].as_f64().unwrap() * count.as_f64().unwrap();
+            assert!((sum - numbers.iter().sum::<f64>()).abs() < 1e-6, "{key}: {report}");
+        }
+        let found = reached.iter().filter(|of| of["path_found"] == of["shortest_path"]).count();
+        assert_eq!(report["shortest_path_found"], found);
+        let told =
+            searches.iter().filter(|of| of["shortest_path"].is_null() && !of["error"].is_null());
+        assert_eq!(report["rightly_given_up"], told.count());
+    }
+}
+
+#[test]
+fn csv_has_a_line_for_each_search() {
+    let home = Home::new();
+    home.write("mazes/a, \"b\".txt", MAZE);
+    home.write("mazes/closed.txt", CLOSED);
+    let arguments = ["compare", "mazes", "--strategies", "flood-fill,left-wall"];
+    let ended = home.run(&[&arguments[..], &["--csv"]].concat());
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    let lines: Vec<_> = ended.stdout.lines().collect();
+    let head = "strategy,path,name,width,height,goal_reached,steps_to_goal,steps_until_proven,\
+                steps_in_all,turns,path_found,shortest_path,time_us,error";
+    assert_eq!((lines[0], lines.len()), (head, 5));
+    let quoted = lines[1].replace('\\', "/");
+    assert!(
+        quoted.starts_with(r#"flood-fill,"mazes/a, ""b"".txt","a, ""b""",4,2,true,3,2,3,1,3,3,"#),
+        "{quoted}"
+    );
+    // Column by column it is what JSON tells.
+    let reports = home.run(&[&arguments[..], &["--json"]].concat()).json();
+    let mut rows = csv::Reader::from_reader(ended.stdout.as_bytes());
+    let rows: Vec<BTreeMap<String, String>> = rows.deserialize().collect::<Result<_, _>>().unwrap();
+    let searches = reports.as_array().unwrap().iter().flat_map(|report| {
+        let of = |search| (&report["strategy"], search);
+        report["mazes"].as_array().unwrap().iter().map(of)
+    });
+    for (row, (strategy, search)) in rows.iter().zip(searches) {
+        assert_eq!(row.len(), search.as_object().unwrap().len() + 1);
+        assert_eq!(&json!(row["strategy"]), strategy);
+        for (key, value) in search.as_object().unwrap().iter().filter(|(key, _)| *key != "time_us")
+        {
+            let text = match value {
+                Value::Null => String::new(),
+                Value::String(text) => text.clone(),
+                other => other.to_string(),
+            };
+            assert_eq!(row[key], text, "{key}");
+        }
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let home = Home::new();
+    let reports = |arguments: &[&str]| {
+        timeless(home.run(&[&["compare", "--json"], arguments].concat()).json())
+    };
+    let alone = reports(&["--jobs", "1"]);
+    assert_eq!(reports(&["--jobs", "7"]), alone);
+    assert_eq!(reports(&["--jobs", "65535"]), alone);
+    assert_eq!(reports(&[]), alone);
+}
+
+#[test]
+fn strategies_run_in_the_order_given_and_once() {
+    let home = Home::new();
+    let names = |arguments: &[&str]| {
+        let ended = home.run(&[&["compare", "first steps", "--json"], arguments].concat()).json();
+        let reports = ended.as_array().unwrap().iter();
+        reports.map(|report| report["strategy"].as_str().unwrap().to_string()).collect::<Vec<_>>()
+    };
+    let swing_first = ["--strategies", "swing,left-wall", "--strategies", "swing"];
+    assert_eq!(names(&swing_first), ["swing", "left-wall"]);
+    let all = names(&[]);
+    assert_eq!(names(&["--strategies", "all,swing"]), all);
+    assert_eq!(names(&["--strategies", "swing,all"]).len(), all.len());
+}
+
+#[test]
+fn what_cannot_be_read_is_said_and_the_others_are_compared() {
+    let home = Home::new();
+    home.write("mazes/a.txt", "rubbish");
+    home.write("mazes/b.txt", MAZE);
+    let ended = home.run(&["compare", "mazes", "no such", "--strategies", "swing"]);
+    assert_eq!((ended.code, ended.stdout.lines().count()), (Some(1), 2), "{ended:?}");
+    assert!(ended.stdout.lines().nth(1).unwrap().starts_with("swing         1      1/1 "));
+    let said: Vec<_> = ended.stderr.lines().collect();
+    assert!(
+        said[0].replace('\\', "/").starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
+    );
+    assert!(
+        said[1].starts_with(r#"mmsim: expected a maze whose path holds "no such""#),
+        "{said:?}"
+    );
+    assert_eq!(said.len(), 2);
+    let ended = home.run(&["compare", "mazes/a.txt"]);
+    assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "no table without a maze");
+    let ended = home.run(&["compare", "mazes/a.txt", "--json", "--strategies", "swing"]);
+    assert_eq!((ended.code, &ended.json()[0]["mazes"]), (Some(1), &json!([])));
+}
+
+#[test]
+fn wrong_usage_is_exit_code_2() {
+    let home = Home::new();
+    let all = "[possible values: flood-fill, weight-increment, left-wall, swing";
+    for (arguments, error) in [
+        (&["--strategies", "swing,floodfill"][..], all),
+        (&["--strategies", ""], all),
+        (&["--strategies", "swing,"], all),
+        (&["--jobs", "0"], "--jobs"),
+        (&["--jobs", "many"], "--jobs"),
+        (&["--csv", "--json"], "cannot be used with"),
+    ] {
+        let ended = home.run(&[&["compare"], arguments].concat());
+        assert_eq!((ended.code, &ended.stdout[..]), (Some(2), ""), "{arguments:?}");
+        assert!(ended.stderr.contains(error), "{arguments:?}: {}", ended.stderr);
+    }
+}
