@@ -1,16 +1,21 @@
 //! Flood: the distance of every cell to the nearest target.
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
+// What a wave does is compiled anew for each kind of processor, and for that into its loop.
+#![allow(clippy::inline_always)]
 
+use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Unknown, Walls};
+
+mod between;
 mod board;
-mod both;
 mod bytes;
 mod downhill;
 mod half;
+mod update;
 mod waves;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use between::steps_between;
 use board::{Board, Chequered};
 use bytes::Line;
 pub use downhill::Downhill;
@@ -36,6 +41,8 @@ pub struct Distances {
     steps: Steps,
 }
 
+// Both in place, since there may be no allocator.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, PartialEq, Eq, Debug)]
 enum Steps {
     /// Of a maze of up to 16×16 cells: row by row from the south, 16 to a row.
@@ -79,76 +86,31 @@ impl Distances {
         distances
     }
 
+    /// Floods what a mouse knows from some targets outwards, with unknown walls taken as open and as
+    /// closed, in this order.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, KnownMaze, MazeSize};
+    /// use mmsim_solvers::Distances;
+    /// let (start, goals) = (Cell::new(0, 0), MazeSize::CLASSIC.central_cells());
+    /// let map = KnownMaze::new(MazeSize::CLASSIC, start, goals);
+    /// let [open, closed] = Distances::flood_both(&map, map.goals());
+    /// assert_eq!((open.at(start), closed.at(start)), (Some(14), None));
+    /// ```
+    pub fn flood_both(map: &KnownMaze, targets: &CellSet) -> [Self; 2] {
+        let mut both = [Self::unreachable(map.size()), Self::unreachable(map.size())];
+        for (distances, unknown) in both.iter_mut().zip([Unknown::Open, Unknown::Closed]) {
+            distances.refill(map.walls(unknown), targets);
+        }
+        both
+    }
+
     /// Floods anew, in the same place.
     pub(crate) fn refill(&mut self, walls: &Walls, targets: &CellSet) {
         if self.size != walls.size() {
             *self = Self::unreachable(walls.size());
         }
         run(Flood { walls, targets, distances: self }, walls.size());
-    }
-
-    /// Brings these distances up to date after a mouse has learned the walls around a cell: floods
-    /// anew only if that changes anything, and says whether it did. For these distances to be right
-    /// afterwards they must have been so before for the same targets, and no wall may be another
-    /// now but those around this cell.
-    ///
-    /// Distances are right if each cell is one step further than its nearest neighbour. New walls
-    /// around a cell matter to that cell and its neighbours alone.
-    ///
-    /// ```
-    /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
-    /// use mmsim_solvers::Distances;
-    /// let (mut walls, goals) = (Walls::open(MazeSize::CLASSIC), MazeSize::CLASSIC.central_cells());
-    /// let mut distances = Distances::flood(&walls, &goals);
-    /// walls.set(Cell::new(0, 0), Heading::East, true);
-    /// assert!(!distances.update(&walls, &goals, Cell::new(0, 0)), "north is as good");
-    /// walls.set(Cell::new(0, 7), Heading::East, true);
-    /// assert!(distances.update(&walls, &goals, Cell::new(0, 7)), "a detour now");
-    /// assert_eq!(distances, Distances::flood(&walls, &goals));
-    /// ```
-    pub fn update(&mut self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
-        let changes = !self.stays_right(walls, targets, seen);
-        if changes {
-            self.refill(walls, targets);
-        }
-        changes
-    }
-
-    /// Whether walls around this cell leave everything as it is.
-    fn stays_right(&self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
-        let is_open = |cell, heading| !walls.has(cell, heading);
-        // Whether a cell is a target or has a neighbour that is a step nearer.
-        let has_way_on = |cell: Cell, steps: u16| {
-            let mut neighbours = Heading::ALL.into_iter().filter(|&heading| is_open(cell, heading));
-            targets.contains(cell) && steps == 0
-                || neighbours.any(|heading| self.beyond(cell, heading) == steps.wrapping_sub(1))
-        };
-        let steps = self.raw(seen);
-        let (mut is_right, mut loses_way) = (true, false);
-        for heading in Heading::ALL {
-            let beyond = self.beyond(seen, heading);
-            if is_open(seen, heading) {
-                // Nobody reaches one of two neighbours alone.
-                let is_reached = (steps == UNREACHABLE) == (beyond == UNREACHABLE);
-                is_right &= is_reached && steps.abs_diff(beyond) <= 1;
-            } else if beyond != UNREACHABLE && steps != UNREACHABLE {
-                loses_way |= steps == beyond + 1;
-                let loses = beyond == steps + 1;
-                let neighbour = seen.neighbour(heading).filter(|_| loses);
-                is_right &= neighbour.is_none_or(|neighbour| has_way_on(neighbour, beyond));
-            }
-        }
-        is_right && (!loses_way || has_way_on(seen, steps))
-    }
-
-    /// The steps of a cell's neighbour.
-    fn beyond(&self, cell: Cell, heading: Heading) -> u16 {
-        cell.neighbour(heading).map_or(UNREACHABLE, |neighbour| self.raw(neighbour))
-    }
-
-    /// Steps, or [`UNREACHABLE`].
-    fn raw(&self, cell: Cell) -> u16 {
-        self.at(cell).unwrap_or(UNREACHABLE)
     }
 
     /// Steps from `cell` to the nearest target, `None` where there is no way and outside of the
@@ -175,23 +137,6 @@ impl Distances {
 
 const fn is_small(size: MazeSize) -> bool {
     size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
-}
-
-/// Steps from a cell to the nearest target, `None` where there is no way and where the cell lies
-/// outside of the maze. This is a flood that ends as soon as it comes to a target, and writes nothing
-/// down on its way.
-///
-/// ```
-/// use mmsim_maze::{Cell, MazeSize, Walls};
-/// use mmsim_solvers::steps_between;
-/// let walls = Walls::open(MazeSize::CLASSIC);
-/// let goals = MazeSize::CLASSIC.central_cells();
-/// assert_eq!(steps_between(&walls, Cell::new(0, 0), &goals), Some(14));
-/// ```
-pub fn steps_between(walls: &Walls, from: Cell, targets: &CellSet) -> Option<u16> {
-    let size = walls.size();
-    let is_inside = size.contains(from);
-    is_inside.then(|| run(StepsBetween { walls, from, targets }, size)).flatten()
 }
 
 /// Something to be done with halves of a maze, of the kind that the processor is best at.
@@ -225,22 +170,6 @@ impl Task for Flood<'_> {
     }
 }
 
-struct StepsBetween<'a> {
-    walls: &'a Walls,
-    from: Cell,
-    targets: &'a CellSet,
-}
-
-impl Task for StepsBetween<'_> {
-    type Output = Option<u16>;
-
-    #[inline(always)]
-    fn run<const N: usize, H: Half<N>>(self) -> Option<u16> {
-        let Self { walls, from, targets } = self;
-        waves::steps(&Board::<H>::of(walls), Chequered::of_cell(from), Chequered::of(targets))
-    }
-}
-
 impl Distances {
     /// Takes over what waves have left behind in a maze of this size.
     #[inline(always)]
@@ -266,8 +195,8 @@ impl Distances {
 }
 
 #[cfg(test)]
-mod tests {
-    use mmsim_maze::Maze;
+pub(crate) mod tests {
+    use mmsim_maze::{Heading, Maze};
     use proptest::prelude::*;
 
     use super::*;
@@ -342,23 +271,82 @@ o---o---o---o
         }
     }
 
+    /// Walls of a maze of any size; how probable they are differs from maze to maze.
+    pub(super) fn any_walls() -> impl Strategy<Value = Walls> {
+        let bits = || prop::collection::vec(any::<[u32; 3]>(), 32);
+        let size = prop_oneof![(1usize..=16, 1usize..=16), (1usize..=32, 1usize..=32)];
+        (size, bits(), bits(), 0..3).prop_map(|((width, height), north, east, density)| {
+            let rows = |rows: Vec<[u32; 3]>| {
+                let row = |[a, b, c]: &[u32; 3]| match density {
+                    0 => a & b & c,
+                    1 => a & b,
+                    _ => a & (b | c),
+                };
+                std::array::from_fn(|y| row(&rows[y]))
+            };
+            Walls::of_rows(MazeSize::new(width, height).unwrap(), rows(north), rows(east))
+        })
+    }
+
+    /// A few targets, some of them next to each other, some outside.
+    pub(super) fn any_targets() -> impl Strategy<Value = CellSet> {
+        let block = (0u8..32, 0u8..32, 0u8..3, 0u8..3);
+        prop::collection::vec(block, 0..4).prop_map(|blocks| {
+            let cells = blocks.into_iter().flat_map(|(x, y, width, height)| {
+                let row = move |y| (x..=x + width).map(move |x| Cell::new(x, y));
+                (y..=y + height).flat_map(row)
+            });
+            cells.collect()
+        })
+    }
+
+    /// Does this with each kind of halves that there are, as far as this processor has them.
+    pub(super) fn on_each_processor<T: Task>(
+        task: impl Fn() -> T,
+        size: MazeSize,
+        mut check: impl FnMut(T::Output),
+    ) {
+        check(if is_small(size) {
+            task().run::<2, [u64; 2]>()
+        } else {
+            task().run::<8, [u64; 8]>()
+        });
+        #[cfg(target_arch = "x86_64")]
+        x86::on_each(task, size, check);
+    }
+
     proptest! {
         #[test]
-        fn a_flood_equals_its_naive_twin(
-            (width, height) in (1usize..=32, 1usize..=32),
-            present in prop::collection::vec(prop::bool::weighted(0.4), 2 * MazeSize::MAX_AREA),
-            targets in prop::collection::vec((0u8..32, 0u8..32), 0..5),
-        ) {
-            let size = MazeSize::new(width, height).unwrap();
-            let mut walls = Walls::open(size);
-            for (cell, present) in size.cells().zip(present.chunks(2)) {
-                walls.set(cell, Heading::North, present[0]);
-                walls.set(cell, Heading::East, present[1]);
-            }
-            let targets: CellSet = targets.into_iter().map(|(x, y)| Cell::new(x, y)).collect();
-            let distances = Distances::flood(&walls, &targets);
-            let flooded: Vec<_> = size.cells().map(|cell| distances.at(cell)).collect();
-            prop_assert_eq!(flooded, naive(&walls, &targets));
+        fn a_flood_equals_its_naive_twin(walls in any_walls(), targets in any_targets()) {
+            let (size, expected) = (walls.size(), naive(&walls, &targets));
+            let of = |distances: &Distances| -> Vec<_> {
+                size.cells().map(|cell| distances.at(cell)).collect()
+            };
+            prop_assert_eq!(of(&Distances::flood(&walls, &targets)), expected.clone());
+            let flood = || FloodAnew { walls: &walls, targets: &targets };
+            on_each_processor(flood, size, |distances| assert_eq!(of(&distances), expected));
+            let map = KnownMaze::new(size, Cell::new(0, 0), targets);
+            let both = Distances::flood_both(&map, &targets);
+            let alone = [Unknown::Open, Unknown::Closed]
+                .map(|unknown| Distances::flood(map.walls(unknown), &targets));
+            prop_assert_eq!(both, alone);
+        }
+    }
+
+    /// A flood into distances of its own.
+    struct FloodAnew<'a> {
+        walls: &'a Walls,
+        targets: &'a CellSet,
+    }
+
+    impl Task for FloodAnew<'_> {
+        type Output = Distances;
+
+        fn run<const N: usize, H: Half<N>>(self) -> Distances {
+            let Self { walls, targets } = self;
+            let mut distances = Distances::unreachable(walls.size());
+            Flood { walls, targets, distances: &mut distances }.run::<N, H>();
+            distances
         }
     }
 }

@@ -44,18 +44,6 @@ impl<B: Bits> Ways<B> {
         let across = cells.north().and_or(self.north, across);
         cells.south().and_or(self.south, along).or_and(across, wanted)
     }
-
-    /// Those of two boards as one.
-    #[inline(always)]
-    pub(super) fn zip<P>(self, other: Self, both: impl Fn(B, B) -> P) -> Ways<P> {
-        Ways {
-            same: both(self.same, other.same),
-            east: both(self.east, other.east),
-            west: both(self.west, other.west),
-            north: both(self.north, other.north),
-            south: both(self.south, other.south),
-        }
-    }
 }
 
 impl<H> Board<H> {
@@ -67,7 +55,8 @@ impl<H> Board<H> {
         let (width, height) = (walls.size().width(), usize::from(walls.size().height()));
         let columns = u32::MAX >> (u32::BITS - u32::from(width));
         let [inner, between]: [H; 2] = split(&open::<N>(walls.east_rows(), columns >> 1, height));
-        let north: Chequered<H> = chequered(split(&open::<N>(walls.north_rows(), columns, height - 1)));
+        let north: Chequered<H> =
+            chequered(split(&open::<N>(walls.north_rows(), columns, height - 1)));
         let even = H::of(even_rows());
         let (from_light, from_dark) = (between.and(even), between.without(even));
         Self {
@@ -112,7 +101,7 @@ impl<H> Chequered<H> {
             *word = 1 << (bit % 64);
         }
         let (half, none) = (H::of(words), H::NONE);
-        if (cell.x + cell.y) % 2 == 0 {
+        if (cell.x ^ cell.y) & 1 == 0 {
             Self { dark: half, light: none }
         } else {
             Self { dark: none, light: half }

@@ -14,7 +14,7 @@ use super::{SIDE, Task, run};
 /// most 1, so that the last two bits of each distance say who is nearer.
 ///
 /// ```
-/// use mmsim_maze::{Cell, Heading, Walls};
+/// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 /// use mmsim_solvers::Downhill;
 /// let walls = Walls::open(MazeSize::CLASSIC);
 /// let downhill = Downhill::flood(&walls, &MazeSize::CLASSIC.central_cells());
@@ -56,7 +56,8 @@ impl Task for DownhillTask<'_> {
     #[inline(always)]
     fn run<const N: usize, H: Half<N>>(self) -> Downhill {
         let Self { walls, targets } = self;
-        let Chequered { dark, light } = waves::flood(&Board::<H>::of(walls), Chequered::of(targets));
+        let Chequered { dark, light } =
+            waves::flood(&Board::<H>::of(walls), Chequered::of(targets));
         let rows = |of: fn(&Marks<H>) -> H| rows::<N, H>(of(&dark), of(&light));
         let (low, high) = (rows(|marks| marks.planes[0]), rows(|marks| marks.planes[1]));
         let dry = rows(|marks| marks.dry);
@@ -83,3 +84,34 @@ impl Task for DownhillTask<'_> {
     }
 }
 
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Distances;
+    use crate::flood::tests::{any_targets, any_walls, on_each_processor};
+
+    proptest! {
+        #[test]
+        fn downhill_is_where_distances_are_less(walls in any_walls(), targets in any_targets()) {
+            let distances = Distances::flood(&walls, &targets);
+            let is_less = |cell: Cell, heading| {
+                let beyond = cell.neighbour(heading).and_then(|next| distances.at(next));
+                let here = distances.at(cell);
+                !walls.has(cell, heading) && here.is_some() && beyond.is_some() && beyond < here
+            };
+            let check = |downhill: Downhill| {
+                for cell in walls.size().cells() {
+                    let expected = Heading::ALL.into_iter().filter(|&heading| is_less(cell, heading));
+                    assert!(downhill.headings(cell).eq(expected), "{cell}");
+                }
+                let outside = Cell::new(walls.size().width(), 0);
+                assert_eq!(downhill.headings(outside).count(), 0);
+            };
+            check(Downhill::flood(&walls, &targets));
+            let task = || DownhillTask { walls: &walls, targets: &targets };
+            on_each_processor(task, walls.size(), check);
+        }
+    }
+}

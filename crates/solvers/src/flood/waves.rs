@@ -49,11 +49,9 @@ impl<B: Bits> Counts<B> {
 
 /// Floods the maze from its targets outwards.
 #[inline(always)]
-pub(super) fn flood<B: Bits>(
-    board: &Board<B>,
-    targets: Chequered<B>,
-) -> Chequered<Marks<B>> {
-    let dry = Chequered { dark: B::ALL.without(targets.dark), light: B::ALL.without(targets.light) };
+pub(super) fn flood<B: Bits>(board: &Board<B>, targets: Chequered<B>) -> Chequered<Marks<B>> {
+    let dry =
+        Chequered { dark: B::ALL.without(targets.dark), light: B::ALL.without(targets.light) };
     // Waves begin at the edge of a goal; and if that is all of one colour, each has but one.
     let edge = Chequered {
         dark: board.into_dark.from(dry.light, targets.dark),
@@ -61,11 +59,17 @@ pub(super) fn flood<B: Bits>(
     };
     if edge.light.is_empty() {
         let [dark, light] = waves_of_one_colour(
-            &[board.into_light, board.into_dark], edge.dark, [dry.dark, dry.light]);
+            &[board.into_light, board.into_dark],
+            edge.dark,
+            [dry.dark, dry.light],
+        );
         Chequered { dark, light }
     } else if edge.dark.is_empty() {
         let [light, dark] = waves_of_one_colour(
-            &[board.into_dark, board.into_light], edge.light, [dry.light, dry.dark]);
+            &[board.into_dark, board.into_light],
+            edge.light,
+            [dry.light, dry.dark],
+        );
         Chequered { dark, light }
     } else {
         waves_of_both_colours(board, edge, dry)

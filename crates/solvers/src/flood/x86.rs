@@ -6,12 +6,14 @@
 //! of x86-64. Values of the other types are made and used within the functions that are marked with
 //! their features, which [`small`] and [`large`] call after they have asked the processor.
 #![allow(unsafe_code)]
+// Intrinsics have long names, and are what this file is about.
+#![allow(clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
 use super::half::{Bits, Half};
-use super::*;
+use super::{MazeSize, Task, is_small};
 
 /// 128 bits.
 #[derive(Clone, Copy)]
@@ -206,6 +208,17 @@ impl Bits for Avx512Small {
 const AND_OR: i32 = 0b1110_1010;
 const OR_AND: i32 = 0b1010_1000;
 
+/// For each row of 32 the one so many rows further to the north, round and round.
+const fn neighbour_rows(further: u16) -> [u16; 32] {
+    let mut rows = [further; 32];
+    let mut row = 1;
+    while row < rows.len() {
+        rows[row] = (rows[row - 1] + 1) % 32;
+        row += 1;
+    }
+    rows
+}
+
 impl Half<8> for Avx512Large {
     #[inline(always)]
     fn of(words: [u64; 8]) -> Self {
@@ -256,15 +269,13 @@ impl Bits for Avx512Large {
 
     #[inline(always)]
     fn north(self) -> Self {
-        let rows: [u16; 32] = core::array::from_fn(|row| (row as u16).wrapping_sub(1) & 31);
-        let rows = simd!(transmute::<[u16; 32], __m512i>(rows));
+        let rows = simd!(transmute::<[u16; 32], __m512i>(neighbour_rows(31)));
         Self(simd!(_mm512_maskz_permutexvar_epi16(!1, rows, self.0)))
     }
 
     #[inline(always)]
     fn south(self) -> Self {
-        let rows: [u16; 32] = core::array::from_fn(|row| (row as u16 + 1) & 31);
-        let rows = simd!(transmute::<[u16; 32], __m512i>(rows));
+        let rows = simd!(transmute::<[u16; 32], __m512i>(neighbour_rows(1)));
         Self(simd!(_mm512_maskz_permutexvar_epi16(!0 >> 1, rows, self.0)))
     }
 
@@ -281,5 +292,21 @@ impl Bits for Avx512Large {
     #[inline(always)]
     fn or_and(self, others: Self, mask: Self) -> Self {
         Self(simd!(_mm512_ternarylogic_epi64::<OR_AND>(self.0, others.0, mask.0)))
+    }
+}
+
+/// Does this with each kind of halves that this processor has.
+#[cfg(test)]
+pub(super) fn on_each<T: Task>(
+    task: impl Fn() -> T,
+    size: MazeSize,
+    mut check: impl FnMut(T::Output),
+) {
+    if is_small(size) {
+        check(task().run::<2, Sse2>());
+    }
+    if has_avx512() {
+        // SAFETY: the processor has what they need.
+        check(unsafe { if is_small(size) { small_avx512(task()) } else { large_avx512(task()) } });
     }
 }

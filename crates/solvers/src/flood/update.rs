@@ -1,0 +1,116 @@
+//! After new walls: a flood only when it is needed.
+
+use mmsim_maze::{Cell, CellSet, Heading, Walls};
+
+use super::{Distances, UNREACHABLE};
+
+impl Distances {
+    /// Brings these distances up to date after a mouse has learned the walls around a cell: floods
+    /// anew only if that changes anything, and says whether it did. For these distances to be right
+    /// afterwards they must have been so before for the same targets, and no wall may be another
+    /// now but those around this cell.
+    ///
+    /// Distances are right if each cell is one step further than its nearest neighbour. New walls
+    /// around a cell matter to that cell and its neighbours alone.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
+    /// use mmsim_solvers::Distances;
+    /// let (mut walls, goals) = (Walls::open(MazeSize::CLASSIC), MazeSize::CLASSIC.central_cells());
+    /// let mut distances = Distances::flood(&walls, &goals);
+    /// walls.set(Cell::new(0, 0), Heading::East, true);
+    /// assert!(!distances.update(&walls, &goals, Cell::new(0, 0)), "north is as good");
+    /// walls.set(Cell::new(0, 7), Heading::East, true);
+    /// assert!(distances.update(&walls, &goals, Cell::new(0, 7)), "a detour now");
+    /// assert_eq!(distances, Distances::flood(&walls, &goals));
+    /// ```
+    pub fn update(&mut self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
+        let changes = !self.stays_right(walls, targets, seen);
+        if changes {
+            self.refill(walls, targets);
+        }
+        changes
+    }
+
+    /// Whether walls around this cell leave everything as it is.
+    fn stays_right(&self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
+        let is_open = |cell, heading| !walls.has(cell, heading);
+        // Whether a cell is a target or has a neighbour that is a step nearer.
+        let has_way_on = |cell: Cell, steps: u16| {
+            let mut neighbours = Heading::ALL.into_iter().filter(|&heading| is_open(cell, heading));
+            targets.contains(cell) && steps == 0
+                || neighbours.any(|heading| self.beyond(cell, heading) == steps.wrapping_sub(1))
+        };
+        let steps = self.raw(seen);
+        let (mut is_right, mut loses_way) = (true, false);
+        for heading in Heading::ALL {
+            let beyond = self.beyond(seen, heading);
+            if is_open(seen, heading) {
+                // Nobody reaches one of two neighbours alone.
+                let is_reached = (steps == UNREACHABLE) == (beyond == UNREACHABLE);
+                is_right &= is_reached && steps.abs_diff(beyond) <= 1;
+            } else if beyond != UNREACHABLE && steps != UNREACHABLE {
+                loses_way |= steps == beyond + 1;
+                let loses = beyond == steps + 1;
+                let neighbour = seen.neighbour(heading).filter(|_| loses);
+                is_right &= neighbour.is_none_or(|neighbour| has_way_on(neighbour, beyond));
+            }
+        }
+        is_right && (!loses_way || has_way_on(seen, steps))
+    }
+
+    /// The steps of a cell's neighbour.
+    fn beyond(&self, cell: Cell, heading: Heading) -> u16 {
+        cell.neighbour(heading).map_or(UNREACHABLE, |neighbour| self.raw(neighbour))
+    }
+
+    /// Steps, or [`UNREACHABLE`].
+    fn raw(&self, cell: Cell) -> u16 {
+        self.at(cell).unwrap_or(UNREACHABLE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::MazeSize;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::flood::tests::{any_targets, any_walls};
+
+    proptest! {
+        #[test]
+        fn an_update_is_a_flood(
+            mut walls in any_walls(),
+            targets in any_targets(),
+            changes in prop::collection::vec((0u8..32, 0u8..32, any::<[bool; 4]>()), 0..60),
+        ) {
+            let mut distances = Distances::flood(&walls, &targets);
+            for (x, y, present) in changes {
+                let cell = Cell::new(x % walls.size().width(), y % walls.size().height());
+                for (heading, present) in Heading::ALL.into_iter().zip(present) {
+                    walls.set(cell, heading, present);
+                }
+                let before = distances.clone();
+                let changed = distances.update(&walls, &targets, cell);
+                prop_assert_eq!(&distances, &Distances::flood(&walls, &targets));
+                prop_assert!(changed || distances == before);
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_reached_may_be_reached_later_and_the_other_way_round() {
+        let mut walls = Walls::closed(MazeSize::new(3, 1).unwrap());
+        let (cell, targets) = (Cell::new(1, 0), [Cell::new(2, 0)].into_iter().collect());
+        let mut distances = Distances::flood(&walls, &targets);
+        walls.set(cell, Heading::West, false);
+        assert!(!distances.update(&walls, &targets, cell), "both cannot be reached as before");
+        walls.set(cell, Heading::East, false);
+        assert!(distances.update(&walls, &targets, cell));
+        assert_eq!(distances.at(Cell::new(0, 0)), Some(2));
+        walls.set(cell, Heading::West, true);
+        assert!(distances.update(&walls, &targets, cell));
+        assert_eq!(distances.at(Cell::new(0, 0)), None);
+    }
+}
