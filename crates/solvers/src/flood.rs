@@ -10,6 +10,7 @@ mod board;
 mod bytes;
 mod downhill;
 mod half;
+mod processor;
 mod update;
 mod waves;
 #[cfg(target_arch = "x86_64")]
@@ -20,9 +21,9 @@ use board::{Board, Chequered};
 use bytes::Line;
 pub use downhill::Downhill;
 use half::Half;
+pub use processor::Instructions;
+use processor::{Task, run};
 use waves::Marks;
-#[cfg(target_arch = "x86_64")]
-use x86::run;
 
 /// Distances in steps from each cell to the nearest of some target cells, along ways without a
 /// wall.
@@ -139,20 +140,6 @@ const fn is_small(size: MazeSize) -> bool {
     size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
 }
 
-/// Something to be done with halves of a maze, of the kind that the processor is best at.
-trait Task {
-    type Output;
-
-    /// `N` is 2 in mazes of up to 16×16 cells, 8 in larger ones.
-    fn run<const N: usize, H: Half<N>>(self) -> Self::Output;
-}
-
-/// Does this with halves that any processor has.
-#[cfg(not(target_arch = "x86_64"))]
-fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
-    if is_small(size) { task.run::<2, [u64; 2]>() } else { task.run::<8, [u64; 8]>() }
-}
-
 struct Flood<'a> {
     walls: &'a Walls,
     targets: &'a CellSet,
@@ -195,10 +182,11 @@ impl Distances {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use mmsim_maze::{Heading, Maze};
     use proptest::prelude::*;
 
+    use super::processor::with_each;
     use super::*;
 
     #[test]
@@ -300,21 +288,6 @@ o---o---o---o
         })
     }
 
-    /// Does this with each kind of halves that there are, as far as this processor has them.
-    pub(super) fn on_each_processor<T: Task>(
-        task: impl Fn() -> T,
-        size: MazeSize,
-        mut check: impl FnMut(T::Output),
-    ) {
-        check(if is_small(size) {
-            task().run::<2, [u64; 2]>()
-        } else {
-            task().run::<8, [u64; 8]>()
-        });
-        #[cfg(target_arch = "x86_64")]
-        x86::on_each(task, size, check);
-    }
-
     proptest! {
         #[test]
         fn a_flood_equals_its_naive_twin(walls in any_walls(), targets in any_targets()) {
@@ -324,7 +297,7 @@ o---o---o---o
             };
             prop_assert_eq!(of(&Distances::flood(&walls, &targets)), expected.clone());
             let flood = || FloodAnew { walls: &walls, targets: &targets };
-            on_each_processor(flood, size, |distances| assert_eq!(of(&distances), expected));
+            with_each(flood, size, |distances| assert_eq!(of(&distances), expected));
             let map = KnownMaze::new(size, Cell::new(0, 0), targets);
             let both = Distances::flood_both(&map, &targets);
             let alone = [Unknown::Open, Unknown::Closed]

@@ -55,7 +55,7 @@ pub use a_star::ShortestPath;
 #[cfg(feature = "std")]
 pub use bundled::{Bundled, UnknownStrategy};
 pub use facts::MazeFacts;
-pub use flood::{Distances, Downhill, steps_between};
+pub use flood::{Distances, Downhill, Instructions, steps_between};
 pub use flood_fill::FloodFill;
 pub use left_wall::LeftWall;
 pub use mouse::{Crash, Mouse};

@@ -4,7 +4,8 @@ use mmsim_maze::{Cell, CellSet, Walls};
 
 use super::board::{Board, Chequered};
 use super::half::Half;
-use super::{Task, run, waves};
+use super::processor::{Task, run};
+use super::waves;
 
 /// Steps from a cell to the nearest target, `None` where there is no way and where the cell lies
 /// outside of the maze. This is a flood that ends as soon as it comes to a target, and writes nothing
@@ -45,7 +46,8 @@ mod tests {
 
     use super::*;
     use crate::Distances;
-    use crate::flood::tests::{any_targets, any_walls, on_each_processor};
+    use crate::flood::processor::with_each;
+    use crate::flood::tests::{any_targets, any_walls};
 
     proptest! {
         #[test]
@@ -59,7 +61,7 @@ mod tests {
             prop_assert_eq!(steps_between(&walls, from, &targets), expected);
             if walls.size().contains(from) {
                 let task = || StepsBetween { walls: &walls, from, targets: &targets };
-                on_each_processor(task, walls.size(), |steps| assert_eq!(steps, expected));
+                with_each(task, walls.size(), |steps| assert_eq!(steps, expected));
             }
         }
     }

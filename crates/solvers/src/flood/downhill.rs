@@ -2,10 +2,11 @@
 
 use mmsim_maze::{Cell, CellSet, Heading, Walls};
 
+use super::SIDE;
 use super::board::{Board, Chequered, rows};
 use super::half::Half;
+use super::processor::{Task, run};
 use super::waves::{self, Marks};
-use super::{SIDE, Task, run};
 
 /// For each heading, the cells from which a step that way leads a step nearer to the targets.
 ///
@@ -90,7 +91,8 @@ mod tests {
 
     use super::*;
     use crate::Distances;
-    use crate::flood::tests::{any_targets, any_walls, on_each_processor};
+    use crate::flood::processor::with_each;
+    use crate::flood::tests::{any_targets, any_walls};
 
     proptest! {
         #[test]
@@ -111,7 +113,7 @@ mod tests {
             };
             check(Downhill::flood(&walls, &targets));
             let task = || DownhillTask { walls: &walls, targets: &targets };
-            on_each_processor(task, walls.size(), check);
+            with_each(task, walls.size(), check);
         }
     }
 }

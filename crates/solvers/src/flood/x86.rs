@@ -4,7 +4,7 @@
 //! and methods of traits cannot name one. None of those here reads or writes memory through a
 //! pointer, so that all there is to see to is that the processor knows the instruction. SSE2 is part
 //! of x86-64. Values of the other types are made and used within the functions that are marked with
-//! their features, which [`small`] and [`large`] call after they have asked the processor.
+//! their features, which [`run_with`] calls after it has asked the processor.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and are what this file is about.
 #![allow(clippy::wildcard_imports)]
@@ -12,8 +12,11 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
+use mmsim_maze::MazeSize;
+
 use super::half::{Bits, Half};
-use super::{MazeSize, Task, is_small};
+use super::is_small;
+use super::processor::{Instructions, Task, large, small};
 
 /// 128 bits.
 #[derive(Clone, Copy)]
@@ -27,16 +30,22 @@ struct Avx512Small(Sse2);
 #[derive(Clone, Copy)]
 struct Avx512Large(__m512i);
 
-/// Does this with the fastest halves that the processor has.
-pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
+/// Does this with these instructions, or with lesser ones if they are not there.
+pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
     // One call, so that what it gives is made where it goes.
-    let run: unsafe fn(T) -> T::Output = match (is_small(size), has_avx512()) {
-        (true, true) => small_avx512,
-        (true, false) => T::run::<2, Sse2>,
-        (false, true) => large_avx512,
-        (false, false) => T::run::<8, [u64; 8]>,
+    let run: unsafe fn(T) -> T::Output = match (instructions, is_small(size)) {
+        (Instructions::Portable, true) => small,
+        (Instructions::Avx512, is_small) if instructions.are_there() => {
+            if is_small {
+                small_avx512
+            } else {
+                large_avx512
+            }
+        }
+        (_, true) => T::run::<2, Sse2>,
+        (_, false) => large,
     };
-    // SAFETY: the processor has what it needs.
+    // SAFETY: the processor has what it needs, which was just seen for AVX-512.
     unsafe { run(task) }
 }
 
@@ -48,18 +57,6 @@ fn small_avx512<T: Task>(task: T) -> T::Output {
 #[target_feature(enable = "avx512f,avx512bw,avx512vl")]
 fn large_avx512<T: Task>(task: T) -> T::Output {
     task.run::<8, Avx512Large>()
-}
-
-#[cfg(feature = "std")]
-fn has_avx512() -> bool {
-    use std::arch::is_x86_feature_detected as has;
-    has!("avx512f") && has!("avx512bw") && has!("avx512vl")
-}
-
-/// There is no asking without `std`.
-#[cfg(not(feature = "std"))]
-const fn has_avx512() -> bool {
-    false
 }
 
 /// An intrinsic, see the head of this file.
@@ -292,21 +289,5 @@ impl Bits for Avx512Large {
     #[inline(always)]
     fn or_and(self, others: Self, mask: Self) -> Self {
         Self(simd!(_mm512_ternarylogic_epi64::<OR_AND>(self.0, others.0, mask.0)))
-    }
-}
-
-/// Does this with each kind of halves that this processor has.
-#[cfg(test)]
-pub(super) fn on_each<T: Task>(
-    task: impl Fn() -> T,
-    size: MazeSize,
-    mut check: impl FnMut(T::Output),
-) {
-    if is_small(size) {
-        check(task().run::<2, Sse2>());
-    }
-    if has_avx512() {
-        // SAFETY: the processor has what they need.
-        check(unsafe { if is_small(size) { small_avx512(task()) } else { large_avx512(task()) } });
     }
 }
