@@ -1,12 +1,15 @@
 //! What the benchmarks share: mazes, and a server to talk to.
 
+use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Instant;
 
+use criterion::{BatchSize, Criterion, Throughput};
 use mmsim_client::{InMemory, search_run};
-use mmsim_maze::{Catalogue, Cell, CellSet, Heading, KnownMaze, Maze, Pose};
+use mmsim_maze::{Catalogue, Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
 use mmsim_server::{Background, Server, Simulation};
-use mmsim_solvers::{Bundled, Mouse};
+use mmsim_solvers::{Bundled, Mouse, Move, Strategy};
 
 /// States of one search at most: wall followers may go round for ever.
 const MAX_STATES: u32 = 400;
@@ -17,13 +20,17 @@ const MAX_STATES: u32 = 400;
 /// # Panics
 /// The project's own mazes cannot be read.
 pub fn classic_mazes() -> Vec<Maze> {
+    mazes_of(&["mazes", "../shared/mazes/classic"], |size| size == MazeSize::CLASSIC)
+}
+
+fn mazes_of(folders: &[&str], is_wanted: fn(MazeSize) -> bool) -> Vec<Maze> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut mazes = Vec::new();
-    for folder in ["mazes", "../shared/mazes/classic"] {
+    for folder in folders {
         let Ok(catalogue) = Catalogue::of_path(&root.join(folder)) else { continue };
         mazes.extend(catalogue.entries().iter().map(|entry| entry.maze().unwrap()));
     }
-    mazes.retain(|maze| maze.size() == mmsim_maze::MazeSize::CLASSIC);
+    mazes.retain(|maze| is_wanted(maze.size()));
     mazes
 }
 
@@ -111,5 +118,100 @@ impl<'m> Searches<'m> {
         // A goal that cannot be reached ends a search as well.
         let _ =
             search_run(&mut transport, &mut mouse, MAX_STATES, |_, _| ControlFlow::Continue(()));
+    }
+}
+
+/// Mazes of more than 16×16 cells: those of the shared collection, where that is there, and those of
+/// the project.
+///
+/// # Panics
+/// The project's own mazes cannot be read.
+pub fn large_mazes() -> Vec<Maze> {
+    mazes_of(&["mazes", "../shared/mazes/halfsize"], |size| size == MazeSize::HALF_SIZE)
+}
+
+/// Where a mouse stood each time it looked around on its search of this maze, in that order.
+pub fn walls_seen(maze: &Maze, strategy: impl Strategy) -> Vec<Pose> {
+    let mut mouse = Mouse::new(strategy, KnownMaze::before(maze), maze.start());
+    let mut seen = Vec::new();
+    while seen.len() < MAX_STATES as usize {
+        let pose = mouse.pose();
+        let noted = mouse.see(maze.walls().around(pose)).is_ok();
+        seen.push(pose);
+        let went = match mouse.decide() {
+            Ok(Move::Step(step)) => mouse.go(step).is_ok(),
+            Ok(Move::Stop) | Err(_) => false,
+        };
+        if !noted || !went {
+            break;
+        }
+    }
+    seen
+}
+
+/// Something that is timed beside others of its kind.
+pub struct Row<'a, T> {
+    name: String,
+    run: Box<dyn Fn(&T) + 'a>,
+}
+
+impl<'a, T> Row<'a, T> {
+    /// Times this under that name.
+    pub fn new(name: &str, run: impl Fn(&T) + 'a) -> Self {
+        Self { name: name.into(), run: Box::new(run) }
+    }
+}
+
+/// In how many rounds rows take turns, and how many things each is done with in a round.
+const ROUNDS: usize = 101;
+const IN_A_ROUND: u32 = 200;
+
+/// Times rows one after another with criterion, and then in turns, so that a change in the machine's
+/// speed hits all of them; prints the medians of these rounds, and how many times as long as the
+/// first row each other one takes. The things it is done with come in mixed order.
+///
+/// # Panics
+/// There is nothing to do it with.
+pub fn compare<T>(criterion: &mut Criterion, name: &str, things: &[T], rows: &[Row<'_, T>]) {
+    let mut group = criterion.benchmark_group(name);
+    group.throughput(Throughput::Elements(1));
+    for Row { name, run } in rows {
+        let mut noise = Noise::new(1);
+        group.bench_function(name, |b| {
+            b.iter_batched(
+                || &things[noise.below(things.len())],
+                |thing| run(black_box(thing)),
+                BatchSize::SmallInput,
+            );
+        });
+    }
+    group.finish();
+    if !std::env::args().any(|argument| argument == "--test") {
+        in_turns(name, things, rows);
+    }
+}
+
+fn in_turns<T>(name: &str, things: &[T], rows: &[Row<'_, T>]) {
+    let mut times = vec![Vec::new(); rows.len()];
+    let mut noise = Noise::new(2);
+    for _ in 0..ROUNDS {
+        let order: Vec<_> = (0..IN_A_ROUND).map(|_| noise.below(things.len())).collect();
+        for (Row { run, .. }, times) in rows.iter().zip(&mut times) {
+            let begun = Instant::now();
+            for &index in &order {
+                run(black_box(&things[index]));
+            }
+            times.push(begun.elapsed().as_secs_f64() / f64::from(IN_A_ROUND));
+        }
+    }
+    let median = |mut times: Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        times[ROUNDS / 2]
+    };
+    println!("{name}, medians of {ROUNDS} rounds in turns:");
+    let first = times[0].clone();
+    for (Row { name, .. }, times) in rows.iter().zip(times) {
+        let ratio = median(times.iter().zip(&first).map(|(this, first)| this / first).collect());
+        println!("  {name:<32} {:>10.1} ns  {ratio:>6.2} times", median(times) * 1e9);
     }
 }

@@ -16,15 +16,14 @@ use super::{Distances, Flood};
 /// let (walls, goals) = (Walls::open(MazeSize::CLASSIC), MazeSize::CLASSIC.central_cells());
 /// let expected = Distances::flood(&walls, &goals);
 /// for instructions in Instructions::ALL {
-///     let flooded = Distances::flood_with(instructions, &walls, &goals);
-///     assert!(flooded.is_none_or(|distances| distances == expected));
+///     assert_eq!(Distances::flood_with(instructions, &walls, &goals), expected);
 /// }
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instructions {
     /// What any processor has: words of 64 bits.
     Portable,
-    /// What any x86-64 processor has. Mazes of more than 16×16 cells are flooded as portably.
+    /// What any x86-64 processor has.
     Sse2,
     /// AVX-512 with the extensions BW and VL, as most servers' and some laptops' processors have it.
     Avx512,
@@ -69,16 +68,13 @@ impl Instructions {
 }
 
 impl Distances {
-    /// As [`flood`](Self::flood) with these instructions; `None` if the processor does not have them.
-    pub fn flood_with(
-        instructions: Instructions,
-        walls: &Walls,
-        targets: &CellSet,
-    ) -> Option<Self> {
+    /// As [`flood`](Self::flood), but with these instructions, or with lesser ones if the processor
+    /// does not have them.
+    pub fn flood_with(instructions: Instructions, walls: &Walls, targets: &CellSet) -> Self {
         let mut distances = Self::unreachable(walls.size());
         let flood = Flood { walls, targets, distances: &mut distances };
-        instructions.are_there().then(|| run_with(instructions, flood, walls.size()))?;
-        Some(distances)
+        run_with(instructions, flood, walls.size());
+        distances
     }
 }
 

@@ -7,6 +7,7 @@ use super::half::Bits;
 pub(super) const PLANES: usize = 10;
 
 /// What waves leave behind: the distance of each cell, bit by bit.
+#[derive(Clone, Copy)]
 pub(super) struct Marks<B> {
     /// Bit i of each distance.
     pub(super) planes: [B; PLANES],
@@ -57,30 +58,23 @@ pub(super) fn flood<B: Bits>(board: &Board<B>, targets: Chequered<B>) -> Chequer
         dark: board.into_dark.from(dry.light, targets.dark),
         light: board.into_light.from(dry.dark, targets.light),
     };
-    if edge.light.is_empty() {
-        let [dark, light] = waves_of_one_colour(
-            &[board.into_light, board.into_dark],
-            edge.dark,
-            [dry.dark, dry.light],
-        );
-        Chequered { dark, light }
-    } else if edge.dark.is_empty() {
-        let [light, dark] = waves_of_one_colour(
-            &[board.into_dark, board.into_light],
-            edge.light,
-            [dry.light, dry.dark],
-        );
-        Chequered { dark, light }
-    } else {
-        waves_of_both_colours(board, edge, dry)
+    let is_dark = edge.light.is_empty();
+    if !is_dark && !edge.dark.is_empty() {
+        return waves_of_both_colours(board, edge, dry);
     }
+    // Taken from tables, since nobody can predict which colour it is.
+    let (near, far) = (usize::from(!is_dark), usize::from(is_dark));
+    let (into, dry) = ([board.into_dark, board.into_light], [dry.dark, dry.light]);
+    let edge = [edge.dark, edge.light][near];
+    let marks = waves_of_one_colour([&into[far], &into[near]], edge, [dry[near], dry[far]]);
+    Chequered { dark: marks[near], light: marks[far] }
 }
 
 /// Waves that begin in cells of one colour, the near one; each is of one colour then. Ways and dry
 /// cells are those into and of the far and the near colour. Gives near and far marks.
 #[inline(always)]
 fn waves_of_one_colour<B: Bits>(
-    [into_far, into_near]: &[Ways<B>; 2],
+    [into_far, into_near]: [&Ways<B>; 2],
     edge: B,
     [mut dry_near, mut dry_far]: [B; 2],
 ) -> [Marks<B>; 2] {

@@ -22,6 +22,10 @@ use super::processor::{Instructions, Task, large, small};
 #[derive(Clone, Copy)]
 struct Sse2(__m128i);
 
+/// Four times 128 bits.
+#[derive(Clone, Copy)]
+struct Sse2Large([__m128i; 4]);
+
 /// 128 bits with three-way logic, which takes the features F and VL.
 #[derive(Clone, Copy)]
 struct Avx512Small(Sse2);
@@ -42,8 +46,9 @@ pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeS
                 large_avx512
             }
         }
+        (Instructions::Portable, false) => large,
         (_, true) => T::run::<2, Sse2>,
-        (_, false) => large,
+        (_, false) => T::run::<8, Sse2Large>,
     };
     // SAFETY: the processor has what it needs, which was just seen for AVX-512.
     unsafe { run(task) }
@@ -126,6 +131,87 @@ impl Bits for Sse2 {
     fn is_empty(self) -> bool {
         let bytes = simd!(_mm_cmpeq_epi8(self.0, _mm_setzero_si128()));
         simd!(_mm_movemask_epi8(bytes)) == 0xffff
+    }
+}
+
+impl Half<8> for Sse2Large {
+    #[inline(always)]
+    fn of(words: [u64; 8]) -> Self {
+        Self(simd!(transmute::<[u64; 8], [__m128i; 4]>(words)))
+    }
+
+    #[inline(always)]
+    fn words(self) -> [u64; 8] {
+        simd!(transmute::<[__m128i; 4], [u64; 8]>(self.0))
+    }
+}
+
+impl Sse2Large {
+    #[inline(always)]
+    fn zip(mut self, other: Self, both: impl Fn(__m128i, __m128i) -> __m128i) -> Self {
+        for (one, other) in self.0.iter_mut().zip(other.0) {
+            *one = both(*one, other);
+        }
+        self
+    }
+}
+
+impl Bits for Sse2Large {
+    const NONE: Self = Self([Sse2::NONE.0; 4]);
+    const ALL: Self = Self([Sse2::ALL.0; 4]);
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        self.zip(other, |a, b| simd!(_mm_and_si128(a, b)))
+    }
+
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        self.zip(other, |a, b| simd!(_mm_or_si128(a, b)))
+    }
+
+    #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        self.zip(other, |a, b| simd!(_mm_xor_si128(a, b)))
+    }
+
+    #[inline(always)]
+    fn without(self, other: Self) -> Self {
+        self.zip(other, |a, b| simd!(_mm_andnot_si128(b, a)))
+    }
+
+    #[inline(always)]
+    fn up<const BITS: i32>(self) -> Self {
+        self.zip(self, |a, _| simd!(_mm_slli_epi64::<BITS>(a)))
+    }
+
+    #[inline(always)]
+    fn down<const BITS: i32>(self) -> Self {
+        self.zip(self, |a, _| simd!(_mm_srli_epi64::<BITS>(a)))
+    }
+
+    #[inline(always)]
+    fn north(self) -> Self {
+        let [a, b, c, _] = self.0;
+        let from_south = Self([Sse2::NONE.0, a, b, c]);
+        self.zip(from_south, |row, south| {
+            simd!(_mm_or_si128(_mm_slli_si128::<2>(row), _mm_srli_si128::<14>(south)))
+        })
+    }
+
+    #[inline(always)]
+    fn south(self) -> Self {
+        let [_, b, c, d] = self.0;
+        let from_north = Self([b, c, d, Sse2::NONE.0]);
+        self.zip(from_north, |row, north| {
+            simd!(_mm_or_si128(_mm_srli_si128::<2>(row), _mm_slli_si128::<14>(north)))
+        })
+    }
+
+    #[inline(always)]
+    fn is_empty(self) -> bool {
+        let [a, b, c, d] = self.0.map(Sse2);
+        a.or(b).or(c.or(d)).is_empty()
     }
 }
 
