@@ -1,0 +1,357 @@
+//! Shortest-path search: explores until a shortest way is proven, and no longer.
+
+use core::cmp::Reverse;
+
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Unknown, WallState, Walls};
+
+use crate::strategy::step_to_least;
+use crate::{Distances, Move, SearchError, Strategy};
+
+/// Shortest-path search: goes to the goal, explores until it is proven that no unknown wall can
+/// hide a shorter way than the known one, returns to the start, and runs fast.
+///
+/// - To the goal it goes by flood fill, unknown walls taken as open; of neighbours equally near the
+///   one that is least far off as the crow flies, so that it keeps most ways open.
+/// - Then it looks at the shortest ways from the start to the goal, unknown walls open, layer by
+///   layer: all cells at the same distance from the start. Each way crosses each layer, so where it
+///   has seen nothing of a layer yet, a few walls may close all of them at once. It goes to the
+///   [nearest cell of the narrowest such layers](shortest_ways).
+/// - It stops exploring as soon as one of those ways is known to be open all along: then the cost
+///   with unknown walls open equals the one with unknown walls closed.
+/// - It comes home over unknown walls where that may be shorter.
+///
+/// Its weights are distances to where it goes, in steps. It proves a shortest way wherever there is
+/// one; where there is none it comes back to the start and says so there.
+#[derive(Clone, Debug)]
+pub struct ShortestPathSearch {
+    leg: Leg,
+    /// The walls for which it was planned, unknown ones open and closed; none at first.
+    planned_for: Option<[Walls; 2]>,
+    distances: Distances,
+}
+
+/// What the mouse is about.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Leg {
+    ToGoal,
+    Explore,
+    Return,
+    /// No goal can be reached: it returns to say so.
+    GiveUp,
+    FastRun,
+}
+
+impl ShortestPathSearch {
+    /// A search that has not begun yet.
+    pub const fn new() -> Self {
+        Self {
+            leg: Leg::ToGoal,
+            planned_for: None,
+            distances: Distances::unreachable(mmsim_maze::MazeSize::CLASSIC),
+        }
+    }
+
+    /// Whether the map tells something that it did not tell when the way was planned.
+    fn has_news(&mut self, map: &KnownMaze) -> bool {
+        let is_known = |[open, closed]: &[Walls; 2]| {
+            open == map.walls(Unknown::Open) && closed == map.walls(Unknown::Closed)
+        };
+        let has_news = !self.planned_for.as_ref().is_some_and(is_known);
+        if has_news {
+            self.planned_for = Some([Unknown::Open, Unknown::Closed].map(|u| map.walls(u).clone()));
+        }
+        has_news
+    }
+
+    /// Plans the way on, and starts the next leg where one is over.
+    fn plan(&mut self, map: &KnownMaze, cell: Cell) {
+        let open = map.walls(Unknown::Open);
+        if self.leg == Leg::ToGoal {
+            self.distances = Distances::flood(open, map.goals());
+            if map.goals().contains(cell) {
+                self.leg = Leg::Explore;
+            } else if self.distances.at(cell).is_none() {
+                self.leg = Leg::GiveUp;
+            }
+        }
+        if self.leg == Leg::Explore {
+            match cell_to_see(map, cell) {
+                Some(target) => self.distances = Distances::flood(open, &only(target)),
+                None => self.leg = Leg::Return,
+            }
+        }
+        if matches!(self.leg, Leg::Return | Leg::GiveUp) {
+            let known = Distances::flood(map.walls(Unknown::Closed), &only(map.start()));
+            let hoped = Distances::flood(open, &only(map.start()));
+            self.distances = if hoped.at(cell) < known.at(cell) { hoped } else { known };
+        }
+        if self.leg == Leg::Return && cell == map.start() {
+            self.leg = Leg::FastRun;
+            self.distances = Distances::flood(map.walls(Unknown::Closed), map.goals());
+        }
+    }
+
+    /// Whether the mouse is where this leg ends.
+    fn has_arrived(&self, map: &KnownMaze, cell: Cell) -> bool {
+        match self.leg {
+            Leg::ToGoal => map.goals().contains(cell),
+            Leg::Return => cell == map.start(),
+            Leg::Explore | Leg::GiveUp | Leg::FastRun => false,
+        }
+    }
+}
+
+impl Default for ShortestPathSearch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Strategy for ShortestPathSearch {
+    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
+        let cell = pose.cell;
+        // A cell it has been to tells nothing new, and the way on is as planned.
+        if self.leg != Leg::FastRun && (self.has_news(map) || self.has_arrived(map, cell)) {
+            self.plan(map, cell);
+        }
+        match self.leg {
+            Leg::FastRun if map.goals().contains(cell) => return Ok(Move::Stop),
+            Leg::GiveUp if map.start() == cell => {
+                return Err(SearchError::GoalUnreachable { cell });
+            }
+            _ => {}
+        }
+        let off_goal = |cell| if self.leg == Leg::ToGoal { crow_flies(map, cell) } else { 0 };
+        step_to_least(map, pose, |cell| (self.weight(cell), off_goal(cell)))
+            .filter(|&(_, next)| self.distances.at(next).is_some())
+            .map(|(step, _)| Move::Step(step))
+            .ok_or(SearchError::BoxedIn { cell })
+    }
+
+    fn weight(&self, cell: Cell) -> u16 {
+        self.distances.at(cell).unwrap_or(u16::MAX)
+    }
+
+    fn runs_fast(&self) -> bool {
+        self.leg == Leg::FastRun
+    }
+}
+
+/// How far a cell is off the nearest goal cell, walls or not: the larger of columns and rows.
+fn crow_flies(map: &KnownMaze, cell: Cell) -> u8 {
+    let off = |goal: Cell| goal.x.abs_diff(cell.x).max(goal.y.abs_diff(cell.y));
+    map.goals().iter().map(off).min().unwrap_or(0)
+}
+
+/// Where a mouse in `cell` goes to see more of the [shortest ways](shortest_ways): the nearest of
+/// the cells to see, and of those the farthest from the start, for it comes back that way. `None`
+/// once nothing is left to see.
+fn cell_to_see(map: &KnownMaze, cell: Cell) -> Option<Cell> {
+    let open = map.walls(Unknown::Open);
+    let from_start = Distances::flood(open, &only(map.start()));
+    let to_see = shortest_ways(map, &from_start)?;
+    let from_mouse = Distances::flood(open, &only(cell));
+    let near_and_far_out = |&cell: &Cell| (from_mouse.at(cell), Reverse(from_start.at(cell)));
+    to_see.iter().filter(|&cell| from_mouse.at(cell).is_some()).min_by_key(near_and_far_out)
+}
+
+/// Follows the shortest ways from goal to start, unknown walls taken as open, and says which cells
+/// of them to see next. `None` once one of the ways is known to be open all along.
+///
+/// Those are the unseen cells beside unknown walls of the ways, in the narrowest layers of which
+/// nothing has been seen yet; where there is no such layer, those in all of them.
+fn shortest_ways(map: &KnownMaze, from_start: &Distances) -> Option<CellSet> {
+    let mut layer = Layer::of_goals(map, from_start)?;
+    let (mut width, mut narrowest, mut others) = (usize::MAX, CellSet::EMPTY, CellSet::EMPTY);
+    loop {
+        let nearer = layer.nearer(map, from_start);
+        let is_unseen = |cell: &Cell| !map.visited().contains(*cell);
+        let to_see: CellSet = layer.doubtful.iter().filter(is_unseen).collect();
+        if to_see.is_empty() || !layer.cells.iter().all(|cell| is_unseen(&cell)) {
+            others.extend(to_see.iter());
+        } else if layer.cells.len() < width {
+            (width, narrowest) = (layer.cells.len(), to_see);
+        } else if layer.cells.len() == width {
+            narrowest.extend(to_see.iter());
+        }
+        match nearer {
+            Some(nearer) => layer = nearer,
+            None if layer.sure.is_empty() => break,
+            None => return None,
+        }
+    }
+    Some(if narrowest.is_empty() { others } else { narrowest })
+}
+
+/// The cells of the shortest ways at one distance from the start.
+struct Layer {
+    /// The distance, in steps.
+    steps: u16,
+    cells: CellSet,
+    /// The cells from which a way on to the goal is known to be open.
+    sure: CellSet,
+    /// The cells with an unknown wall on a way.
+    doubtful: CellSet,
+}
+
+impl Layer {
+    /// The last one, of goal cells; `None` where there is no way.
+    fn of_goals(map: &KnownMaze, from_start: &Distances) -> Option<Self> {
+        let steps = map.goals().iter().filter_map(|cell| from_start.at(cell)).min()?;
+        let is_nearest = |&cell: &Cell| from_start.at(cell) == Some(steps);
+        let cells = map.goals().iter().filter(is_nearest).collect();
+        Some(Self { steps, cells, sure: cells, doubtful: CellSet::EMPTY })
+    }
+
+    /// The next one towards the start; `None` after the start itself. The doubtful cells of this
+    /// one are complete then.
+    fn nearer(&mut self, map: &KnownMaze, from_start: &Distances) -> Option<Self> {
+        let steps = self.steps.checked_sub(1)?;
+        let [mut cells, mut sure, mut doubtful] = [CellSet::EMPTY; 3];
+        for cell in self.cells.iter() {
+            for heading in Heading::ALL {
+                let next = cell.neighbour(heading);
+                let Some(next) = next.filter(|&next| from_start.at(next) == Some(steps)) else {
+                    continue;
+                };
+                match map.wall(cell, heading) {
+                    WallState::Present => continue,
+                    WallState::Absent if self.sure.contains(cell) => {
+                        sure.insert(next);
+                    }
+                    WallState::Absent => {}
+                    WallState::Unknown => {
+                        self.doubtful.insert(cell);
+                        doubtful.insert(next);
+                    }
+                }
+                cells.insert(next);
+            }
+        }
+        Some(Self { steps, cells, sure, doubtful })
+    }
+}
+
+fn only(cell: Cell) -> CellSet {
+    [cell].into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Maze, MazeSize};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Mouse;
+    use crate::testing::{Outcome, search};
+
+    fn steps(maze: &str) -> (Result<Move, SearchError>, usize) {
+        let Outcome { result, steps, .. } = search(ShortestPathSearch::new(), maze, 1000);
+        (result, steps)
+    }
+
+    #[test]
+    fn it_proves_the_shortest_way_and_runs_it() {
+        let maze = "\
+o---o---o---o---o
+|               |
+o   o---o   o   o
+|   | G     |   |
+o   o---o---o   o
+|               |
+o   o---o---o---o
+| S |           |
+o---o---o---o---o
+";
+        let outcome = search(ShortestPathSearch::new(), maze, 1000);
+        assert_eq!((outcome.result, outcome.steps), (Ok(Move::Stop), 21));
+        insta::assert_snapshot!(outcome.drawing, @"
+        o---o---o---o---o
+        | 4   3   2   3 |
+        o   o---o   o . o
+        | 5 | <   1 |   |
+        o   o---o---o . o
+        | 6   7 .   .   |
+        o   o . o . o . o
+        | 7 |   .   .   |
+        o---o---o---o---o
+        ");
+    }
+
+    #[test]
+    fn a_goal_without_a_way_is_reported_at_the_start() {
+        let unreachable = Err(SearchError::GoalUnreachable { cell: Cell::new(0, 0) });
+        let maze = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";
+        assert_eq!(steps(maze), (unreachable, 4));
+        assert_eq!(steps("o---o---o\n| S | G |\no---o---o\n"), (unreachable, 0));
+    }
+
+    #[test]
+    fn a_start_in_the_goal_is_no_trap() {
+        for maze in ["o---o\n|SG |\no---o\n", "o---o---o\n| G |SG |\no---o---o\n"] {
+            assert_eq!(steps(maze), (Ok(Move::Stop), 0));
+        }
+    }
+
+    #[test]
+    fn where_one_wall_decides_it_is_seen_first() {
+        let size = MazeSize::new(5, 3).unwrap();
+        let mut map = KnownMaze::new(size, Cell::new(0, 1), only(Cell::new(4, 1)));
+        for cell in [Cell::new(2, 0), Cell::new(2, 2)] {
+            Heading::ALL.map(|heading| map.set_wall(cell, heading, WallState::Present));
+        }
+        map.visit(Cell::new(0, 1));
+        let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start()));
+        let cells = |map: &KnownMaze| shortest_ways(map, &from_start).map(|cells| cells.len());
+        assert_eq!(cells(&map), Some(4), "one way, nothing known but its start");
+        for x in 0..4 {
+            map.set_wall(Cell::new(x, 1), Heading::East, WallState::Absent);
+        }
+        assert_eq!(cells(&map), None, "one way, and it is open");
+    }
+
+    proptest! {
+        #[test]
+        fn it_proves_a_shortest_way_or_says_that_there_is_none(
+            (width, height) in (1usize..=32, 1usize..=32),
+            density in 0.0..0.7,
+            rolls in prop::collection::vec(0.0..1.0, 2 * MazeSize::MAX_AREA),
+            start in (0u8..32, 0u8..32),
+            goals in prop::collection::vec((0u8..32, 0u8..32), 0..5),
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            let mut walls = Walls::open(size);
+            for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
+                walls.set(cell, Heading::North, rolls[0] < density);
+                walls.set(cell, Heading::East, rolls[1] < density);
+            }
+            let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
+            let goals = goals.into_iter().map(inside).collect();
+            let maze = Maze::new(walls, inside(start), goals).unwrap();
+            let mut mouse =
+                Mouse::new(ShortestPathSearch::new(), KnownMaze::before(&maze), maze.start());
+            mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
+            // Each cell is walked to at most once to see it.
+            let most = 2 * size.area() * size.area() + 2 * size.area();
+            let (mut steps, mut fast_steps) = (0, 0);
+            let result = loop {
+                mouse.see(maze.walls().around(mouse.pose())).unwrap();
+                match mouse.decide() {
+                    Ok(Move::Step(step)) => mouse.go(step).unwrap(),
+                    end => break end,
+                }
+                steps += 1;
+                fast_steps += u16::from(mouse.runs_fast());
+                prop_assert!(steps <= most);
+            };
+            match Distances::flood(maze.walls(), maze.goals()).at(maze.start().cell) {
+                Some(shortest) => prop_assert_eq!((result, fast_steps), (Ok(Move::Stop), shortest)),
+                None => {
+                    let cell = maze.start().cell;
+                    prop_assert_eq!(mouse.pose().cell, cell);
+                    prop_assert_eq!(result, Err(SearchError::GoalUnreachable { cell }));
+                }
+            }
+        }
+    }
+}
