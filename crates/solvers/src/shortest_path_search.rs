@@ -1,8 +1,9 @@
 //! Shortest-path search: explores until a shortest way is proven, and no longer.
 
 use core::cmp::Reverse;
+use core::ops::Range;
 
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Unknown, WallState, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, Unknown, WallState, Walls};
 
 use crate::strategy::step_to_least;
 use crate::{Distances, Move, SearchError, Strategy};
@@ -47,25 +48,23 @@ impl ShortestPathSearch {
         Self {
             leg: Leg::ToGoal,
             planned_for: None,
-            distances: Distances::unreachable(mmsim_maze::MazeSize::CLASSIC),
+            distances: Distances::unreachable(MazeSize::CLASSIC),
         }
     }
 
-    /// Whether the map tells something that it did not tell when the way was planned.
-    fn has_news(&mut self, map: &KnownMaze) -> bool {
-        let is_known = |[open, closed]: &[Walls; 2]| {
-            open == map.walls(Unknown::Open) && closed == map.walls(Unknown::Closed)
-        };
-        let has_news = !self.planned_for.as_ref().is_some_and(is_known);
-        if has_news {
-            self.planned_for = Some([Unknown::Open, Unknown::Closed].map(|u| map.walls(u).clone()));
-        }
-        has_news
+    /// Whether the map tells something new that may change the way: a wall, or while it explores
+    /// that there is none.
+    fn has_news(&self, map: &KnownMaze) -> bool {
+        self.planned_for.as_ref().is_none_or(|[open, closed]| {
+            open != map.walls(Unknown::Open)
+                || self.leg == Leg::Explore && closed != map.walls(Unknown::Closed)
+        })
     }
 
     /// Plans the way on, and starts the next leg where one is over.
     fn plan(&mut self, map: &KnownMaze, cell: Cell) {
-        let open = map.walls(Unknown::Open);
+        let [open, closed] = [Unknown::Open, Unknown::Closed].map(|unknown| map.walls(unknown));
+        self.planned_for = Some([open.clone(), closed.clone()]);
         if self.leg == Leg::ToGoal {
             self.distances = Distances::flood(open, map.goals());
             if map.goals().contains(cell) {
@@ -81,13 +80,13 @@ impl ShortestPathSearch {
             }
         }
         if matches!(self.leg, Leg::Return | Leg::GiveUp) {
-            let known = Distances::flood(map.walls(Unknown::Closed), &only(map.start()));
+            let known = Distances::flood(closed, &only(map.start()));
             let hoped = Distances::flood(open, &only(map.start()));
             self.distances = if hoped.at(cell) < known.at(cell) { hoped } else { known };
         }
         if self.leg == Leg::Return && cell == map.start() {
             self.leg = Leg::FastRun;
-            self.distances = Distances::flood(map.walls(Unknown::Closed), map.goals());
+            self.distances = Distances::flood(closed, map.goals());
         }
     }
 
@@ -161,74 +160,80 @@ fn cell_to_see(map: &KnownMaze, cell: Cell) -> Option<Cell> {
 /// Those are the unseen cells beside unknown walls of the ways, in the narrowest layers of which
 /// nothing has been seen yet; where there is no such layer, those in all of them.
 fn shortest_ways(map: &KnownMaze, from_start: &Distances) -> Option<CellSet> {
-    let mut layer = Layer::of_goals(map, from_start)?;
+    let mut ways = Ways::to_goals(map, from_start);
     let (mut width, mut narrowest, mut others) = (usize::MAX, CellSet::EMPTY, CellSet::EMPTY);
-    loop {
-        let nearer = layer.nearer(map, from_start);
-        let is_unseen = |cell: &Cell| !map.visited().contains(*cell);
-        let to_see: CellSet = layer.doubtful.iter().filter(is_unseen).collect();
-        if to_see.is_empty() || !layer.cells.iter().all(|cell| is_unseen(&cell)) {
-            others.extend(to_see.iter());
-        } else if layer.cells.len() < width {
-            (width, narrowest) = (layer.cells.len(), to_see);
-        } else if layer.cells.len() == width {
-            narrowest.extend(to_see.iter());
+    let mut layer = 0..ways.count;
+    while !layer.is_empty() {
+        let nearer = ways.go_back(map, from_start, layer.clone());
+        let cells = &ways.cells[layer];
+        let is_unseen = |&cell: &Cell| !map.visited().contains(cell);
+        let is_to_see = |&cell: &Cell| is_unseen(&cell) && ways.doubtful.contains(cell);
+        let mut to_see = cells.iter().copied().filter(is_to_see).peekable();
+        if to_see.peek().is_none() || !cells.iter().all(is_unseen) {
+            others.extend(to_see);
+        } else if cells.len() < width {
+            (width, narrowest) = (cells.len(), to_see.collect());
+        } else if cells.len() == width {
+            narrowest.extend(to_see);
         }
-        match nearer {
-            Some(nearer) => layer = nearer,
-            None if layer.sure.is_empty() => break,
-            None => return None,
-        }
+        layer = nearer;
     }
-    Some(if narrowest.is_empty() { others } else { narrowest })
+    let to_see = if narrowest.is_empty() { others } else { narrowest };
+    Some(to_see).filter(|_| !ways.sure.contains(map.start()))
 }
 
-/// The cells of the shortest ways at one distance from the start.
-struct Layer {
-    /// The distance, in steps.
-    steps: u16,
-    cells: CellSet,
-    /// The cells from which a way on to the goal is known to be open.
+/// The cells of the shortest ways, found from the goal backwards, layer by layer.
+struct Ways {
+    cells: [Cell; MazeSize::MAX_AREA],
+    count: usize,
+    found: CellSet,
+    /// Those from which a way on to the goal is known to be open.
     sure: CellSet,
-    /// The cells with an unknown wall on a way.
+    /// Those with an unknown wall on a way.
     doubtful: CellSet,
 }
 
-impl Layer {
-    /// The last one, of goal cells; `None` where there is no way.
-    fn of_goals(map: &KnownMaze, from_start: &Distances) -> Option<Self> {
-        let steps = map.goals().iter().filter_map(|cell| from_start.at(cell)).min()?;
-        let is_nearest = |&cell: &Cell| from_start.at(cell) == Some(steps);
-        let cells = map.goals().iter().filter(is_nearest).collect();
-        Some(Self { steps, cells, sure: cells, doubtful: CellSet::EMPTY })
+impl Ways {
+    /// Their ends: the goal cells nearest to the start. There are none without a way.
+    fn to_goals(map: &KnownMaze, from_start: &Distances) -> Self {
+        let nearest = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
+        let is_end = |&goal: &Cell| nearest.is_some() && from_start.at(goal) == nearest;
+        let ends = map.goals().iter().filter(is_end).collect();
+        let cells = [Cell::new(0, 0); MazeSize::MAX_AREA];
+        let mut ways = Self { cells, count: 0, found: ends, sure: ends, doubtful: CellSet::EMPTY };
+        for (place, end) in ways.cells.iter_mut().zip(ends.iter()) {
+            *place = end;
+            ways.count += 1;
+        }
+        ways
     }
 
-    /// The next one towards the start; `None` after the start itself. The doubtful cells of this
-    /// one are complete then.
-    fn nearer(&mut self, map: &KnownMaze, from_start: &Distances) -> Option<Self> {
-        let steps = self.steps.checked_sub(1)?;
-        let [mut cells, mut sure, mut doubtful] = [CellSet::EMPTY; 3];
-        for cell in self.cells.iter() {
+    /// Finds the layer that is one step nearer to the start than this one.
+    fn go_back(
+        &mut self,
+        map: &KnownMaze,
+        from_start: &Distances,
+        layer: Range<usize>,
+    ) -> Range<usize> {
+        for index in layer.clone() {
+            let cell = self.cells[index];
+            let steps = from_start.at(cell).and_then(|steps| steps.checked_sub(1));
+            let is_nearer = |&next: &Cell| steps.is_some() && from_start.at(next) == steps;
             for heading in Heading::ALL {
-                let next = cell.neighbour(heading);
-                let Some(next) = next.filter(|&next| from_start.at(next) == Some(steps)) else {
-                    continue;
-                };
+                let Some(next) = cell.neighbour(heading).filter(is_nearer) else { continue };
                 match map.wall(cell, heading) {
                     WallState::Present => continue,
-                    WallState::Absent if self.sure.contains(cell) => {
-                        sure.insert(next);
-                    }
-                    WallState::Absent => {}
-                    WallState::Unknown => {
-                        self.doubtful.insert(cell);
-                        doubtful.insert(next);
-                    }
+                    WallState::Absent if !self.sure.contains(cell) => {}
+                    WallState::Absent => self.sure.extend([next]),
+                    WallState::Unknown => self.doubtful.extend([cell, next]),
                 }
-                cells.insert(next);
+                if self.found.insert(next) {
+                    self.cells[self.count] = next;
+                    self.count += 1;
+                }
             }
         }
-        Some(Self { steps, cells, sure, doubtful })
+        layer.end..self.count
     }
 }
 
@@ -238,7 +243,7 @@ fn only(cell: Cell) -> CellSet {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Maze, MazeSize};
+    use mmsim_maze::Maze;
     use proptest::prelude::*;
 
     use super::*;
