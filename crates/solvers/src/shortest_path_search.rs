@@ -16,7 +16,7 @@ use crate::{Distances, Move, SearchError, Strategy};
 /// - Then it looks at the shortest ways from the start to the goal, unknown walls open, layer by
 ///   layer: all cells at the same distance from the start. Each way crosses each layer, so where it
 ///   has seen nothing of a layer yet, a few walls may close all of them at once. It goes to the
-///   [nearest cell of the narrowest such layers](shortest_ways).
+///   nearest cell of the narrowest such layers.
 /// - It stops exploring as soon as one of those ways is known to be open all along: then the cost
 ///   with unknown walls open equals the one with unknown walls closed.
 /// - It comes home over unknown walls where that may be shorter.
