@@ -1,15 +1,17 @@
 //! Whole searches over real sockets.
 
+use std::collections::HashMap;
+use std::fs;
 use std::ops::ControlFlow;
 use std::thread;
 use std::time::Duration;
 
 use mmsim_client::{Zmq, ask_info, search_run};
-use mmsim_maze::{Catalogue, KnownMaze, Maze, Unknown};
+use mmsim_maze::{Catalogue, Cell, KnownMaze, Maze, Unknown};
 use mmsim_protocol::{MazeSize, Request};
 use mmsim_server::{Server, Simulation};
 use mmsim_solvers::MazeFacts;
-use mmsim_solvers::{Bundled, Mouse, Move, Swing};
+use mmsim_solvers::{Bundled, Distances, Mouse, Move, SearchError, ShortestPathSearch, Swing};
 use mmsim_tests::{bundled_mazes, known_distance, serve, shared};
 
 fn mazes() -> Vec<(String, Maze)> {
@@ -133,4 +135,100 @@ fn swing_runs_fast_to_every_goal_of_the_shared_mazes() {
     }
     assert!(most > 100, "no maze was searched");
     println!("{most} states at most");
+}
+
+#[test]
+fn shortest_path_search_proves_the_shortest_way_of_the_shared_mazes() {
+    let Some(folder) = shared("mazes") else { return };
+    let facts: HashMap<String, Facts> =
+        serde_json::from_str(&fs::read_to_string(folder.join("facts.json")).unwrap()).unwrap();
+    // All of them take long unless the compiler has optimised.
+    let sample = if cfg!(debug_assertions) { 24 } else { 1 };
+    let (mut most, mut classic) = (0, Vec::new());
+    for entry in Catalogue::of_path(&folder).unwrap().entries().iter().step_by(sample) {
+        let (name, maze) = (entry.name(), entry.maze().unwrap());
+        let file = entry.path().strip_prefix(&folder).unwrap().to_str().unwrap();
+        let shortest = facts.get(file).map_or_else(
+            || MazeFacts::of(&maze).shortest_path, // the trial's mazes have no facts
+            |facts| facts.shortest_cells,
+        );
+        let search = ShortestPathRun::of(&maze);
+        assert_eq!(search.back_at, maze.start().cell, "{name}");
+        if let Some(shortest) = shortest {
+            assert_eq!(search.result, Ok(Move::Stop), "{name}");
+            assert_eq!(search.known, Some(shortest), "{name}: that is proven");
+            assert_eq!(search.fast_steps, shortest, "{name}: and that is run");
+            if file.starts_with("classic") {
+                classic.push(search.steps);
+            }
+        } else {
+            let cell = maze.start().cell;
+            assert_eq!(search.result, Err(SearchError::GoalUnreachable { cell }), "{name}");
+        }
+        most = most.max(search.steps);
+    }
+    assert!(most > 100, "no maze was searched");
+    let (steps, mazes) = (classic.iter().sum::<u32>(), u32::try_from(classic.len()).unwrap());
+    println!("{most} steps at most, {steps} in all of {mazes} classic mazes");
+    assert!(sample > 1 || steps < 230 * mazes, "the searches have become longer");
+}
+
+#[derive(serde::Deserialize)]
+struct Facts {
+    shortest_cells: Option<u16>,
+}
+
+/// What a shortest-path search did in memory.
+struct ShortestPathRun {
+    result: Result<Move, SearchError>,
+    /// Steps until the mouse is back at the start.
+    steps: u32,
+    back_at: Cell,
+    /// The steps from start to goal that it knows then.
+    known: Option<u16>,
+    fast_steps: u16,
+}
+
+impl ShortestPathRun {
+    /// Searches the maze and checks at each step that it explores no longer than needed: once the
+    /// goal is reached and the way proven, no step leads away from the start, unknown walls taken as
+    /// open.
+    fn of(maze: &Maze) -> Self {
+        let start = maze.start().cell;
+        let home = [start].into_iter().collect();
+        let mut mouse =
+            Mouse::new(ShortestPathSearch::new(), KnownMaze::before(maze), maze.start());
+        mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
+        let (mut steps, mut fast_steps, mut back_at) = (0, 0, start);
+        let (mut reached, mut proven) = (false, false);
+        let result = loop {
+            mouse.see(maze.walls().around(mouse.pose())).unwrap();
+            let cell = mouse.pose().cell;
+            let decision = mouse.decide();
+            let cost = |unknown| known_distance(mouse.map(), start, unknown);
+            reached |= maze.goals().contains(cell);
+            proven |= reached && cost(Unknown::Open) == cost(Unknown::Closed);
+            assert_eq!(mouse.runs_fast(), (proven && cell == start) || fast_steps > 0);
+            if proven && !mouse.runs_fast() {
+                let to_start = |unknown| Distances::flood(mouse.map().walls(unknown), &home);
+                let ways_home = [Unknown::Open, Unknown::Closed].map(to_start);
+                let goes_by = mouse.weight(cell);
+                assert!(ways_home.iter().any(|way| way.at(cell) == Some(goes_by)), "{cell}");
+                assert_eq!(mouse.weight(start), 0, "at {cell} it has not turned home");
+            }
+            let Ok(Move::Step(step)) = decision else { break decision };
+            if mouse.runs_fast() {
+                fast_steps += 1;
+            } else {
+                steps += 1;
+            }
+            mouse.go(step).unwrap();
+            if fast_steps == 0 {
+                back_at = mouse.pose().cell;
+            }
+            assert!(steps < Bundled::ShortestPathSearch.max_states(), "it goes on for ever");
+        };
+        let known = known_distance(mouse.map(), start, Unknown::Closed);
+        Self { result, steps, back_at, known, fast_steps }
+    }
 }

@@ -127,7 +127,7 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_name = "x,y|server", num_args = 1.., value_parser = parse_goal)]
     pub(crate) goal: Vec<Goal>,
     /// Give up after sending this many states, one more than the steps between them [default: 1000;
-    /// for swing, which explores the maze and comes back first, 10000]
+    /// for swing and shortest-path-search, which explore the maze and come back first, 10000]
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_steps: Option<u32>,
     /// Wait this long after each step; a terminal shows the mouse on its way then

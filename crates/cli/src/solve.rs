@@ -79,7 +79,7 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         Some(error) if !args.json => Err(explain(&error).into()),
         Some(_) => Ok(false),
         None => {
-            // A swing comes through the goal before it is done.
+            // Some come through the goal before they are done.
             let is_in_goal = mouse.map().goals().contains(mouse.pose().cell);
             let gave_up = run.states == max_steps && !is_in_goal;
             if gave_up {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{FloodFill, LeftWall, Strategy, Swing, WeightIncrement};
+use crate::{FloodFill, LeftWall, ShortestPathSearch, Strategy, Swing, WeightIncrement};
 
 /// A strategy that comes with this crate.
 ///
@@ -24,6 +24,8 @@ pub enum Bundled {
     LeftWall,
     /// [`Swing`]
     Swing,
+    /// [`ShortestPathSearch`]
+    ShortestPathSearch,
 }
 
 /// A name that no strategy here has.
@@ -36,8 +38,13 @@ pub struct UnknownStrategy {
 
 impl Bundled {
     /// All of them.
-    pub const ALL: [Self; 4] =
-        [Self::FloodFill, Self::WeightIncrement, Self::LeftWall, Self::Swing];
+    pub const ALL: [Self; 5] = [
+        Self::FloodFill,
+        Self::WeightIncrement,
+        Self::LeftWall,
+        Self::Swing,
+        Self::ShortestPathSearch,
+    ];
 
     /// Its name, as on the command line.
     pub const fn name(self) -> &'static str {
@@ -46,6 +53,7 @@ impl Bundled {
             Self::WeightIncrement => "weight-increment",
             Self::LeftWall => "left-wall",
             Self::Swing => "swing",
+            Self::ShortestPathSearch => "shortest-path-search",
         }
     }
 
@@ -58,6 +66,9 @@ impl Bundled {
             Self::WeightIncrement => "go to the neighbour visited least",
             Self::LeftWall => "keep the left hand on the wall",
             Self::Swing => "go to centre and corners and back, then run the shortest way known",
+            Self::ShortestPathSearch => {
+                "explore until a shortest way is proven, return, and run it"
+            }
         }
     }
 
@@ -67,7 +78,7 @@ impl Bundled {
     pub const fn max_states(self) -> u32 {
         match self {
             Self::FloodFill | Self::WeightIncrement | Self::LeftWall => 1000,
-            Self::Swing => 10_000,
+            Self::Swing | Self::ShortestPathSearch => 10_000,
         }
     }
 
@@ -78,6 +89,7 @@ impl Bundled {
             Self::WeightIncrement => Box::new(WeightIncrement::new()),
             Self::LeftWall => Box::new(LeftWall::new()),
             Self::Swing => Box::new(Swing::new()),
+            Self::ShortestPathSearch => Box::new(ShortestPathSearch::new()),
         }
     }
 }
@@ -106,6 +118,6 @@ mod tests {
         for strategy in Bundled::ALL {
             assert_eq!(strategy.to_string().parse(), Ok(strategy));
         }
-        insta::assert_snapshot!("floodfill".parse::<Bundled>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, swing, found "floodfill""#);
+        insta::assert_snapshot!("floodfill".parse::<Bundled>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, swing, shortest-path-search, found "floodfill""#);
     }
 }

@@ -44,6 +44,7 @@ mod flood;
 mod flood_fill;
 mod left_wall;
 mod mouse;
+mod shortest_path_search;
 mod strategy;
 mod swing;
 #[cfg(test)]
@@ -59,6 +60,7 @@ pub use flood::{Distances, Downhill, Instructions, steps_between};
 pub use flood_fill::FloodFill;
 pub use left_wall::LeftWall;
 pub use mouse::{Crash, Mouse};
+pub use shortest_path_search::ShortestPathSearch;
 pub use strategy::{Move, SearchError, Strategy, steps_from};
 pub use swing::Swing;
 pub use tour::{Tour, centre};

@@ -1,0 +1,379 @@
+//! Shortest-path search: explores until a shortest way is proven, and no longer.
+
+use core::cmp::Reverse;
+use core::ops::Range;
+
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, Unknown, WallState, Walls};
+
+use crate::strategy::step_to_least;
+use crate::{Distances, Move, SearchError, Strategy};
+
+/// Shortest-path search: goes to the goal, explores until it is proven that no unknown wall can
+/// hide a shorter way than the known one, returns to the start, and runs fast.
+///
+/// - To the goal it goes by flood fill, unknown walls taken as open; of neighbours equally near the
+///   one that is least far off as the crow flies, so that it keeps most ways open.
+/// - Then it looks at the shortest ways from the start to the goal, unknown walls open, layer by
+///   layer: all cells at the same distance from the start. Each way crosses each layer, so where it
+///   has seen nothing of a layer yet, a few walls may close all of them at once. It goes to the
+///   nearest cell of the narrowest such layers.
+/// - It stops exploring as soon as one of those ways is known to be open all along: then the cost
+///   with unknown walls open equals the one with unknown walls closed.
+/// - It comes home over unknown walls where that may be shorter.
+///
+/// Its weights are distances to where it goes, in steps. It proves a shortest way wherever there is
+/// one; where there is none it comes back to the start and says so there.
+#[derive(Clone, Debug)]
+pub struct ShortestPathSearch {
+    leg: Leg,
+    /// The walls for which it was planned, unknown ones open and closed; none at first.
+    planned_for: Option<[Walls; 2]>,
+    distances: Distances,
+}
+
+/// What the mouse is about.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Leg {
+    ToGoal,
+    Explore,
+    Return,
+    /// No goal can be reached: it returns to say so.
+    GiveUp,
+    FastRun,
+}
+
+impl ShortestPathSearch {
+    /// A search that has not begun yet.
+    pub const fn new() -> Self {
+        Self {
+            leg: Leg::ToGoal,
+            planned_for: None,
+            distances: Distances::unreachable(MazeSize::CLASSIC),
+        }
+    }
+
+    /// Whether the map tells something new that may change the way: a wall, or while it explores
+    /// that there is none.
+    fn has_news(&self, map: &KnownMaze) -> bool {
+        self.planned_for.as_ref().is_none_or(|[open, closed]| {
+            open != map.walls(Unknown::Open)
+                || self.leg == Leg::Explore && closed != map.walls(Unknown::Closed)
+        })
+    }
+
+    /// Plans the way on, and starts the next leg where one is over.
+    fn plan(&mut self, map: &KnownMaze, cell: Cell) {
+        let [open, closed] = [Unknown::Open, Unknown::Closed].map(|unknown| map.walls(unknown));
+        self.planned_for = Some([open.clone(), closed.clone()]);
+        if self.leg == Leg::ToGoal {
+            self.distances = Distances::flood(open, map.goals());
+            if map.goals().contains(cell) {
+                self.leg = Leg::Explore;
+            } else if self.distances.at(cell).is_none() {
+                self.leg = Leg::GiveUp;
+            }
+        }
+        if self.leg == Leg::Explore {
+            match cell_to_see(map, cell) {
+                Some(target) => self.distances = Distances::flood(open, &only(target)),
+                None => self.leg = Leg::Return,
+            }
+        }
+        if matches!(self.leg, Leg::Return | Leg::GiveUp) {
+            let known = Distances::flood(closed, &only(map.start()));
+            let hoped = Distances::flood(open, &only(map.start()));
+            self.distances = if hoped.at(cell) < known.at(cell) { hoped } else { known };
+        }
+        if self.leg == Leg::Return && cell == map.start() {
+            self.leg = Leg::FastRun;
+            self.distances = Distances::flood(closed, map.goals());
+        }
+    }
+
+    /// Whether the mouse is where this leg ends.
+    fn has_arrived(&self, map: &KnownMaze, cell: Cell) -> bool {
+        match self.leg {
+            Leg::ToGoal => map.goals().contains(cell),
+            Leg::Return => cell == map.start(),
+            Leg::Explore | Leg::GiveUp | Leg::FastRun => false,
+        }
+    }
+}
+
+impl Default for ShortestPathSearch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Strategy for ShortestPathSearch {
+    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
+        let cell = pose.cell;
+        // A cell it has been to tells nothing new, and the way on is as planned.
+        if self.leg != Leg::FastRun && (self.has_news(map) || self.has_arrived(map, cell)) {
+            self.plan(map, cell);
+        }
+        match self.leg {
+            Leg::FastRun if map.goals().contains(cell) => return Ok(Move::Stop),
+            Leg::GiveUp if map.start() == cell => {
+                return Err(SearchError::GoalUnreachable { cell });
+            }
+            _ => {}
+        }
+        let off_goal = |cell| if self.leg == Leg::ToGoal { crow_flies(map, cell) } else { 0 };
+        step_to_least(map, pose, |cell| (self.weight(cell), off_goal(cell)))
+            .filter(|&(_, next)| self.distances.at(next).is_some())
+            .map(|(step, _)| Move::Step(step))
+            .ok_or(SearchError::BoxedIn { cell })
+    }
+
+    fn weight(&self, cell: Cell) -> u16 {
+        self.distances.at(cell).unwrap_or(u16::MAX)
+    }
+
+    fn runs_fast(&self) -> bool {
+        self.leg == Leg::FastRun
+    }
+}
+
+/// How far a cell is off the nearest goal cell, walls or not: the larger of columns and rows.
+fn crow_flies(map: &KnownMaze, cell: Cell) -> u8 {
+    let off = |goal: Cell| goal.x.abs_diff(cell.x).max(goal.y.abs_diff(cell.y));
+    map.goals().iter().map(off).min().unwrap_or(0)
+}
+
+/// Where a mouse in `cell` goes to see more of the [shortest ways](shortest_ways): the nearest of
+/// the cells to see, and of those the farthest from the start, for it comes back that way. `None`
+/// once nothing is left to see.
+fn cell_to_see(map: &KnownMaze, cell: Cell) -> Option<Cell> {
+    let open = map.walls(Unknown::Open);
+    let from_start = Distances::flood(open, &only(map.start()));
+    let to_see = shortest_ways(map, &from_start)?;
+    let from_mouse = Distances::flood(open, &only(cell));
+    let near_and_far_out = |&cell: &Cell| (from_mouse.at(cell), Reverse(from_start.at(cell)));
+    to_see.iter().filter(|&cell| from_mouse.at(cell).is_some()).min_by_key(near_and_far_out)
+}
+
+/// Follows the shortest ways from goal to start, unknown walls taken as open, and says which cells
+/// of them to see next. `None` once one of the ways is known to be open all along.
+///
+/// Those are the unseen cells beside unknown walls of the ways, in the narrowest layers of which
+/// nothing has been seen yet; where there is no such layer, those in all of them.
+fn shortest_ways(map: &KnownMaze, from_start: &Distances) -> Option<CellSet> {
+    let mut ways = Ways::to_goals(map, from_start);
+    let (mut width, mut narrowest, mut others) = (usize::MAX, CellSet::EMPTY, CellSet::EMPTY);
+    let mut layer = 0..ways.count;
+    while !layer.is_empty() {
+        let nearer = ways.go_back(map, from_start, layer.clone());
+        let cells = &ways.cells[layer];
+        let is_unseen = |&cell: &Cell| !map.visited().contains(cell);
+        let is_to_see = |&cell: &Cell| is_unseen(&cell) && ways.doubtful.contains(cell);
+        let mut to_see = cells.iter().copied().filter(is_to_see).peekable();
+        if to_see.peek().is_none() || !cells.iter().all(is_unseen) {
+            others.extend(to_see);
+        } else if cells.len() < width {
+            (width, narrowest) = (cells.len(), to_see.collect());
+        } else if cells.len() == width {
+            narrowest.extend(to_see);
+        }
+        layer = nearer;
+    }
+    let to_see = if narrowest.is_empty() { others } else { narrowest };
+    Some(to_see).filter(|_| !ways.sure.contains(map.start()))
+}
+
+/// The cells of the shortest ways, found from the goal backwards, layer by layer.
+struct Ways {
+    cells: [Cell; MazeSize::MAX_AREA],
+    count: usize,
+    found: CellSet,
+    /// Those from which a way on to the goal is known to be open.
+    sure: CellSet,
+    /// Those with an unknown wall on a way.
+    doubtful: CellSet,
+}
+
+impl Ways {
+    /// Their ends: the goal cells nearest to the start. There are none without a way.
+    fn to_goals(map: &KnownMaze, from_start: &Distances) -> Self {
+        let nearest = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
+        let is_end = |&goal: &Cell| nearest.is_some() && from_start.at(goal) == nearest;
+        let ends = map.goals().iter().filter(is_end).collect();
+        let cells = [Cell::new(0, 0); MazeSize::MAX_AREA];
+        let mut ways = Self { cells, count: 0, found: ends, sure: ends, doubtful: CellSet::EMPTY };
+        for (place, end) in ways.cells.iter_mut().zip(ends.iter()) {
+            *place = end;
+            ways.count += 1;
+        }
+        ways
+    }
+
+    /// Finds the layer that is one step nearer to the start than this one.
+    fn go_back(
+        &mut self,
+        map: &KnownMaze,
+        from_start: &Distances,
+        layer: Range<usize>,
+    ) -> Range<usize> {
+        for index in layer.clone() {
+            let cell = self.cells[index];
+            let steps = from_start.at(cell).and_then(|steps| steps.checked_sub(1));
+            let is_nearer = |&next: &Cell| steps.is_some() && from_start.at(next) == steps;
+            for heading in Heading::ALL {
+                let Some(next) = cell.neighbour(heading).filter(is_nearer) else { continue };
+                match map.wall(cell, heading) {
+                    WallState::Present => continue,
+                    WallState::Absent if !self.sure.contains(cell) => {}
+                    WallState::Absent => self.sure.extend([next]),
+                    WallState::Unknown => self.doubtful.extend([cell, next]),
+                }
+                if self.found.insert(next) {
+                    self.cells[self.count] = next;
+                    self.count += 1;
+                }
+            }
+        }
+        layer.end..self.count
+    }
+}
+
+fn only(cell: Cell) -> CellSet {
+    [cell].into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::Maze;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Mouse;
+    use crate::testing::{Outcome, search};
+
+    fn steps(maze: &str) -> (Result<Move, SearchError>, usize) {
+        let Outcome { result, steps, .. } = search(ShortestPathSearch::new(), maze, 1000);
+        (result, steps)
+    }
+
+    #[test]
+    fn it_proves_the_shortest_way_and_runs_it() {
+        let maze = "\
+o---o---o---o---o
+|               |
+o   o---o   o   o
+|   | G     |   |
+o   o---o---o   o
+|               |
+o   o---o---o---o
+| S |           |
+o---o---o---o---o
+";
+        let outcome = search(ShortestPathSearch::new(), maze, 1000);
+        assert_eq!((outcome.result, outcome.steps), (Ok(Move::Stop), 21));
+        insta::assert_snapshot!(outcome.drawing, @"
+        o---o---o---o---o
+        | 4   3   2   3 |
+        o   o---o   o . o
+        | 5 | <   1 |   |
+        o   o---o---o . o
+        | 6   7 .   .   |
+        o   o . o . o . o
+        | 7 |   .   .   |
+        o---o---o---o---o
+        ");
+    }
+
+    #[test]
+    fn a_goal_without_a_way_is_reported_at_the_start() {
+        let unreachable = Err(SearchError::GoalUnreachable { cell: Cell::new(0, 0) });
+        let maze = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";
+        assert_eq!(steps(maze), (unreachable, 4));
+        assert_eq!(steps("o---o---o\n| S | G |\no---o---o\n"), (unreachable, 0));
+    }
+
+    #[test]
+    fn a_start_in_the_goal_is_no_trap() {
+        for maze in ["o---o\n|SG |\no---o\n", "o---o---o\n| G |SG |\no---o---o\n"] {
+            assert_eq!(steps(maze), (Ok(Move::Stop), 0));
+        }
+    }
+
+    #[test]
+    fn it_looks_at_narrow_layers_of_which_nothing_is_seen() {
+        let maze: Maze = "\
+o---o---o---o---o---o
+|       |   |     G |
+o   o   o---o   o   o
+|                   |
+o   o   o---o   o   o
+| S     |   |       |
+o---o---o---o---o---o
+"
+        .parse()
+        .unwrap();
+        let mut map = KnownMaze::before(&maze);
+        for y in [0, 2] {
+            for heading in Heading::ALL {
+                map.set_wall(Cell::new(2, y), heading, WallState::Present);
+            }
+        }
+        let mut see = |x, y| {
+            for heading in [Heading::North, Heading::South] {
+                let pose = Pose::new(Cell::new(x, y), heading);
+                map.note(pose, maze.walls().around(pose)).unwrap();
+            }
+            let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start()));
+            let to_see = shortest_ways(&map, &from_start);
+            to_see.map(|cells| cells.iter().map(|cell| (cell.x, cell.y)).collect::<Vec<_>>())
+        };
+        assert_eq!(see(0, 0), Some(vec![(1, 1), (2, 1), (3, 1), (4, 2)]), "layers of one cell");
+        assert_eq!(see(4, 2), Some(vec![(1, 1), (2, 1), (3, 1)]));
+        assert_eq!(see(2, 1), Some(vec![(1, 1), (3, 1)]), "doubtful on their other sides");
+        assert_eq!(see(1, 1), Some(vec![(3, 1)]));
+        assert_eq!(see(3, 1), None, "a way is open all along");
+    }
+
+    proptest! {
+        #[test]
+        fn it_proves_a_shortest_way_or_says_that_there_is_none(
+            (width, height) in (1usize..=32, 1usize..=32),
+            density in 0.0..0.7,
+            rolls in prop::collection::vec(0.0..1.0, 2 * MazeSize::MAX_AREA),
+            start in (0u8..32, 0u8..32),
+            goals in prop::collection::vec((0u8..32, 0u8..32), 0..5),
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            let mut walls = Walls::open(size);
+            for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
+                walls.set(cell, Heading::North, rolls[0] < density);
+                walls.set(cell, Heading::East, rolls[1] < density);
+            }
+            let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
+            let goals = goals.into_iter().map(inside).collect();
+            let maze = Maze::new(walls, inside(start), goals).unwrap();
+            let mut mouse =
+                Mouse::new(ShortestPathSearch::new(), KnownMaze::before(&maze), maze.start());
+            mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
+            // It plans anew only in cells that it has not seen yet.
+            let most = (size.area() + 3) * size.area();
+            let (mut steps, mut fast_steps) = (0, 0);
+            let result = loop {
+                mouse.see(maze.walls().around(mouse.pose())).unwrap();
+                match mouse.decide() {
+                    Ok(Move::Step(step)) => mouse.go(step).unwrap(),
+                    end => break end,
+                }
+                steps += 1;
+                fast_steps += u16::from(mouse.runs_fast());
+                prop_assert!(steps <= most);
+            };
+            let cell = maze.start().cell;
+            if let Some(shortest) = Distances::flood(maze.walls(), maze.goals()).at(cell) {
+                prop_assert_eq!((result, fast_steps), (Ok(Move::Stop), shortest));
+            } else {
+                prop_assert_eq!(mouse.pose().cell, cell);
+                prop_assert_eq!(result, Err(SearchError::GoalUnreachable { cell }));
+            }
+        }
+    }
+}
