@@ -23,7 +23,7 @@ pub use downhill::Downhill;
 use half::Half;
 pub use processor::Instructions;
 use processor::{Task, run};
-use waves::Marks;
+use waves::Flooded;
 
 /// Distances in steps from each cell to the nearest of some target cells, along ways without a
 /// wall.
@@ -160,17 +160,17 @@ impl Task for Flood<'_> {
 impl Distances {
     /// Takes over what waves have left behind in a maze of this size.
     #[inline(always)]
-    fn write<const N: usize, H: Half<N>>(&mut self, marks: &Chequered<Marks<H>>) {
+    fn write<const N: usize, H: Half<N>>(&mut self, flooded: &Flooded<H>) {
         match &mut self.steps {
             Steps::Small(steps) => {
-                bytes::write(marks, 0, &mut steps.lines);
-                steps.all_reached = marks.dark.dry.or(marks.light.dry).is_empty();
+                bytes::write(flooded, 0, &mut steps.lines);
+                steps.all_reached = flooded.is_full();
             }
             Steps::Large(steps) => {
                 let mut low = [[[0; 16]; 8]; 8];
                 let mut high = low;
-                bytes::write(marks, 0, &mut low);
-                bytes::write(marks, 8, &mut high);
+                bytes::write(flooded, 0, &mut low);
+                bytes::write(flooded, 8, &mut high);
                 let low = low.as_flattened().as_flattened();
                 let high = high.as_flattened().as_flattened();
                 for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(high)) {

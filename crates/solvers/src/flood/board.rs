@@ -3,6 +3,7 @@
 use mmsim_maze::{Cell, CellSet, Walls};
 
 use super::half::{Bits, Half, row_bits};
+use super::waves::{Flooded, Marks};
 
 const SIDE: usize = mmsim_maze::MazeSize::MAX_SIDE as usize;
 
@@ -115,11 +116,23 @@ pub(super) fn even_rows<const N: usize>() -> [u64; N] {
     [if N == 2 { 0x00ff_00ff_00ff_00ff } else { 0x0000_ffff_0000_ffff }; N]
 }
 
-/// Even and odd columns become dark and light cells, and the other way round.
+/// Even and odd columns become dark and light cells.
 #[inline(always)]
-pub(super) fn chequered<const N: usize, H: Half<N>>([even, odd]: [H; 2]) -> Chequered<H> {
+fn chequered<const N: usize, H: Half<N>>([even, odd]: [H; 2]) -> Chequered<H> {
     let swapped = even.xor(odd).without(H::of(even_rows()));
     Chequered { dark: even.xor(swapped), light: odd.xor(swapped) }
+}
+
+/// Something of the cells of both colours as that of even and odd columns.
+#[inline(always)]
+pub(super) fn columns<const N: usize, H: Half<N>>(
+    flooded: &Flooded<H>,
+    of: impl Fn(&Marks<H>) -> H,
+) -> [H; 2] {
+    let [even, odd] = [H::of(even_rows()), H::ALL.without(H::of(even_rows()))];
+    let (near, far) = (of(&flooded.near), of(&flooded.far));
+    let swapped = near.xor(far).and(if flooded.near_is_dark { odd } else { even });
+    [near.xor(swapped), far.xor(swapped)]
 }
 
 /// Sides without a wall, of so many rows and of these columns only.
@@ -172,10 +185,9 @@ fn split<const N: usize, H: Half<N>>(rows: &[u32; SIDE]) -> [H; 2] {
     [H::of(even), H::of(odd)]
 }
 
-/// The way back: the cells of both colours as rows of bits.
+/// The way back: even and odd columns as rows of bits.
 #[inline(always)]
-pub(super) fn rows<const N: usize, H: Half<N>>(dark: H, light: H) -> [u32; SIDE] {
-    let Chequered { dark: even, light: odd } = chequered([dark, light]);
+pub(super) fn rows<const N: usize, H: Half<N>>([even, odd]: [H; 2]) -> [u32; SIDE] {
     let (even, odd) = (even.words(), odd.words());
     let mut rows = [0; SIDE];
     if N == 2 {

@@ -1,8 +1,8 @@
 //! From bit planes to numbers: bit i of each distance becomes the distances one after another.
 
-use super::board::{Chequered, even_rows};
+use super::board::columns;
 use super::half::Half;
-use super::waves::Marks;
+use super::waves::{Flooded, Marks};
 
 /// The distance bytes of 16 cells that follow each other from the west.
 pub(super) type Line = [u8; 16];
@@ -11,25 +11,32 @@ pub(super) type Line = [u8; 16];
 /// another from the south-west, all bits set where no wave has come to.
 #[inline(always)]
 pub(super) fn write<const N: usize, H: Half<N>>(
-    marks: &Chequered<Marks<H>>,
+    flooded: &Flooded<H>,
     first: usize,
     lines: &mut [[Line; 8]],
 ) {
-    let Chequered { dark, light } = marks;
     let (mut even, mut odd) = ([H::NONE; 8], [H::NONE; 8]);
-    let odd_rows = H::ALL.without(H::of(even_rows()));
     for i in 0..8 {
         let plane = |marks: &Marks<H>| match marks.planes.get(first + i) {
             Some(plane) => plane.or(marks.dry),
             None => marks.dry,
         };
-        let (dark, light) = (plane(dark), plane(light));
-        let swapped = dark.xor(light).and(odd_rows);
-        (even[i], odd[i]) = (dark.xor(swapped), light.xor(swapped));
+        [even[i], odd[i]] = columns(flooded, plane);
     }
     transpose_bits(&mut even);
     transpose_bits(&mut odd);
-    let (even, odd) = (words_of(&even), words_of(&odd));
+    H::interleave(&even, &odd, lines);
+}
+
+/// Lines of bytes from those of even and of odd columns: byte j of half i is that of the i-th of
+/// these columns in line j.
+#[inline(always)]
+pub(super) fn interleave<const N: usize, H: Half<N>>(
+    even: &[H; 8],
+    odd: &[H; 8],
+    lines: &mut [[Line; 8]],
+) {
+    let (even, odd) = (words_of(even), words_of(odd));
     for (word, lines) in lines.iter_mut().enumerate() {
         let pair = |i: usize| [even[i][word], odd[i][word]];
         let ([a, b], [c, d], [e, f], [g, h]) = (pair(0), pair(1), pair(2), pair(3));
@@ -37,8 +44,7 @@ pub(super) fn write<const N: usize, H: Half<N>>(
         let ([a, b], [c, d], [e, f], [g, h]) = (pair(4), pair(5), pair(6), pair(7));
         let east = transposed_bytes([a, b, c, d, e, f, g, h]);
         for (line, (west, east)) in lines.iter_mut().zip(west.into_iter().zip(east)) {
-            let line_bits = u128::from(west) | u128::from(east) << 64;
-            *line = line_bits.to_le_bytes();
+            *line = (u128::from(west) | u128::from(east) << 64).to_le_bytes();
         }
     }
 }

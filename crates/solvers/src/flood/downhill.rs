@@ -3,7 +3,7 @@
 use mmsim_maze::{Cell, CellSet, Heading, Walls};
 
 use super::SIDE;
-use super::board::{Board, Chequered, rows};
+use super::board::{Board, Chequered, columns, rows};
 use super::half::Half;
 use super::processor::{Task, run};
 use super::waves::{self, Marks};
@@ -57,9 +57,8 @@ impl Task for DownhillTask<'_> {
     #[inline(always)]
     fn run<const N: usize, H: Half<N>>(self) -> Downhill {
         let Self { walls, targets } = self;
-        let Chequered { dark, light } =
-            waves::flood(&Board::<H>::of(walls), Chequered::of(targets));
-        let rows = |of: fn(&Marks<H>) -> H| rows::<N, H>(of(&dark), of(&light));
+        let flooded = waves::flood(&Board::<H>::of(walls), Chequered::of(targets));
+        let rows = |of: fn(&Marks<H>) -> H| rows(columns(&flooded, of));
         let (low, high) = (rows(|marks| marks.planes[0]), rows(|marks| marks.planes[1]));
         let dry = rows(|marks| marks.dry);
         let size = walls.size();

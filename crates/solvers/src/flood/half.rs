@@ -1,5 +1,7 @@
 //! Half of the cells of a maze, a bit each.
 
+use super::bytes::{Line, interleave};
+
 /// Half of the cells of a maze, those of one colour of a chessboard, a bit each.
 ///
 /// ```text
@@ -19,6 +21,12 @@ pub(super) trait Half<const N: usize>: Bits {
     fn of(words: [u64; N]) -> Self;
 
     fn words(self) -> [u64; N];
+
+    /// See [`interleave`], which some processors have instructions for.
+    #[inline(always)]
+    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
+        interleave(even, odd, lines);
+    }
 }
 
 /// What a wave does with half of the cells, or with those of several floods at once.

@@ -6,8 +6,7 @@ use super::half::Bits;
 /// The most bits that a distance has: 1,023 steps in a maze of 32×32 cells.
 pub(super) const PLANES: usize = 10;
 
-/// What waves leave behind: the distance of each cell, bit by bit.
-#[derive(Clone, Copy)]
+/// What waves leave behind: the distance of each cell of one colour, bit by bit.
 pub(super) struct Marks<B> {
     /// Bit i of each distance.
     pub(super) planes: [B; PLANES],
@@ -15,15 +14,23 @@ pub(super) struct Marks<B> {
     pub(super) dry: B,
 }
 
-/// Counts for each cell the waves that have passed it over.
+/// What waves leave behind in cells of both colours: the near one, in which they began, and the
+/// other.
+pub(super) struct Flooded<B> {
+    pub(super) near: Marks<B>,
+    pub(super) far: Marks<B>,
+    pub(super) near_is_dark: bool,
+}
+
+/// Counts for each cell the waves that have passed it over, in bits from the `FIRST` on.
 ///
 /// The counts are Gray code, of which each wave changes but one bit, and that in all cells that are
 /// still dry.
-struct Counts<B> {
+struct Counts<B, const FIRST: usize> {
     code: [B; PLANES],
 }
 
-impl<B: Bits> Counts<B> {
+impl<B: Bits, const FIRST: usize> Counts<B, FIRST> {
     #[inline(always)]
     fn new() -> Self {
         Self { code: [B::NONE; PLANES] }
@@ -33,24 +40,27 @@ impl<B: Bits> Counts<B> {
     #[inline(always)]
     fn add(&mut self, count: u32, cells: B) {
         // Beyond the last bit there is no cell that a wave still comes to.
-        if let Some(bit) = self.code.get_mut(count.trailing_zeros() as usize) {
+        if let Some(bit) = self.code.get_mut(FIRST + count.trailing_zeros() as usize) {
             *bit = bit.xor(cells);
         }
     }
 
-    /// The counts as binary numbers.
+    /// The counts as binary numbers, with `low` for the bits below the first.
     #[inline(always)]
-    fn binary(mut self) -> [B; PLANES] {
-        for i in (1..PLANES).rev() {
+    fn into_marks(mut self, low: B, dry: B) -> Marks<B> {
+        for i in (FIRST + 1..PLANES).rev() {
             self.code[i - 1] = self.code[i - 1].xor(self.code[i]);
         }
-        self.code
+        for bit in &mut self.code[..FIRST] {
+            *bit = low;
+        }
+        Marks { planes: self.code, dry }
     }
 }
 
 /// Floods the maze from its targets outwards.
 #[inline(always)]
-pub(super) fn flood<B: Bits>(board: &Board<B>, targets: Chequered<B>) -> Chequered<Marks<B>> {
+pub(super) fn flood<B: Bits>(board: &Board<B>, targets: Chequered<B>) -> Flooded<B> {
     let dry =
         Chequered { dark: B::ALL.without(targets.dark), light: B::ALL.without(targets.light) };
     // Waves begin at the edge of a goal; and if that is all of one colour, each has but one.
@@ -66,8 +76,8 @@ pub(super) fn flood<B: Bits>(board: &Board<B>, targets: Chequered<B>) -> Chequer
     let (near, far) = (usize::from(!is_dark), usize::from(is_dark));
     let (into, dry) = ([board.into_dark, board.into_light], [dry.dark, dry.light]);
     let edge = [edge.dark, edge.light][near];
-    let marks = waves_of_one_colour([&into[far], &into[near]], edge, [dry[near], dry[far]]);
-    Chequered { dark: marks[near], light: marks[far] }
+    let [near, far] = waves_of_one_colour([&into[far], &into[near]], edge, [dry[near], dry[far]]);
+    Flooded { near, far, near_is_dark: is_dark }
 }
 
 /// Waves that begin in cells of one colour, the near one; each is of one colour then. Ways and dry
@@ -78,8 +88,8 @@ fn waves_of_one_colour<B: Bits>(
     edge: B,
     [mut dry_near, mut dry_far]: [B; 2],
 ) -> [Marks<B>; 2] {
-    let (mut near, mut far) = (Counts::new(), Counts::new());
-    let (mut wave, low) = (edge, dry_far);
+    let (mut near, mut far) = (Counts::<B, 1>::new(), Counts::<B, 1>::new());
+    let (mut wave, far_at_first) = (edge, dry_far);
     for round in 0.. {
         // Twice, so that one count changes the same bit each time, and the end is looked for seldom.
         for count in [2 * round + 1, 2 * round + 2] {
@@ -94,13 +104,8 @@ fn waves_of_one_colour<B: Bits>(
             break;
         }
     }
-    // Counted were pairs of waves.
-    [(near, dry_near, B::NONE), (far, dry_far, low)].map(|(counts, dry, low)| {
-        let mut planes = counts.binary();
-        planes.rotate_right(1);
-        planes[0] = low;
-        Marks { planes, dry }
-    })
+    // Counted were pairs of waves. Far targets are no edge, but at distance 0.
+    [near.into_marks(B::NONE, dry_near), far.into_marks(far_at_first, dry_far)]
 }
 
 /// Waves that begin in cells of both colours.
@@ -109,13 +114,13 @@ fn waves_of_both_colours<B: Bits>(
     board: &Board<B>,
     edge: Chequered<B>,
     mut dry: Chequered<B>,
-) -> Chequered<Marks<B>> {
-    let mut counts = Chequered { dark: Counts::new(), light: Counts::new() };
+) -> Flooded<B> {
+    let (mut dark, mut light) = (Counts::<B, 0>::new(), Counts::<B, 0>::new());
     let mut wave = edge;
     for round in 0.. {
         for count in [2 * round + 1, 2 * round + 2] {
-            counts.dark.add(count, dry.dark);
-            counts.light.add(count, dry.light);
+            dark.add(count, dry.dark);
+            light.add(count, dry.light);
             wave = Chequered {
                 dark: board.into_dark.from(wave.light, dry.dark),
                 light: board.into_light.from(wave.dark, dry.light),
@@ -127,8 +132,17 @@ fn waves_of_both_colours<B: Bits>(
             break;
         }
     }
-    let marks = |counts: Counts<B>, dry| Marks { planes: counts.binary(), dry };
-    Chequered { dark: marks(counts.dark, dry.dark), light: marks(counts.light, dry.light) }
+    let near = dark.into_marks(B::NONE, dry.dark);
+    let far = light.into_marks(B::NONE, dry.light);
+    Flooded { near, far, near_is_dark: true }
+}
+
+impl<B: Bits> Flooded<B> {
+    /// Whether waves have come to every cell that there is room for.
+    #[inline(always)]
+    pub(super) fn is_full(&self) -> bool {
+        self.near.dry.or(self.far.dry).is_empty()
+    }
 }
 
 /// Steps from the nearest of some cells of one colour to the nearest target, `None` where there is

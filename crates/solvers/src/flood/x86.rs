@@ -14,24 +14,29 @@ use core::mem::transmute;
 
 use mmsim_maze::MazeSize;
 
+use super::bytes::Line;
 use super::half::{Bits, Half};
 use super::is_small;
 use super::processor::{Instructions, Task, large, small};
 
 /// 128 bits.
 #[derive(Clone, Copy)]
+#[repr(transparent)]
 struct Sse2(__m128i);
 
 /// Four times 128 bits.
 #[derive(Clone, Copy)]
+#[repr(transparent)]
 struct Sse2Large([__m128i; 4]);
 
 /// 128 bits with three-way logic, which takes the features F and VL.
 #[derive(Clone, Copy)]
+#[repr(transparent)]
 struct Avx512Small(Sse2);
 
 /// 512 bits, which take the features F and BW.
 #[derive(Clone, Copy)]
+#[repr(transparent)]
 struct Avx512Large(__m512i);
 
 /// Does this with these instructions, or with lesser ones if they are not there.
@@ -81,6 +86,48 @@ impl Half<2> for Sse2 {
     fn words(self) -> [u64; 2] {
         simd!(transmute::<__m128i, [u64; 2]>(self.0))
     }
+
+    #[inline(always)]
+    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
+        let parts = |halves| simd!(transmute::<[Self; 8], [[__m128i; 1]; 8]>(halves));
+        interleave(&parts(*even), &parts(*odd), lines);
+    }
+}
+
+/// As [`super::bytes::interleave`] does it, 16 lines at a time.
+#[inline(always)]
+fn interleave<const PARTS: usize>(
+    even: &[[__m128i; PARTS]; 8],
+    odd: &[[__m128i; PARTS]; 8],
+    lines: &mut [[Line; 8]],
+) {
+    for (part, lines) in lines.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+        let mut pairs = [[Sse2::NONE.0; 8]; 2];
+        for (i, (even, odd)) in even.iter().zip(odd).enumerate() {
+            pairs[0][i] = simd!(_mm_unpacklo_epi8(even[part], odd[part]));
+            pairs[1][i] = simd!(_mm_unpackhi_epi8(even[part], odd[part]));
+        }
+        for (lines, pairs) in lines.iter_mut().zip(pairs) {
+            *lines = simd!(transmute::<[__m128i; 8], [Line; 8]>(transposed_pairs(pairs)));
+        }
+    }
+}
+
+/// Pair i of bytes of row k becomes pair k of row i.
+#[inline(always)]
+fn transposed_pairs([a, b, c, d, e, f, g, h]: [__m128i; 8]) -> [__m128i; 8] {
+    let twos = |a, b| simd!([_mm_unpacklo_epi16(a, b), _mm_unpackhi_epi16(a, b)]);
+    let fours = |a, b| simd!([_mm_unpacklo_epi32(a, b), _mm_unpackhi_epi32(a, b)]);
+    let eights = |a, b| simd!([_mm_unpacklo_epi64(a, b), _mm_unpackhi_epi64(a, b)]);
+    let ([ab, ab_high], [cd, cd_high]) = (twos(a, b), twos(c, d));
+    let ([ef, ef_high], [gh, gh_high]) = (twos(e, f), twos(g, h));
+    let half = |ab, cd, ef, gh| {
+        let ([west, west_next], [east, east_next]) = (fours(ab, cd), fours(ef, gh));
+        (eights(west, east), eights(west_next, east_next))
+    };
+    let (([a, b], [c, d]), ([e, f], [g, h])) =
+        (half(ab, cd, ef, gh), half(ab_high, cd_high, ef_high, gh_high));
+    [a, b, c, d, e, f, g, h]
 }
 
 impl Bits for Sse2 {
@@ -143,6 +190,12 @@ impl Half<8> for Sse2Large {
     #[inline(always)]
     fn words(self) -> [u64; 8] {
         simd!(transmute::<[__m128i; 4], [u64; 8]>(self.0))
+    }
+
+    #[inline(always)]
+    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
+        let parts = |halves| simd!(transmute::<[Self; 8], [[__m128i; 4]; 8]>(halves));
+        interleave(&parts(*even), &parts(*odd), lines);
     }
 }
 
@@ -224,6 +277,12 @@ impl Half<2> for Avx512Small {
     #[inline(always)]
     fn words(self) -> [u64; 2] {
         self.0.words()
+    }
+
+    #[inline(always)]
+    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
+        let parts = |halves| simd!(transmute::<[Self; 8], [[__m128i; 1]; 8]>(halves));
+        interleave(&parts(*even), &parts(*odd), lines);
     }
 }
 
@@ -311,6 +370,12 @@ impl Half<8> for Avx512Large {
     #[inline(always)]
     fn words(self) -> [u64; 8] {
         simd!(transmute::<__m512i, [u64; 8]>(self.0))
+    }
+
+    #[inline(always)]
+    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
+        let parts = |halves| simd!(transmute::<[Self; 8], [[__m128i; 4]; 8]>(halves));
+        interleave(&parts(*even), &parts(*odd), lines);
     }
 }
 
