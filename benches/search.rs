@@ -1,13 +1,17 @@
-//! Whole searches, from reset to the goal: in memory, and over ZeroMQ on loopback.
+//! Whole searches: from reset to the goal in memory, and over ZeroMQ on loopback; and of classic
+//! mazes in mixed order, the mouse alone, by each bundled strategy until it stops.
 
+use std::hint::black_box;
 use std::ops::ControlFlow;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use mmsim_benches::{bundled_maze, serve};
+use mmsim_benches::{Row, bundled_maze, classic_mazes, compare, serve};
 use mmsim_client::{InMemory, SearchRun, Transport, Zmq, search_run};
-use mmsim_maze::{KnownMaze, Maze};
+use mmsim_maze::{KnownMaze, Maze, Unknown};
 use mmsim_server::Simulation;
-use mmsim_solvers::{FloodFill, Mouse};
+use mmsim_solvers::{
+    Bundled, Distances, FloodFill, MazeFacts, Mouse, Move, ShortestPathSearch, Strategy,
+};
 
 /// A maze in which the search takes about 200 steps, and how many it takes exactly.
 const MAZE: (&str, u32) = ("06-mirage", 220);
@@ -31,5 +35,50 @@ fn searches(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, searches);
+/// A mouse after its search run, and the steps of that. (A fast run is left out.)
+fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>, u32) {
+    let mut mouse = Mouse::new(strategy, KnownMaze::before(maze), maze.start());
+    let mut steps = 0;
+    while steps < max_states {
+        mouse.see(maze.walls().around(mouse.pose())).unwrap();
+        match mouse.decide() {
+            Ok(Move::Step(step)) if !mouse.runs_fast() => mouse.go(step).unwrap(),
+            _ => break,
+        }
+        steps += 1;
+    }
+    (mouse, steps)
+}
+
+/// Asserts that the shortest path is proven and how far that took, then times whole searches.
+fn whole_searches(criterion: &mut Criterion) {
+    let mut mazes = classic_mazes();
+    mazes.retain(|maze| MazeFacts::of(maze).shortest_path.is_some());
+    let mut all_steps = 0;
+    for maze in &mazes {
+        let (mouse, steps) = explored(maze, ShortestPathSearch::new(), 10_000);
+        let known = Distances::flood(mouse.map().walls(Unknown::Closed), maze.goals());
+        assert_eq!(known.at(maze.start().cell), MazeFacts::of(maze).shortest_path);
+        assert_eq!(mouse.pose().cell, maze.start().cell);
+        all_steps += steps;
+    }
+    println!(
+        "shortest-path-search: {:.2} steps from the start to the start, the mean of {} mazes",
+        f64::from(all_steps) / f64::from(u32::try_from(mazes.len()).unwrap()),
+        mazes.len()
+    );
+    let own = Row::new("shortest-path-search", |maze: &Maze| {
+        black_box(explored(maze, ShortestPathSearch::new(), 10_000).1);
+    });
+    let others = Bundled::ALL.into_iter().filter(|&one| one != Bundled::ShortestPathSearch);
+    let others = others.map(|strategy| {
+        Row::new(strategy.name(), move |maze: &Maze| {
+            black_box(explored(maze, strategy.strategy(), strategy.max_states()).1);
+        })
+    });
+    let rows: Vec<_> = [own].into_iter().chain(others).collect();
+    compare(criterion, "search/mixed", &mazes, &rows);
+}
+
+criterion_group!(benches, searches, whole_searches);
 criterion_main!(benches);
