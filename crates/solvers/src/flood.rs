@@ -11,6 +11,7 @@ mod bytes;
 mod downhill;
 mod half;
 mod processor;
+mod to_see;
 mod update;
 mod waves;
 #[cfg(target_arch = "x86_64")]
@@ -23,6 +24,7 @@ pub use downhill::Downhill;
 use half::Half;
 pub use processor::Instructions;
 use processor::{Task, run};
+pub(crate) use to_see::cell_to_see;
 use waves::Flooded;
 
 /// Distances in steps from each cell to the nearest of some target cells, along ways without a

@@ -1,10 +1,8 @@
 //! Shortest-path search: explores until a shortest way is proven, and no longer.
 
-use core::cmp::Reverse;
-use core::ops::Range;
+use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown, Walls};
 
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, Unknown, WallState, Walls};
-
+use crate::flood::cell_to_see;
 use crate::strategy::step_to_least;
 use crate::{Distances, Move, SearchError, Strategy};
 
@@ -140,101 +138,6 @@ impl Strategy for ShortestPathSearch {
 fn crow_flies(map: &KnownMaze, cell: Cell) -> u8 {
     let off = |goal: Cell| goal.x.abs_diff(cell.x).max(goal.y.abs_diff(cell.y));
     map.goals().iter().map(off).min().unwrap_or(0)
-}
-
-/// Where a mouse in `cell` goes to see more of the [shortest ways](shortest_ways): the nearest of
-/// the cells to see, and of those the farthest from the start, for it comes back that way. `None`
-/// once nothing is left to see.
-fn cell_to_see(map: &KnownMaze, cell: Cell) -> Option<Cell> {
-    let open = map.walls(Unknown::Open);
-    let from_start = Distances::flood(open, &only(map.start()));
-    let to_see = shortest_ways(map, &from_start)?;
-    let from_mouse = Distances::flood(open, &only(cell));
-    let near_and_far_out = |&cell: &Cell| (from_mouse.at(cell), Reverse(from_start.at(cell)));
-    to_see.iter().filter(|&cell| from_mouse.at(cell).is_some()).min_by_key(near_and_far_out)
-}
-
-/// Follows the shortest ways from goal to start, unknown walls taken as open, and says which cells
-/// of them to see next. `None` once one of the ways is known to be open all along.
-///
-/// Those are the unseen cells beside unknown walls of the ways, in the narrowest layers of which
-/// nothing has been seen yet; where there is no such layer, those in all of them.
-fn shortest_ways(map: &KnownMaze, from_start: &Distances) -> Option<CellSet> {
-    let mut ways = Ways::to_goals(map, from_start);
-    let (mut width, mut narrowest, mut others) = (usize::MAX, CellSet::EMPTY, CellSet::EMPTY);
-    let mut layer = 0..ways.count;
-    while !layer.is_empty() {
-        let nearer = ways.go_back(map, from_start, layer.clone());
-        let cells = &ways.cells[layer];
-        let is_unseen = |&cell: &Cell| !map.visited().contains(cell);
-        let is_to_see = |&cell: &Cell| is_unseen(&cell) && ways.doubtful.contains(cell);
-        let mut to_see = cells.iter().copied().filter(is_to_see).peekable();
-        if to_see.peek().is_none() || !cells.iter().all(is_unseen) {
-            others.extend(to_see);
-        } else if cells.len() < width {
-            (width, narrowest) = (cells.len(), to_see.collect());
-        } else if cells.len() == width {
-            narrowest.extend(to_see);
-        }
-        layer = nearer;
-    }
-    let to_see = if narrowest.is_empty() { others } else { narrowest };
-    Some(to_see).filter(|_| !ways.sure.contains(map.start()))
-}
-
-/// The cells of the shortest ways, found from the goal backwards, layer by layer.
-struct Ways {
-    cells: [Cell; MazeSize::MAX_AREA],
-    count: usize,
-    found: CellSet,
-    /// Those from which a way on to the goal is known to be open.
-    sure: CellSet,
-    /// Those with an unknown wall on a way.
-    doubtful: CellSet,
-}
-
-impl Ways {
-    /// Their ends: the goal cells nearest to the start. There are none without a way.
-    fn to_goals(map: &KnownMaze, from_start: &Distances) -> Self {
-        let nearest = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
-        let is_end = |&goal: &Cell| nearest.is_some() && from_start.at(goal) == nearest;
-        let ends = map.goals().iter().filter(is_end).collect();
-        let cells = [Cell::new(0, 0); MazeSize::MAX_AREA];
-        let mut ways = Self { cells, count: 0, found: ends, sure: ends, doubtful: CellSet::EMPTY };
-        for (place, end) in ways.cells.iter_mut().zip(ends.iter()) {
-            *place = end;
-            ways.count += 1;
-        }
-        ways
-    }
-
-    /// Finds the layer that is one step nearer to the start than this one.
-    fn go_back(
-        &mut self,
-        map: &KnownMaze,
-        from_start: &Distances,
-        layer: Range<usize>,
-    ) -> Range<usize> {
-        for index in layer.clone() {
-            let cell = self.cells[index];
-            let steps = from_start.at(cell).and_then(|steps| steps.checked_sub(1));
-            let is_nearer = |&next: &Cell| steps.is_some() && from_start.at(next) == steps;
-            for heading in Heading::ALL {
-                let Some(next) = cell.neighbour(heading).filter(is_nearer) else { continue };
-                match map.wall(cell, heading) {
-                    WallState::Present => continue,
-                    WallState::Absent if !self.sure.contains(cell) => {}
-                    WallState::Absent => self.sure.extend([next]),
-                    WallState::Unknown => self.doubtful.extend([cell, next]),
-                }
-                if self.found.insert(next) {
-                    self.cells[self.count] = next;
-                    self.count += 1;
-                }
-            }
-        }
-        layer.end..self.count
-    }
 }
 
 fn only(cell: Cell) -> CellSet {

@@ -47,6 +47,27 @@ impl<B: Bits> Ways<B> {
     }
 }
 
+impl<B: Bits> Ways<B> {
+    /// Those that are not among the others.
+    #[inline(always)]
+    pub(super) fn without(self, other: Self) -> Self {
+        Self {
+            same: self.same.without(other.same),
+            east: self.east.without(other.east),
+            west: self.west.without(other.west),
+            north: self.north.without(other.north),
+            south: self.south.without(other.south),
+        }
+    }
+}
+
+impl<B: Copy> Board<B> {
+    /// The ways into dark and into light cells.
+    pub(super) const fn into_each(&self) -> [Ways<B>; 2] {
+        [self.into_dark, self.into_light]
+    }
+}
+
 impl<H> Board<H> {
     #[inline(always)]
     pub(super) fn of<const N: usize>(walls: &Walls) -> Self
@@ -96,18 +117,46 @@ impl<H> Chequered<H> {
     where
         H: Half<N>,
     {
-        let bit = usize::from(cell.y) * row_bits(N) as usize + usize::from(cell.x / 2);
         let mut words = [0; N];
-        if let Some(word) = words.get_mut(bit / 64) {
-            *word = 1 << (bit % 64);
+        if let Some((word, bit)) = place::<N>(cell) {
+            words[word] = 1 << bit;
         }
         let (half, none) = (H::of(words), H::NONE);
-        if (cell.x ^ cell.y) & 1 == 0 {
+        if is_dark(cell) {
             Self { dark: half, light: none }
         } else {
             Self { dark: none, light: half }
         }
     }
+}
+
+/// Whether a cell is of the colour of (0, 0).
+pub(super) const fn is_dark(cell: Cell) -> bool {
+    (cell.x ^ cell.y) & 1 == 0
+}
+
+/// In which word of its half a cell is and at which bit; `None` if there is no room for it.
+#[inline(always)]
+pub(super) fn place<const N: usize>(cell: Cell) -> Option<(usize, usize)> {
+    let bit = usize::from(cell.y) * row_bits(N) as usize + usize::from(cell.x / 2);
+    Some((bit / 64, bit % 64)).filter(|&(word, _)| word < N)
+}
+
+/// The cells, those of each row from the west, but dark ones before light ones.
+#[inline(always)]
+pub(super) fn cells<const N: usize, H: Half<N>>(
+    of: Chequered<H>,
+) -> impl DoubleEndedIterator<Item = Cell> {
+    let halves = [(of.dark.words(), 0), (of.light.words(), 1)];
+    halves.into_iter().flat_map(|(words, light)| {
+        (0..64 * N).filter(move |bit| words[bit / 64] >> (bit % 64) & 1 == 1).map(move |bit| {
+            let row = row_bits(N) as usize;
+            let (y, half_x) = (bit / row, bit % row);
+            // At most 31.
+            #[allow(clippy::cast_possible_truncation)]
+            Cell::new((2 * half_x + ((y + light) & 1)) as u8, y as u8)
+        })
+    })
 }
 
 /// The rows with even numbers.
