@@ -1,5 +1,6 @@
 //! What a mouse knows of a maze.
 
+use crate::walls::Sides;
 use crate::{Cell, CellSet, Drawing, Heading, Maze, MazeSize, Pose, Walls, WallsAround};
 
 /// What a mouse knows: the size, the start, the goal cells, the cells it has visited, and each
@@ -132,16 +133,22 @@ impl KnownMaze {
             (heading, around.front),
             (heading.right(), around.right),
         ];
-        for (heading, found) in readings {
-            let expected = if found { WallState::Absent } else { WallState::Present };
-            if self.wall(cell, heading) == expected {
+        let (mut read, mut found) = (Sides::NONE, Sides::NONE);
+        for (heading, present) in readings {
+            read = read.with(Sides::of(heading));
+            found = found.with(if present { Sides::of(heading) } else { Sides::NONE });
+        }
+        let known_absent = found.without(self.possible.sides(cell));
+        let known_present = read.without(found).and(self.certain.sides(cell));
+        let contradictions = known_absent.with(known_present);
+        if contradictions != Sides::NONE {
+            let contradicts = |&(heading, _): &(Heading, bool)| contradictions.has(heading);
+            if let Some((heading, found)) = readings.into_iter().find(contradicts) {
                 return Err(Contradiction { cell, heading, found });
             }
         }
-        for (heading, found) in readings {
-            self.certain.set(cell, heading, found);
-            self.possible.set(cell, heading, found);
-        }
+        self.certain.set_sides(cell, read, found);
+        self.possible.set_sides(cell, read, found);
         self.visit(cell);
         Ok(())
     }

@@ -67,4 +67,4 @@ pub use format::{Format, ParseError};
 pub use heading::{Heading, Pose, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};
 pub use maze::{Maze, MazeError};
-pub use walls::{Walls, WallsAround};
+pub use walls::{Sides, Walls, WallsAround};

@@ -76,20 +76,55 @@ impl Walls {
     /// Whether there is a wall at the side of `cell` towards `heading`: always at the edge of the
     /// maze and outside of it.
     pub fn has(&self, cell: Cell, heading: Heading) -> bool {
-        self.place(cell, heading).is_none_or(|(cell, north)| {
-            let rows = if north { &self.north } else { &self.east };
-            rows[usize::from(cell.y)] >> cell.x & 1 == 1
-        })
+        self.sides(cell).has(heading)
     }
 
     /// Builds (`true`) or removes (`false`) the wall at the side of `cell` towards `heading`.
     /// Outer walls and everything outside stay as they are.
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
-        if let Some((cell, north)) = self.place(cell, heading) {
-            let rows = if north { &mut self.north } else { &mut self.east };
-            let row = &mut rows[usize::from(cell.y)];
-            *row = *row & !(1 << cell.x) | u32::from(present) << cell.x;
+        let side = Sides::of(heading);
+        self.set_sides(cell, side, if present { side } else { Sides::NONE });
+    }
+
+    /// The sides of a cell that have a wall: all of them outside of the maze.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
+    /// let sides = Walls::open(MazeSize::CLASSIC).sides(Cell::new(0, 5));
+    /// assert!(sides.has(Heading::West) && !sides.has(Heading::East));
+    /// ```
+    // Without a branch for a wall, since nobody can predict walls.
+    pub fn sides(&self, cell: Cell) -> Sides {
+        let Cell { x, y } = cell;
+        if !self.size.contains(cell) {
+            return Sides::ALL;
         }
+        let (row, south) = (usize::from(y), usize::from(y).wrapping_sub(1) % SIDE);
+        let bit = |rows: u32| u8::from(rows >> x & 1 == 1);
+        let north = bit(self.north[row]) | u8::from(y + 1 == self.size.height());
+        let east = bit(self.east[row]) | u8::from(x + 1 == self.size.width());
+        let south = bit(self.north[south]) | u8::from(y == 0);
+        let west = bit(self.east[row] << 1) | u8::from(x == 0);
+        Sides(north | east << 1 | south << 2 | west << 3)
+    }
+
+    /// Makes these sides of a cell as they are among the `present` ones. Outer walls and everything
+    /// outside stay as they are.
+    pub(crate) fn set_sides(&mut self, cell: Cell, sides: Sides, present: Sides) {
+        let Cell { x, y } = cell;
+        if !self.size.contains(cell) {
+            return;
+        }
+        let (row, south) = (usize::from(y), usize::from(y).wrapping_sub(1) % SIDE);
+        let set = |rows: &mut u32, heading: Heading, is_inner: bool| {
+            let bit = |sides: Sides| u32::from(sides.has(heading) && is_inner) << x;
+            let west = u32::from(heading == Heading::West);
+            *rows = *rows & !(bit(sides) >> west) | (bit(sides) & bit(present)) >> west;
+        };
+        set(&mut self.north[row], Heading::North, y + 1 < self.size.height());
+        set(&mut self.east[row], Heading::East, x + 1 < self.size.width());
+        set(&mut self.north[south], Heading::South, y > 0);
+        set(&mut self.east[row], Heading::West, x > 0);
     }
 
     /// What a mouse in this pose senses. Outside of the maze there are walls all round.
@@ -101,32 +136,51 @@ impl Walls {
     /// assert_eq!(walls.around(start), WallsAround { left: true, front: false, right: false });
     /// ```
     pub fn around(&self, pose: Pose) -> WallsAround {
-        let has = |heading| self.has(pose.cell, heading);
+        let (sides, heading) = (self.sides(pose.cell), pose.heading);
         WallsAround {
-            left: has(pose.heading.left()),
-            front: has(pose.heading),
-            right: has(pose.heading.right()),
+            left: sides.has(heading.left()),
+            front: sides.has(heading),
+            right: sides.has(heading.right()),
         }
     }
 
     /// The cells next to `cell` with no wall between, in the order north, east, south, west.
     pub fn open_neighbours(&self, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
+        let sides = self.sides(cell);
         Heading::ALL
             .into_iter()
-            .filter(move |&heading| !self.has(cell, heading))
+            .filter(move |&heading| !sides.has(heading))
             .filter_map(move |heading| cell.neighbour(heading))
     }
+}
 
-    /// Where an inner wall is stored: the cell to its south or west, and whether it is that
-    /// cell's north wall rather than its east wall. `None` for outer walls and beyond.
-    fn place(&self, cell: Cell, heading: Heading) -> Option<(Cell, bool)> {
-        let neighbour = self.size.neighbour(cell, heading).filter(|_| self.size.contains(cell))?;
-        Some(match heading {
-            Heading::North => (cell, true),
-            Heading::East => (cell, false),
-            Heading::South => (neighbour, true),
-            Heading::West => (neighbour, false),
-        })
+/// Some of the four sides of a cell, a bit each in the order of [`Heading::ALL`].
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Sides(u8);
+
+impl Sides {
+    pub(crate) const NONE: Self = Self(0);
+    const ALL: Self = Self(0b1111);
+
+    pub(crate) const fn of(heading: Heading) -> Self {
+        Self(1 << heading as u8)
+    }
+
+    /// Whether the one towards `heading` is among them.
+    pub const fn has(self, heading: Heading) -> bool {
+        self.0 >> heading as u8 & 1 == 1
+    }
+
+    pub(crate) const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    pub(crate) const fn and(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    pub(crate) const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
     }
 }
 

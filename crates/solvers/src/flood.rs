@@ -24,7 +24,7 @@ pub use downhill::Downhill;
 use half::Half;
 pub use processor::Instructions;
 use processor::{Task, run};
-pub(crate) use to_see::cell_to_see;
+pub(crate) use to_see::{ToSee, cell_to_see};
 use waves::Flooded;
 
 /// Distances in steps from each cell to the nearest of some target cells, along ways without a

@@ -1,10 +1,11 @@
 //! Shortest-path search: explores until a shortest way is proven, and no longer.
 
-use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown, Walls};
+use core::cmp::Ordering;
 
-use crate::flood::cell_to_see;
-use crate::strategy::step_to_least;
-use crate::{Distances, Move, SearchError, Strategy};
+use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Step, Unknown, Walls};
+
+use crate::flood::{ToSee, cell_to_see};
+use crate::{Distances, Move, SearchError, Strategy, steps_from};
 
 /// Shortest-path search: goes to the goal, explores until it is proven that no unknown wall can
 /// hide a shorter way than the known one, returns to the start, and runs fast.
@@ -24,8 +25,10 @@ use crate::{Distances, Move, SearchError, Strategy};
 #[derive(Clone, Debug)]
 pub struct ShortestPathSearch {
     leg: Leg,
-    /// The walls for which it was planned, unknown ones open and closed; none at first.
-    planned_for: Option<[Walls; 2]>,
+    /// Where it has been. A cell that it comes back to tells nothing new.
+    been: CellSet,
+    /// Where it goes to see what, while it explores.
+    to_see: Option<ToSee>,
     distances: Distances,
 }
 
@@ -45,47 +48,53 @@ impl ShortestPathSearch {
     pub const fn new() -> Self {
         Self {
             leg: Leg::ToGoal,
-            planned_for: None,
+            been: CellSet::EMPTY,
+            to_see: None,
             distances: Distances::unreachable(MazeSize::CLASSIC),
         }
     }
 
-    /// Whether the map tells something new that may change the way: a wall, or while it explores
-    /// that there is none.
-    fn has_news(&self, map: &KnownMaze) -> bool {
-        self.planned_for.as_ref().is_none_or(|[open, closed]| {
-            open != map.walls(Unknown::Open)
-                || self.leg == Leg::Explore && closed != map.walls(Unknown::Closed)
-        })
-    }
-
     /// Plans the way on, and starts the next leg where one is over.
-    fn plan(&mut self, map: &KnownMaze, cell: Cell) {
+    fn plan(&mut self, map: &KnownMaze, cell: Cell, is_first: bool) {
         let [open, closed] = [Unknown::Open, Unknown::Closed].map(|unknown| map.walls(unknown));
-        self.planned_for = Some([open.clone(), closed.clone()]);
         if self.leg == Leg::ToGoal {
-            self.distances = Distances::flood(open, map.goals());
+            if is_first {
+                self.distances.refill(open, map.goals());
+            } else {
+                self.distances.update(open, map.goals(), cell);
+            }
             if map.goals().contains(cell) {
                 self.leg = Leg::Explore;
             } else if self.distances.at(cell).is_none() {
                 self.leg = Leg::GiveUp;
             }
         }
-        if self.leg == Leg::Explore {
-            match cell_to_see(map, cell) {
-                Some(target) => self.distances = Distances::flood(open, &only(target)),
+        if self.leg == Leg::Explore && !self.goes_on_as_planned(open, cell) {
+            self.to_see = cell_to_see(map, cell);
+            match self.to_see {
+                Some(ToSee { cell, .. }) => self.distances.refill(open, &only(cell)),
                 None => self.leg = Leg::Return,
             }
         }
         if matches!(self.leg, Leg::Return | Leg::GiveUp) {
             let known = Distances::flood(closed, &only(map.start()));
-            let hoped = Distances::flood(open, &only(map.start()));
-            self.distances = if hoped.at(cell) < known.at(cell) { hoped } else { known };
+            self.distances.refill(open, &only(map.start()));
+            if self.distances.at(cell) >= known.at(cell) {
+                self.distances = known;
+            }
         }
         if self.leg == Leg::Return && cell == map.start() {
             self.leg = Leg::FastRun;
-            self.distances = Distances::flood(closed, map.goals());
+            self.distances.refill(closed, map.goals());
         }
+    }
+
+    /// Whether what was seen last, in this cell, leaves the plan as it is: away from the shortest ways
+    /// nothing changes them, and new walls only make ways longer, if not the one to the cell to see.
+    fn goes_on_as_planned(&mut self, open: &Walls, cell: Cell) -> bool {
+        self.to_see.is_some_and(|ToSee { cell: target, ways }| {
+            !ways.contains(cell) && !self.distances.update(open, &only(target), cell)
+        })
     }
 
     /// Whether the mouse is where this leg ends.
@@ -107,9 +116,10 @@ impl Default for ShortestPathSearch {
 impl Strategy for ShortestPathSearch {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
         let cell = pose.cell;
-        // A cell it has been to tells nothing new, and the way on is as planned.
-        if self.leg != Leg::FastRun && (self.has_news(map) || self.has_arrived(map, cell)) {
-            self.plan(map, cell);
+        let is_first = self.been.is_empty();
+        let is_new = self.been.insert(cell) || cell == map.start();
+        if self.leg != Leg::FastRun && (is_new || self.has_arrived(map, cell)) {
+            self.plan(map, cell, is_first);
         }
         match self.leg {
             Leg::FastRun if map.goals().contains(cell) => return Ok(Move::Stop),
@@ -118,9 +128,14 @@ impl Strategy for ShortestPathSearch {
             }
             _ => {}
         }
-        let off_goal = |cell| if self.leg == Leg::ToGoal { crow_flies(map, cell) } else { 0 };
-        step_to_least(map, pose, |cell| (self.weight(cell), off_goal(cell)))
-            .filter(|&(_, next)| self.distances.at(next).is_some())
+        let nearer = |&(_, one): &(Step, Cell), &(_, other): &(Step, Cell)| {
+            let by_crow = || crow_flies(map, one).cmp(&crow_flies(map, other));
+            let equal_so_far = self.weight(one).cmp(&self.weight(other));
+            equal_so_far
+                .then_with(|| if self.leg == Leg::ToGoal { by_crow() } else { Ordering::Equal })
+        };
+        let step = steps_from(map, pose).min_by(nearer);
+        step.filter(|&(_, next)| self.distances.at(next).is_some())
             .map(|(step, _)| Move::Step(step))
             .ok_or(SearchError::BoxedIn { cell })
     }

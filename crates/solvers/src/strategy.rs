@@ -1,6 +1,6 @@
 //! What a strategy is.
 
-use mmsim_maze::{Cell, Heading, KnownMaze, Pose, Step, WallState};
+use mmsim_maze::{Cell, KnownMaze, Pose, Step, Unknown};
 
 /// A way to search a maze: shown what the mouse knows and where it stands, it says what to do
 /// next.
@@ -110,9 +110,9 @@ pub enum SearchError {
 /// The steps that a mouse in `pose` can take through sides known to be open, with the cell each
 /// leads to, in the order front, left, right, back.
 pub fn steps_from(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Cell)> + '_ {
-    let is_open = move |heading: Heading| map.wall(pose.cell, heading) == WallState::Absent;
+    let possible = map.walls(Unknown::Closed).sides(pose.cell);
     Step::ALL.into_iter().filter_map(move |step| {
-        let next = pose.after(step).filter(|next| is_open(next.heading))?;
+        let next = pose.after(step).filter(|next| !possible.has(next.heading))?;
         Some((step, next.cell))
     })
 }

@@ -142,21 +142,40 @@ pub(super) fn place<const N: usize>(cell: Cell) -> Option<(usize, usize)> {
     Some((bit / 64, bit % 64)).filter(|&(word, _)| word < N)
 }
 
-/// The cells, those of each row from the west, but dark ones before light ones.
-#[inline(always)]
-pub(super) fn cells<const N: usize, H: Half<N>>(
-    of: Chequered<H>,
-) -> impl DoubleEndedIterator<Item = Cell> {
-    let halves = [(of.dark.words(), 0), (of.light.words(), 1)];
-    halves.into_iter().flat_map(|(words, light)| {
-        (0..64 * N).filter(move |bit| words[bit / 64] >> (bit % 64) & 1 == 1).map(move |bit| {
-            let row = row_bits(N) as usize;
-            let (y, half_x) = (bit / row, bit % row);
-            // At most 31.
-            #[allow(clippy::cast_possible_truncation)]
-            Cell::new((2 * half_x + ((y + light) & 1)) as u8, y as u8)
-        })
-    })
+impl<H> Chequered<H> {
+    /// The southernmost of its cells, and of those the westernmost; of a dark and a light one the
+    /// dark one. `None` if there is none.
+    #[inline(always)]
+    pub(super) fn first_cell<const N: usize>(self) -> Option<Cell>
+    where
+        H: Half<N>,
+    {
+        let first = |half: H| {
+            let words = half.words();
+            let word = words.iter().position(|&word| word != 0)?;
+            Some(64 * word + words[word].trailing_zeros() as usize)
+        };
+        let (bit, light) = match first(self.dark) {
+            Some(bit) => (bit, 0),
+            None => (first(self.light)?, 1),
+        };
+        let row = row_bits(N) as usize;
+        let (y, half_x) = (bit / row, bit % row);
+        // At most 31.
+        #[allow(clippy::cast_possible_truncation)]
+        Some(Cell::new((2 * half_x + ((y + light) & 1)) as u8, y as u8))
+    }
+
+    /// Even and odd columns.
+    #[inline(always)]
+    pub(super) fn columns<const N: usize>(self) -> [H; 2]
+    where
+        H: Half<N>,
+    {
+        // The same that makes them chequered.
+        let Chequered { dark, light } = chequered([self.dark, self.light]);
+        [dark, light]
+    }
 }
 
 /// The rows with even numbers.

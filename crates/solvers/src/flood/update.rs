@@ -34,18 +34,18 @@ impl Distances {
 
     /// Whether walls around this cell leave everything as it is.
     fn stays_right(&self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
-        let is_open = |cell, heading| !walls.has(cell, heading);
         // Whether a cell is a target or has a neighbour that is a step nearer.
         let has_way_on = |cell: Cell, steps: u16| {
-            let mut neighbours = Heading::ALL.into_iter().filter(|&heading| is_open(cell, heading));
+            let sides = walls.sides(cell);
+            let mut neighbours = Heading::ALL.into_iter().filter(|&heading| !sides.has(heading));
             targets.contains(cell) && steps == 0
                 || neighbours.any(|heading| self.beyond(cell, heading) == steps.wrapping_sub(1))
         };
-        let steps = self.raw(seen);
+        let (steps, sides) = (self.raw(seen), walls.sides(seen));
         let (mut is_right, mut loses_way) = (true, false);
         for heading in Heading::ALL {
             let beyond = self.beyond(seen, heading);
-            if is_open(seen, heading) {
+            if !sides.has(heading) {
                 // Nobody reaches one of two neighbours alone.
                 let is_reached = (steps == UNREACHABLE) == (beyond == UNREACHABLE);
                 is_right &= is_reached && steps.abs_diff(beyond) <= 1;

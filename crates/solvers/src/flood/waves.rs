@@ -1,9 +1,7 @@
 //! Waves: the cells at distance 0, 1, 2 and so on.
 
-use mmsim_maze::Cell;
-
-use super::board::{Board, Chequered, Ways, is_dark, place};
-use super::half::{Bits, Half};
+use super::board::{Board, Chequered, Ways};
+use super::half::Bits;
 
 /// The most bits that a distance has: 1,023 steps in a maze of 32×32 cells.
 pub(super) const PLANES: usize = 10;
@@ -137,24 +135,6 @@ fn waves_of_both_colours<B: Bits>(
     let near = dark.into_marks(B::NONE, dry.dark);
     let far = light.into_marks(B::NONE, dry.light);
     Flooded { near, far, near_is_dark: true }
-}
-
-impl<H> Flooded<H> {
-    /// Steps of one cell, `None` where no wave has come to.
-    #[inline(always)]
-    pub(super) fn at<const N: usize>(&self, cell: Cell) -> Option<u16>
-    where
-        H: Half<N>,
-    {
-        let marks = if is_dark(cell) == self.near_is_dark { &self.near } else { &self.far };
-        let (word, bit) = place::<N>(cell)?;
-        let has = |half: H| half.words()[word] >> bit & 1;
-        let mut steps = 0;
-        for (i, &plane) in marks.planes.iter().enumerate() {
-            steps |= has(plane) << i;
-        }
-        u16::try_from(steps).ok().filter(|_| has(marks.dry) == 0)
-    }
 }
 
 impl<B: Bits> Flooded<B> {
