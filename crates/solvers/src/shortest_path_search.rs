@@ -2,7 +2,7 @@
 
 use core::cmp::Ordering;
 
-use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Step, Unknown, Walls};
+use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Step, Unknown};
 
 use crate::flood::{ToSee, cell_to_see};
 use crate::{Distances, Move, SearchError, Strategy, steps_from};
@@ -56,12 +56,10 @@ impl ShortestPathSearch {
 
     /// Plans the way on, and starts the next leg where one is over.
     fn plan(&mut self, map: &KnownMaze, cell: Cell, is_first: bool) {
-        let [open, closed] = [Unknown::Open, Unknown::Closed].map(|unknown| map.walls(unknown));
+        let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
         if self.leg == Leg::ToGoal {
-            if is_first {
+            if is_first || !self.distances.lead_on(open, cell) {
                 self.distances.refill(open, map.goals());
-            } else {
-                self.distances.update(open, map.goals(), cell);
             }
             if map.goals().contains(cell) {
                 self.leg = Leg::Explore;
@@ -69,7 +67,11 @@ impl ShortestPathSearch {
                 self.leg = Leg::GiveUp;
             }
         }
-        if self.leg == Leg::Explore && !self.goes_on_as_planned(open, cell) {
+        // Away from the shortest ways nothing that it sees changes them, and new walls make only ways
+        // longer, if not its own.
+        let goes_on =
+            |ToSee { ways, .. }: ToSee| !ways.contains(cell) && self.distances.lead_on(open, cell);
+        if self.leg == Leg::Explore && !self.to_see.is_some_and(goes_on) {
             self.to_see = cell_to_see(map, cell);
             match self.to_see {
                 Some(ToSee { cell, .. }) => self.distances.refill(open, &only(cell)),
@@ -87,14 +89,6 @@ impl ShortestPathSearch {
             self.leg = Leg::FastRun;
             self.distances.refill(closed, map.goals());
         }
-    }
-
-    /// Whether what was seen last, in this cell, leaves the plan as it is: away from the shortest ways
-    /// nothing changes them, and new walls only make ways longer, if not the one to the cell to see.
-    fn goes_on_as_planned(&mut self, open: &Walls, cell: Cell) -> bool {
-        self.to_see.is_some_and(|ToSee { cell: target, ways }| {
-            !ways.contains(cell) && !self.distances.update(open, &only(target), cell)
-        })
     }
 
     /// Whether the mouse is where this leg ends.

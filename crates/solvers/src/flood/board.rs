@@ -61,13 +61,6 @@ impl<B: Bits> Ways<B> {
     }
 }
 
-impl<B: Copy> Board<B> {
-    /// The ways into dark and into light cells.
-    pub(super) const fn into_each(&self) -> [Ways<B>; 2] {
-        [self.into_dark, self.into_light]
-    }
-}
-
 impl<H> Board<H> {
     #[inline(always)]
     pub(super) fn of<const N: usize>(walls: &Walls) -> Self

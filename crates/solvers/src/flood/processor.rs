@@ -50,7 +50,8 @@ impl Instructions {
             #[cfg(all(target_arch = "x86_64", feature = "std"))]
             Self::Avx512 => {
                 use std::arch::is_x86_feature_detected as has;
-                has!("avx512f") && has!("avx512bw") && has!("avx512vl")
+                let has_avx512 = has!("avx512f") && has!("avx512bw") && has!("avx512vl");
+                has_avx512 && has!("bmi1") && has!("popcnt")
             }
             #[cfg(not(all(target_arch = "x86_64", feature = "std")))]
             Self::Avx512 => false,

@@ -39,106 +39,150 @@ impl Task for CellToSee<'_> {
     fn run<const N: usize, H: Half<N>>(self) -> Option<ToSee> {
         let Self { map, mouse } = self;
         let open = Board::<H>::of(map.walls(Unknown::Open));
-        let known = Board::<H>::of(map.walls(Unknown::Closed)).into_each();
-        let into = open.into_each();
-        let shortest = ShortestWays::of(map, into)?;
+        let shortest = ShortestWays::of(map, &open)?;
+        let known = shortest.each(&Board::of(map.walls(Unknown::Closed)));
         let ways = shortest.cells(&known)?;
         let Chequered { dark, light } = Chequered::<H>::of(map.visited());
-        let visited = [dark, light];
+        let visited = shortest.pick(dark, light);
         let mut unseen = [H::NONE; 2];
         for colour in [0, 1] {
-            let unknown = into[colour].without(known[colour]);
+            let unknown = shortest.into[colour].without(known[colour]);
             unseen[colour] = unknown.from(ways[1 - colour], ways[colour]).without(visited[colour]);
         }
         let to_see = shortest.narrowest(unseen, visited);
-        let nearest = nearest(&into, Chequered::of_cell(mouse), to_see)?;
-        let farthest_out = shortest.first_layer_with(nearest);
-        let [dark, light] = ways;
-        Some(ToSee {
-            cell: Chequered { dark: farthest_out[0], light: farthest_out[1] }.first_cell()?,
-            ways: CellSet::of_rows(rows(Chequered { dark, light }.columns())),
-        })
+        let Chequered { dark, light } = Chequered::<H>::of_cell(mouse);
+        let nearest = nearest(&shortest.into, shortest.pick(dark, light), to_see)?;
+        let is_one = count(nearest[0]) + count(nearest[1]) == 1;
+        let farthest_out = if is_one { nearest } else { shortest.first_layer_with(nearest) };
+        let farthest_out = shortest.chequered(farthest_out);
+        let ways = CellSet::of_rows(rows(shortest.chequered(ways).columns()));
+        Some(ToSee { cell: farthest_out.first_cell()?, ways })
     }
 }
 
-/// The shortest ways from the start to the goal. Each pair is of dark and light cells.
-struct ShortestWays<H> {
-    into: [Ways<H>; 2],
+/// The shortest ways from the start to the goal, layer by layer from the goal on. Each pair is of
+/// cells of the colour of their ends, and of those of the other.
+struct ShortestWays<B> {
+    into: [Ways<B>; 2],
     /// The goal cells where they end.
-    ends: H,
-    /// How long they are, in steps.
-    length: u16,
-    /// The colour of the start.
-    start: usize,
-    /// Cells of each colour at the distances 0 and 1, 4 and 5, and so on from the start, and those at
-    /// 2 and 3, 6 and 7 and so on. As neighbours are a step apart, that tells nearer from farther.
-    layers: [[H; 2]; 2],
+    ends: B,
+    start: B,
+    /// Cells that may be in the next four layers, in the four after these, and so on. They are at the
+    /// same distance from the start, but for multiples of 4; neighbours are a step apart, so that
+    /// this tells nearer from farther.
+    layers: [B; 4],
+    ends_are_dark: bool,
+    /// How far the start is from the ends, in steps.
+    length: usize,
 }
 
 impl<B: Bits> ShortestWays<B> {
     /// Waves from the start until one comes to a goal cell.
     #[inline(always)]
-    fn of<const N: usize>(map: &KnownMaze, into: [Ways<B>; 2]) -> Option<Self>
+    fn of<const N: usize>(map: &KnownMaze, open: &Board<B>) -> Option<Self>
     where
         B: Half<N>,
     {
         let (from, goals) = (Chequered::<B>::of_cell(map.start()), Chequered::<B>::of(map.goals()));
-        let goals = [goals.dark, goals.light];
-        let start = usize::from(from.dark.is_empty());
-        let (near, far) = (start, 1 - start);
-        let mut layers = [[B::NONE; 2]; 2];
-        let mut wave = from.dark.or(from.light);
-        let (mut dry_near, mut dry_far) = (B::ALL.without(wave), B::ALL);
-        let (mut ends, mut length) = (wave.and(goals[near]), 0);
-        layers[near][0] = wave;
+        let start_is_dark = from.light.is_empty();
+        let pick = |dark, light| if start_is_dark { [dark, light] } else { [light, dark] };
+        let [near_goals, far_goals] = pick(goals.dark, goals.light);
+        let [into_near, into_far] = if start_is_dark {
+            [open.into_dark, open.into_light]
+        } else {
+            [open.into_light, open.into_dark]
+        };
+        let start = from.dark.or(from.light);
+        let mut layers = [start, B::NONE, B::NONE, B::NONE];
+        let (mut dry_near, mut dry_far) = (B::ALL.without(start), B::ALL);
+        let (mut wave, mut ends, mut length) = (start, start.and(near_goals), 0);
         while ends.is_empty() {
-            let far_wave = into[far].from(wave, dry_far);
-            let kind = usize::from(length / 2 % 2);
-            layers[far][kind] = layers[far][kind].or(far_wave);
-            dry_far = dry_far.without(far_wave);
-            length += 1;
-            ends = far_wave.and(goals[far]);
-            if !ends.is_empty() {
-                break;
-            }
-            wave = into[near].from(far_wave, dry_near);
-            layers[near][1 - kind] = layers[near][1 - kind].or(wave);
-            dry_near = dry_near.without(wave);
-            length += 1;
-            ends = wave.and(goals[near]);
             if wave.is_empty() {
                 return None;
             }
+            for odd in [1, 3] {
+                let far_wave = into_far.from(wave, dry_far);
+                layers[odd] = layers[odd].or(far_wave);
+                dry_far = dry_far.without(far_wave);
+                length += 1;
+                ends = far_wave.and(far_goals);
+                if !ends.is_empty() {
+                    break;
+                }
+                wave = into_near.from(far_wave, dry_near);
+                layers[(odd + 1) % 4] = layers[(odd + 1) % 4].or(wave);
+                dry_near = dry_near.without(wave);
+                length += 1;
+                ends = wave.and(near_goals);
+                if !ends.is_empty() {
+                    break;
+                }
+            }
         }
-        Some(Self { into, ends, length, start, layers })
+        let ends_are_near = length % 2 == 0;
+        let into = if ends_are_near { [into_near, into_far] } else { [into_far, into_near] };
+        // From the layer before the ends on, backwards.
+        let mut before = [B::NONE; 4];
+        for (i, layer) in before.iter_mut().enumerate() {
+            *layer = layers[(length + 3 - i) % 4];
+        }
+        let ends_are_dark = ends_are_near == start_is_dark;
+        Some(Self { into, ends, start, layers: before, ends_are_dark, length })
     }
 
-    /// The colour of cells at this distance.
+    /// Something of dark and of light cells, as that of the ends' colour and of the other.
     #[inline(always)]
-    fn colour(&self, steps: u16) -> usize {
-        (usize::from(steps) + self.start) % 2
+    fn pick<T>(&self, dark: T, light: T) -> [T; 2] {
+        if self.ends_are_dark { [dark, light] } else { [light, dark] }
     }
 
-    /// The layer that is a step nearer to the start than these cells, at `steps` from it.
+    /// The way back.
     #[inline(always)]
-    fn nearer(&self, cells: B, steps: u16) -> B {
-        let colour = self.colour(steps);
-        self.into[colour].from(cells, self.layers[colour][usize::from(steps / 2 % 2)])
+    fn chequered(&self, [ends_colour, other]: [B; 2]) -> Chequered<B> {
+        let [dark, light] = self.pick(ends_colour, other);
+        Chequered { dark, light }
+    }
+
+    #[inline(always)]
+    fn each(&self, board: &Board<B>) -> [Ways<B>; 2] {
+        self.pick(board.into_dark, board.into_light)
+    }
+
+    /// Shows each layer and whose colour it has, from the ends back to the start, and possibly a few
+    /// empty ones after it.
+    #[inline(always)]
+    fn for_each_layer(&self, mut show: impl FnMut(usize, B)) {
+        show(0, self.ends);
+        let mut layer = self.ends;
+        for _ in 0..self.length.div_ceil(4) {
+            // Four at a time, so that it is known beforehand what each one needs.
+            for (i, &cells) in self.layers.iter().enumerate() {
+                let colour = (i + 1) % 2;
+                layer = self.into[colour].from(layer, cells);
+                show(colour, layer);
+            }
+        }
     }
 
     /// The cells of all these ways; `None` if one is known to be open all along.
     #[inline(always)]
     fn cells(&self, known: &[Ways<B>; 2]) -> Option<[B; 2]> {
-        let mut all = [B::NONE; 2];
-        let (mut layer, mut sure) = (self.ends, self.ends);
-        all[self.colour(self.length)] = layer;
-        for steps in (0..self.length).rev() {
-            let colour = self.colour(steps);
-            layer = self.nearer(layer, steps);
-            sure = known[colour].from(sure, layer);
-            all[colour] = all[colour].or(layer);
+        if self.length == 0 {
+            return None;
         }
-        sure.is_empty().then_some(all)
+        let (mut all, mut all_sure) = ([B::NONE; 2], [B::NONE; 2]);
+        // Those from which a way on to the goal is known to be open, which soon there are no more.
+        let (mut sure, mut is_over) = (B::ALL, false);
+        self.for_each_layer(|colour, layer| {
+            all[colour] = all[colour].or(layer);
+            if !is_over {
+                sure = known[colour].from(sure, layer);
+                all_sure[colour] = all_sure[colour].or(sure);
+                is_over = sure.is_empty();
+            }
+        });
+        let is_known = !all_sure[self.length % 2].and(self.start).is_empty();
+        (!is_known).then_some(all)
     }
 
     /// Those of the unseen cells that are in the narrowest layers without a visited cell, and all if
@@ -149,60 +193,53 @@ impl<B: Bits> ShortestWays<B> {
         B: Half<N>,
     {
         let (mut least, mut narrowest) = (u32::MAX, [B::NONE; 2]);
-        let mut layer = self.ends;
-        for steps in (0..=self.length).rev() {
-            let colour = self.colour(steps);
+        self.for_each_layer(|colour, layer| {
             let to_see = layer.and(unseen[colour]);
             let is_new = layer.and(visited[colour]).is_empty() & !to_see.is_empty();
-            let width: u32 = layer.words().into_iter().map(u64::count_ones).sum();
+            let width = count(layer);
             let width = if is_new { width } else { u32::MAX };
             if width < least {
                 (least, narrowest) = (width, [B::NONE; 2]);
             }
-            if is_new & (width == least) {
+            if is_new && width == least {
                 narrowest[colour] = narrowest[colour].or(to_see);
             }
-            if steps > 0 {
-                layer = self.nearer(layer, steps - 1);
-            }
-        }
+        });
         if least == u32::MAX { unseen } else { narrowest }
     }
 
     /// Those of some cells of these ways that are farthest from the start.
     #[inline(always)]
     fn first_layer_with(&self, cells: [B; 2]) -> [B; 2] {
-        let mut layer = self.ends;
-        for steps in (0..=self.length).rev() {
-            let colour = self.colour(steps);
-            let found = layer.and(cells[colour]);
-            if !found.is_empty() {
-                let mut both = [B::NONE; 2];
-                both[colour] = found;
-                return both;
+        let mut first = [B::NONE; 2];
+        self.for_each_layer(|colour, layer| {
+            if first[0].or(first[1]).is_empty() {
+                first[colour] = layer.and(cells[colour]);
             }
-            layer = self.nearer(layer, steps.saturating_sub(1));
-        }
-        cells
+        });
+        first
     }
 }
 
-/// Those of some cells that are nearest to where waves begin, all of one colour; the other half is
-/// empty. `None` if there is no way to any.
 #[inline(always)]
-fn nearest<B: Bits>(into: &[Ways<B>; 2], from: Chequered<B>, wanted: [B; 2]) -> Option<[B; 2]> {
-    let mut dry = [B::ALL; 2];
-    let (mut wave, mut colour) = (from.dark.or(from.light), usize::from(from.dark.is_empty()));
-    while !wave.is_empty() {
-        let found = wave.and(wanted[colour]);
-        if !found.is_empty() {
-            let mut both = [B::NONE; 2];
-            both[colour] = found;
-            return Some(both);
+fn count<const N: usize, H: Half<N>>(cells: H) -> u32 {
+    cells.words().into_iter().map(u64::count_ones).sum()
+}
+
+/// Those of some cells that are nearest to where waves begin, `None` if there is no way to any.
+#[inline(always)]
+fn nearest<B: Bits>(into: &[Ways<B>; 2], from: [B; 2], wanted: [B; 2]) -> Option<[B; 2]> {
+    let mut dry = [B::ALL.without(from[0]), B::ALL.without(from[1])];
+    let mut waves = from;
+    loop {
+        let found = [waves[0].and(wanted[0]), waves[1].and(wanted[1])];
+        if !found[0].or(found[1]).is_empty() {
+            return Some(found);
         }
-        dry[colour] = dry[colour].without(wave);
-        colour = 1 - colour;
-        wave = into[colour].from(wave, dry[colour]);
+        waves = [into[0].from(waves[1], dry[0]), into[1].from(waves[0], dry[1])];
+        dry = [dry[0].without(waves[0]), dry[1].without(waves[1])];
+        if waves[0].or(waves[1]).is_empty() {
+            return None;
+        }
     }
-    None
 }

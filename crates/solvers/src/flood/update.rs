@@ -32,6 +32,15 @@ impl Distances {
         changes
     }
 
+    /// Whether a step leads from this cell to one that is nearer, or it is a target itself. As long as
+    /// a mouse that goes downhill learns of walls around itself alone, and none of them is gone, that
+    /// makes sure that its own distance is still right.
+    pub(crate) fn lead_on(&self, walls: &Walls, cell: Cell) -> bool {
+        let (steps, sides) = (self.raw(cell), walls.sides(cell));
+        let mut open = Heading::ALL.into_iter().filter(|&heading| !sides.has(heading));
+        steps == 0 || open.any(|heading| self.beyond(cell, heading) < steps)
+    }
+
     /// Whether walls around this cell leave everything as it is.
     fn stays_right(&self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
         // Whether a cell is a target or has a neighbour that is a step nearer.

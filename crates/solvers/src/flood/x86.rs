@@ -59,12 +59,12 @@ pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeS
     unsafe { run(task) }
 }
 
-#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,bmi1,popcnt")]
 fn small_avx512<T: Task>(task: T) -> T::Output {
     task.run::<2, Avx512Small>()
 }
 
-#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,bmi1,popcnt")]
 fn large_avx512<T: Task>(task: T) -> T::Output {
     task.run::<8, Avx512Large>()
 }
