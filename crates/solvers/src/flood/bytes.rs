@@ -23,6 +23,16 @@ pub(super) fn write<const N: usize, H: Half<N>>(
         };
         [even[i], odd[i]] = columns(flooded, plane);
     }
+    H::spread(even, odd, lines);
+}
+
+/// Bit i of each byte from the i-th plane of even and of odd columns.
+#[inline(always)]
+pub(super) fn spread<const N: usize, H: Half<N>>(
+    mut even: [H; 8],
+    mut odd: [H; 8],
+    lines: &mut [[Line; 8]],
+) {
     transpose_bits(&mut even);
     transpose_bits(&mut odd);
     H::interleave(&even, &odd, lines);
@@ -51,7 +61,7 @@ pub(super) fn interleave<const N: usize, H: Half<N>>(
 
 /// The words of each plane.
 #[inline(always)]
-fn words_of<const N: usize, H: Half<N>>(planes: &[H; 8]) -> [[u64; N]; 8] {
+pub(super) fn words_of<const N: usize, H: Half<N>>(planes: &[H; 8]) -> [[u64; N]; 8] {
     // `map` of arrays is not always inlined.
     let mut words = [[0; N]; 8];
     for (words, plane) in words.iter_mut().zip(planes) {

@@ -1,6 +1,6 @@
 //! Half of the cells of a maze, a bit each.
 
-use super::bytes::{Line, interleave};
+use super::bytes::{Line, interleave, spread};
 
 /// Half of the cells of a maze, those of one colour of a chessboard, a bit each.
 ///
@@ -22,7 +22,13 @@ pub(super) trait Half<const N: usize>: Bits {
 
     fn words(self) -> [u64; N];
 
-    /// See [`interleave`], which some processors have instructions for.
+    /// See [`spread`], which some processors have instructions for.
+    #[inline(always)]
+    fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
+        spread(even, odd, lines);
+    }
+
+    /// See [`interleave`], the same.
     #[inline(always)]
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
         interleave(even, odd, lines);

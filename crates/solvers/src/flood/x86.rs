@@ -14,7 +14,7 @@ use core::mem::transmute;
 
 use mmsim_maze::MazeSize;
 
-use super::bytes::Line;
+use super::bytes::{Line, words_of};
 use super::half::{Bits, Half};
 use super::is_small;
 use super::processor::{Instructions, Task, large, small};
@@ -280,9 +280,8 @@ impl Half<2> for Avx512Small {
     }
 
     #[inline(always)]
-    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
-        let parts = |halves| simd!(transmute::<[Self; 8], [[__m128i; 1]; 8]>(halves));
-        interleave(&parts(*even), &parts(*odd), lines);
+    fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
+        spread_by_masks(&words_of(&even), &words_of(&odd), lines);
     }
 }
 
@@ -346,6 +345,39 @@ impl Bits for Avx512Small {
     }
 }
 
+/// As [`super::bytes::spread`] does it, with a plane's word as the mask of 64 bytes.
+#[inline(always)]
+fn spread_by_masks<const N: usize>(
+    even: &[[u64; N]; 8],
+    odd: &[[u64; N]; 8],
+    lines: &mut [[Line; 8]],
+) {
+    // What unpacking has parted into first and second lines comes together again.
+    let order = simd!([
+        _mm512_set_epi64(11, 10, 3, 2, 9, 8, 1, 0),
+        _mm512_set_epi64(15, 14, 7, 6, 13, 12, 5, 4),
+    ]);
+    for (word, lines) in lines.iter_mut().enumerate() {
+        let (even, odd) = (bytes_of(even, word), bytes_of(odd, word));
+        let first = simd!(_mm512_unpacklo_epi8(even, odd));
+        let second = simd!(_mm512_unpackhi_epi8(even, odd));
+        let south = simd!(_mm512_permutex2var_epi64(first, order[0], second));
+        let north = simd!(_mm512_permutex2var_epi64(first, order[1], second));
+        *lines = simd!(transmute::<[__m512i; 2], [Line; 8]>([south, north]));
+    }
+}
+
+/// The bytes whose bits are those of this word of each plane.
+#[inline(always)]
+fn bytes_of<const N: usize>(planes: &[[u64; N]; 8], word: usize) -> __m512i {
+    let mut bytes = simd!(_mm512_setzero_si512());
+    for (i, plane) in planes.iter().enumerate() {
+        let bit = simd!(_mm512_set1_epi8(1 << i));
+        bytes = simd!(_mm512_mask_add_epi8(bytes, plane[word], bytes, bit));
+    }
+    bytes
+}
+
 /// What three bits a, b and c give: bit 4a + 2b + c.
 const AND_OR: i32 = 0b1110_1010;
 const OR_AND: i32 = 0b1010_1000;
@@ -373,9 +405,8 @@ impl Half<8> for Avx512Large {
     }
 
     #[inline(always)]
-    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
-        let parts = |halves| simd!(transmute::<[Self; 8], [[__m128i; 4]; 8]>(halves));
-        interleave(&parts(*even), &parts(*odd), lines);
+    fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
+        spread_by_masks(&words_of(&even), &words_of(&odd), lines);
     }
 }
 
