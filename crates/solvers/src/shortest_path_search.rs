@@ -155,7 +155,7 @@ fn only(cell: Cell) -> CellSet {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::Maze;
+    use mmsim_maze::{Heading, Maze, Walls};
     use proptest::prelude::*;
 
     use super::*;
@@ -208,41 +208,6 @@ o---o---o---o---o
         for maze in ["o---o\n|SG |\no---o\n", "o---o---o\n| G |SG |\no---o---o\n"] {
             assert_eq!(steps(maze), (Ok(Move::Stop), 0));
         }
-    }
-
-    #[test]
-    fn it_looks_at_narrow_layers_of_which_nothing_is_seen() {
-        let maze: Maze = "\
-o---o---o---o---o---o
-|       |   |     G |
-o   o   o---o   o   o
-|                   |
-o   o   o---o   o   o
-| S     |   |       |
-o---o---o---o---o---o
-"
-        .parse()
-        .unwrap();
-        let mut map = KnownMaze::before(&maze);
-        for y in [0, 2] {
-            for heading in Heading::ALL {
-                map.set_wall(Cell::new(2, y), heading, WallState::Present);
-            }
-        }
-        let mut see = |x, y| {
-            for heading in [Heading::North, Heading::South] {
-                let pose = Pose::new(Cell::new(x, y), heading);
-                map.note(pose, maze.walls().around(pose)).unwrap();
-            }
-            let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start()));
-            let to_see = shortest_ways(&map, &from_start);
-            to_see.map(|cells| cells.iter().map(|cell| (cell.x, cell.y)).collect::<Vec<_>>())
-        };
-        assert_eq!(see(0, 0), Some(vec![(1, 1), (2, 1), (3, 1), (4, 2)]), "layers of one cell");
-        assert_eq!(see(4, 2), Some(vec![(1, 1), (2, 1), (3, 1)]));
-        assert_eq!(see(2, 1), Some(vec![(1, 1), (3, 1)]), "doubtful on their other sides");
-        assert_eq!(see(1, 1), Some(vec![(3, 1)]));
-        assert_eq!(see(3, 1), None, "a way is open all along");
     }
 
     proptest! {

@@ -243,3 +243,174 @@ fn nearest<B: Bits>(into: &[Ways<B>; 2], from: [B; 2], wanted: [B; 2]) -> Option
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use core::cmp::Reverse;
+    use core::ops::Range;
+
+    use mmsim_maze::{Heading, Maze, MazeSize, Pose, WallState};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Distances;
+    use crate::flood::processor::with_each;
+    use crate::flood::tests::{any_targets, any_walls};
+
+    #[test]
+    fn it_looks_at_narrow_layers_of_which_nothing_is_seen() {
+        let maze: Maze = "\
+o---o---o---o---o---o
+|       |   |     G |
+o   o   o---o   o   o
+|                   |
+o   o   o---o   o   o
+| S     |   |       |
+o---o---o---o---o---o
+"
+        .parse()
+        .unwrap();
+        let mut map = KnownMaze::before(&maze);
+        for y in [0, 2] {
+            for heading in Heading::ALL {
+                map.set_wall(Cell::new(2, y), heading, WallState::Present);
+            }
+        }
+        let mut see = |x, y| {
+            for heading in [Heading::North, Heading::South] {
+                let pose = Pose::new(Cell::new(x, y), heading);
+                map.note(pose, maze.walls().around(pose)).unwrap();
+            }
+            let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start()));
+            let to_see = shortest_ways(&map, &from_start);
+            assert_eq!(cell_to_see(&map, Cell::new(x, y)), naive(&map, Cell::new(x, y)));
+            to_see.map(|(cells, _)| cells.iter().map(|cell| (cell.x, cell.y)).collect::<Vec<_>>())
+        };
+        assert_eq!(see(0, 0), Some(vec![(1, 1), (2, 1), (3, 1), (4, 2)]), "layers of one cell");
+        assert_eq!(see(4, 2), Some(vec![(1, 1), (2, 1), (3, 1)]));
+        assert_eq!(see(2, 1), Some(vec![(1, 1), (3, 1)]), "doubtful on their other sides");
+        assert_eq!(see(1, 1), Some(vec![(3, 1)]));
+        assert_eq!(see(3, 1), None, "a way is open all along");
+    }
+
+    proptest! {
+        #[test]
+        fn what_to_see_is_what_the_naive_twin_says(
+            walls in any_walls(),
+            goals in any_targets(),
+            seen in prop::collection::vec((0u8..32, 0u8..32, 0usize..4), 0..200),
+            (start, mouse) in ((0u8..32, 0u8..32), (0u8..32, 0u8..32)),
+        ) {
+            let size = walls.size();
+            let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
+            let mut map = KnownMaze::new(size, inside(start), goals);
+            for (x, y, heading) in seen {
+                let pose = Pose::new(inside((x, y)), Heading::ALL[heading]);
+                map.note(pose, walls.around(pose)).unwrap();
+            }
+            let (map, mouse) = (&map, inside(mouse));
+            let expected = naive(map, mouse);
+            prop_assert_eq!(cell_to_see(map, mouse), expected);
+            with_each(|| CellToSee { map, mouse }, size, |to_see| assert_eq!(to_see, expected));
+        }
+    }
+
+    /// The naive twin: cell by cell, with distances written down.
+    fn naive(map: &KnownMaze, mouse: Cell) -> Option<ToSee> {
+        let open = map.walls(Unknown::Open);
+        let from_start = Distances::flood(open, &only(map.start()));
+        let (to_see, ways) = shortest_ways(map, &from_start)?;
+        let from_mouse = Distances::flood(open, &only(mouse));
+        let near_and_far_out = |&cell: &Cell| (from_mouse.at(cell), Reverse(from_start.at(cell)));
+        let within_reach = to_see.iter().filter(|&cell| from_mouse.at(cell).is_some());
+        Some(ToSee { cell: within_reach.min_by_key(near_and_far_out)?, ways })
+    }
+
+    /// Follows the shortest ways from goal to start, unknown walls taken as open, and says which cells
+    /// of them to see next. `None` once one of the ways is known to be open all along.
+    ///
+    /// Those are the unseen cells beside unknown walls of the ways, in the narrowest layers of which
+    /// nothing has been seen yet; where there is no such layer, those in all of them.
+    fn shortest_ways(map: &KnownMaze, from_start: &Distances) -> Option<(CellSet, CellSet)> {
+        let mut ways = Ways::to_goals(map, from_start);
+        let (mut width, mut narrowest, mut others) = (usize::MAX, CellSet::EMPTY, CellSet::EMPTY);
+        let mut layer = 0..ways.count;
+        while !layer.is_empty() {
+            let nearer = ways.go_back(map, from_start, layer.clone());
+            let cells = &ways.cells[layer];
+            let is_unseen = |&cell: &Cell| !map.visited().contains(cell);
+            let is_to_see = |&cell: &Cell| is_unseen(&cell) && ways.doubtful.contains(cell);
+            let mut to_see = cells.iter().copied().filter(is_to_see).peekable();
+            if to_see.peek().is_none() || !cells.iter().all(is_unseen) {
+                others.extend(to_see);
+            } else if cells.len() < width {
+                (width, narrowest) = (cells.len(), to_see.collect());
+            } else if cells.len() == width {
+                narrowest.extend(to_see);
+            }
+            layer = nearer;
+        }
+        let to_see = if narrowest.is_empty() { others } else { narrowest };
+        Some((to_see, ways.found)).filter(|_| !ways.sure.contains(map.start()))
+    }
+
+    /// The cells of the shortest ways, found from the goal backwards, layer by layer.
+    struct Ways {
+        cells: [Cell; MazeSize::MAX_AREA],
+        count: usize,
+        found: CellSet,
+        /// Those from which a way on to the goal is known to be open.
+        sure: CellSet,
+        /// Those with an unknown wall on a way.
+        doubtful: CellSet,
+    }
+
+    impl Ways {
+        /// Their ends: the goal cells nearest to the start. There are none without a way.
+        fn to_goals(map: &KnownMaze, from_start: &Distances) -> Self {
+            let nearest = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
+            let is_end = |&goal: &Cell| nearest.is_some() && from_start.at(goal) == nearest;
+            let ends = map.goals().iter().filter(is_end).collect();
+            let cells = [Cell::new(0, 0); MazeSize::MAX_AREA];
+            let mut ways =
+                Self { cells, count: 0, found: ends, sure: ends, doubtful: CellSet::EMPTY };
+            for (place, end) in ways.cells.iter_mut().zip(ends.iter()) {
+                *place = end;
+                ways.count += 1;
+            }
+            ways
+        }
+
+        /// Finds the layer that is one step nearer to the start than this one.
+        fn go_back(
+            &mut self,
+            map: &KnownMaze,
+            from_start: &Distances,
+            layer: Range<usize>,
+        ) -> Range<usize> {
+            for index in layer.clone() {
+                let cell = self.cells[index];
+                let steps = from_start.at(cell).and_then(|steps| steps.checked_sub(1));
+                let is_nearer = |&next: &Cell| steps.is_some() && from_start.at(next) == steps;
+                for heading in Heading::ALL {
+                    let Some(next) = cell.neighbour(heading).filter(is_nearer) else { continue };
+                    match map.wall(cell, heading) {
+                        WallState::Present => continue,
+                        WallState::Absent if !self.sure.contains(cell) => {}
+                        WallState::Absent => self.sure.extend([next]),
+                        WallState::Unknown => self.doubtful.extend([cell, next]),
+                    }
+                    if self.found.insert(next) {
+                        self.cells[self.count] = next;
+                        self.count += 1;
+                    }
+                }
+            }
+            layer.end..self.count
+        }
+    }
+
+    fn only(cell: Cell) -> CellSet {
+        [cell].into_iter().collect()
+    }
+}
