@@ -133,13 +133,13 @@ impl Graph {
 /// A maze in all the forms it is flooded in. None is made while the clock runs.
 struct Prepared {
     maze: Maze,
-    nibbles: Nibbles,
+    nibbles: Box<Nibbles>,
     graph: Graph,
 }
 
 impl Prepared {
     fn all(mazes: Vec<Maze>) -> Vec<Self> {
-        let prepared = |maze| Self { nibbles: Nibbles::of(&maze), graph: Graph::of(&maze), maze };
+        let prepared = |maze| Self { nibbles: Nibbles::of(&maze).into(), graph: Graph::of(&maze), maze };
         mazes.into_iter().map(prepared).collect()
     }
 

@@ -163,8 +163,8 @@ impl<'a, T> Row<'a, T> {
 }
 
 /// In how many rounds rows take turns, and how many things each is done with in a round.
-const ROUNDS: usize = 101;
-const IN_A_ROUND: u32 = 200;
+const ROUNDS: usize = 51;
+const IN_A_ROUND: u32 = 1000;
 
 /// Times rows one after another with criterion, and then in turns, so that a change in the machine's
 /// speed hits all of them; prints the medians of these rounds, and how many times as long as the
