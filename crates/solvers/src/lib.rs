@@ -29,6 +29,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Floods
+//! [`Distances`] are the distances of all cells to the nearest target, [`Downhill`] says where to go
+//! without them, [`steps_between`] how far it is from one cell. They work on bits, with what the
+//! processor has ([`Instructions`]).
+//!
 //! # Ties
 //! Where several neighbours are equally good, a mouse prefers front, left, right, back, in this
 //! order, as the reference simulator's example clients do.
