@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 use criterion::Criterion;
 use mmsim_benches::{Row, classic_mazes, compare, large_mazes, walls_seen};
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Unknown, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Unknown, Walls};
 use mmsim_solvers::{Distances, Downhill, FloodFill, Instructions, steps_between};
 use pathfinding::prelude::bfs;
 use petgraph::graph::{NodeIndex, UnGraph};
@@ -35,51 +35,79 @@ fn textbook(walls: &Walls, targets: &CellSet) -> Vec<u16> {
 const SIDE: usize = 32;
 const FAR: u16 = u16::MAX;
 
-/// A maze as firmware likes it: a byte a cell with a bit for each open side.
+/// A maze as firmware likes it: four bits a cell, one for each open side.
 struct Nibbles {
-    /// Bit i is open towards the i-th heading: row by row, 32 cells to a row.
-    open: [u8; SIDE * SIDE],
-    goals: Vec<u16>,
+    /// Bit i is open towards the i-th heading: row by row, `width` cells to a row.
+    open: Vec<u8>,
+    goals: Vec<usize>,
+    width: usize,
 }
 
 impl Nibbles {
     fn of(maze: &Maze) -> Self {
-        let mut open = [0; SIDE * SIDE];
+        let width = usize::from(maze.size().width());
+        let place = |cell: Cell| width * usize::from(cell.y) + usize::from(cell.x);
+        let mut open = vec![0; maze.size().area()];
         for cell in maze.size().cells() {
             for (bit, heading) in Heading::ALL.into_iter().enumerate() {
-                open[index(cell)] |= u8::from(!maze.walls().has(cell, heading)) << bit;
+                open[place(cell)] |= u8::from(!maze.walls().has(cell, heading)) << bit;
             }
         }
-        let goals = maze.goals().iter().map(|cell| u16::try_from(index(cell)).unwrap()).collect();
-        Self { open, goals }
+        Self { open, goals: maze.goals().iter().map(place).collect(), width }
     }
 
-    /// A good queue: a fixed array, no bounds to check, a distance that is written once.
-    fn flood(&self) -> [u16; SIDE * SIDE] {
-        let mut distances = [FAR; SIDE * SIDE];
-        let mut queue = [0_u16; SIDE * SIDE];
+    /// A good queue: fixed arrays, a distance that is written once; in bytes where `AREA` is 256.
+    fn flood<const AREA: usize, S: Steps>(&self) -> [S; AREA] {
+        let mut distances = [S::FAR; AREA];
+        let mut queue = [0_u16; AREA];
         let (mut done, mut reached) = (0, 0);
         for &goal in &self.goals {
-            distances[usize::from(goal)] = 0;
-            queue[reached] = goal;
+            distances[goal] = S::NONE;
+            queue[reached] = u16::try_from(goal).unwrap_or(0);
             reached += 1;
         }
+        let open = &self.open[..AREA];
         while done < reached {
-            let cell = usize::from(queue[done]);
+            let cell = usize::from(queue[done]) % AREA;
             done += 1;
-            let next = distances[cell] + 1;
-            for (bit, step) in [SIDE, 1, SIDE.wrapping_neg(), usize::MAX].into_iter().enumerate() {
-                if self.open[cell] >> bit & 1 == 1 {
-                    let neighbour = cell.wrapping_add(step) % (SIDE * SIDE);
-                    if distances[neighbour] == FAR {
-                        distances[neighbour] = next;
-                        queue[reached] = u16::try_from(neighbour).unwrap_or(0);
-                        reached += 1;
-                    }
+            let next = distances[cell].one_more();
+            let steps = [self.width, 1, self.width.wrapping_neg(), usize::MAX];
+            for (bit, step) in steps.into_iter().enumerate() {
+                let neighbour = cell.wrapping_add(step) % AREA;
+                if open[cell] >> bit & 1 == 1 && distances[neighbour] == S::FAR {
+                    distances[neighbour] = next;
+                    queue[reached % AREA] = u16::try_from(neighbour).unwrap_or(0);
+                    reached += 1;
                 }
             }
         }
         distances
+    }
+}
+
+/// A number of steps in as many bytes as it takes.
+trait Steps: Copy + PartialEq {
+    const NONE: Self;
+    const FAR: Self;
+
+    fn one_more(self) -> Self;
+}
+
+impl Steps for u8 {
+    const NONE: Self = 0;
+    const FAR: Self = Self::MAX;
+
+    fn one_more(self) -> Self {
+        self.wrapping_add(1)
+    }
+}
+
+impl Steps for u16 {
+    const NONE: Self = 0;
+    const FAR: Self = Self::MAX;
+
+    fn one_more(self) -> Self {
+        self.wrapping_add(1)
     }
 }
 
@@ -133,13 +161,13 @@ impl Graph {
 /// A maze in all the forms it is flooded in. None is made while the clock runs.
 struct Prepared {
     maze: Maze,
-    nibbles: Box<Nibbles>,
+    nibbles: Nibbles,
     graph: Graph,
 }
 
 impl Prepared {
     fn all(mazes: Vec<Maze>) -> Vec<Self> {
-        let prepared = |maze| Self { nibbles: Nibbles::of(&maze).into(), graph: Graph::of(&maze), maze };
+        let prepared = |maze| Self { nibbles: Nibbles::of(&maze), graph: Graph::of(&maze), maze };
         mazes.into_iter().map(prepared).collect()
     }
 
@@ -155,7 +183,14 @@ impl Prepared {
     fn check(&self) {
         let Self { maze, nibbles, graph } = self;
         let (walls, goals) = (maze.walls(), maze.goals());
-        let (ours, queue, graph) = (Distances::flood(walls, goals), nibbles.flood(), graph.flood());
+        let (ours, graph) = (Distances::flood(walls, goals), graph.flood());
+        let queue: Vec<u16> = if maze.size() == MazeSize::CLASSIC {
+            let widened = |&steps: &u8| if steps == u8::MAX { FAR } else { steps.into() };
+            nibbles.flood::<256, u8>().iter().map(widened).collect()
+        } else {
+            nibbles.flood::<1024, u16>().into()
+        };
+        let width = usize::from(maze.size().width());
         let textbook = textbook(walls, goals);
         for instructions in Instructions::ALL {
             let flooded = Distances::flood_with(instructions, walls, goals);
@@ -165,7 +200,8 @@ impl Prepared {
         for cell in maze.size().cells() {
             let steps = Some(textbook[index(cell)]).filter(|&steps| steps != FAR);
             assert_eq!(ours.at(cell), steps);
-            assert_eq!(queue[index(cell)], steps.unwrap_or(FAR));
+            let place = width * usize::from(cell.y) + usize::from(cell.x);
+            assert_eq!(queue[place], steps.unwrap_or(FAR));
             assert_eq!(graph[index(cell)], steps.unwrap_or(FAR));
             assert_eq!(
                 downhill.headings(cell).next().is_some(),
@@ -194,7 +230,11 @@ fn peers() -> [Row<'static, Prepared>; 4] {
             black_box(textbook(maze.walls(), maze.goals()));
         }),
         Row::new("good queue", |Prepared { nibbles, .. }| {
-            black_box(&nibbles.flood());
+            if nibbles.open.len() == 256 {
+                black_box(&nibbles.flood::<256, u8>());
+            } else {
+                black_box(&nibbles.flood::<1024, u16>());
+            }
         }),
         Row::new("petgraph", |Prepared { graph, .. }| {
             black_box(graph.flood());

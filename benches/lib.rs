@@ -1,4 +1,5 @@
 //! What the benchmarks share: mazes, and a server to talk to.
+#![forbid(unsafe_code)]
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -121,7 +122,7 @@ impl<'m> Searches<'m> {
     }
 }
 
-/// Mazes of more than 16×16 cells: those of the shared collection, where that is there, and those of
+/// Mazes of 32×32 cells: those of the shared collection, where that is there, and those of
 /// the project.
 ///
 /// # Panics
@@ -186,7 +187,8 @@ pub fn compare<T>(criterion: &mut Criterion, name: &str, things: &[T], rows: &[R
         });
     }
     group.finish();
-    if !std::env::args().any(|argument| argument == "--test") {
+    let is_asked = |argument: &str| std::env::args().any(|asked| asked == argument);
+    if is_asked("--bench") && !is_asked("--test") && !is_asked("--list") {
         in_turns(name, things, rows);
     }
 }

@@ -38,6 +38,7 @@ fn searches(criterion: &mut Criterion) {
 /// A mouse after its search run, and the steps of that. (A fast run is left out.)
 fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>, u32) {
     let mut mouse = Mouse::new(strategy, KnownMaze::before(maze), maze.start());
+    mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
     let mut steps = 0;
     while steps < max_states {
         mouse.see(maze.walls().around(mouse.pose())).unwrap();

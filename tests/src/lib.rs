@@ -1,4 +1,5 @@
 //! What the tests across crates share: real mazes, transcripts, and a running server.
+#![forbid(unsafe_code)]
 
 mod malformed;
 

@@ -74,7 +74,9 @@ fn progress(searches: usize) -> ProgressBar {
 /// mouse and strategy to the last decision; what figures are made from it is not.
 fn search(&(strategy, given): &Job<'_>) -> SearchReport {
     let begin = Instant::now();
-    let search = Search::run(&given.maze, strategy.strategy(), strategy.max_states());
+    let max_states = strategy.max_states();
+    let (search, mouse) = Search::begin(&given.maze, strategy.strategy(), max_states);
     let time = begin.elapsed();
+    let search = search.finish(&given.maze, mouse, max_states);
     SearchReport::of(given, Figures::of(&given.maze, &search), time)
 }

@@ -1,5 +1,6 @@
 //! `mmsim`, a micromouse maze simulator: serves mazes to search clients, runs bundled strategies
 //! against a simulator, compares them, and puts robots on the two-run trial.
+#![forbid(unsafe_code)]
 
 mod args;
 mod compare;

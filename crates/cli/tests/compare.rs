@@ -19,7 +19,7 @@ o---o---o---o---o
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
 /// The strategies that the snapshots show.
-const STRATEGIES: &str = "flood-fill,weight-increment,left-wall,swing";
+const STRATEGIES: &str = "flood-fill,weight-increment,left-wall,swing,shortest-path-search";
 
 /// The table with each time replaced: it is the last column.
 fn without_times(table: &str) -> String {
@@ -67,11 +67,12 @@ fn each_strategy_is_a_row() {
     let ended = home.run(&["compare", "--strategies", STRATEGIES]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     insta::assert_snapshot!(without_times(&ended.stdout), @"
-    strategy          mazes  reached  given up  to goal  proven  after  in all  turns  path  shortest  found  µs
-    flood-fill            2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
-    weight-increment      2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
-    left-wall             2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
-    swing                 2      1/1       1/1      3.0       1    2.0     6.0    4.0   3.0       3.0      1  T
+    strategy              mazes  reached  given up  to goal  proven  after  in all  turns  path  shortest  found  µs
+    flood-fill                2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
+    weight-increment          2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
+    left-wall                 2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
+    swing                     2      1/1       1/1      3.0       1    2.0     6.0    4.0   3.0       3.0      1  T
+    shortest-path-search      2      1/1       1/1      3.0       1    2.0     6.0    4.0   3.0       3.0      1  T
     ");
     let ended = home.run(&["compare", "closed.txt", ".mmsim/closed.txt", "--strategies", "swing"]);
     assert_eq!(ended.code, Some(0), "words find a maze in the home, too: {ended:?}");

@@ -20,6 +20,7 @@
 //! assert_eq!((run.steps, run.requests), (1, 5));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#![forbid(unsafe_code)]
 
 mod run;
 mod transport;

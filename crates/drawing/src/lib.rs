@@ -35,6 +35,7 @@
 //! ```
 //!
 //! The crate does no input or output, and knows neither the protocol nor files.
+#![forbid(unsafe_code)]
 
 mod animation;
 mod bars;

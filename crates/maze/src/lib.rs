@@ -39,6 +39,7 @@
 //!
 //! The crate is `no_std` and allocates nothing unless its feature `std` (on by default) is there,
 //! which adds the formats, the files and the folders of them.
+#![forbid(unsafe_code)]
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 
 #[cfg(feature = "std")]

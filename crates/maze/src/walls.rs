@@ -30,21 +30,16 @@ impl Walls {
 
     /// A maze with every wall.
     pub fn closed(size: MazeSize) -> Self {
-        let mut walls = Self::open(size);
-        for cell in size.cells() {
-            walls.set(cell, Heading::North, true);
-            walls.set(cell, Heading::East, true);
-        }
-        walls
+        Self::of_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE])
     }
 
     /// The maze with these inner walls, as bits: see [`north_rows`](Self::north_rows) and
     /// [`east_rows`](Self::east_rows). Bits of outer walls and beyond do not count.
     ///
     /// ```
-    /// use mmsim_maze::{MazeSize, Walls};
-    /// let closed = Walls::closed(MazeSize::CLASSIC);
-    /// assert_eq!(Walls::of_rows(MazeSize::CLASSIC, [u32::MAX; 32], [u32::MAX; 32]), closed);
+    /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
+    /// let walls = Walls::of_rows(MazeSize::CLASSIC, [u32::MAX; 32], [0; 32]);
+    /// assert!(walls.has(Cell::new(3, 4), Heading::North) && !walls.has(Cell::new(3, 4), Heading::East));
     /// ```
     pub fn of_rows(size: MazeSize, mut north: [u32; SIDE], mut east: [u32; SIDE]) -> Self {
         let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));

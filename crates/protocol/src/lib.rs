@@ -48,6 +48,7 @@
 //!     }
 //! }
 //! ```
+#![forbid(unsafe_code)]
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 
 #[cfg(feature = "info")]

@@ -19,6 +19,7 @@
 //! assert!(reply.starts_with(b"error: expected "));
 //! # Ok::<(), mmsim_maze::ParseError>(())
 //! ```
+#![forbid(unsafe_code)]
 
 mod background;
 mod bind;

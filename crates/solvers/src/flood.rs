@@ -14,7 +14,7 @@ mod processor;
 mod to_see;
 mod update;
 mod waves;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod x86;
 
 pub use between::steps_between;
@@ -90,7 +90,8 @@ impl Distances {
     }
 
     /// Floods what a mouse knows from some targets outwards, with unknown walls taken as open and as
-    /// closed, in this order.
+    /// closed, in this order. These are two floods one after the other: the closed one soon ends, so
+    /// that a wave of both together would only cost more.
     ///
     /// ```
     /// use mmsim_maze::{Cell, KnownMaze, MazeSize};
@@ -155,7 +156,8 @@ impl Task for Flood<'_> {
     #[inline(always)]
     fn run<const N: usize, H: Half<N>>(self) {
         let Self { walls, targets, distances } = self;
-        distances.write(&waves::flood(&Board::<H>::of(walls), Chequered::of(targets)));
+        let targets = Chequered::of(targets).inside(walls.size());
+        distances.write(&waves::flood(&Board::<H>::of(walls), targets));
     }
 }
 
@@ -185,7 +187,7 @@ impl Distances {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Heading, Maze};
+    use mmsim_maze::{Heading, Maze, Pose};
     use proptest::prelude::*;
 
     use super::processor::with_each;
@@ -216,18 +218,34 @@ o---o---o---o
     }
 
     #[test]
-    fn the_longest_way_of_a_32x32_maze_is_counted() {
-        let size = MazeSize::HALF_SIZE;
-        let mut walls = Walls::open(size);
-        for y in 0..31 {
-            let gap = if y % 2 == 0 { 31 } else { 0 };
-            for x in (0..32).filter(|&x| x != gap) {
-                walls.set(Cell::new(x, y), Heading::North, true);
+    fn the_longest_ways_are_counted() {
+        for side in [15, 16, 31, 32] {
+            let size = MazeSize::new(side.into(), side.into()).unwrap();
+            let mut walls = Walls::open(size);
+            for y in 0..side - 1 {
+                let gap = if y % 2 == 0 { side - 1 } else { 0 };
+                for x in (0..side).filter(|&x| x != gap) {
+                    walls.set(Cell::new(x, y), Heading::North, true);
+                }
+            }
+            let begin = Cell::new(0, 0);
+            let end = Cell::new(if side % 2 == 0 { 0 } else { side - 1 }, side - 1);
+            let before_end =
+                end.neighbour(if side % 2 == 0 { Heading::East } else { Heading::West });
+            let longest = u16::from(side) * u16::from(side) - 1;
+            for (targets, from, expected) in [
+                (vec![end], begin, longest),
+                (vec![begin], end, longest),
+                (vec![end, before_end.unwrap()], begin, longest - 1),
+            ] {
+                let targets = targets.into_iter().collect();
+                let flood = || FloodAnew { walls: &walls, targets: &targets };
+                with_each(flood, size, |distances| {
+                    assert_eq!(distances.at(from), Some(expected));
+                    assert_eq!(distances.reachable_cells(), size.area());
+                });
             }
         }
-        let targets = [Cell::new(0, 31)].into_iter().collect();
-        let distances = Distances::flood(&walls, &targets);
-        assert_eq!(distances.at(Cell::new(0, 0)), Some(1023));
     }
 
     #[test]
@@ -292,7 +310,11 @@ o---o---o---o
 
     proptest! {
         #[test]
-        fn a_flood_equals_its_naive_twin(walls in any_walls(), targets in any_targets()) {
+        fn a_flood_equals_its_naive_twin(
+            walls in any_walls(),
+            targets in any_targets(),
+            seen in prop::collection::vec((0u8..32, 0u8..32), 0..60),
+        ) {
             let (size, expected) = (walls.size(), naive(&walls, &targets));
             let of = |distances: &Distances| -> Vec<_> {
                 size.cells().map(|cell| distances.at(cell)).collect()
@@ -300,11 +322,18 @@ o---o---o---o
             prop_assert_eq!(of(&Distances::flood(&walls, &targets)), expected.clone());
             let flood = || FloodAnew { walls: &walls, targets: &targets };
             with_each(flood, size, |distances| assert_eq!(of(&distances), expected));
-            let map = KnownMaze::new(size, Cell::new(0, 0), targets);
+            let mut map = KnownMaze::new(size, Cell::new(0, 0), targets);
+            for (x, y) in seen {
+                let cell = Cell::new(x % size.width(), y % size.height());
+                let pose = Pose::new(cell, Heading::North);
+                map.note(pose, walls.around(pose)).unwrap();
+            }
             let both = Distances::flood_both(&map, &targets);
             let alone = [Unknown::Open, Unknown::Closed]
-                .map(|unknown| Distances::flood(map.walls(unknown), &targets));
-            prop_assert_eq!(both, alone);
+                .map(|unknown| naive(map.walls(unknown), &targets));
+            prop_assert_eq!([of(&both[0]), of(&both[1])], alone);
+            let inside = targets.iter().filter(|&cell| size.contains(cell)).collect();
+            prop_assert_eq!(Distances::flood(&walls, &targets), Distances::flood(&walls, &inside));
         }
     }
 

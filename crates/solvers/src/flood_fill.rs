@@ -5,7 +5,7 @@ use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose, Unknown};
 use crate::strategy::step_to_least;
 use crate::{Distances, Move, SearchError, Strategy};
 
-/// Flood fill: takes unknown walls as open, floods the maze from the goal at every step, and goes
+/// Flood fill: takes unknown walls as open, floods the maze from the goal whenever new walls change anything, and goes
 /// to the neighbour nearest to the goal.
 ///
 /// Its weights are distances to the goal in steps. It reaches the goal wherever there is a way,
@@ -13,12 +13,13 @@ use crate::{Distances, Move, SearchError, Strategy};
 #[derive(Clone, Debug)]
 pub struct FloodFill {
     distances: Distances,
+    begun: bool,
 }
 
 impl FloodFill {
     /// A search that has not begun yet.
     pub const fn new() -> Self {
-        Self { distances: Distances::unreachable(MazeSize::CLASSIC) }
+        Self { distances: Distances::unreachable(MazeSize::CLASSIC), begun: false }
     }
 }
 
@@ -30,7 +31,13 @@ impl Default for FloodFill {
 
 impl Strategy for FloodFill {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
-        self.distances = Distances::flood(map.walls(Unknown::Open), map.goals());
+        let open = map.walls(Unknown::Open);
+        if self.begun {
+            self.distances.update(open, map.goals(), pose.cell);
+        } else {
+            self.distances.refill(open, map.goals());
+            self.begun = true;
+        }
         if map.goals().contains(pose.cell) {
             return Ok(Move::Stop);
         }

@@ -17,7 +17,8 @@ use crate::{Distances, Move, SearchError, Strategy, steps_from};
 ///   has seen nothing of a layer yet, a few walls may close all of them at once. It goes to the
 ///   nearest cell of the narrowest such layers.
 /// - It stops exploring as soon as one of those ways is known to be open all along: then the cost
-///   with unknown walls open equals the one with unknown walls closed.
+///   with unknown walls open equals the one with unknown walls closed. (Where it knows that one step
+///   before the goal, it takes that step.)
 /// - It comes home over unknown walls where that may be shorter.
 ///
 /// Its weights are distances to where it goes, in steps. It proves a shortest way wherever there is

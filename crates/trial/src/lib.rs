@@ -13,6 +13,7 @@
 //! [`Trial`] is the environment, exact to the published tester's rules; [`Robot`] is what stands
 //! trial in it. Nothing here knows a clock, a socket or a thread, and what is random comes from a
 //! seed, so the same trial runs the same way on every machine.
+#![forbid(unsafe_code)]
 
 mod action;
 mod bundled;

@@ -7,6 +7,7 @@
 //!
 //! It listens on loopback. A page elsewhere in the same browser can neither read nor steer it, and
 //! if other machines can reach it, it asks for a token.
+#![forbid(unsafe_code)]
 
 mod access;
 mod api;

@@ -1,6 +1,6 @@
 //! One search of one maze by one strategy, in memory, and its figures.
 
-use mmsim_maze::{KnownMaze, Maze, Pose, Unknown, WallState, Walls};
+use mmsim_maze::{KnownMaze, Maze, Pose, Step, Unknown, WallState, Walls};
 use mmsim_solvers::{Crash, Distances, Mouse, Move, SearchError, Strategy};
 
 /// A search from its beginning to its end.
@@ -10,6 +10,8 @@ pub(crate) struct Search {
     poses: Vec<Pose>,
     /// How many of them belong to the search run: all, or those up to where the fast run begins.
     run_states: usize,
+    /// With which step it does.
+    first_fast_step: Option<Step>,
     /// Why the search could not go on.
     fault: Option<Fault>,
 }
@@ -28,27 +30,57 @@ enum Fault {
 impl Search {
     /// Lets the strategy search the maze until it stops, but in at most `max_states` states, of
     /// which there is one in each cell that the mouse comes to.
-    pub(crate) fn run(maze: &Maze, strategy: impl Strategy, max_states: u32) -> Self {
-        let mut search = Self { poses: Vec::new(), run_states: 0, fault: None };
-        search.fault = search.go_on(maze, strategy, max_states).err();
-        search
+    #[cfg(test)]
+    fn run(maze: &Maze, strategy: impl Strategy, max_states: u32) -> Self {
+        let (search, mouse) = Self::begin(maze, strategy, max_states);
+        search.finish(maze, mouse, max_states)
     }
 
-    fn go_on(
+    /// The search run of this: until the strategy stops or begins a fast run.
+    pub(crate) fn begin<S: Strategy>(
+        maze: &Maze,
+        strategy: S,
+        max_states: u32,
+    ) -> (Self, Mouse<S>) {
+        let mut mouse = Mouse::new(strategy, known_at_first(maze), maze.start());
+        let mut search =
+            Self { poses: Vec::new(), run_states: 0, first_fast_step: None, fault: None };
+        search.fault = search.go_on(maze, &mut mouse, max_states).err();
+        search.run_states = search.poses.len();
+        (search, mouse)
+    }
+
+    /// The same with the fast run, if there is one.
+    pub(crate) fn finish<S: Strategy>(
+        mut self,
+        maze: &Maze,
+        mut mouse: Mouse<S>,
+        max_states: u32,
+    ) -> Self {
+        if let Some(step) = self.first_fast_step {
+            let gone = mouse.go(step).map_err(Fault::from);
+            self.fault = gone.and_then(|()| self.go_on(maze, &mut mouse, max_states)).err();
+        }
+        self
+    }
+
+    /// Goes on to the end, or to where the fast run begins.
+    fn go_on<S: Strategy>(
         &mut self,
         maze: &Maze,
-        strategy: impl Strategy,
+        mouse: &mut Mouse<S>,
         max_states: u32,
     ) -> Result<(), Fault> {
-        let mut mouse = Mouse::new(strategy, known_at_first(maze), maze.start());
-        for _ in 0..max_states {
+        while self.poses.len() < max_states as usize {
             let pose = mouse.pose();
             // The true walls do not contradict each other.
             let _ = mouse.see(maze.walls().around(pose));
             self.poses.push(pose);
-            // Where the next decision begins the fast run, the search run ends: that counts still.
-            self.run_states += usize::from(!mouse.runs_fast());
             match mouse.decide()? {
+                Move::Step(step) if mouse.runs_fast() && self.first_fast_step.is_none() => {
+                    self.first_fast_step = Some(step);
+                    break;
+                }
                 Move::Step(step) => mouse.go(step)?,
                 Move::Stop => break,
             }

@@ -1,11 +1,11 @@
 //! A maze as a chessboard: where one can go from cells of one colour to those of the other.
 
-use mmsim_maze::{Cell, CellSet, Walls};
+use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
 use super::half::{Bits, Half, row_bits};
 use super::waves::{Flooded, Marks};
 
-const SIDE: usize = mmsim_maze::MazeSize::MAX_SIDE as usize;
+const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// Cells of both colours. (0, 0) is dark, as a1 is.
 #[derive(Clone, Copy)]
@@ -132,10 +132,23 @@ pub(super) const fn is_dark(cell: Cell) -> bool {
 #[inline(always)]
 pub(super) fn place<const N: usize>(cell: Cell) -> Option<(usize, usize)> {
     let bit = usize::from(cell.y) * row_bits(N) as usize + usize::from(cell.x / 2);
-    Some((bit / 64, bit % 64)).filter(|&(word, _)| word < N)
+    let is_inside = u32::from(cell.x / 2) < row_bits(N);
+    Some((bit / 64, bit % 64)).filter(|&(word, _)| is_inside && word < N)
 }
 
 impl<H> Chequered<H> {
+    /// Those of a maze of this size.
+    #[inline(always)]
+    pub(super) fn inside<const N: usize>(self, size: MazeSize) -> Self
+    where
+        H: Half<N>,
+    {
+        let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
+        let cells = open::<N>(&[0; SIDE], columns, size.height().into());
+        let Self { dark, light } = chequered(split(&cells));
+        Self { dark: self.dark.and(dark), light: self.light.and(light) }
+    }
+
     /// The southernmost of its cells, and of those the westernmost; of a dark and a light one the
     /// dark one. `None` if there is none.
     #[inline(always)]

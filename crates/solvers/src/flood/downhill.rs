@@ -57,7 +57,8 @@ impl Task for DownhillTask<'_> {
     #[inline(always)]
     fn run<const N: usize, H: Half<N>>(self) -> Downhill {
         let Self { walls, targets } = self;
-        let flooded = waves::flood(&Board::<H>::of(walls), Chequered::of(targets));
+        let flooded =
+            waves::flood(&Board::<H>::of(walls), Chequered::of(targets).inside(walls.size()));
         let rows = |of: fn(&Marks<H>) -> H| rows(columns(&flooded, of));
         let (low, high) = (rows(|marks| marks.planes[0]), rows(|marks| marks.planes[1]));
         let dry = rows(|marks| marks.dry);

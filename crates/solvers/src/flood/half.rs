@@ -35,7 +35,7 @@ pub(super) trait Half<const N: usize>: Bits {
     }
 }
 
-/// What a wave does with half of the cells, or with those of several floods at once.
+/// What a wave does with half of the cells.
 pub(super) trait Bits: Copy {
     /// No cell.
     const NONE: Self;

@@ -3,7 +3,7 @@
 use mmsim_maze::{CellSet, MazeSize, Walls};
 
 use super::half::Half;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 use super::x86::run_with;
 use super::{Distances, Flood};
 
@@ -23,7 +23,7 @@ use super::{Distances, Flood};
 pub enum Instructions {
     /// What any processor has: words of 64 bits.
     Portable,
-    /// What any x86-64 processor has.
+    /// What any x86-64 processor has, but not every program that runs without an operating system uses.
     Sse2,
     /// AVX-512 with the extensions BW and VL, as most servers' and some laptops' processors have it.
     Avx512,
@@ -46,14 +46,14 @@ impl Instructions {
     pub fn are_there(self) -> bool {
         match self {
             Self::Portable => true,
-            Self::Sse2 => cfg!(target_arch = "x86_64"),
-            #[cfg(all(target_arch = "x86_64", feature = "std"))]
+            Self::Sse2 => cfg!(all(target_arch = "x86_64", target_feature = "sse2")),
+            #[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "std"))]
             Self::Avx512 => {
                 use std::arch::is_x86_feature_detected as has;
                 let has_avx512 = has!("avx512f") && has!("avx512bw") && has!("avx512vl");
                 has_avx512 && has!("bmi1") && has!("popcnt")
             }
-            #[cfg(not(all(target_arch = "x86_64", feature = "std")))]
+            #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2", feature = "std")))]
             Self::Avx512 => false,
         }
     }
@@ -93,7 +93,7 @@ pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
 }
 
 /// Does this with these instructions, or with lesser ones if they are not there.
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
 fn run_with<T: Task>(_: Instructions, task: T, size: MazeSize) -> T::Output {
     if super::is_small(size) { small(task) } else { large(task) }
 }

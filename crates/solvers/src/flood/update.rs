@@ -50,6 +50,9 @@ impl Distances {
             targets.contains(cell) && steps == 0
                 || neighbours.any(|heading| self.beyond(cell, heading) == steps.wrapping_sub(1))
         };
+        if walls.size() != self.size {
+            return false;
+        }
         let (steps, sides) = (self.raw(seen), walls.sides(seen));
         let (mut is_right, mut loses_way) = (true, false);
         for heading in Heading::ALL {

@@ -1,9 +1,10 @@
 //! Floods with what x86-64 processors offer: SSE2, which all of them have, and AVX-512 where it is.
+//! This file is there only where the compiler may use SSE2.
 //!
 //! The only file with `unsafe`. Intrinsics ask for it outside of functions that name their feature,
 //! and methods of traits cannot name one. None of those here reads or writes memory through a
-//! pointer, so that all there is to see to is that the processor knows the instruction. SSE2 is part
-//! of x86-64. Values of the other types are made and used within the functions that are marked with
+//! pointer, so that all there is to see to is that the processor knows the instruction. SSE2 is there,
+//! see above. Values of the other types are made and used within the functions that are marked with
 //! their features, which [`run_with`] calls after it has asked the processor.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and are what this file is about.
