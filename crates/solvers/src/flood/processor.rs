@@ -25,13 +25,15 @@ pub enum Instructions {
     Portable,
     /// What any x86-64 processor has, but not every program that runs without an operating system uses.
     Sse2,
+    /// AVX2 and BMI1, as nearly all of them since 2015 have them.
+    Avx2,
     /// AVX-512 with the extensions BW and VL, as most servers' and some laptops' processors have it.
     Avx512,
 }
 
 impl Instructions {
     /// All of them, the best last.
-    pub const ALL: [Self; 3] = [Self::Portable, Self::Sse2, Self::Avx512];
+    pub const ALL: [Self; 4] = [Self::Portable, Self::Sse2, Self::Avx2, Self::Avx512];
 
     /// The best that this processor has. Without the feature `std` it cannot be asked whether it has
     /// more than all of its kind.
@@ -48,13 +50,18 @@ impl Instructions {
             Self::Portable => true,
             Self::Sse2 => cfg!(all(target_arch = "x86_64", target_feature = "sse2")),
             #[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "std"))]
+            Self::Avx2 => {
+                use std::arch::is_x86_feature_detected as has;
+                has!("avx2") && has!("bmi1") && has!("popcnt")
+            }
+            #[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "std"))]
             Self::Avx512 => {
                 use std::arch::is_x86_feature_detected as has;
                 let has_avx512 = has!("avx512f") && has!("avx512bw") && has!("avx512vl");
                 has_avx512 && has!("bmi1") && has!("popcnt")
             }
             #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2", feature = "std")))]
-            Self::Avx512 => false,
+            Self::Avx2 | Self::Avx512 => false,
         }
     }
 
@@ -63,6 +70,7 @@ impl Instructions {
         match self {
             Self::Portable => "portable",
             Self::Sse2 => "SSE2",
+            Self::Avx2 => "AVX2",
             Self::Avx512 => "AVX-512",
         }
     }

@@ -42,22 +42,32 @@ struct Avx512Large(__m512i);
 
 /// Does this with these instructions, or with lesser ones if they are not there.
 pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
+    use Instructions::{Avx2, Avx512, Portable, Sse2};
+    let are_there = |some: Instructions| some.are_there();
     // One call, so that what it gives is made where it goes.
     let run: unsafe fn(T) -> T::Output = match (instructions, is_small(size)) {
-        (Instructions::Portable, true) => small,
-        (Instructions::Avx512, is_small) if instructions.are_there() => {
-            if is_small {
-                small_avx512
-            } else {
-                large_avx512
-            }
-        }
-        (Instructions::Portable, false) => large,
-        (_, true) => T::run::<2, Sse2>,
-        (_, false) => T::run::<8, Sse2Large>,
+        (Portable, true) => small,
+        (Portable, false) => large,
+        (Avx512, true) if are_there(Avx512) => small_avx512,
+        (Avx512, false) if are_there(Avx512) => large_avx512,
+        (Avx512 | Avx2, true) if are_there(Avx2) => small_avx2,
+        (Avx512 | Avx2, false) if are_there(Avx2) => large_avx2,
+        (Avx512 | Avx2 | Sse2, true) => T::run::<2, self::Sse2>,
+        (Avx512 | Avx2 | Sse2, false) => T::run::<8, Sse2Large>,
     };
-    // SAFETY: the processor has what it needs, which was just seen for AVX-512.
+    // SAFETY: the processor has what it needs, which was just seen for all but SSE2.
     unsafe { run(task) }
+}
+
+/// With the same halves as SSE2: the compiler does the rest.
+#[target_feature(enable = "avx2,bmi1,popcnt")]
+fn small_avx2<T: Task>(task: T) -> T::Output {
+    task.run::<2, Sse2>()
+}
+
+#[target_feature(enable = "avx2,bmi1,popcnt")]
+fn large_avx2<T: Task>(task: T) -> T::Output {
+    task.run::<8, Sse2Large>()
 }
 
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,bmi1,popcnt")]
