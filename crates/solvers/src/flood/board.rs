@@ -45,9 +45,7 @@ impl<B: Bits> Ways<B> {
         let across = cells.north().and_or(self.north, across);
         cells.south().and_or(self.south, along).or_and(across, wanted)
     }
-}
 
-impl<B: Bits> Ways<B> {
     /// Those that are not among the others.
     #[inline(always)]
     pub(super) fn without(self, other: Self) -> Self {
@@ -101,9 +99,7 @@ impl<H> Chequered<H> {
     {
         chequered(split(cells.rows()))
     }
-}
 
-impl<H> Chequered<H> {
     /// The half in which a cell is that cell alone, the other one is empty.
     #[inline(always)]
     pub(super) fn of_cell<const N: usize>(cell: Cell) -> Self

@@ -1,5 +1,5 @@
-//! Floods with what x86-64 processors offer: SSE2, which all of them have, and AVX-512 where it is.
-//! This file is there only where the compiler may use SSE2.
+//! Floods with what x86-64 processors offer: SSE2, which all of them have, AVX2 and AVX-512 where they
+//! are. This file is there only where the compiler may use SSE2.
 //!
 //! The only file with `unsafe`. Intrinsics ask for it outside of functions that name their feature,
 //! and methods of traits cannot name one. None of those here reads or writes memory through a
