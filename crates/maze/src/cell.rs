@@ -29,17 +29,15 @@ impl Cell {
     /// assert_eq!(Cell::new(0, 0).neighbour(Heading::West), None);
     /// ```
     pub const fn neighbour(self, heading: Heading) -> Option<Self> {
-        let Self { x, y } = self;
-        let (x, y) = match heading {
-            Heading::North => (Some(x), y.checked_add(1)),
-            Heading::East => (x.checked_add(1), Some(y)),
-            Heading::South => (Some(x), y.checked_sub(1)),
-            Heading::West => (x.checked_sub(1), Some(y)),
-        };
-        match (x, y) {
-            (Some(x), Some(y)) => Some(Self { x, y }),
-            _ => None,
-        }
+        const BACK: u8 = u8::MAX;
+        const EAST: &[u8; 4] = &[0, 1, 0, BACK];
+        const NORTH: &[u8; 4] = &[1, 0, BACK, 0];
+        // Without a branch for a heading, since nobody can predict the turns of a mouse.
+        let x = self.x.wrapping_add(EAST[heading as usize]);
+        let y = self.y.wrapping_add(NORTH[heading as usize]);
+        // Who goes round the end goes further than one cell.
+        let is_next = self.x.abs_diff(x) <= 1 && self.y.abs_diff(y) <= 1;
+        if is_next { Some(Self { x, y }) } else { None }
     }
 }
 

@@ -128,27 +128,24 @@ impl KnownMaze {
     /// A reading that contradicts what is known. Nothing is noted then.
     pub fn note(&mut self, pose: Pose, around: WallsAround) -> Result<(), Contradiction> {
         let Pose { cell, heading } = pose;
-        let readings = [
-            (heading.left(), around.left),
-            (heading, around.front),
-            (heading.right(), around.right),
-        ];
-        let (mut read, mut found) = (Sides::NONE, Sides::NONE);
-        for (heading, present) in readings {
-            read = read.with(Sides::of(heading));
-            found = found.with(if present { Sides::of(heading) } else { Sides::NONE });
-        }
-        let known_absent = found.without(self.possible.sides(cell));
-        let known_present = read.without(found).and(self.certain.sides(cell));
-        let contradictions = known_absent.with(known_present);
+        let all = WallsAround { left: true, front: true, right: true };
+        let read = Sides::of_walls_around(heading, all);
+        let found = Sides::of_walls_around(heading, around);
+        let outer = Sides::outer(self.size(), cell);
+        let certain = self.certain.inner_sides(cell).or(outer);
+        let possible = self.possible.inner_sides(cell).or(outer);
+        let known_absent = found.without(possible);
+        let known_present = read.without(found).and(certain);
+        let contradictions = known_absent.or(known_present);
         if contradictions != Sides::NONE {
-            let contradicts = |&(heading, _): &(Heading, bool)| contradictions.has(heading);
-            if let Some((heading, found)) = readings.into_iter().find(contradicts) {
-                return Err(Contradiction { cell, heading, found });
-            }
+            let contradicts = |&heading: &Heading| contradictions.has(heading);
+            let from_left = [heading.left(), heading, heading.right()];
+            let heading = from_left.into_iter().find(contradicts).unwrap_or(heading);
+            return Err(Contradiction { cell, heading, found: found.has(heading) });
         }
-        self.certain.set_sides(cell, read, found);
-        self.possible.set_sides(cell, read, found);
+        // Outer walls, and those outside, are among both.
+        self.certain.toggle(cell, found.without(certain));
+        self.possible.toggle(cell, read.without(found).and(possible));
         self.visit(cell);
         Ok(())
     }

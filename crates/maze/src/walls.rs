@@ -71,14 +71,21 @@ impl Walls {
     /// Whether there is a wall at the side of `cell` towards `heading`: always at the edge of the
     /// maze and outside of it.
     pub fn has(&self, cell: Cell, heading: Heading) -> bool {
-        self.sides(cell).has(heading)
+        let Some(next) = self.size.neighbour(cell, heading).filter(|_| self.size.contains(cell))
+        else {
+            return true;
+        };
+        let rows = if next.x == cell.x { &self.north } else { &self.east };
+        rows[usize::from(cell.y.min(next.y))] >> cell.x.min(next.x) & 1 == 1
     }
 
     /// Builds (`true`) or removes (`false`) the wall at the side of `cell` towards `heading`.
     /// Outer walls and everything outside stay as they are.
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
-        let side = Sides::of(heading);
-        self.set_sides(cell, side, if present { side } else { Sides::NONE });
+        let is_inner = self.size.contains(cell) && self.size.neighbour(cell, heading).is_some();
+        if is_inner && self.has(cell, heading) != present {
+            self.toggle(cell, Sides::of(heading));
+        }
     }
 
     /// The sides of a cell that have a wall: all of them outside of the maze.
@@ -88,38 +95,29 @@ impl Walls {
     /// let sides = Walls::open(MazeSize::CLASSIC).sides(Cell::new(0, 5));
     /// assert!(sides.has(Heading::West) && !sides.has(Heading::East));
     /// ```
-    // Without a branch for a wall, since nobody can predict walls.
     pub fn sides(&self, cell: Cell) -> Sides {
-        let Cell { x, y } = cell;
-        if !self.size.contains(cell) {
-            return Sides::ALL;
-        }
-        let (row, south) = (usize::from(y), usize::from(y).wrapping_sub(1) % SIDE);
-        let bit = |rows: u32| u8::from(rows >> x & 1 == 1);
-        let north = bit(self.north[row]) | u8::from(y + 1 == self.size.height());
-        let east = bit(self.east[row]) | u8::from(x + 1 == self.size.width());
-        let south = bit(self.north[south]) | u8::from(y == 0);
-        let west = bit(self.east[row] << 1) | u8::from(x == 0);
+        self.inner_sides(cell).or(Sides::outer(self.size, cell))
+    }
+
+    /// The sides of a cell with an inner wall. Outside of the maze it may be any.
+    // Without a branch for a wall, since nobody can predict walls.
+    pub(crate) fn inner_sides(&self, Cell { x, y }: Cell) -> Sides {
+        let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
+        let bit = |rows: u32| (rows.wrapping_shr(x.into()) & 1) as u8;
+        let (north, south) = (bit(self.north[row]), bit(self.north[south]));
+        let (east, west) = (bit(self.east[row]), bit(self.east[row] << 1));
         Sides(north | east << 1 | south << 2 | west << 3)
     }
 
-    /// Makes these sides of a cell as they are among the `present` ones. Outer walls and everything
-    /// outside stay as they are.
-    pub(crate) fn set_sides(&mut self, cell: Cell, sides: Sides, present: Sides) {
-        let Cell { x, y } = cell;
-        if !self.size.contains(cell) {
-            return;
-        }
-        let (row, south) = (usize::from(y), usize::from(y).wrapping_sub(1) % SIDE);
-        let set = |rows: &mut u32, heading: Heading, is_inner: bool| {
-            let bit = |sides: Sides| u32::from(sides.has(heading) && is_inner) << x;
-            let west = u32::from(heading == Heading::West);
-            *rows = *rows & !(bit(sides) >> west) | (bit(sides) & bit(present)) >> west;
-        };
-        set(&mut self.north[row], Heading::North, y + 1 < self.size.height());
-        set(&mut self.east[row], Heading::East, x + 1 < self.size.width());
-        set(&mut self.north[south], Heading::South, y > 0);
-        set(&mut self.east[row], Heading::West, x > 0);
+    /// Builds a wall at each of these sides of a cell that has none, and removes it where one is. The
+    /// cell and its neighbours at these sides lie inside.
+    pub(crate) fn toggle(&mut self, Cell { x, y }: Cell, sides: Sides) {
+        let bit = |heading| u32::from(sides.has(heading)).wrapping_shl(x.into());
+        let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
+        self.north[row] ^= bit(Heading::North);
+        self.north[south] ^= bit(Heading::South);
+        // The wall to the west is the neighbour's to the east.
+        self.east[row] ^= bit(Heading::East) | bit(Heading::West) >> 1;
     }
 
     /// What a mouse in this pose senses. Outside of the maze there are walls all round.
@@ -131,12 +129,7 @@ impl Walls {
     /// assert_eq!(walls.around(start), WallsAround { left: true, front: false, right: false });
     /// ```
     pub fn around(&self, pose: Pose) -> WallsAround {
-        let (sides, heading) = (self.sides(pose.cell), pose.heading);
-        WallsAround {
-            left: sides.has(heading.left()),
-            front: sides.has(heading),
-            right: sides.has(heading.right()),
-        }
+        self.sides(pose.cell).around(pose.heading)
     }
 
     /// The cells next to `cell` with no wall between, in the order north, east, south, west.
@@ -157,8 +150,37 @@ impl Sides {
     pub(crate) const NONE: Self = Self(0);
     const ALL: Self = Self(0b1111);
 
+    /// Those of a cell that lead out of a maze: all of them for a cell outside.
+    pub(crate) const fn outer(size: MazeSize, cell: Cell) -> Self {
+        if !size.contains(cell) {
+            return Self::ALL;
+        }
+        let (north, east) = (cell.y + 1 == size.height(), cell.x + 1 == size.width());
+        let (south, west) = (cell.y == 0, cell.x == 0);
+        Self(north as u8 | (east as u8) << 1 | (south as u8) << 2 | (west as u8) << 3)
+    }
+
     pub(crate) const fn of(heading: Heading) -> Self {
         Self(1 << heading as u8)
+    }
+
+    /// Those that a mouse which heads this way has a wall at.
+    // A turn of the mouse turns the bits, without a branch, since nobody can predict it.
+    pub(crate) const fn of_walls_around(heading: Heading, walls: WallsAround) -> Self {
+        let WallsAround { left, front, right } = walls;
+        let clockwise_from_nose = front as u8 | (right as u8) << 1 | (left as u8) << 3;
+        let twice = clockwise_from_nose << 4 | clockwise_from_nose;
+        Self(twice >> (4 - heading as u8) & 0b1111)
+    }
+
+    /// The way back.
+    const fn around(self, heading: Heading) -> WallsAround {
+        let clockwise_from_nose = (self.0 << 4 | self.0) >> heading as u8;
+        WallsAround {
+            left: clockwise_from_nose >> 3 & 1 == 1,
+            front: clockwise_from_nose & 1 == 1,
+            right: clockwise_from_nose >> 1 & 1 == 1,
+        }
     }
 
     /// Whether the one towards `heading` is among them.
@@ -166,7 +188,7 @@ impl Sides {
         self.0 >> heading as u8 & 1 == 1
     }
 
-    pub(crate) const fn with(self, other: Self) -> Self {
+    pub(crate) const fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 

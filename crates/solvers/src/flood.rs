@@ -66,7 +66,7 @@ const SMALL_SIDE: usize = 16;
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// The distance of a cell from which no target can be reached.
-const UNREACHABLE: u16 = u16::MAX;
+pub(crate) const UNREACHABLE: u16 = u16::MAX;
 const UNREACHABLE_BYTE: u8 = u8::MAX;
 
 impl Distances {
@@ -120,16 +120,42 @@ impl Distances {
     /// Steps from `cell` to the nearest target, `None` where there is no way and outside of the
     /// maze.
     pub fn at(&self, cell: Cell) -> Option<u16> {
+        Some(self.raw(cell)).filter(|&steps| steps != UNREACHABLE)
+    }
+
+    /// The same, but [`UNREACHABLE`] for `None`.
+    pub(crate) fn raw(&self, cell: Cell) -> u16 {
         if !self.size.contains(cell) {
-            return None;
+            return UNREACHABLE;
         }
         let (x, y) = (usize::from(cell.x), usize::from(cell.y));
         match &self.steps {
             Steps::Small(SmallSteps { lines, all_reached }) => {
-                let steps = lines[y / 8][y % 8][x];
-                (steps != UNREACHABLE_BYTE || *all_reached).then_some(steps.into())
+                let steps = lines.as_flattened()[y % SMALL_SIDE][x % SMALL_SIDE];
+                let is_reached = steps != UNREACHABLE_BYTE || *all_reached;
+                if is_reached { steps.into() } else { UNREACHABLE }
             }
-            Steps::Large(steps) => Some(steps[y * SIDE + x]).filter(|&steps| steps != UNREACHABLE),
+            Steps::Large(steps) => steps[y % SIDE * SIDE + x % SIDE],
+        }
+    }
+
+    /// The same of a cell's neighbours, in the order of [`Heading::ALL`]. Beyond the edge of the maze,
+    /// where nobody can go, it may be anything.
+    // Without asking for each whether it is there.
+    pub(crate) fn raw_around(&self, cell: Cell) -> [u16; 4] {
+        let (x, y) = (usize::from(cell.x), usize::from(cell.y));
+        match &self.steps {
+            Steps::Small(SmallSteps { lines, all_reached }) => {
+                let steps = lines.as_flattened().as_flattened();
+                around(y * SMALL_SIDE + x, SMALL_SIDE).map(|index| {
+                    let steps = steps[index % steps.len()];
+                    let is_reached = steps != UNREACHABLE_BYTE || *all_reached;
+                    if is_reached { steps.into() } else { UNREACHABLE }
+                })
+            }
+            Steps::Large(steps) => {
+                around(y * SIDE + x, SIDE).map(|index| steps[index % steps.len()])
+            }
         }
     }
 
@@ -137,6 +163,11 @@ impl Distances {
     pub fn reachable_cells(&self) -> usize {
         self.size.cells().filter(|&cell| self.at(cell).is_some()).count()
     }
+}
+
+/// The places of a cell's neighbours where a row takes so many.
+fn around(place: usize, row: usize) -> [usize; 4] {
+    [place + row, place + 1, place.wrapping_sub(row), place.wrapping_sub(1)]
 }
 
 const fn is_small(size: MazeSize) -> bool {
@@ -322,6 +353,13 @@ o---o---o---o
             prop_assert_eq!(of(&Distances::flood(&walls, &targets)), expected.clone());
             let flood = || FloodAnew { walls: &walls, targets: &targets };
             with_each(flood, size, |distances| assert_eq!(of(&distances), expected));
+            let distances = Distances::flood(&walls, &targets);
+            for cell in size.cells() {
+                for (heading, steps) in Heading::ALL.into_iter().zip(distances.raw_around(cell)) {
+                    let next = size.neighbour(cell, heading);
+                    prop_assert!(next.is_none_or(|next| distances.raw(next) == steps));
+                }
+            }
             let mut map = KnownMaze::new(size, Cell::new(0, 0), targets);
             for (x, y) in seen {
                 let cell = Cell::new(x % size.width(), y % size.height());

@@ -2,6 +2,7 @@
 
 use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose, Unknown};
 
+use crate::flood::UNREACHABLE;
 use crate::strategy::step_to_least;
 use crate::{Distances, Move, SearchError, Strategy};
 
@@ -41,14 +42,14 @@ impl Strategy for FloodFill {
         if map.goals().contains(pose.cell) {
             return Ok(Move::Stop);
         }
-        step_to_least(map, pose, |cell| self.weight(cell))
-            .filter(|&(_, cell)| self.distances.at(cell).is_some())
+        step_to_least(map, pose, self.distances.raw_around(pose.cell).map(u32::from))
+            .filter(|&(_, steps)| steps < UNREACHABLE.into())
             .map(|(step, _)| Move::Step(step))
             .ok_or(SearchError::GoalUnreachable { cell: pose.cell })
     }
 
     fn weight(&self, cell: Cell) -> u16 {
-        self.distances.at(cell).unwrap_or(u16::MAX)
+        self.distances.raw(cell)
     }
 }
 

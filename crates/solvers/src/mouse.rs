@@ -1,6 +1,8 @@
 //! A mouse: a strategy, what it knows, and where it stands.
 
-use mmsim_maze::{Cell, Contradiction, Heading, KnownMaze, Pose, Step, WallState, WallsAround};
+use mmsim_maze::{
+    Cell, Contradiction, Heading, KnownMaze, Pose, Step, Unknown, WallState, WallsAround,
+};
 
 use crate::{Move, SearchError, Strategy};
 
@@ -97,13 +99,12 @@ impl<S: Strategy> Mouse<S> {
     pub fn go(&mut self, step: Step) -> Result<(), Crash> {
         let Pose { cell, heading } = self.pose;
         let heading = heading.turned(step);
-        let state = self.map.wall(cell, heading);
         match self.pose.after(step) {
-            Some(pose) if state == WallState::Absent => {
+            Some(pose) if !self.map.walls(Unknown::Closed).has(cell, heading) => {
                 self.pose = pose;
                 Ok(())
             }
-            _ => Err(Crash { cell, heading, state }),
+            _ => Err(Crash { cell, heading, state: self.map.wall(cell, heading) }),
         }
     }
 }

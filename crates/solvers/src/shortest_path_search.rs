@@ -1,11 +1,10 @@
 //! Shortest-path search: explores until a shortest way is proven, and no longer.
 
-use core::cmp::Ordering;
+use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown};
 
-use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Step, Unknown};
-
-use crate::flood::{ToSee, cell_to_see};
-use crate::{Distances, Move, SearchError, Strategy, steps_from};
+use crate::flood::{ToSee, UNREACHABLE, cell_to_see};
+use crate::strategy::step_to_least;
+use crate::{Distances, Move, SearchError, Strategy};
 
 /// Shortest-path search: goes to the goal, explores until it is proven that no unknown wall can
 /// hide a shorter way than the known one, returns to the start, and runs fast.
@@ -31,6 +30,8 @@ pub struct ShortestPathSearch {
     /// Where it goes to see what, while it explores.
     to_see: Option<ToSee>,
     distances: Distances,
+    /// The south-western and the north-eastern corner of the box around the goal cells.
+    goal_corners: Option<[Cell; 2]>,
 }
 
 /// What the mouse is about.
@@ -52,14 +53,15 @@ impl ShortestPathSearch {
             been: CellSet::EMPTY,
             to_see: None,
             distances: Distances::unreachable(MazeSize::CLASSIC),
+            goal_corners: None,
         }
     }
 
     /// Plans the way on, and starts the next leg where one is over.
-    fn plan(&mut self, map: &KnownMaze, cell: Cell, is_first: bool) {
+    fn plan(&mut self, map: &KnownMaze, cell: Cell) {
         let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
         if self.leg == Leg::ToGoal {
-            if is_first || !self.distances.lead_on(open, cell) {
+            if !self.distances.lead_on(open, cell) {
                 self.distances.refill(open, map.goals());
             }
             if map.goals().contains(cell) {
@@ -111,10 +113,9 @@ impl Default for ShortestPathSearch {
 impl Strategy for ShortestPathSearch {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
         let cell = pose.cell;
-        let is_first = self.been.is_empty();
         let is_new = self.been.insert(cell) || cell == map.start();
         if self.leg != Leg::FastRun && (is_new || self.has_arrived(map, cell)) {
-            self.plan(map, cell, is_first);
+            self.plan(map, cell);
         }
         match self.leg {
             Leg::FastRun if map.goals().contains(cell) => return Ok(Move::Stop),
@@ -123,20 +124,21 @@ impl Strategy for ShortestPathSearch {
             }
             _ => {}
         }
-        let nearer = |&(_, one): &(Step, Cell), &(_, other): &(Step, Cell)| {
-            let by_crow = || crow_flies(map, one).cmp(&crow_flies(map, other));
-            let equal_so_far = self.weight(one).cmp(&self.weight(other));
-            equal_so_far
-                .then_with(|| if self.leg == Leg::ToGoal { by_crow() } else { Ordering::Equal })
-        };
-        let step = steps_from(map, pose).min_by(nearer);
-        step.filter(|&(_, next)| self.distances.at(next).is_some())
+        let corners = *self.goal_corners.get_or_insert_with(|| corners(map.goals()));
+        let crow_flies =
+            if self.leg == Leg::ToGoal { crow_flies_around(cell, corners) } else { [0; 4] };
+        let mut numbers = self.distances.raw_around(cell).map(u32::from);
+        for (number, crow_flies) in numbers.iter_mut().zip(crow_flies) {
+            *number = *number << 8 | u32::from(crow_flies);
+        }
+        step_to_least(map, pose, numbers)
+            .filter(|&(_, number)| number >> 8 < UNREACHABLE.into())
             .map(|(step, _)| Move::Step(step))
             .ok_or(SearchError::BoxedIn { cell })
     }
 
     fn weight(&self, cell: Cell) -> u16 {
-        self.distances.at(cell).unwrap_or(u16::MAX)
+        self.distances.raw(cell)
     }
 
     fn runs_fast(&self) -> bool {
@@ -144,10 +146,31 @@ impl Strategy for ShortestPathSearch {
     }
 }
 
-/// How far a cell is off the nearest goal cell, walls or not: the larger of columns and rows.
-fn crow_flies(map: &KnownMaze, cell: Cell) -> u8 {
-    let off = |goal: Cell| goal.x.abs_diff(cell.x).max(goal.y.abs_diff(cell.y));
-    map.goals().iter().map(off).min().unwrap_or(0)
+/// The south-western and the north-eastern corner of the box around some cells.
+fn corners(cells: &CellSet) -> [Cell; 2] {
+    let mut cells = cells.iter();
+    let first = cells.next().unwrap_or(Cell::new(0, 0));
+    cells.fold([first; 2], |[south_west, north_east], Cell { x, y }| {
+        [
+            Cell::new(south_west.x.min(x), south_west.y.min(y)),
+            Cell::new(north_east.x.max(x), north_east.y.max(y)),
+        ]
+    })
+}
+
+/// How far a cell's neighbours are off a box, walls or not: the larger of columns and rows. In the
+/// order of [`Heading::ALL`](mmsim_maze::Heading::ALL).
+fn crow_flies_around(cell: Cell, [south_west, north_east]: [Cell; 2]) -> [u8; 4] {
+    let off = |from: u8, at: u8, to: u8| from.saturating_sub(at).max(at.saturating_sub(to));
+    let columns = |x| off(south_west.x, x, north_east.x);
+    let rows = |y| off(south_west.y, y, north_east.y);
+    let Cell { x, y } = cell;
+    [
+        columns(x).max(rows(y.saturating_add(1))),
+        columns(x.saturating_add(1)).max(rows(y)),
+        columns(x).max(rows(y.saturating_sub(1))),
+        columns(x.saturating_sub(1)).max(rows(y)),
+    ]
 }
 
 fn only(cell: Cell) -> CellSet {

@@ -117,12 +117,18 @@ pub fn steps_from(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Ce
     })
 }
 
-/// The first of the possible steps that leads to the cell with the least number; `None` where
-/// there is no step.
-pub(crate) fn step_to_least<N: Ord>(
-    map: &KnownMaze,
-    pose: Pose,
-    number: impl Fn(Cell) -> N,
-) -> Option<(Step, Cell)> {
-    steps_from(map, pose).min_by_key(|&(_, cell)| number(cell))
+/// The first of the possible steps that leads to the neighbour with the least number, and that
+/// number; `None` where there is no step. Numbers are in the order of [`Heading::ALL`].
+// Without a branch for a wall or a number, since nobody can predict them.
+pub(crate) fn step_to_least(map: &KnownMaze, pose: Pose, numbers: [u32; 4]) -> Option<(Step, u32)> {
+    const CLOSED: u64 = 1 << 63;
+    let possible = map.walls(Unknown::Closed).sides(pose.cell);
+    let mut least = CLOSED;
+    for (index, &step) in (0..).zip(&Step::ALL) {
+        let heading = pose.heading.turned(step);
+        let closed = u64::from(possible.has(heading)) * CLOSED;
+        least = least.min(closed | u64::from(numbers[heading as usize]) << 2 | index);
+    }
+    let step = Step::ALL[(least & 3) as usize];
+    u32::try_from(least >> 2).ok().map(|number| (step, number))
 }

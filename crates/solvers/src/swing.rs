@@ -75,13 +75,16 @@ impl Strategy for Swing {
         let step = match next {
             Some(next) => Step::ALL.into_iter().find(|&step| heading.turned(step) == next),
             None if map.goals().contains(cell) => return Ok(Move::Stop),
-            None => step_to_least(map, pose, |cell| self.weight(cell)).map(|(step, _)| step),
+            None => {
+                let steps = self.distances.raw_around(cell).map(u32::from);
+                step_to_least(map, pose, steps).map(|(step, _)| step)
+            }
         };
         step.map(Move::Step).ok_or(SearchError::BoxedIn { cell })
     }
 
     fn weight(&self, cell: Cell) -> u16 {
-        self.distances.at(cell).unwrap_or(u16::MAX)
+        self.distances.raw(cell)
     }
 
     fn runs_fast(&self) -> bool {

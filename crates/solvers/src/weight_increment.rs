@@ -1,6 +1,6 @@
 //! Weight increment: where it has been least.
 
-use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose};
+use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
 
 use crate::strategy::step_to_least;
 use crate::{Move, SearchError, Strategy};
@@ -43,7 +43,9 @@ impl Strategy for WeightIncrement {
         if map.goals().contains(pose.cell) {
             return Ok(Move::Stop);
         }
-        step_to_least(map, pose, |cell| self.weight(cell))
+        let visits =
+            |heading| pose.cell.neighbour(heading).map_or(0, |cell| self.weight(cell).into());
+        step_to_least(map, pose, Heading::ALL.map(visits))
             .map(|(step, _)| Move::Step(step))
             .ok_or(SearchError::BoxedIn { cell: pose.cell })
     }

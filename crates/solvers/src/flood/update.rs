@@ -36,9 +36,9 @@ impl Distances {
     /// a mouse that goes downhill learns of walls around itself alone, and none of them is gone, that
     /// makes sure that its own distance is still right.
     pub(crate) fn lead_on(&self, walls: &Walls, cell: Cell) -> bool {
-        let (steps, sides) = (self.raw(cell), walls.sides(cell));
-        let mut open = Heading::ALL.into_iter().filter(|&heading| !sides.has(heading));
-        steps == 0 || open.any(|heading| self.beyond(cell, heading) < steps)
+        let (steps, around, sides) = (self.raw(cell), self.raw_around(cell), walls.sides(cell));
+        let leads_on = |heading| !sides.has(heading) && around[heading as usize] < steps;
+        steps == 0 || Heading::ALL.into_iter().any(leads_on)
     }
 
     /// Whether walls around this cell leave everything as it is.
@@ -74,11 +74,6 @@ impl Distances {
     /// The steps of a cell's neighbour.
     fn beyond(&self, cell: Cell, heading: Heading) -> u16 {
         cell.neighbour(heading).map_or(UNREACHABLE, |neighbour| self.raw(neighbour))
-    }
-
-    /// Steps, or [`UNREACHABLE`].
-    fn raw(&self, cell: Cell) -> u16 {
-        self.at(cell).unwrap_or(UNREACHABLE)
     }
 }
 
