@@ -72,13 +72,16 @@ impl ShortestPathSearch {
         }
         // Away from the shortest ways nothing that it sees changes them, and new walls make only ways
         // longer, if not its own.
-        let goes_on =
-            |ToSee { ways, .. }: ToSee| !ways.contains(cell) && self.distances.lead_on(open, cell);
-        if self.leg == Leg::Explore && !self.to_see.is_some_and(goes_on) {
-            self.to_see = cell_to_see(map, cell);
-            match self.to_see {
-                Some(ToSee { cell, .. }) => self.distances.refill(open, &only(cell)),
-                None => self.leg = Leg::Return,
+        if self.leg == Leg::Explore {
+            let leads_on = self.to_see.is_some() && self.distances.lead_on(open, cell);
+            if !leads_on || self.to_see.is_some_and(|to_see| to_see.ways.contains(cell)) {
+                let before = self.to_see.map(|to_see| to_see.cell);
+                self.to_see = cell_to_see(map, cell);
+                match self.to_see {
+                    Some(to_see) if leads_on && before == Some(to_see.cell) => {}
+                    Some(to_see) => self.distances.refill(open, &only(to_see.cell)),
+                    None => self.leg = Leg::Return,
+                }
             }
         }
         if matches!(self.leg, Leg::Return | Leg::GiveUp) {

@@ -36,7 +36,14 @@ impl Task for StepsBetween<'_> {
     #[inline(always)]
     fn run<const N: usize, H: Half<N>>(self) -> Option<u16> {
         let Self { walls, from, targets } = self;
-        waves::steps(&Board::<H>::of(walls), Chequered::of_cell(from), Chequered::of(targets))
+        let board = Board::<H>::of(walls);
+        let (from, targets) = (Chequered::<H>::of_cell(from), Chequered::<H>::of(targets));
+        let (ways, from, targets) = if from.light.is_empty() {
+            ([&board.into_light, &board.into_dark], from.dark, [targets.dark, targets.light])
+        } else {
+            ([&board.into_dark, &board.into_light], from.light, [targets.light, targets.dark])
+        };
+        waves::first_targets(ways, from, targets).map(|(_, steps)| steps)
     }
 }
 

@@ -38,12 +38,28 @@ impl<B: Bits> Ways<B> {
     /// Those of `cells`' neighbours that are among `wanted`.
     #[inline(always)]
     pub(super) fn from(&self, cells: B, wanted: B) -> B {
-        // Three operations one after another after the shifts, where a processor has these.
+        let [along, across] = self.along_and_across(cells);
+        along.or_and(across, wanted)
+    }
+
+    /// The wave after `wave`: its neighbours that were not in the wave `before` it. Waves of one
+    /// colour need to know no more: each neighbour is a step nearer or a step further.
+    #[inline(always)]
+    pub(super) fn onward(&self, wave: B, before: B) -> B {
+        let [along, across] = self.along_and_across(wave);
+        along.or_without(across, before)
+    }
+
+    /// All neighbours of these cells, in two parts.
+    #[inline(always)]
+    fn along_and_across(&self, cells: B) -> [B; 2] {
+        // Three operations one after another after the shifts, where a processor has these, with the
+        // one that puts both together.
         let same = cells.and(self.same);
         let across = cells.down::<1>().and(self.west);
         let along = cells.up::<1>().and_or(self.east, same);
         let across = cells.north().and_or(self.north, across);
-        cells.south().and_or(self.south, along).or_and(across, wanted)
+        [cells.south().and_or(self.south, along), across]
     }
 
     /// Those that are not among the others.
@@ -107,8 +123,11 @@ impl<H> Chequered<H> {
         H: Half<N>,
     {
         let mut words = [0; N];
-        if let Some((word, bit)) = place::<N>(cell) {
-            words[word] = 1 << bit;
+        if let Some((place, bit)) = place::<N>(cell) {
+            // Not written to one of them, which could not be read as a whole at once.
+            for (i, word) in words.iter_mut().enumerate() {
+                *word = u64::from(i == place) << bit;
+            }
         }
         let (half, none) = (H::of(words), H::NONE);
         if is_dark(cell) {
@@ -208,9 +227,12 @@ pub(super) fn columns<const N: usize, H: Half<N>>(
 /// Sides without a wall, of so many rows and of these columns only.
 #[inline(always)]
 fn open<const N: usize>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u32; SIDE] {
+    // All rows that there are, then none: where to begin to read decides how many there are.
+    static ROWS: [[u32; SIDE]; 2] = [[u32::MAX; SIDE], [0; SIDE]];
+    let rows = &ROWS.as_flattened()[SIDE - height.min(SIDE)..][..SIDE];
     let mut open = [0; SIDE];
     for y in 0..row_count(N) {
-        open[y] = if y < height { !walls[y] & columns } else { 0 };
+        open[y] = !walls[y] & columns & rows[y];
     }
     open
 }

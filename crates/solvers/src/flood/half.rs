@@ -76,6 +76,12 @@ pub(super) trait Bits: Copy {
     fn or_and(self, others: Self, mask: Self) -> Self {
         self.or(others).and(mask)
     }
+
+    /// (self | others) & !mask
+    #[inline(always)]
+    fn or_without(self, others: Self, mask: Self) -> Self {
+        self.or(others).without(mask)
+    }
 }
 
 /// How many bits a row takes.

@@ -2,9 +2,10 @@
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown};
 
-use super::board::{Board, Chequered, Ways, rows};
+use super::board::{Board, Chequered, Ways, is_dark, rows};
 use super::half::{Bits, Half};
 use super::processor::{Task, run};
+use super::waves::first_targets;
 
 /// Where a mouse in `mouse` goes to see more of the shortest ways from the start to the goal,
 /// unknown walls taken as open: to the nearest of the cells to see, and of those to the farthest from
@@ -41,20 +42,30 @@ impl Task for CellToSee<'_> {
         let open = Board::<H>::of(map.walls(Unknown::Open));
         let shortest = ShortestWays::of(map, &open)?;
         let known = shortest.each(&Board::of(map.walls(Unknown::Closed)));
-        let ways = shortest.cells(&known)?;
         let Chequered { dark, light } = Chequered::<H>::of(map.visited());
         let visited = shortest.pick(dark, light);
+        let (ways, new) = shortest.cells(&known, visited)?;
         let mut unseen = [H::NONE; 2];
         for colour in [0, 1] {
             let unknown = shortest.into[colour].without(known[colour]);
             unseen[colour] = unknown.from(ways[1 - colour], ways[colour]).without(visited[colour]);
         }
-        let to_see = shortest.narrowest(unseen, visited);
-        let Chequered { dark, light } = Chequered::<H>::of_cell(mouse);
-        let nearest = nearest(&shortest.into, shortest.pick(dark, light), to_see)?;
-        let is_one = count(nearest[0]) + count(nearest[1]) == 1;
-        let farthest_out = if is_one { nearest } else { shortest.first_layer_with(nearest) };
-        let farthest_out = shortest.chequered(farthest_out);
+        // Mostly there is something to see in the narrowest layers that are new.
+        let to_see = [new[0].and(unseen[0]), new[1].and(unseen[1])];
+        let is_any = !to_see[0].or(to_see[1]).is_empty();
+        let to_see = if is_any { to_see } else { shortest.narrowest(unseen, visited) };
+        let near = usize::from(is_dark(mouse) != shortest.ends_are_dark);
+        let (ways_to, to_see) = (&shortest.into, [to_see[near], to_see[1 - near]]);
+        let mouse = Chequered::<H>::of_cell(mouse);
+        let mouse = mouse.dark.or(mouse.light);
+        let (nearest, steps) = first_targets([&ways_to[1 - near], &ways_to[near]], mouse, to_see)?;
+        let colour = (near + usize::from(steps)) % 2;
+        let is_one = count::<N, H>(nearest) == 1;
+        let farthest_out =
+            if is_one { nearest } else { shortest.first_layer_with(colour, nearest) };
+        let mut colours = [H::NONE; 2];
+        colours[colour] = farthest_out;
+        let farthest_out = shortest.chequered(colours);
         let ways = CellSet::of_rows(rows(shortest.chequered(ways).columns()));
         Some(ToSee { cell: farthest_out.first_cell()?, ways })
     }
@@ -94,24 +105,22 @@ impl<B: Bits> ShortestWays<B> {
         };
         let start = from.dark.or(from.light);
         let mut layers = [start, B::NONE, B::NONE, B::NONE];
-        let (mut dry_near, mut dry_far) = (B::ALL.without(start), B::ALL);
-        let (mut wave, mut ends, mut length) = (start, start.and(near_goals), 0);
+        let (mut wave, mut far_wave) = (start, B::NONE);
+        let (mut ends, mut length) = (start.and(near_goals), 0);
         while ends.is_empty() {
             if wave.is_empty() {
                 return None;
             }
             for odd in [1, 3] {
-                let far_wave = into_far.from(wave, dry_far);
+                far_wave = into_far.onward(wave, far_wave);
                 layers[odd] = layers[odd].or(far_wave);
-                dry_far = dry_far.without(far_wave);
                 length += 1;
                 ends = far_wave.and(far_goals);
                 if !ends.is_empty() {
                     break;
                 }
-                wave = into_near.from(far_wave, dry_near);
+                wave = into_near.onward(far_wave, wave);
                 layers[(odd + 1) % 4] = layers[(odd + 1) % 4].or(wave);
-                dry_near = dry_near.without(wave);
                 length += 1;
                 ends = wave.and(near_goals);
                 if !ends.is_empty() {
@@ -149,28 +158,41 @@ impl<B: Bits> ShortestWays<B> {
     }
 
     /// Shows each layer and whose colour it has, from the ends back to the start, and possibly a few
-    /// empty ones after it.
+    /// empty ones after it. Stops after a few more once the question whether to go on is answered
+    /// with no.
     #[inline(always)]
-    fn for_each_layer(&self, mut show: impl FnMut(usize, B)) {
-        show(0, self.ends);
+    fn for_each_layer(&self, mut show: impl FnMut(usize, B) -> bool) {
         let mut layer = self.ends;
+        let mut goes_on = show(0, layer);
         for _ in 0..self.length.div_ceil(4) {
             // Four at a time, so that it is known beforehand what each one needs.
             for (i, &cells) in self.layers.iter().enumerate() {
                 let colour = (i + 1) % 2;
                 layer = self.into[colour].from(layer, cells);
-                show(colour, layer);
+                goes_on = show(colour, layer);
+            }
+            if !goes_on {
+                break;
             }
         }
     }
 
-    /// The cells of all these ways; `None` if one is known to be open all along.
+    /// The cells of all these ways, and those of the narrowest layers without a visited cell; `None`
+    /// if one of the ways is known to be open all along.
     #[inline(always)]
-    fn cells(&self, known: &[Ways<B>; 2]) -> Option<[B; 2]> {
+    fn cells<const N: usize>(
+        &self,
+        known: &[Ways<B>; 2],
+        visited: [B; 2],
+    ) -> Option<([B; 2], [B; 2])>
+    where
+        B: Half<N>,
+    {
         if self.length == 0 {
             return None;
         }
         let (mut all, mut all_sure) = ([B::NONE; 2], [B::NONE; 2]);
+        let mut new = Narrowest::NONE;
         // Those from which a way on to the goal is known to be open, which soon there are no more.
         let (mut sure, mut is_over) = (B::ALL, false);
         self.for_each_layer(|colour, layer| {
@@ -180,9 +202,13 @@ impl<B: Bits> ShortestWays<B> {
                 all_sure[colour] = all_sure[colour].or(sure);
                 is_over = sure.is_empty();
             }
+            if layer.and(visited[colour]).is_empty() {
+                new.add(colour, layer, layer);
+            }
+            true
         });
         let is_known = !all_sure[self.length % 2].and(self.start).is_empty();
-        (!is_known).then_some(all)
+        (!is_known).then_some((all, new.cells))
     }
 
     /// Those of the unseen cells that are in the narrowest layers without a visited cell, and all if
@@ -192,56 +218,59 @@ impl<B: Bits> ShortestWays<B> {
     where
         B: Half<N>,
     {
-        let (mut least, mut narrowest) = (u32::MAX, [B::NONE; 2]);
+        let mut narrowest = Narrowest::NONE;
         self.for_each_layer(|colour, layer| {
             let to_see = layer.and(unseen[colour]);
-            let is_new = layer.and(visited[colour]).is_empty() & !to_see.is_empty();
-            let width = count(layer);
-            let width = if is_new { width } else { u32::MAX };
-            if width < least {
-                (least, narrowest) = (width, [B::NONE; 2]);
+            if layer.and(visited[colour]).is_empty() && !to_see.is_empty() {
+                narrowest.add(colour, layer, to_see);
             }
-            if is_new && width == least {
-                narrowest[colour] = narrowest[colour].or(to_see);
-            }
+            true
         });
-        if least == u32::MAX { unseen } else { narrowest }
+        if narrowest.width == Narrowest::<B>::NONE.width { unseen } else { narrowest.cells }
     }
 
-    /// Those of some cells of these ways that are farthest from the start.
+    /// Those of some cells of one colour of these ways that are farthest from the start.
     #[inline(always)]
-    fn first_layer_with(&self, cells: [B; 2]) -> [B; 2] {
-        let mut first = [B::NONE; 2];
+    fn first_layer_with(&self, cells_colour: usize, cells: B) -> B {
+        let mut first = B::NONE;
         self.for_each_layer(|colour, layer| {
-            if first[0].or(first[1]).is_empty() {
-                first[colour] = layer.and(cells[colour]);
+            if first.is_empty() && colour == cells_colour {
+                first = layer.and(cells);
             }
+            first.is_empty()
         });
         first
+    }
+}
+
+/// Cells of the narrowest of some layers.
+struct Narrowest<B> {
+    width: u32,
+    cells: [B; 2],
+}
+
+impl<B: Bits> Narrowest<B> {
+    const NONE: Self = Self { width: u32::MAX, cells: [B::NONE; 2] };
+
+    /// One more layer, if it is not empty, with these cells.
+    #[inline(always)]
+    fn add<const N: usize>(&mut self, colour: usize, layer: B, cells: B)
+    where
+        B: Half<N>,
+    {
+        let width = count(layer);
+        if width < self.width && width > 0 {
+            *self = Self { width, ..Self::NONE };
+        }
+        if width == self.width {
+            self.cells[colour] = self.cells[colour].or(cells);
+        }
     }
 }
 
 #[inline(always)]
 fn count<const N: usize, H: Half<N>>(cells: H) -> u32 {
     cells.words().into_iter().map(u64::count_ones).sum()
-}
-
-/// Those of some cells that are nearest to where waves begin, `None` if there is no way to any.
-#[inline(always)]
-fn nearest<B: Bits>(into: &[Ways<B>; 2], from: [B; 2], wanted: [B; 2]) -> Option<[B; 2]> {
-    let mut dry = [B::ALL.without(from[0]), B::ALL.without(from[1])];
-    let mut waves = from;
-    loop {
-        let found = [waves[0].and(wanted[0]), waves[1].and(wanted[1])];
-        if !found[0].or(found[1]).is_empty() {
-            return Some(found);
-        }
-        waves = [into[0].from(waves[1], dry[0]), into[1].from(waves[0], dry[1])];
-        dry = [dry[0].without(waves[0]), dry[1].without(waves[1])];
-        if waves[0].or(waves[1]).is_empty() {
-            return None;
-        }
-    }
 }
 
 #[cfg(test)]

@@ -145,43 +145,27 @@ impl<B: Bits> Flooded<B> {
     }
 }
 
-/// Steps from the nearest of some cells of one colour to the nearest target, `None` where there is
-/// no way.
+/// Waves that begin in cells of one colour, the near one, until one comes to a target: which targets
+/// it comes to, and after how many steps; their colour is the near one if that is even. `None` if
+/// there is no way. Ways are those into the far and into the near colour, targets near and far ones.
 #[inline(always)]
-pub(super) fn steps<B: Bits>(
-    board: &Board<B>,
-    from: Chequered<B>,
-    targets: Chequered<B>,
-) -> Option<u16> {
-    let Chequered { dark, light } = from;
-    if !dark.and(targets.dark).or(light.and(targets.light)).is_empty() {
-        Some(0)
-    } else if light.is_empty() {
-        let ways = [board.into_light, board.into_dark];
-        steps_of_one_colour(&ways, dark, [targets.dark, targets.light])
-    } else {
-        let ways = [board.into_dark, board.into_light];
-        steps_of_one_colour(&ways, light, [targets.light, targets.dark])
-    }
-}
-
-#[inline(always)]
-fn steps_of_one_colour<B: Bits>(
-    [into_far, into_near]: &[Ways<B>; 2],
+pub(super) fn first_targets<B: Bits>(
+    [into_far, into_near]: [&Ways<B>; 2],
     from: B,
     [near_targets, far_targets]: [B; 2],
-) -> Option<u16> {
-    let (mut dry_near, mut dry_far) = (B::ALL.without(from), B::ALL);
-    let mut wave = from;
-    let mut steps = 0;
+) -> Option<(B, u16)> {
+    let found = from.and(near_targets);
+    if !found.is_empty() {
+        return Some((found, 0));
+    }
+    let (mut wave, mut far_wave, mut steps) = (from, B::NONE, 0);
     loop {
-        let far_wave = into_far.from(wave, dry_far);
-        dry_far = dry_far.without(far_wave);
-        wave = into_near.from(far_wave, dry_near);
-        dry_near = dry_near.without(wave);
-        let in_far_target = far_wave.and(far_targets);
-        if !in_far_target.or(wave.and(near_targets)).is_empty() {
-            return Some(if in_far_target.is_empty() { steps + 2 } else { steps + 1 });
+        far_wave = into_far.onward(wave, far_wave);
+        wave = into_near.onward(far_wave, wave);
+        let (in_far, in_near) = (far_wave.and(far_targets), wave.and(near_targets));
+        if !in_far.or(in_near).is_empty() {
+            let far_is_first = !in_far.is_empty();
+            return Some(if far_is_first { (in_far, steps + 1) } else { (in_near, steps + 2) });
         }
         if wave.is_empty() {
             return None;

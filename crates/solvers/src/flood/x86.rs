@@ -354,6 +354,11 @@ impl Bits for Avx512Small {
     fn or_and(self, others: Self, mask: Self) -> Self {
         Self(Sse2(simd!(_mm_ternarylogic_epi64::<OR_AND>(self.0.0, others.0.0, mask.0.0))))
     }
+
+    #[inline(always)]
+    fn or_without(self, others: Self, mask: Self) -> Self {
+        Self(Sse2(simd!(_mm_ternarylogic_epi64::<OR_WITHOUT>(self.0.0, others.0.0, mask.0.0))))
+    }
 }
 
 /// As [`super::bytes::spread`] does it, with a plane's word as the mask of 64 bytes.
@@ -392,6 +397,7 @@ fn bytes_of<const N: usize>(planes: &[[u64; N]; 8], word: usize) -> __m512i {
 /// What three bits a, b and c give: bit 4a + 2b + c.
 const AND_OR: i32 = 0b1110_1010;
 const OR_AND: i32 = 0b1010_1000;
+const OR_WITHOUT: i32 = 0b0101_0100;
 
 /// For each row of 32 the one so many rows further to the north, round and round.
 const fn neighbour_rows(further: u16) -> [u16; 32] {
@@ -482,5 +488,10 @@ impl Bits for Avx512Large {
     #[inline(always)]
     fn or_and(self, others: Self, mask: Self) -> Self {
         Self(simd!(_mm512_ternarylogic_epi64::<OR_AND>(self.0, others.0, mask.0)))
+    }
+
+    #[inline(always)]
+    fn or_without(self, others: Self, mask: Self) -> Self {
+        Self(simd!(_mm512_ternarylogic_epi64::<OR_WITHOUT>(self.0, others.0, mask.0)))
     }
 }
