@@ -37,8 +37,12 @@ impl Distances {
     /// makes sure that its own distance is still right.
     pub(crate) fn lead_on(&self, walls: &Walls, cell: Cell) -> bool {
         let (steps, around, sides) = (self.raw(cell), self.raw_around(cell), walls.sides(cell));
-        let leads_on = |heading| !sides.has(heading) && around[heading as usize] < steps;
-        steps == 0 || Heading::ALL.into_iter().any(leads_on)
+        // All asked at once, since nobody can predict the answers.
+        let leads_on = |any: u8, heading: Heading| {
+            let is_nearer = u8::from(around[heading as usize] < steps);
+            any | u8::from(!sides.has(heading)) & is_nearer
+        };
+        steps == 0 || Heading::ALL.into_iter().fold(0, leads_on) > 0
     }
 
     /// Whether walls around this cell leave everything as it is.
