@@ -82,8 +82,8 @@ impl Walls {
     /// Builds (`true`) or removes (`false`) the wall at the side of `cell` towards `heading`.
     /// Outer walls and everything outside stay as they are.
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
-        let is_inner = self.size.contains(cell) && self.size.neighbour(cell, heading).is_some();
-        if is_inner && self.has(cell, heading) != present {
+        let is_outer = Sides::outer(self.size, cell).has(heading);
+        if !is_outer && self.has(cell, heading) != present {
             self.toggle(cell, Sides::of(heading));
         }
     }

@@ -130,31 +130,22 @@ impl Distances {
         }
         let (x, y) = (usize::from(cell.x), usize::from(cell.y));
         match &self.steps {
-            Steps::Small(SmallSteps { lines, all_reached }) => {
-                let steps = lines.as_flattened()[y % SMALL_SIDE][x % SMALL_SIDE];
-                let is_reached = steps != UNREACHABLE_BYTE || *all_reached;
-                if is_reached { steps.into() } else { UNREACHABLE }
-            }
-            Steps::Large(steps) => steps[y % SIDE * SIDE + x % SIDE],
+            Steps::Small(steps) => steps.raw(y * SMALL_SIDE + x),
+            Steps::Large(steps) => steps[(y * SIDE + x) % steps.len()],
         }
     }
 
-    /// The same of a cell's neighbours, in the order of [`Heading::ALL`]. Beyond the edge of the maze,
-    /// where nobody can go, it may be anything.
+    /// The same of a cell's neighbours, in the order of [`Heading::ALL`](mmsim_maze::Heading::ALL).
+    /// Beyond the edge of the maze, where nobody can go, it may be anything.
     // Without asking for each whether it is there.
     pub(crate) fn raw_around(&self, cell: Cell) -> [u16; 4] {
         let (x, y) = (usize::from(cell.x), usize::from(cell.y));
         match &self.steps {
-            Steps::Small(SmallSteps { lines, all_reached }) => {
-                let steps = lines.as_flattened().as_flattened();
-                around(y * SMALL_SIDE + x, SMALL_SIDE).map(|index| {
-                    let steps = steps[index % steps.len()];
-                    let is_reached = steps != UNREACHABLE_BYTE || *all_reached;
-                    if is_reached { steps.into() } else { UNREACHABLE }
-                })
+            Steps::Small(steps) => {
+                around(y * SMALL_SIDE + x, SMALL_SIDE).map(|place| steps.raw(place))
             }
             Steps::Large(steps) => {
-                around(y * SIDE + x, SIDE).map(|index| steps[index % steps.len()])
+                around(y * SIDE + x, SIDE).map(|place| steps[place % steps.len()])
             }
         }
     }
@@ -162,6 +153,16 @@ impl Distances {
     /// How many cells have a way to a target.
     pub fn reachable_cells(&self) -> usize {
         self.size.cells().filter(|&cell| self.at(cell).is_some()).count()
+    }
+}
+
+impl SmallSteps {
+    /// Of the cell at this place, counted row by row: steps, or [`UNREACHABLE`].
+    fn raw(&self, place: usize) -> u16 {
+        let steps = self.lines.as_flattened().as_flattened();
+        let steps = steps[place % steps.len()];
+        let is_reached = steps != UNREACHABLE_BYTE || self.all_reached;
+        if is_reached { steps.into() } else { UNREACHABLE }
     }
 }
 

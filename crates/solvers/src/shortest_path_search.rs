@@ -30,7 +30,8 @@ pub struct ShortestPathSearch {
     /// Where it goes to see what, while it explores.
     to_see: Option<ToSee>,
     distances: Distances,
-    /// The south-western and the north-eastern corner of the box around the goal cells.
+    /// The south-western and the north-eastern corner of the box around the goal cells, kept from the
+    /// first step on, since each step asks.
     goal_corners: Option<[Cell; 2]>,
 }
 

@@ -118,7 +118,8 @@ pub fn steps_from(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Ce
 }
 
 /// The first of the possible steps that leads to the neighbour with the least number, and that
-/// number; `None` where there is no step. Numbers are in the order of [`Heading::ALL`].
+/// number; `None` where there is no step. Numbers are in the order of
+/// [`Heading::ALL`](mmsim_maze::Heading::ALL).
 // Without a branch for a wall or a number, since nobody can predict them.
 pub(crate) fn step_to_least(map: &KnownMaze, pose: Pose, numbers: [u32; 4]) -> Option<(Step, u32)> {
     const CLOSED: u64 = 1 << 63;
