@@ -13,6 +13,7 @@ use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::Bundled;
 
 use crate::compare::CompareArgs;
+use crate::mazes::MazesArgs;
 use crate::trial::TrialArgs;
 
 /// A micromouse maze simulator. Without a command it serves a maze: it tells a search client only
@@ -248,46 +249,6 @@ pub(crate) enum ThemeArg {
 
 fn width_range() -> RangeInclusive<i64> {
     i64::from(*WIDTH_PX.start())..=i64::from(*WIDTH_PX.end())
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct MazesArgs {
-    #[command(subcommand)]
-    pub(crate) command: MazesCommand,
-}
-
-#[derive(Debug, Subcommand)]
-pub(crate) enum MazesCommand {
-    /// What mazes there are
-    List {
-        /// A maze file or a folder [default: ~/.mmsim where that exists, else the bundled mazes]
-        mazes: Option<PathBuf>,
-        /// Print a JSON array
-        #[arg(long)]
-        json: bool,
-    },
-    /// Draw a maze with the distance of each cell to the goal, in steps
-    Show {
-        /// A maze file, or words of the path of a maze
-        #[arg(required = true)]
-        name: Vec<String>,
-        /// Where to look for it [default: ~/.mmsim where that exists, else the bundled mazes]
-        #[arg(long, value_name = "PATH")]
-        mazes: Option<PathBuf>,
-        /// Print a JSON object
-        #[arg(long)]
-        json: bool,
-    },
-    /// Size, goals and shortest path of maze files, or what is wrong with them
-    Check {
-        /// Maze files, and folders, which are searched with their subfolders but for hidden files
-        /// and those that end in .md or .json
-        #[arg(required = true, value_name = "PATH")]
-        paths: Vec<PathBuf>,
-        /// Print a JSON array
-        #[arg(long)]
-        json: bool,
-    },
 }
 
 /// A bundled strategy, as a value of the command line.

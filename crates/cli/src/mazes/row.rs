@@ -1,0 +1,81 @@
+//! What there is to say of a maze file in one line.
+
+use std::fmt::Display;
+use std::io;
+use std::path::Path;
+
+use mmsim_maze::{Entry, Maze};
+use mmsim_solvers::MazeFacts;
+use serde::Serialize;
+
+use crate::output::{counted, goal_away, print};
+
+/// What there is to say of a file. The names are those of the JSON.
+#[derive(Serialize)]
+pub(super) struct Row {
+    path: String,
+    width: Option<u8>,
+    height: Option<u8>,
+    goals: Option<Vec<[u8; 2]>>,
+    shortest_path: Option<u16>,
+    reachable_cells: Option<usize>,
+    pub(super) error: Option<String>,
+}
+
+impl Row {
+    pub(super) fn of_entry(entry: &Entry) -> Self {
+        match entry.maze() {
+            Ok(maze) => Self::of_maze(entry.path(), &maze),
+            Err(error) => Self::of_error(entry.path(), &error),
+        }
+    }
+
+    pub(super) fn of_maze(path: &Path, maze: &Maze) -> Self {
+        let facts = MazeFacts::of(maze);
+        Self {
+            path: path.display().to_string(),
+            width: Some(maze.size().width()),
+            height: Some(maze.size().height()),
+            goals: Some(maze.goals().iter().map(|cell| [cell.x, cell.y]).collect()),
+            shortest_path: facts.shortest_path,
+            reachable_cells: Some(facts.reachable_cells),
+            error: None,
+        }
+    }
+
+    pub(super) fn of_error(path: &Path, error: &impl Display) -> Self {
+        Self {
+            path: path.display().to_string(),
+            width: None,
+            height: None,
+            goals: None,
+            shortest_path: None,
+            reachable_cells: None,
+            error: Some(error.to_string()),
+        }
+    }
+
+    /// The row as text: the error names the file itself.
+    pub(super) fn line(&self) -> String {
+        let Self { path, width: Some(width), height: Some(height), goals: Some(goals), .. } = self
+        else {
+            return self.error.clone().unwrap_or_default();
+        };
+        let size = format!("{width}x{height}");
+        let goal = goal_away(self.shortest_path);
+        let cells = usize::from(*width) * usize::from(*height);
+        let closed = match cells - self.reachable_cells.unwrap_or(cells) {
+            0 => String::new(),
+            closed => format!(", {} cannot be reached", counted(closed as u64, "cell")),
+        };
+        let goals = counted(goals.len() as u64, "goal cell");
+        format!("{path}: {size}, {goals}, {goal}{closed}")
+    }
+}
+
+pub(super) fn print_rows(rows: &[Row], json: bool) -> io::Result<()> {
+    if json {
+        return print(&(serde_json::to_string_pretty(rows)? + "\n"));
+    }
+    print(&rows.iter().map(|row| row.line() + "\n").collect::<String>())
+}
