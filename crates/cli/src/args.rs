@@ -6,26 +6,46 @@ use std::time::Duration;
 
 use clap::builder::PossibleValue;
 use clap::error::ErrorKind;
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::parser::ValueSource;
+use clap::{
+    ArgAction, ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum,
+};
 use mmsim_drawing::WIDTH_PX;
 use mmsim_maze::{Cell, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::Bundled;
 
 use crate::compare::CompareArgs;
+use crate::manual::{CompletionsArgs, ManArgs};
 use crate::mazes::MazesArgs;
 use crate::trial::TrialArgs;
 
 /// A micromouse maze simulator. Without a command it serves a maze: it tells a search client only
 /// the walls around the mouse, and keeps every state that the client reports.
 #[derive(Debug, Parser)]
-#[command(version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
+#[command(version, override_usage = USAGE, after_help = AFTER_HELP)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
     #[command(flatten)]
     pub(crate) serve: ServeArgs,
+    #[command(flatten)]
+    pub(crate) talk: TalkArgs,
 }
+
+/// How much a command says on stderr.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct TalkArgs {
+    /// Say nothing but what went wrong
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// Say more; with -vv every refused request and every connection too
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    pub(crate) verbose: u8,
+}
+
+const USAGE: &str = "mmsim [OPTIONS] [MAZES]
+       mmsim [-q|-v] <COMMAND>";
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -37,8 +57,31 @@ Examples:
   mmsim compare mazes/                 let all bundled mice search each maze, as a table
   mmsim trial mazes/                   let a robot explore and race in each maze, and score it
   mmsim mazes check my-maze.txt        see whether a maze file is in order
+  mmsim completions bash               let the shell complete all this
 
-The environment variable RUST_LOG=debug shows every refused request.";
+`mmsim COMMAND --help` has examples and all options of a command, `mmsim man` the same as a page.";
+
+impl Cli {
+    /// What the command line says. Options of the server before another command are wrong usage:
+    /// they would mean nothing to it.
+    pub(crate) fn read() -> Self {
+        let mut command = Self::command();
+        let matches = command.get_matches_mut();
+        if let (Some(name), Some(found)) = (matches.subcommand_name(), given(&command, &matches)) {
+            let expected = format!("options of a command after it, as in `mmsim {name} --help`");
+            let message = format!("expected {expected}, found `{found}` before it");
+            command.error(ErrorKind::ArgumentConflict, message).exit();
+        }
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command).exit())
+    }
+}
+
+/// The first option of this command itself that is given, of those that others do not share.
+fn given(command: &clap::Command, matches: &ArgMatches) -> Option<String> {
+    let is_given = |id| matches.value_source(id) == Some(ValueSource::CommandLine);
+    let mut own = command.get_arguments().filter(|option| !option.is_global_set());
+    own.find(|option| is_given(option.get_id().as_str())).map(ToString::to_string)
+}
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -56,6 +99,10 @@ pub(crate) enum Command {
     Trial(TrialArgs),
     /// List, show and check mazes.
     Mazes(MazesArgs),
+    /// Print what lets a shell complete commands, options and their values.
+    Completions(CompletionsArgs),
+    /// Print the manual page of this command or another, or write those of all.
+    Man(ManArgs),
 }
 
 #[derive(Debug, Args)]
@@ -75,6 +122,10 @@ pub(crate) struct ServeArgs {
     pub(crate) keep: KeepArgs,
     #[command(flatten)]
     pub(crate) viewer: ViewerArgs,
+    /// Print a JSON object once it serves: the address, that of the page, what `info` says of the
+    /// maze
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -12,7 +12,7 @@ use mmsim_viewer::Show;
 use crate::Outcome;
 use crate::args::DemoArgs;
 use crate::interrupt::Interrupt;
-use crate::output::{own_command, say};
+use crate::output::{complain, own_command, say};
 use crate::screen::{Screen, ending};
 use crate::selection::Collection;
 use crate::serve::{announce, bind};
@@ -86,7 +86,7 @@ fn search(args: &DemoArgs, address: &str, interrupt: &Interrupt) -> Result<Ended
         Ok(run) => run,
         Err(BrokenRun { run, error: RunError::Search(error) }) => {
             screen.finish(&mouse, &run, ending(&run))?;
-            say(format_args!("{STRATEGY}: {error}"));
+            complain(format_args!("{STRATEGY}: {error}"));
             return Ok(Ended::GoalNotReached);
         }
         Err(error) => return Err(error.into()),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use mmsim_maze::Catalogue;
 
-use crate::output::say;
+use crate::output::complain;
 use crate::selection::{Collection, Selected, SelectionError};
 
 /// The mazes that can be read, in order, and whether that is all of them.
@@ -67,6 +67,6 @@ impl Given {
 
     fn miss(&mut self, error: &SelectionError) {
         self.are_all = false;
-        say(format_args!("mmsim: {error}"));
+        complain(format_args!("mmsim: {error}"));
     }
 }

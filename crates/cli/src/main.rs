@@ -10,6 +10,7 @@ mod given;
 mod grid;
 mod interrupt;
 mod keep;
+mod manual;
 mod mazes;
 mod output;
 mod recorded;
@@ -22,13 +23,13 @@ mod solve;
 mod trial;
 mod watching;
 
+use std::env;
 use std::error::Error;
 use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
-use args::{Cli, Command};
-use clap::Parser;
-use output::say;
+use args::{Cli, Command, TalkArgs};
+use output::complain;
 use tracing_subscriber::EnvFilter;
 
 /// Whether the work was done: the goal reached, every maze valid. An error says why it could not
@@ -36,17 +37,8 @@ use tracing_subscriber::EnvFilter;
 type Outcome = Result<bool, Box<dyn Error>>;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(io::stderr)
-        .with_ansi(io::stderr().is_terminal())
-        .with_target(false)
-        // A log that cannot be written shall not end a server.
-        .log_internal_errors(false)
-        .without_time()
-        .init();
+    let cli = Cli::read();
+    listen_to(cli.talk);
     let outcome = match cli.command {
         None => serve::run(&cli.serve),
         Some(Command::Solve(args)) => solve::run(&args),
@@ -56,13 +48,40 @@ fn main() -> ExitCode {
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Trial(args)) => trial::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
+        Some(Command::Completions(args)) => manual::complete(&args),
+        Some(Command::Man(args)) => manual::run(&args),
     };
     match outcome {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
-            say(format_args!("mmsim: {error}"));
+            complain(format_args!("mmsim: {error}"));
             ExitCode::FAILURE
         }
     }
+}
+
+/// How much is said from now on. What the command line says of it counts more than `RUST_LOG`.
+fn listen_to(talk: TalkArgs) {
+    let filter = match talk {
+        TalkArgs { quiet: true, .. } => EnvFilter::new("error"),
+        TalkArgs { verbose: 0, .. } => {
+            EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"))
+        }
+        TalkArgs { verbose: 1, .. } => EnvFilter::new("info"),
+        TalkArgs { .. } => EnvFilter::new("debug"),
+    };
+    if talk.quiet {
+        output::be_quiet();
+    }
+    let is_colourless = env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(io::stderr)
+        .with_ansi(io::stderr().is_terminal() && !is_colourless)
+        .with_target(false)
+        // A log that cannot be written shall not end a server.
+        .log_internal_errors(false)
+        .without_time()
+        .init();
 }

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::{env, fs, process};
 
 /// Prints data. A reader that has read enough, as `head` does, is no failure.
@@ -14,8 +15,24 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
     }
 }
 
-/// Tells the user something. If nobody listens, the work goes on all the same.
+/// Whether `--quiet` was given.
+static IS_QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From now on only [`complain`] is heard.
+pub(crate) fn be_quiet() {
+    IS_QUIET.store(true, Ordering::Relaxed);
+}
+
+/// Tells how the work goes, unless the user wants to hear of nothing but failures. If nobody
+/// listens, the work goes on all the same.
 pub(crate) fn say(text: impl Display) {
+    if !IS_QUIET.load(Ordering::Relaxed) {
+        complain(text);
+    }
+}
+
+/// Tells what went wrong, or may. If nobody listens, the work goes on all the same.
+pub(crate) fn complain(text: impl Display) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 

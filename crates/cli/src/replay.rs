@@ -14,7 +14,7 @@ use serde::Serialize;
 use crate::Outcome;
 use crate::args::{ReplayArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
-use crate::output::{counted, goal_away, print, say};
+use crate::output::{complain, counted, goal_away, print};
 use crate::screen::{still, still_maze};
 use crate::watching;
 
@@ -49,7 +49,9 @@ pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> Stri
 pub(crate) fn is_whole(file: &Path, recording: &Recording) -> bool {
     if let Ending::Damaged { whole, reason } = recording.ending() {
         let file = file.display();
-        say(format_args!("{file}: expected a whole recording, found {reason} at byte {whole}"));
+        complain(format_args!(
+            "{file}: expected a whole recording, found {reason} at byte {whole}"
+        ));
     }
     !matches!(recording.ending(), Ending::Damaged { .. })
 }

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use mmsim_maze::{Catalogue, CatalogueError, Maze, ReadError};
 use mmsim_solvers::MazeFacts;
+use tracing::info;
 
 use crate::embedded;
-use crate::output::{own_command, say};
+use crate::output::{complain, own_command};
 
 /// The folder below the user's own in which mazes are looked for.
 const HOME_FOLDER: &str = ".mmsim";
@@ -73,7 +74,7 @@ impl Collection {
         if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {
             return Some(Self { catalogue, place, path });
         }
-        say(format_args!("expected mazes in {place}, found none; here are the bundled ones"));
+        complain(format_args!("expected mazes in {place}, found none; here are the bundled ones"));
         None
     }
 
@@ -90,6 +91,7 @@ impl Collection {
     pub(crate) fn select(&self, words: &str) -> Result<Selected, SelectionError> {
         let any = words.trim().is_empty();
         let (mut unreadable, mut found, mut better_than_none) = (Vec::new(), None, None);
+        info!("{} files in {}", self.catalogue.entries().len(), self.place);
         for entry in self.catalogue.matching(words) {
             let maze = match entry.maze() {
                 Ok(maze) => maze,
@@ -119,7 +121,7 @@ impl Collection {
         };
         if let Some(error) = unreadable.first() {
             let (count, place) = (unreadable.len(), &self.place);
-            say(format_args!(
+            complain(format_args!(
                 "passed over {count} of {place} that cannot be read, such as {error}"
             ));
         }

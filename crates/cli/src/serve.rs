@@ -1,18 +1,20 @@
 //! `mmsim`: serve a maze.
 
-use std::path::Path;
+use std::error::Error;
 
 use clap::CommandFactory;
+use mmsim_protocol::Info;
 use mmsim_server::Server;
 use mmsim_server::limits::MAX_CONNECTIONS;
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, Show};
+use serde::Serialize;
 
 use crate::Outcome;
 use crate::args::{Cli, ServeArgs};
 use crate::interrupt::Interrupt;
-use crate::output::{goal_away, say};
-use crate::selection::{Collection, Selected};
+use crate::output::{complain, goal_away, own_command, print, say};
+use crate::selection::{Collection, Selected, SelectionError};
 use crate::{keep, watching};
 
 /// Files that may be open at the same time: all connections, and some more.
@@ -23,13 +25,7 @@ const ANYBODY: &str = "whoever reaches this port can read walls, add states and 
     history: the protocol has neither password nor encryption";
 
 pub(crate) fn run(args: &ServeArgs) -> Outcome {
-    if let Some(command) = args.mazes.as_deref().filter(|path| is_command(path)) {
-        let command = command.display();
-        return Err(
-            format!("expected options after the command, as in `mmsim {command} --help`").into()
-        );
-    }
-    let collection = Collection::at(args.mazes.as_deref())?;
+    let collection = Collection::at(args.mazes.as_deref()).map_err(|error| hint(error, args))?;
     let selected = collection.select(&args.maze.words.join(" "))?;
     let recorder = keep::recorder(&args.keep)?;
     let server = bind(&args.host, args.port)?;
@@ -37,7 +33,7 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
     let (interrupt, stop) = (Interrupt::catch()?, server.stop_handle());
     say(announce(&selected, server.address()));
     if !server.is_loopback() {
-        say(ANYBODY);
+        complain(ANYBODY);
     }
     let show = Show::default()
         .with_live(&server, &selected.path)
@@ -45,7 +41,11 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
         .with_recordings(args.keep.record.clone());
     let mut simulation = keep::simulation(selected, &args.keep);
     keep::announce(&args.keep, &simulation);
-    watching::begin(viewer, show, &args.viewer)?;
+    let page = watching::begin(viewer, show, &args.viewer)?;
+    if args.json {
+        let place = Place { address: server.address(), page, maze: simulation.info() };
+        print(&(serde_json::to_string(&place)? + "\n"))?;
+    }
     std::thread::spawn(move || {
         interrupt.wait();
         stop.stop();
@@ -54,11 +54,27 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
     Ok(true)
 }
 
-/// Whether what stands in the place of mazes is a command that came after an option.
-fn is_command(path: &Path) -> bool {
+/// What `--json` prints once it serves, for a program that starts a simulator and then a mouse.
+#[derive(Serialize)]
+struct Place<'a> {
+    address: &'a str,
+    /// The page to watch.
+    page: Option<String>,
+    maze: Info,
+}
+
+/// The error, and the command that may have been meant in place of a folder that is not there.
+fn hint(error: SelectionError, args: &ServeArgs) -> Box<dyn Error> {
+    let name = args.mazes.iter().filter(|path| !path.exists()).find_map(|path| path.to_str());
     let commands = Cli::command();
-    !path.exists()
-        && commands.get_subcommands().any(|command| Path::new(command.get_name()) == path)
+    let meant = name.and_then(|name| {
+        let mut names = commands.get_subcommands().map(clap::Command::get_name);
+        names.find(|command| strsim::damerau_levenshtein(name, command) <= 2)
+    });
+    match meant {
+        Some(meant) => format!("{error}; was {} meant?", own_command(&format!("{meant} …"))).into(),
+        None => error.into(),
+    }
 }
 
 /// Listens, or says what to try where that fails.
@@ -67,7 +83,9 @@ pub(crate) fn bind(host: &str, port: u16) -> Result<Server, String> {
     // fewer, fewer clients are connected at the same time.
     let _ = rlimit::increase_nofile_limit(DESCRIPTORS);
     Server::bind(host, port).map_err(|error| match error {
-        mmsim_server::BindError::InUse { .. } => format!("{error} Try another --port"),
+        mmsim_server::BindError::InUse { .. } => {
+            format!("{error} Try another --port, 0 for any that is free")
+        }
         error => error.to_string(),
     })
 }

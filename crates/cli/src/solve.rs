@@ -4,7 +4,9 @@ use std::ops::ControlFlow;
 use std::thread;
 use std::time::Duration;
 
-use mmsim_client::{BrokenRun, RunError, SearchRun, Waiting, Zmq, ask_info, search_run};
+use mmsim_client::{
+    BrokenRun, RunError, SearchRun, TransportError, Waiting, Zmq, ask_info, search_run,
+};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_protocol::Info;
 use mmsim_solvers::{Mouse, Strategy};
@@ -12,7 +14,7 @@ use serde::Serialize;
 
 use crate::Outcome;
 use crate::args::{Goal, SolveArgs, wrong_usage};
-use crate::output::{own_command, print, say};
+use crate::output::{complain, own_command, print};
 use crate::recorded::Recorded;
 use crate::screen::{Screen, ending};
 
@@ -73,7 +75,7 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         screen.finish(&mouse, &run, ending(&run))?;
     }
     if let Some(error) = recorded.as_ref().err().filter(|_| !args.json) {
-        say(error);
+        complain(error);
     }
     match error {
         Some(error) if !args.json => Err(explain(&error).into()),
@@ -83,7 +85,7 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
             let is_in_goal = mouse.map().goals().contains(mouse.pose().cell);
             let gave_up = run.states == max_steps && !is_in_goal;
             if gave_up {
-                say(format_args!("gave up at --max-steps {max_steps}"));
+                complain(format_args!("gave up at --max-steps {max_steps}"));
             }
             Ok(run.goal_reached && !gave_up && recorded.is_ok())
         }
@@ -95,6 +97,9 @@ fn explain(error: &RunError) -> String {
     let hint = match error {
         RunError::Refused { request: "S", .. } | RunError::LargerMaze { .. } => {
             "; --size and --goal tell the mouse its maze, --goal server lets it ask"
+        }
+        RunError::Transport(TransportError::NoReply { .. }) => {
+            return format!("{error}; start a simulator with {}", own_command(""));
         }
         _ => "",
     };
@@ -154,7 +159,9 @@ pub(crate) fn say_waiting(waiting: &Waiting<'_>, asks_server: bool) {
         (false, false) => format!("; start a simulator with {}", own_command("")),
         (false, true) => "; only a simulator of this project answers --goal server".into(),
     };
-    say(format_args!("no reply from {endpoint} for {seconds} s, waiting{hint}; Ctrl-C gives up"));
+    complain(format_args!(
+        "no reply from {endpoint} for {seconds} s, waiting{hint}; Ctrl-C gives up"
+    ));
 }
 
 /// What `--json` prints; null is what there was no search to tell of.

@@ -7,7 +7,7 @@ use mmsim_viewer::{DEFAULT_VIEWER_PORT, Show, Viewer};
 use sysinfo::System;
 
 use crate::args::ViewerArgs;
-use crate::output::say;
+use crate::output::{complain, say};
 
 /// Listens for browsers, if that is wanted, or says what to try where it fails. A second simulator
 /// that was not told a port for its page serves all the same, without one.
@@ -25,26 +25,26 @@ pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, Stri
     if args.viewer_port.is_some() || args.open {
         return Err(format!("no page to watch: {error}"));
     }
-    say(format_args!("no page to watch: {error}"));
+    complain(format_args!("no page to watch: {error}"));
     Ok(None)
 }
 
-/// Lets browsers watch, says where, and opens one if that is wanted.
+/// Lets browsers watch, says where, and opens one if that is wanted. Gives the address of the page.
 pub(crate) fn begin(
     viewer: Option<Viewer>,
     show: Show,
     args: &ViewerArgs,
-) -> Result<(), Box<dyn Error>> {
-    let Some(viewer) = viewer else { return Ok(()) };
+) -> Result<Option<String>, Box<dyn Error>> {
+    let Some(viewer) = viewer else { return Ok(None) };
     // It serves until the process ends.
     let address = reachable(viewer.spawn(show)?.address());
     say(format_args!("watch at {address}"));
     if args.open
         && let Err(error) = opener::open_browser(&address)
     {
-        say(format_args!("cannot open a browser: {error}"));
+        complain(format_args!("cannot open a browser: {error}"));
     }
-    Ok(())
+    Ok(Some(address))
 }
 
 /// The address by a name that others can use: a server that listens everywhere has none.

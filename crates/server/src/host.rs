@@ -146,6 +146,7 @@ impl<'s> Host<'s> {
         self.close_recording();
         self.times = Times::new();
         self.run = if self.run == LAST_RUN { 1 } else { self.run + 1 };
+        info!(run = self.run, "reset");
         self.tell();
     }
 

@@ -1,0 +1,121 @@
+//! The command as such: completions, manual pages, how much it says, hints.
+
+mod harness;
+
+use std::fs;
+
+use harness::Home;
+use serde_json::json;
+
+/// Names of commands, those of commands below them parted by blanks.
+const COMMANDS: [&str; 8] =
+    ["solve", "demo", "replay", "render", "compare", "trial", "mazes check", "completions"];
+
+#[test]
+fn shells_can_complete() {
+    let home = Home::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = home.run(&["completions", shell]);
+        assert_eq!(script.code, Some(0), "{script:?}");
+        for word in ["compare", "check", "max-steps", "viewer-port"] {
+            assert!(script.stdout.contains(word), "{shell} {word}");
+        }
+    }
+    assert_eq!(home.run(&["completions", "dos"]).code, Some(2));
+}
+
+#[test]
+fn each_command_has_a_page() {
+    let home = Home::new();
+    let own = home.run(&["man"]).stdout;
+    assert!(own.contains(".TH MMSIM 1") && own.contains("viewer\\-port"), "{own}");
+    assert!(own.contains("\\&  mmsim demo                           watch a"), "{own}");
+    assert_eq!(home.run(&["man", "-o", "man1"]).code, Some(0));
+    for command in COMMANDS {
+        let words: Vec<&str> = ["man"].into_iter().chain(command.split(' ')).collect();
+        let page = home.run(&words).stdout;
+        let name = format!("mmsim-{}", command.replace(' ', "-"));
+        assert!(page.contains(&name.replace('-', "\\-")), "{page}");
+        assert_eq!(fs::read_to_string(home.path().join(format!("man1/{name}.1"))).unwrap(), page);
+    }
+    let ended = home.run(&["man", "mazes", "chekc"]);
+    assert_eq!(ended.code, Some(2));
+    assert!(ended.stderr.contains("expected a command of `mmsim mazes`, found \"chekc\""));
+}
+
+#[test]
+fn quiet_is_heard_on_either_side_of_a_command_and_says_only_what_went_wrong() {
+    let home = Home::new();
+    home.write("small.txt", "o---o---o\n| S   G |\no---o---o\n");
+    for arguments in [&["-q", "demo", "small.txt"][..], &["demo", "small.txt", "--quiet"]] {
+        let arguments = [arguments, &["--once", "--port", "0"]].concat();
+        let ended = home.run(&arguments);
+        assert_eq!((ended.code, &*ended.stderr), (Some(0), ""), "{ended:?}");
+        assert!(ended.stdout.contains("goal reached"), "{ended:?}");
+    }
+    let ended = home.run(&["-q", "mazes", "show", "no such"]);
+    assert!(ended.code == Some(1) && ended.stderr.contains("no such"), "{ended:?}");
+    assert_eq!(home.run(&["-q", "-v", "mazes", "list"]).code, Some(2));
+}
+
+#[test]
+fn verbose_says_more() {
+    let home = Home::new();
+    let said =
+        |verbose: &[&str]| home.run(&[&["mazes", "show", "harbour"], verbose].concat()).stderr;
+    assert_eq!(said(&[]), "");
+    assert!(said(&["-v"]).contains("15 files in the bundled mazes"), "{}", said(&["-v"]));
+}
+
+#[test]
+fn options_of_the_server_before_a_command_are_wrong_usage() {
+    let home = Home::new();
+    for arguments in [&["--port", "0", "demo"][..], &["--no-viewer", "demo"], &["here", "demo"]] {
+        let ended = home.run(arguments);
+        assert_eq!(ended.code, Some(2), "{ended:?}");
+        assert!(ended.stderr.contains("as in `mmsim demo --help`, found `"), "{ended:?}");
+    }
+}
+
+#[test]
+fn what_was_meant_is_guessed() {
+    let home = Home::new();
+    let said = |name| home.run(&[name]).stderr;
+    assert!(said("sovle").ends_with("; was `mmsim solve …` meant?\n"), "{}", said("sovle"));
+    assert!(!said("my-mazes").contains("meant"), "{}", said("my-mazes"));
+    let ended = home.run(&["solve", "swing", "--connect", "tcp://127.0.0.1:1", "--timeout", "0.1"]);
+    assert!(ended.stderr.ends_with("; start a simulator with `mmsim`\n"), "{ended:?}");
+}
+
+#[test]
+fn a_program_can_read_where_a_server_is() {
+    let home = Home::new();
+    let mut server = home.serve(&["--port", "0", "--json"]);
+    // It is printed before the first request is served.
+    home.run(&["solve", "flood-fill", "--connect", &server.address]);
+    server.kill();
+    let stdout = server.stdout();
+    let place: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(place["address"], server.address);
+    assert_eq!(place["page"], json!(null));
+    assert_eq!(place["maze"]["goals"], json!([[7, 7], [8, 7], [7, 8], [8, 8]]));
+}
+
+/// `script` runs it on a terminal of its own.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminal_gets_colours_unless_it_wants_none() {
+    let home = Home::new();
+    let on_terminal = |no_colour: &str| {
+        let mmsim = env!("CARGO_BIN_EXE_mmsim");
+        let lines = format!("{mmsim} -v mazes show harbour; {mmsim} --nonsense");
+        let mut script = std::process::Command::new("script");
+        let script = script.args(["-qc", &lines, "/dev/null"]).env("NO_COLOR", no_colour);
+        let output = script.env("HOME", home.path()).env("TERM", "xterm").output().unwrap();
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    assert!(on_terminal("").contains('\u{1b}'));
+    let plain = on_terminal("1");
+    assert!(plain.contains("bundled mazes") && plain.contains("--nonsense"), "{plain}");
+    assert!(!plain.contains('\u{1b}'), "{plain:?}");
+}
