@@ -40,6 +40,7 @@ fn what_is_linked_is_there() {
         "docs/compare.md",
         "docs/protocol.md",
         "docs/recordings.md",
+        "docs/strategies.md",
         "docs/trial.md",
         "examples/README.md",
     ] {

@@ -1,0 +1,62 @@
+//! docs/strategies.md shows what the strategies do.
+
+mod harness;
+
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+use harness::Home;
+
+const STRATEGIES: [&str; 5] =
+    ["flood-fill", "weight-increment", "left-wall", "swing", "shortest-path-search"];
+
+fn at_root(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
+}
+
+/// `MMSIM_UPDATE_PICTURES=1` draws them anew, after a change of a strategy or of the drawing.
+#[test]
+fn the_pictures_are_of_their_searches() {
+    let home = Home::new();
+    let server = home.serve(&["--port", "0", "--maze", "left bank"]);
+    for strategy in STRATEGIES {
+        let search = ["solve", strategy, "--connect", &server.address, "--record", strategy];
+        assert_eq!(home.run(&search).code, Some(0), "{strategy}");
+        let drawn = format!("{strategy}.png");
+        let render = ["render", strategy, "--no-numbers", "--width", "400", "-o", &drawn];
+        assert_eq!(home.run(&render).code, Some(0), "{strategy}");
+        let drawn = home.path().join(drawn);
+        let shown = at_root("docs/strategies").join(format!("{strategy}.png"));
+        if env::var_os("MMSIM_UPDATE_PICTURES").is_some() {
+            fs::copy(&drawn, &shown).unwrap();
+        }
+        let same = fs::read(&drawn).unwrap() == fs::read(&shown).unwrap();
+        assert!(same, "{} shows another search than that of today", shown.display());
+    }
+}
+
+#[test]
+fn the_figures_are_those_of_the_collection() {
+    let mazes = at_root("../shared/mazes/classic");
+    if !mazes.exists() {
+        eprintln!("skipped: {} is not there", mazes.display());
+        return;
+    }
+    let ended = Home::new().run(&["compare", &mazes.to_string_lossy(), "--json"]);
+    let page = fs::read_to_string(at_root("docs/strategies.md")).unwrap();
+    for report in ended.json().as_array().unwrap() {
+        let mean = |key: &str| format!("{:.1}", report[key].as_f64().unwrap());
+        let row = [
+            report["strategy"].as_str().unwrap().into(),
+            format!("{}/{}", report["goal_reached"], report["reachable"]),
+            mean("steps_to_goal"),
+            report["proven"].to_string(),
+            mean("steps_in_all"),
+            mean("path_found"),
+            mean("shortest_path"),
+            report["shortest_path_found"].to_string(),
+        ];
+        let row = format!("| {} |\n", row.join(" | "));
+        assert!(page.contains(&row), "docs/strategies.md lacks {row}");
+    }
+}
