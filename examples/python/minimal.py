@@ -5,6 +5,7 @@ socket.connect("tcp://127.0.0.1:6574")
 
 def ask(request):
     socket.send(request)
+    assert socket.poll(5000), "no reply within 5 s"
     reply = socket.recv()
     assert not reply.startswith(b"error: "), reply
     return reply

@@ -1,28 +1,26 @@
-//! A whole client by hand: a left-wall follower with a ZeroMQ socket and the wire codec, and
-//! nothing else of this project.
+//! A whole client by hand: a flood-fill mouse with a ZeroMQ socket, the wire codec, and the flood
+//! of `mmsim-solvers`.
 //!
-//! Start a simulator with `mmsim --maze hedgerow`, whose goal a wall follower reaches, then run
-//! this; an endpoint such as `tcp://127.0.0.1:6574` may be given.
+//! Start a simulator with `mmsim`, then run this; an endpoint such as `tcp://127.0.0.1:6574` may be
+//! given. `own-strategy.rs` shows how little is left of it with `mmsim-client`.
 
 use std::error::Error;
 use std::process::ExitCode;
 
 use mmsim_protocol::{
-    Cell, Heading, KnownMaze, MAX_STATE_BYTES, MazeSize, Order, Pose, Reply, Request, Step,
-    encode_state,
+    Cell, Heading, KnownMaze, MAX_STATE_BYTES, MazeSize, Order, Pose, Reply, Request, Unknown,
+    WallsAround, encode_state,
 };
+use mmsim_solvers::{Distances, steps_from};
 
-const MAX_STEPS: u32 = 1000;
+/// How long a reply may take, in milliseconds.
+const PATIENCE: i32 = 5000;
 
 fn main() -> ExitCode {
     match search() {
-        Ok(Some(steps)) => {
+        Ok(steps) => {
             println!("goal reached after {steps} steps");
             ExitCode::SUCCESS
-        }
-        Ok(None) => {
-            println!("goal not reached after {MAX_STEPS} steps");
-            ExitCode::FAILURE
         }
         Err(error) => {
             eprintln!("{error}");
@@ -31,57 +29,117 @@ fn main() -> ExitCode {
     }
 }
 
-/// Searches the maze; gives the steps it took to the goal, `None` if they were not enough.
-fn search() -> Result<Option<u32>, Box<dyn Error>> {
+/// Searches the maze; gives the steps it took to the goal.
+fn search() -> Result<u32, Box<dyn Error>> {
     let endpoint = std::env::args().nth(1).unwrap_or("tcp://127.0.0.1:6574".into());
-    let socket = zmq::Context::new().socket(zmq::REQ)?;
-    socket.connect(&endpoint).map_err(|error| format!("cannot reach {endpoint}: {error}"))?;
+    let simulator = Simulator::connect(endpoint)?;
+    simulator.ping()?;
+    simulator.reset()?;
 
     let size = MazeSize::CLASSIC;
     let mut pose = Pose::new(Cell::new(0, 0), Heading::North);
     let mut map = KnownMaze::new(size, pose.cell, size.central_cells());
-    let mut visits = [[0; 16]; 16];
-    let mut buffer = [0; MAX_STATE_BYTES];
-
-    let length = Request::Reset.encode(&mut buffer)?;
-    ask(&socket, &buffer[..length])?;
-    for steps in 0..=MAX_STEPS {
-        let length = Request::Walls(pose).encode(&mut buffer)?;
-        let reply = ask(&socket, &buffer[..length])?;
-        let Reply::Walls(around) = Reply::decode(&reply)? else {
-            return Err("expected three bytes of walls".into());
-        };
-        map.note(pose, around)?;
-
-        visits[usize::from(pose.cell.x)][usize::from(pose.cell.y)] += 1;
-        let weight = |cell: Cell| visits[usize::from(cell.x)][usize::from(cell.y)];
-        let length = encode_state(&mut buffer, pose, &map, weight, Order::C)?;
-        ask(&socket, &buffer[..length])?;
-
+    let mut steps = 0;
+    loop {
+        map.note(pose, simulator.walls(pose)?)?;
+        // Unknown walls are taken as open: the hope that drives a search.
+        let distances = Distances::flood(map.walls(Unknown::Open), map.goals());
+        let distance = |cell| distances.at(cell).unwrap_or(u16::MAX);
+        simulator.state(pose, &map, distance)?;
         if map.goals().contains(pose.cell) {
-            return Ok(Some(steps));
+            return Ok(steps);
         }
-        // The left hand on the wall. In a dead end it turns round.
-        let step = if !around.left {
-            Step::Left
-        } else if !around.front {
-            Step::Front
-        } else if !around.right {
-            Step::Right
-        } else {
-            Step::Back
-        };
+        // They come in the order front, left, right, back; of equally near cells the first counts.
+        let (step, _) = steps_from(&map, pose)
+            .filter(|&(_, cell)| distances.at(cell).is_some())
+            .min_by_key(|&(_, cell)| distance(cell))
+            .ok_or_else(|| format!("no way to the goal is left after {steps} steps"))?;
         pose = pose.after(step).ok_or("expected a wall at the edge of the maze")?;
+        steps += 1;
     }
-    Ok(None)
 }
 
-/// Sends a request and gives its reply, unless that says that the request was refused.
-fn ask(socket: &zmq::Socket, request: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
-    socket.send(request, 0)?;
-    let reply = socket.recv_bytes(0)?;
-    match Reply::decode(&reply)? {
-        Reply::Error(reason) => Err(reason.into()),
-        _ => Ok(reply),
+/// A socket that is connected to a simulator.
+struct Simulator {
+    endpoint: String,
+    socket: zmq::Socket,
+}
+
+impl Simulator {
+    /// Connects to a simulator that may not be there yet.
+    fn connect(endpoint: String) -> Result<Self, Box<dyn Error>> {
+        let socket = zmq::Context::new().socket(zmq::REQ)?;
+        socket.set_rcvtimeo(PATIENCE)?;
+        socket.set_linger(0)?; // what could not be sent does not keep the program
+        let failed = |error| format!("cannot reach {endpoint}, expected tcp://HOST:PORT: {error}");
+        socket.connect(&endpoint).map_err(failed)?;
+        Ok(Self { endpoint, socket })
+    }
+
+    /// Makes sure that there is a simulator.
+    fn ping(&self) -> Result<(), Box<dyn Error>> {
+        self.demand(Request::Ping, Reply::Pong)
+    }
+
+    /// Lets it forget all states.
+    fn reset(&self) -> Result<(), Box<dyn Error>> {
+        self.demand(Request::Reset, Reply::Ok)
+    }
+
+    /// Which walls a mouse in this pose sees.
+    fn walls(&self, pose: Pose) -> Result<WallsAround, Box<dyn Error>> {
+        let mut buffer = [0; 4];
+        let length = Request::Walls(pose).encode(&mut buffer)?;
+        match Reply::decode(&self.ask(&buffer[..length])?)? {
+            Reply::Walls(around) => Ok(around),
+            reply => Err(unexpected(reply)),
+        }
+    }
+
+    /// Tells what the mouse believes.
+    fn state(
+        &self,
+        pose: Pose,
+        map: &KnownMaze,
+        weight: impl Fn(Cell) -> u16,
+    ) -> Result<(), Box<dyn Error>> {
+        let mut buffer = [0; MAX_STATE_BYTES];
+        let length = encode_state(&mut buffer, pose, map, weight, Order::F)?;
+        expect(Reply::Ok, &self.ask(&buffer[..length])?)
+    }
+
+    fn demand(&self, request: Request<'_>, expected: Reply<'_>) -> Result<(), Box<dyn Error>> {
+        let mut buffer = [0; 5];
+        let length = request.encode(&mut buffer)?;
+        expect(expected, &self.ask(&buffer[..length])?)
+    }
+
+    /// Sends a request and gives the bytes of its reply.
+    fn ask(&self, request: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
+        self.socket.send(request, 0)?;
+        self.socket.recv_bytes(0).map_err(|error| match error {
+            zmq::Error::EAGAIN => format!(
+                "no reply from {} within {} s; `mmsim` starts a simulator",
+                self.endpoint,
+                PATIENCE / 1000
+            )
+            .into(),
+            error => error.into(),
+        })
+    }
+}
+
+fn expect(expected: Reply<'_>, message: &[u8]) -> Result<(), Box<dyn Error>> {
+    match Reply::decode(message)? {
+        reply if reply == expected => Ok(()),
+        reply => Err(unexpected(reply)),
+    }
+}
+
+/// The error that a reply is where another was expected.
+fn unexpected(reply: Reply<'_>) -> Box<dyn Error> {
+    match reply {
+        Reply::Error(reason) => format!("the simulator refuses that: {reason}").into(),
+        reply => format!("the reply is one to another request: {reply:?}").into(),
     }
 }

@@ -1,0 +1,76 @@
+/* Does with mmsim.h what it reads from its input, one task after the other, and writes what comes
+   of it; see codec.rs. */
+#include <stdio.h>
+
+#include "mmsim.h"
+
+static uint8_t buffer[4096];
+
+static uint8_t byte(void) {
+    return (uint8_t)getchar();
+}
+
+static uint16_t number(void) {
+    const uint16_t high = byte();
+    return (uint16_t)(high << 8 | byte());
+}
+
+/* The length of a request, its bytes, and whether those behind it are as they were. */
+static void write_request(size_t length) {
+    int untouched = 1;
+    putchar((int)(length >> 8)), putchar((int)(length & 255));
+    fwrite(buffer, 1, length, stdout);
+    for (size_t i = length; i < sizeof buffer; i++) untouched &= buffer[i] == 0xa5;
+    putchar(untouched);
+}
+
+static mmsim_pose read_pose(void) {
+    mmsim_pose pose;
+    pose.x = byte(), pose.y = byte(), pose.heading = byte();
+    return pose;
+}
+
+static size_t make_state(size_t capacity) {
+    mmsim_size size;
+    mmsim_pose pose;
+    size_t length;
+    int order;
+    size.width = byte(), size.height = byte();
+    pose = read_pose();
+    order = byte();
+    length = mmsim_encode_state(buffer, capacity, size, pose, order);
+    if (length == 0) return 0;
+    for (uint8_t y = 0; y < size.height; y++) {
+        for (uint8_t x = 0; x < size.width; x++) {
+            const uint16_t weight = number();
+            mmsim_set_cell(buffer, size, x, y, weight, byte());
+        }
+    }
+    mmsim_set_cell(buffer, size, size.width, 0, 1, 1);
+    mmsim_set_cell(buffer, size, 0, size.height, 1, 1);
+    return length;
+}
+
+static void read_reply(void) {
+    const uint16_t length = number();
+    mmsim_reply reply;
+    for (uint16_t i = 0; i < length; i++) buffer[i] = byte();
+    reply = mmsim_decode_reply(buffer, length);
+    putchar((int)reply.kind), putchar(reply.left), putchar(reply.front), putchar(reply.right);
+    putchar((int)reply.text_length);
+    fwrite(reply.text, 1, reply.text_length, stdout);
+}
+
+int main(void) {
+    for (int task = getchar(); task != EOF; task = getchar()) {
+        size_t capacity = 0;
+        memset(buffer, 0xa5, sizeof buffer);
+        if (task != '?') capacity = number();
+        if (task == 'p') write_request(mmsim_encode_ping(buffer, capacity));
+        if (task == 'r') write_request(mmsim_encode_reset(buffer, capacity));
+        if (task == 'w') write_request(mmsim_encode_walls(buffer, capacity, read_pose()));
+        if (task == 's') write_request(make_state(capacity));
+        if (task == '?') read_reply();
+    }
+    return 0;
+}

@@ -1,0 +1,180 @@
+//! The codec in C makes and reads the same bytes as `mmsim-protocol`.
+
+use std::fs::File;
+use std::process::Stdio;
+
+use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, WallState};
+use mmsim_protocol::{
+    CellWalls, MAX_STATE_BYTES, Order, Reply, Request, encode_state, state_bytes,
+};
+
+use crate::client;
+use crate::harness::Home;
+
+/// The compilers that must take the header, and as what.
+const COMPILERS: [(&str, [&str; 2]); 2] =
+    [("cc", ["-xc", "-std=c99"]), ("c++", ["-xc++", "-std=c++11"])];
+
+/// Tasks for `codec.c`, and what must come of them.
+#[derive(Default)]
+struct Tasks {
+    input: Vec<u8>,
+    expected: Vec<u8>,
+}
+
+impl Tasks {
+    /// A request with room for so many bytes; empty is that it cannot be made.
+    fn request(&mut self, task: u8, capacity: usize, arguments: &[u8], expected: &[u8]) {
+        self.input.push(task);
+        self.input.extend(number(capacity));
+        self.input.extend(arguments);
+        self.expected.extend(number(expected.len()));
+        self.expected.extend(expected);
+        self.expected.push(1); // what is behind it is as it was
+    }
+
+    /// The same with as much room as it needs, and with a byte less.
+    fn both(&mut self, task: u8, arguments: &[u8], expected: &[u8]) {
+        self.request(task, expected.len(), arguments, expected);
+        self.request(task, expected.len() - 1, arguments, &[]);
+    }
+
+    fn reply(&mut self, message: &[u8]) {
+        self.input.push(b'?');
+        self.input.extend(number(message.len()));
+        self.input.extend(message);
+        let (head, text) = match Reply::decode(message) {
+            Err(_) | Ok(Reply::Info(_)) => ([0; 4], ""),
+            Ok(Reply::Pong) => ([1, 0, 0, 0], ""),
+            Ok(Reply::Ok) => ([2, 0, 0, 0], ""),
+            Ok(Reply::Walls(around)) => {
+                let [left, front, right] = [around.left, around.front, around.right].map(u8::from);
+                ([3, left, front, right], "")
+            }
+            Ok(Reply::Error(reason)) => ([4, 0, 0, 0], reason),
+        };
+        self.expected.extend(head);
+        self.expected.push(u8::try_from(text.len()).unwrap());
+        self.expected.extend(text.as_bytes());
+    }
+
+    /// Does them, in C and in C++.
+    fn check(self) {
+        for (name, language) in COMPILERS {
+            let home = Home::new();
+            let Some(mut program) = client::with_codec(name, language, &home) else { continue };
+            let input = File::open(home.write("tasks", &self.input)).unwrap();
+            let output = program.stdin(input).stderr(Stdio::inherit()).output().unwrap();
+            assert!(output.status.success());
+            assert!(output.stdout == self.expected, "other bytes by {name}");
+        }
+    }
+}
+
+fn number(value: usize) -> [u8; 2] {
+    u16::try_from(value).unwrap().to_be_bytes()
+}
+
+/// What a mouse may know of a maze, with a bit of everything.
+fn map(size: MazeSize) -> KnownMaze {
+    let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
+    for cell in size.cells() {
+        let mix = 5 * cell.x + 3 * cell.y;
+        if mix.is_multiple_of(3) {
+            map.visit(cell);
+        }
+        for heading in [Heading::North, Heading::East] {
+            let state = if (mix + heading as u8).is_multiple_of(4) {
+                WallState::Present
+            } else {
+                WallState::Absent
+            };
+            if size.neighbour(cell, heading).is_some() {
+                map.set_wall(cell, heading, state);
+            }
+        }
+    }
+    map
+}
+
+fn weight(cell: Cell) -> u16 {
+    17 * u16::from(cell.x) + 90 * u16::from(cell.y)
+}
+
+#[test]
+fn states_of_every_size_and_order() {
+    let mut tasks = Tasks::default();
+    for (width, height) in (1..=32).flat_map(|width| (1..=32).map(move |height| (width, height))) {
+        let size = MazeSize::new(width, height).unwrap();
+        let map = map(size);
+        let heading = Heading::ALL[(width + height) % 4];
+        let pose = Pose::new(Cell::new(size.width() - 1, size.height() / 2), heading);
+        for (order, letter) in [(Order::C, b'C'), (Order::F, b'F')] {
+            let Pose { cell, heading } = pose;
+            let head = [size.width(), size.height(), cell.x, cell.y, heading as u8, letter];
+            let mut arguments = head.to_vec();
+            for cell in size.cells() {
+                arguments.extend(number(weight(cell).into()));
+                arguments.push(CellWalls::known(&map, cell).0);
+            }
+            let mut buffer = [0; MAX_STATE_BYTES];
+            let length = encode_state(&mut buffer, pose, &map, weight, order).unwrap();
+            tasks.request(b's', length, &arguments, &buffer[..length]);
+            tasks.request(b's', length - 1, &head, &[]);
+        }
+    }
+    tasks.check();
+}
+
+#[test]
+fn requests_without_a_matrix() {
+    let mut tasks = Tasks::default();
+    tasks.both(b'p', &[], b"ping");
+    tasks.both(b'r', &[], b"reset");
+    for heading in Heading::ALL {
+        let mut message = [0; 4];
+        Request::Walls(Pose::new(Cell::new(31, 7), heading)).encode(&mut message).unwrap();
+        tasks.both(b'w', &[31, 7, heading as u8], &message);
+    }
+    tasks.check();
+}
+
+#[test]
+fn what_is_out_of_range_is_no_request() {
+    let mut tasks = Tasks::default();
+    tasks.request(b'w', 99, &[0, 0, 4], &[]);
+    let room = state_bytes(MazeSize::HALF_SIZE);
+    for wrong in [
+        [0, 1, 0, 0, 0, b'C'],
+        [33, 1, 0, 0, 0, b'C'],
+        [1, 33, 0, 0, 0, b'C'],
+        [3, 2, 3, 0, 0, b'C'],
+        [3, 2, 0, 2, 0, b'C'],
+        [3, 2, 0, 0, 4, b'C'],
+        [3, 2, 0, 0, 0, b'X'],
+    ] {
+        tasks.request(b's', room, &wrong, &[]);
+    }
+    tasks.check();
+}
+
+#[test]
+fn replies_and_rubbish() {
+    let mut tasks = Tasks::default();
+    for bits in 0..8 {
+        tasks.reply(&[bits & 1, bits >> 1 & 1, bits >> 2]);
+    }
+    for message in ["pong", "ok", "error: expected one frame, found 2", "error: ", "{}", ""] {
+        tasks.reply(message.as_bytes());
+        // Cut off anywhere, with something behind, with another first byte.
+        for length in 0..message.len() {
+            tasks.reply(&message.as_bytes()[..length]);
+        }
+        tasks.reply(format!("{message} ").as_bytes());
+        tasks.reply(format!("x{message}").as_bytes());
+    }
+    for rubbish in [&[0, 1, 2][..], &[0, 0], &[0, 0, 0, 0], &[255; 3], &[0; 2000], b"OK"] {
+        tasks.reply(rubbish);
+    }
+    tasks.check();
+}

@@ -1,0 +1,150 @@
+//! The clients search as `mmsim solve flood-fill` does, and say what is wrong where they cannot.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use crate::client::{self, file};
+use crate::harness::Home;
+use crate::simulator::{Simulator, bundled};
+
+/// How a client ended, and what it asked.
+struct Searched {
+    output: Output,
+    requests: Vec<Vec<u8>>,
+}
+
+impl Searched {
+    /// Runs a client, with the endpoint as its last argument.
+    fn new(client: &mut Command, simulator: Simulator) -> Self {
+        let output = client.arg(&simulator.endpoint).stdin(Stdio::null()).output().unwrap();
+        Self { output, requests: simulator.requests() }
+    }
+
+    fn states(&self) -> Vec<&[u8]> {
+        self.requests.iter().map(Vec::as_slice).filter(|request| request[0] == b'S').collect()
+    }
+
+    fn said(&self) -> (Option<i32>, String, String) {
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim_end().to_string();
+        (self.output.status.code(), text(&self.output.stdout), text(&self.output.stderr))
+    }
+}
+
+/// The mazes whose goal is reached: three of the bundled ones, and one in which the way to the left
+/// is as good as the one to the right, which hardly happens.
+fn mazes() -> [PathBuf; 4] {
+    let own = file("crates/cli/tests/examples/left-or-right.txt");
+    [bundled("01-harbour.txt"), bundled("07-lighthouse.txt"), bundled("06-mirage.txt"), own]
+}
+
+/// Holds a client against the command and against what can go wrong.
+fn check(client: impl Fn() -> Command) {
+    for maze in &mazes() {
+        let (steps, searched) = same_states(client(), maze);
+        let told = format!("goal reached after {steps} steps");
+        assert_eq!(searched.said(), (Some(0), told, String::new()), "{}", maze.display());
+        assert_eq!(searched.requests[..2], [b"ping".to_vec(), b"reset".to_vec()]);
+    }
+    let (steps, searched) = same_states(client(), &bundled("unreachable-closed-garden.txt"));
+    let told = format!("no way to the goal is left after {steps} steps");
+    assert_eq!(searched.said(), (Some(1), String::new(), told));
+
+    let larger = Simulator::serve(&bundled("half-size-old-quarter.txt"));
+    let told = "the simulator refuses that: expected S of 2054 bytes for a maze of 32x32 cells, found 518 bytes";
+    let said = Searched::new(&mut client(), larger).said();
+    assert_eq!(said, (Some(1), String::new(), told.into()));
+
+    let ended = Simulator::start(&bundled("01-harbour.txt"), |number| {
+        (number < 20).then_some(Duration::ZERO)
+    });
+    let told = format!("no reply from {} within 5 s; `mmsim` starts a simulator", ended.endpoint);
+    let searched = Searched::new(&mut client(), ended);
+    assert_eq!(searched.said(), (Some(1), String::new(), told));
+    assert_eq!(searched.requests.len(), 20);
+
+    let output = client().arg("nowhere").output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said.starts_with("cannot reach nowhere, expected tcp://HOST:PORT: "), "{said}");
+}
+
+/// What a client does in a maze, byte by byte what the command does there, and in how many steps.
+fn same_states(mut client: Command, maze: &Path) -> (usize, Searched) {
+    let home = Home::new();
+    let mut command = home.command(&["solve", "flood-fill", "--connect"]);
+    let solved = Searched::new(&mut command, Simulator::serve(maze));
+    let searched = Searched::new(&mut client, Simulator::serve(maze));
+    assert!(searched.states() == solved.states(), "other states in {}", maze.display());
+    (solved.states().len() - 1, searched)
+}
+
+#[test]
+fn the_client_in_rust() {
+    check(client::rust);
+}
+
+#[test]
+fn the_client_in_python() {
+    if client::python().is_none() {
+        return;
+    }
+    check(|| {
+        let mut python = client::python().unwrap();
+        python.arg("flood_fill.py");
+        python
+    });
+}
+
+#[test]
+fn the_client_in_c() {
+    let home = Home::new();
+    if let Some(built) = client::c(&home) {
+        check(|| Command::new(built.get_program()));
+    }
+}
+
+/// What of the class in Python no mouse needs that all goes well for.
+const CLASS: &str = r#"
+import sys
+from mmsim import Heading, NoReply, Pose, Refused, Simulator
+
+pose = Pose(0, 0, Heading.NORTH)
+with Simulator(sys.argv[1], timeout=0.3) as simulator:
+    missed = 0
+    for _ in range(100):
+        try:
+            simulator.ping()
+            break
+        except NoReply:
+            missed += 1
+    print("answers again:", 0 < missed < 100)
+    for weights, walls in [([[0]], [[0]]), ([[0, 0]], [[0], [0]])]:
+        try:
+            simulator.state(pose, weights, walls)
+        except (Refused, ValueError) as error:
+            print(type(error).__name__, error, sep=": ")
+    simulator.state(Pose(1, 2, Heading.WEST), [range(250, 266)] * 16, [range(16)] * 16)
+"#;
+
+#[test]
+fn the_class_in_python_outlives_what_goes_wrong() {
+    let Some(mut python) = client::python() else { return };
+    let slow = |number| Some(Duration::from_secs(u64::from(number == 0)));
+    let simulator = Simulator::start(&bundled("01-harbour.txt"), slow);
+    let searched = Searched::new(python.args(["-c", CLASS]), simulator);
+    let (code, stdout, stderr) = searched.said();
+    assert_eq!((code, stderr.as_str()), (Some(0), ""));
+    insta::assert_snapshot!(stdout, @"
+    answers again: True
+    Refused: the simulator refuses that: expected S of 518 bytes for a maze of 16x16 cells, found 8 bytes
+    ValueError: expected weights and walls of the same cells
+    ");
+    let state = searched.states().pop().unwrap();
+    assert_eq!(state[..11], *b"S\x01\x02WF\xfa\xfb\xfc\xfd\xfe\xff");
+    assert_eq!(state[11..22], [[255; 10].as_slice(), &[250]].concat());
+    assert_eq!(
+        state[261..280],
+        *b"F\0\x01\x02\x03\x04\x05\x06\x07\x08\x09\x0a\x0b\x0c\x0d\x0e\x0f\0\x01"
+    );
+}

@@ -1,0 +1,69 @@
+//! A simulator that keeps each request, and may fall silent.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use mmsim_maze::Maze;
+use mmsim_server::{ReplyBuffer, Simulation};
+use mmsim_tests::bundled_mazes;
+
+/// The file of a bundled maze.
+pub(crate) fn bundled(name: &str) -> PathBuf {
+    bundled_mazes().join(name)
+}
+
+/// Ends the thread; no request of the protocol.
+const END: &[u8] = b"end";
+
+/// A simulator on a free port of loopback.
+pub(crate) struct Simulator {
+    pub(crate) endpoint: String,
+    thread: JoinHandle<Vec<Vec<u8>>>,
+}
+
+impl Simulator {
+    /// Serves the maze of this file.
+    pub(crate) fn serve(maze: &Path) -> Self {
+        Self::start(maze, |_| Some(Duration::ZERO))
+    }
+
+    /// The same; `pause` says how long to wait before the reply to the request of this number, or
+    /// not to reply and end.
+    pub(crate) fn start(
+        maze: &Path,
+        pause: impl Fn(usize) -> Option<Duration> + Send + 'static,
+    ) -> Self {
+        let maze = fs::read_to_string(maze).unwrap();
+        let mut simulation = Simulation::new("captured", maze.parse::<Maze>().unwrap());
+        let socket = zmq::Context::new().socket(zmq::REP).unwrap();
+        socket.bind("tcp://127.0.0.1:*").unwrap();
+        let endpoint = socket.get_last_endpoint().unwrap().unwrap();
+        let thread = thread::spawn(move || {
+            let (mut requests, mut reply) = (Vec::new(), ReplyBuffer::new());
+            loop {
+                let request = socket.recv_bytes(0).unwrap();
+                if request == END {
+                    return requests;
+                }
+                let Some(pause) = pause(requests.len()) else { return requests };
+                thread::sleep(pause);
+                simulation.handle(&request, &mut reply);
+                socket.send(&reply, 0).unwrap();
+                requests.push(request);
+            }
+        });
+        Self { endpoint, thread }
+    }
+
+    /// Ends it; gives all requests that it has answered.
+    pub(crate) fn requests(self) -> Vec<Vec<u8>> {
+        let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
+        socket.set_linger(0).unwrap();
+        socket.connect(&self.endpoint).unwrap();
+        // Where it has ended already, nobody receives that.
+        socket.send(END, 0).unwrap();
+        self.thread.join().unwrap()
+    }
+}

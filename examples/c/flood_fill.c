@@ -1,0 +1,150 @@
+/* A flood-fill mouse: always goes to the neighbour nearest to the goal, as far as it knows.
+
+   Start a simulator with `mmsim`, then run this; an endpoint such as tcp://127.0.0.1:6574 may be
+   given. Only `ask` and `main` know ZeroMQ; the rest runs on a mouse as well. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <zmq.h>
+
+#include "mmsim.h"
+
+enum { WIDTH = 16, HEIGHT = 16, AREA = WIDTH * HEIGHT, UNREACHABLE = 0xffff, PATIENCE_MS = 5000 };
+
+static const mmsim_size size = {WIDTH, HEIGHT};
+static const uint8_t wall_at[4] = {MMSIM_WALL_NORTH, MMSIM_WALL_EAST, MMSIM_WALL_SOUTH, MMSIM_WALL_WEST};
+
+static mmsim_pose pose = {0, 0, MMSIM_NORTH};
+static uint8_t known[WIDTH][HEIGHT]; /* sums of MMSIM_VISITED and MMSIM_WALL_... */
+static uint16_t distances[WIDTH][HEIGHT];
+
+static const char *endpoint = "tcp://127.0.0.1:6574";
+static void *simulator;
+
+static int is_goal(int x, int y) {
+    return (x == 7 || x == 8) && (y == 7 || y == 8);
+}
+
+static int is_inside(mmsim_pose at) {
+    return at.x < WIDTH && at.y < HEIGHT; /* west of 0 is 255 */
+}
+
+/* The pose after so many quarter turns to the right and a step into the next cell. */
+static mmsim_pose after(mmsim_pose from, int quarters) {
+    const int east[4] = {0, 1, 0, -1}, north[4] = {1, 0, -1, 0};
+    const int heading = (from.heading + quarters) % 4;
+    const mmsim_pose to = {(uint8_t)(from.x + east[heading]), (uint8_t)(from.y + north[heading]), (uint8_t)heading};
+    return to;
+}
+
+/* Sends a request and gives its reply. A reply of any other kind than this ends the program. */
+static mmsim_reply ask(const uint8_t *message, size_t length, mmsim_reply_kind expected) {
+    static uint8_t bytes[256];
+    mmsim_reply reply;
+    int received;
+    if (zmq_send(simulator, message, length, 0) < 0 ||
+        (received = zmq_recv(simulator, bytes, sizeof bytes, 0)) < 0) {
+        fprintf(stderr, "no reply from %s within %d s; `mmsim` starts a simulator\n", endpoint, PATIENCE_MS / 1000);
+        exit(EXIT_FAILURE);
+    }
+    reply = mmsim_decode_reply(bytes, (size_t)received < sizeof bytes ? (size_t)received : sizeof bytes);
+    if (reply.kind == MMSIM_ERROR) {
+        fprintf(stderr, "the simulator refuses that: %.*s\n", (int)reply.text_length, reply.text);
+        exit(EXIT_FAILURE);
+    }
+    if (reply.kind != expected) {
+        fprintf(stderr, "the reply, %d bytes, is none to that request\n", received);
+        exit(EXIT_FAILURE);
+    }
+    return reply;
+}
+
+/* Notes a wall on both of its sides. */
+static void note(int quarters, uint8_t wall) {
+    const mmsim_pose beyond = after(pose, quarters);
+    if (!wall) return;
+    known[pose.x][pose.y] |= wall_at[beyond.heading];
+    if (is_inside(beyond)) known[beyond.x][beyond.y] |= wall_at[(beyond.heading + 2) % 4];
+}
+
+static void look(void) {
+    uint8_t message[4];
+    const size_t length = mmsim_encode_walls(message, sizeof message, pose);
+    const mmsim_reply walls = ask(message, length, MMSIM_WALLS);
+    known[pose.x][pose.y] |= MMSIM_VISITED;
+    note(3, walls.left);
+    note(0, walls.front);
+    note(1, walls.right);
+}
+
+/* Counts the steps from each cell to the goal. Walls that nobody has seen are not there. */
+static void flood(void) {
+    static mmsim_pose queue[AREA]; /* each cell gets in once; the headings mean nothing */
+    int first = 0, last = 0;
+    for (uint8_t x = 0; x < WIDTH; x++) {
+        for (uint8_t y = 0; y < HEIGHT; y++) {
+            const mmsim_pose cell = {x, y, MMSIM_NORTH};
+            distances[x][y] = is_goal(x, y) ? 0 : UNREACHABLE;
+            if (is_goal(x, y)) queue[last++] = cell;
+        }
+    }
+    while (first < last) {
+        const mmsim_pose cell = queue[first++];
+        for (int quarters = 0; quarters < 4; quarters++) {
+            const mmsim_pose beyond = after(cell, quarters);
+            if (known[cell.x][cell.y] & wall_at[beyond.heading]) continue;
+            if (distances[beyond.x][beyond.y] != UNREACHABLE) continue;
+            distances[beyond.x][beyond.y] = (uint16_t)(distances[cell.x][cell.y] + 1);
+            queue[last++] = beyond;
+        }
+    }
+}
+
+static void tell(void) {
+    static uint8_t message[MMSIM_STATE_BYTES(WIDTH, HEIGHT)];
+    const size_t length = mmsim_encode_state(message, sizeof message, size, pose, MMSIM_ORDER_F);
+    for (uint8_t x = 0; x < WIDTH; x++)
+        for (uint8_t y = 0; y < HEIGHT; y++)
+            mmsim_set_cell(message, size, x, y, distances[x][y], known[x][y]);
+    ask(message, length, MMSIM_OK);
+}
+
+/* Takes a step towards the goal; says whether there is one. */
+static int step(void) {
+    const int quarters[4] = {0, 3, 1, 2}; /* front, left, right, back: of equally near cells the first */
+    const mmsim_pose here = pose;
+    uint16_t least = UNREACHABLE;
+    for (int i = 0; i < 4; i++) {
+        const mmsim_pose beyond = after(here, quarters[i]);
+        if (known[here.x][here.y] & wall_at[beyond.heading]) continue;
+        if (distances[beyond.x][beyond.y] < least) {
+            least = distances[beyond.x][beyond.y];
+            pose = beyond;
+        }
+    }
+    return least != UNREACHABLE;
+}
+
+int main(int argc, char **argv) {
+    const int patience = PATIENCE_MS, linger = 0;
+    uint8_t message[8];
+    if (argc > 1) endpoint = argv[1];
+    simulator = zmq_socket(zmq_ctx_new(), ZMQ_REQ);
+    zmq_setsockopt(simulator, ZMQ_RCVTIMEO, &patience, sizeof patience);
+    zmq_setsockopt(simulator, ZMQ_LINGER, &linger, sizeof linger);
+    if (zmq_connect(simulator, endpoint) != 0) {
+        fprintf(stderr, "cannot reach %s, expected tcp://HOST:PORT: %s\n", endpoint, zmq_strerror(zmq_errno()));
+        return EXIT_FAILURE;
+    }
+    ask(message, mmsim_encode_ping(message, sizeof message), MMSIM_PONG);
+    ask(message, mmsim_encode_reset(message, sizeof message), MMSIM_OK);
+
+    for (uint8_t x = 0; x < WIDTH; x++) known[x][0] |= MMSIM_WALL_SOUTH, known[x][HEIGHT - 1] |= MMSIM_WALL_NORTH;
+    for (uint8_t y = 0; y < HEIGHT; y++) known[0][y] |= MMSIM_WALL_WEST, known[WIDTH - 1][y] |= MMSIM_WALL_EAST;
+    for (int steps = 0;; steps++) {
+        look();
+        flood();
+        tell();
+        if (is_goal(pose.x, pose.y)) return printf("goal reached after %d steps\n", steps), EXIT_SUCCESS;
+        if (!step()) return fprintf(stderr, "no way to the goal is left after %d steps\n", steps), EXIT_FAILURE;
+    }
+}

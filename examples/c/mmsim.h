@@ -1,0 +1,147 @@
+/* mmsim.h: the messages between a micromouse and a maze simulator such as mmsim. Copy this file to
+   your mouse.
+
+   It is C99 or C++, allocates nothing, keeps nothing, and needs no library, so it fits into
+   firmware. How the bytes travel is up to you: over ZeroMQ as in flood_fill.c, or over a serial
+   line to something that passes them on. One request goes out, one reply comes back.
+
+       uint8_t message[MMSIM_MAX_BYTES];
+       const mmsim_pose pose = {0, 0, MMSIM_NORTH};
+       size_t length = mmsim_encode_walls(message, sizeof message, pose);
+       ... send so many bytes, receive a reply of `length` bytes into `message` ...
+       mmsim_reply reply = mmsim_decode_reply(message, length);
+       if (reply.kind == MMSIM_WALLS && !reply.front) ...
+
+   Cell (0, 0) is the south-west corner, x grows east, y grows north. The mouse starts there and
+   heads north. Mazes have up to 32x32 cells, most of them 16x16. */
+#ifndef MMSIM_H
+#define MMSIM_H
+
+#include <stdint.h>
+#include <string.h>
+
+#define MMSIM_MAX_SIDE 32
+
+/* The length of a state in bytes: 518 in a maze of 16x16 cells. */
+#define MMSIM_STATE_BYTES(width, height) (6 + 2 * (width) * (height))
+
+/* Room for any request. */
+#define MMSIM_MAX_BYTES MMSIM_STATE_BYTES(MMSIM_MAX_SIDE, MMSIM_MAX_SIDE)
+
+/* Headings, each a quarter turn right of the one before it. */
+enum { MMSIM_NORTH, MMSIM_EAST, MMSIM_SOUTH, MMSIM_WEST };
+
+/* What a mouse knows of a cell is a sum of these. */
+enum {
+    MMSIM_VISITED = 1,
+    MMSIM_WALL_EAST = 2,
+    MMSIM_WALL_SOUTH = 4,
+    MMSIM_WALL_WEST = 8,
+    MMSIM_WALL_NORTH = 16
+};
+
+/* In which order the cells of a state follow one another: row by row from the south, or column by
+   column from the west. A viewer shows both alike, so either will do. */
+enum { MMSIM_ORDER_C = 'C', MMSIM_ORDER_F = 'F' };
+
+typedef struct {
+    uint8_t width, height;
+} mmsim_size;
+
+typedef struct {
+    uint8_t x, y, heading;
+} mmsim_pose;
+
+/* What a simulator may answer. */
+typedef enum {
+    MMSIM_NO_REPLY, /* bytes that are no reply of the protocol */
+    MMSIM_PONG,     /* to ping */
+    MMSIM_OK,       /* to reset and to a state */
+    MMSIM_WALLS,    /* to walls: left, front and right are 1 where the mouse sees a wall, else 0 */
+    MMSIM_ERROR     /* the request cannot be served: a text says why; nothing has changed */
+} mmsim_reply_kind;
+
+typedef struct {
+    mmsim_reply_kind kind;
+    uint8_t left, front, right;
+    const char *text; /* inside of the message, without a zero at its end; print it by "%.*s" */
+    size_t text_length;
+} mmsim_reply;
+
+/* Each mmsim_encode function writes a request into a buffer of so many bytes and gives its length;
+   0, and nothing is written, where there is no room for it or something is out of range. */
+
+/* Is anybody there? */
+static inline size_t mmsim_encode_ping(uint8_t *buffer, size_t capacity) {
+    if (capacity < 4) return 0;
+    memcpy(buffer, "ping", 4);
+    return 4;
+}
+
+/* Forget all states, a new search begins. */
+static inline size_t mmsim_encode_reset(uint8_t *buffer, size_t capacity) {
+    if (capacity < 5) return 0;
+    memcpy(buffer, "reset", 5);
+    return 5;
+}
+
+/* Which walls does a mouse in this pose see? */
+static inline size_t mmsim_encode_walls(uint8_t *buffer, size_t capacity, mmsim_pose pose) {
+    if (capacity < 4 || pose.heading > MMSIM_WEST) return 0;
+    buffer[0] = 'W';
+    buffer[1] = pose.x;
+    buffer[2] = pose.y;
+    buffer[3] = (uint8_t)"NESW"[pose.heading];
+    return 4;
+}
+
+/* What the mouse believes: its pose, and what mmsim_set_cell puts in for each cell afterwards; a
+   cell for which that is not called has weight 0 and no walls. */
+static inline size_t mmsim_encode_state(uint8_t *buffer, size_t capacity, mmsim_size size,
+                                        mmsim_pose pose, int order) {
+    const size_t area = (size_t)size.width * size.height, length = 6 + 2 * area;
+    if (size.width > MMSIM_MAX_SIDE || size.height > MMSIM_MAX_SIDE) return 0;
+    if (pose.x >= size.width || pose.y >= size.height || pose.heading > MMSIM_WEST) return 0;
+    if (order != MMSIM_ORDER_C && order != MMSIM_ORDER_F) return 0;
+    if (capacity < length) return 0;
+    memset(buffer, 0, length);
+    mmsim_encode_walls(buffer, capacity, pose); /* the poses stand at the same place */
+    buffer[0] = 'S';
+    buffer[4] = buffer[5 + area] = (uint8_t)order;
+    return length;
+}
+
+/* Puts a cell into a state of this size: a number with whatever meaning you give it, such as the
+   distance to the goal, where 255 also stands for anything greater; and what the mouse knows of
+   the cell. Cells outside of the maze are passed over. */
+static inline void mmsim_set_cell(uint8_t *state, mmsim_size size, uint8_t x, uint8_t y,
+                                  uint16_t weight, uint8_t known) {
+    const size_t area = (size_t)size.width * size.height;
+    const size_t by_rows = (size_t)y * size.width + x, by_columns = (size_t)x * size.height + y;
+    const size_t index = state[4] == MMSIM_ORDER_C ? by_rows : by_columns;
+    if (x >= size.width || y >= size.height) return;
+    state[5 + index] = weight < 255 ? (uint8_t)weight : 255;
+    state[6 + area + index] = known;
+}
+
+/* What a reply of so many bytes says. */
+static inline mmsim_reply mmsim_decode_reply(const uint8_t *message, size_t length) {
+    mmsim_reply reply = {MMSIM_NO_REPLY, 0, 0, 0, "", 0};
+    if (length == 4 && memcmp(message, "pong", 4) == 0) {
+        reply.kind = MMSIM_PONG;
+    } else if (length == 2 && memcmp(message, "ok", 2) == 0) {
+        reply.kind = MMSIM_OK;
+    } else if (length == 3 && message[0] < 2 && message[1] < 2 && message[2] < 2) {
+        reply.kind = MMSIM_WALLS;
+        reply.left = message[0];
+        reply.front = message[1];
+        reply.right = message[2];
+    } else if (length >= 7 && memcmp(message, "error: ", 7) == 0) {
+        reply.kind = MMSIM_ERROR;
+        reply.text = (const char *)message + 7;
+        reply.text_length = length - 7;
+    }
+    return reply;
+}
+
+#endif

@@ -1,0 +1,95 @@
+"""A flood-fill mouse: always goes to the neighbour nearest to the goal, as far as it knows.
+
+Start a simulator with `mmsim`, then run this; an endpoint such as tcp://127.0.0.1:6574 may be
+given.
+"""
+import sys
+from collections import deque
+
+from mmsim import Heading, Known, Pose, Simulator, SimulatorError
+
+WIDTH, HEIGHT = 16, 16
+GOALS = [(7, 7), (7, 8), (8, 7), (8, 8)]
+FRONT, LEFT, RIGHT, BACK = 0, -1, 1, 2  # quarter turns to the right
+UNREACHABLE = 0xFFFF
+
+
+class Mouse:
+    """What the mouse knows, and where it stands."""
+
+    def __init__(self) -> None:
+        self.pose = Pose(0, 0, Heading.NORTH)
+        self.walls = [[0] * HEIGHT for _ in range(WIDTH)]  # sums of Known
+        self.distances = [[UNREACHABLE] * HEIGHT for _ in range(WIDTH)]
+        for x in range(WIDTH):
+            self.walls[x][0] |= Known.SOUTH
+            self.walls[x][HEIGHT - 1] |= Known.NORTH
+        for y in range(HEIGHT):
+            self.walls[0][y] |= Known.WEST
+            self.walls[WIDTH - 1][y] |= Known.EAST
+
+    def look(self, simulator: Simulator) -> None:
+        """Notes the walls around the mouse, each on both of its sides."""
+        x, y = self.pose.x, self.pose.y
+        self.walls[x][y] |= Known.VISITED
+        for turn, wall in zip((LEFT, FRONT, RIGHT), simulator.walls(self.pose)):
+            beyond = self.pose.after(turn)
+            if wall:
+                self.walls[x][y] |= Known.wall(beyond.heading)
+                if beyond.x in range(WIDTH) and beyond.y in range(HEIGHT):
+                    self.walls[beyond.x][beyond.y] |= Known.wall(beyond.heading.turned(BACK))
+
+    def flood(self) -> None:
+        """Counts the steps from each cell to the goal. Walls that nobody has seen are not there."""
+        self.distances = [[UNREACHABLE] * HEIGHT for _ in range(WIDTH)]
+        for x, y in GOALS:
+            self.distances[x][y] = 0
+        cells = deque(GOALS)
+        while cells:
+            x, y = cells.popleft()
+            for heading in Heading:
+                beyond = Pose(x, y, heading).after(FRONT)
+                if self.walls[x][y] & Known.wall(heading):
+                    continue
+                if self.distances[beyond.x][beyond.y] == UNREACHABLE:
+                    self.distances[beyond.x][beyond.y] = self.distances[x][y] + 1
+                    cells.append((beyond.x, beyond.y))
+
+    def step(self) -> bool:
+        """Takes a step towards the goal; says whether there is one."""
+        walls = self.walls[self.pose.x][self.pose.y]
+        ahead = [self.pose.after(turn) for turn in (FRONT, LEFT, RIGHT, BACK)]
+        ways = [pose for pose in ahead if not walls & Known.wall(pose.heading)]
+        # Of equally near cells min takes the first.
+        self.pose = min(ways, key=self.distance, default=self.pose)
+        return self.distance(self.pose) < UNREACHABLE
+
+    def distance(self, pose: Pose) -> int:
+        """Steps from there to the goal."""
+        return self.distances[pose.x][pose.y]
+
+
+def search(simulator: Simulator) -> int:
+    """Searches the maze; gives the steps it took to the goal."""
+    simulator.ping()
+    simulator.reset()
+    mouse, steps = Mouse(), 0
+    while True:
+        mouse.look(simulator)
+        mouse.flood()
+        simulator.state(mouse.pose, mouse.distances, mouse.walls)
+        if (mouse.pose.x, mouse.pose.y) in GOALS:
+            return steps
+        if not mouse.step():
+            sys.exit(f"no way to the goal is left after {steps} steps")
+        steps += 1
+
+
+if __name__ == "__main__":
+    try:
+        with Simulator(sys.argv[1]) if len(sys.argv) > 1 else Simulator() as simulator:
+            print(f"goal reached after {search(simulator)} steps")
+    except SimulatorError as error:
+        sys.exit(str(error))
+    except KeyboardInterrupt:
+        sys.exit("interrupted")
