@@ -6,6 +6,7 @@
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use mmsim_client::{Zmq, search_run};
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
@@ -53,7 +54,8 @@ fn main() -> ExitCode {
 /// Searches the maze; says whether the goal was reached.
 fn run() -> Result<bool, Box<dyn Error>> {
     let endpoint = std::env::args().nth(1).unwrap_or("tcp://127.0.0.1:6574".into());
-    let mut transport = Zmq::connect(&endpoint, None, |waiting| {
+    let patience = Some(Duration::from_secs(5));
+    let mut transport = Zmq::connect(&endpoint, patience, |waiting| {
         eprintln!("no reply from {} yet", waiting.endpoint);
     })?;
 
