@@ -39,6 +39,14 @@ fn what_is_linked_is_there() {
         "docs/strategies.md",
         "docs/trial.md",
         "examples/README.md",
+        "crates/client/README.md",
+        "crates/drawing/README.md",
+        "crates/maze/README.md",
+        "crates/protocol/README.md",
+        "crates/server/README.md",
+        "crates/solvers/README.md",
+        "crates/trial/README.md",
+        "crates/viewer/README.md",
     ] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page);
         for link in read(page).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {

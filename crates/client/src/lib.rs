@@ -31,3 +31,8 @@ pub use run::{BrokenRun, RunError, SearchRun, ask_info, search_run};
 pub use transport::{InMemory, Transport, TransportError};
 #[cfg(feature = "zmq")]
 pub use zmq_transport::{Waiting, Zmq};
+
+/// The code in the README of this crate runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

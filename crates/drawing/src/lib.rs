@@ -61,3 +61,8 @@ pub use pixels::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
 pub use scene::{Layers, Scene, TRAIL_CELLS};
 pub use theme::{Theme, stylesheet};
 pub use thumbnail::thumbnail;
+
+/// The code in the README of this crate runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

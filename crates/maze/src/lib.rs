@@ -69,3 +69,8 @@ pub use heading::{Heading, Pose, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};
 pub use maze::{Maze, MazeError};
 pub use walls::{Sides, Walls, WallsAround};
+
+/// The code in the README of this crate runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

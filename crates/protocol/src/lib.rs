@@ -99,3 +99,8 @@ fn write_bytes(buffer: &mut [u8], message: &[u8]) -> Result<usize, BufferTooSmal
     front_of(buffer, message.len())?.copy_from_slice(message);
     Ok(message.len())
 }
+
+/// The code in the README of this crate runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -52,3 +52,8 @@ pub use server::{ServeError, Server, Stop};
 pub use simulation::{Change, ReplyBuffer, Simulation};
 pub use tally::Tally;
 pub use watch::{Served, Watch, WatchError};
+
+/// The code in the README of this crate runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -70,3 +70,8 @@ pub use strategy::{Move, SearchError, Strategy, steps_from};
 pub use swing::Swing;
 pub use tour::{Tour, centre};
 pub use weight_increment::WeightIncrement;
+
+/// The code in the README of this crate runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

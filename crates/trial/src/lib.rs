@@ -38,3 +38,8 @@ pub use robot::{Robot, try_robot, try_watched};
 pub use survey::Survey;
 pub use swing::{KeyPoints, KeyPointsError, Swing, UnknownVariant, Variant};
 pub use trial::{Ending, Run, Score, Trial};
+
+/// The code in the README of this crate runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

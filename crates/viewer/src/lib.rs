@@ -31,3 +31,8 @@ pub use viewer::{MAX_VIEWER_CONNECTIONS, Serving, Viewer};
 
 /// The port on which the page is, unless told otherwise.
 pub const DEFAULT_VIEWER_PORT: u16 = 6575;
+
+/// The code in the README of this crate runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
