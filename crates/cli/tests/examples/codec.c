@@ -1,6 +1,10 @@
 /* Does with mmsim.h what it reads from its input, one task after the other, and writes what comes
    of it; see codec.rs. */
 #include <stdio.h>
+#ifdef _WIN32
+#include <fcntl.h>
+#include <io.h>
+#endif
 
 #include "mmsim.h"
 
@@ -62,6 +66,9 @@ static void read_reply(void) {
 }
 
 int main(void) {
+#ifdef _WIN32
+    _setmode(_fileno(stdin), _O_BINARY), _setmode(_fileno(stdout), _O_BINARY);
+#endif
     for (int task = getchar(); task != EOF; task = getchar()) {
         size_t capacity = 0;
         memset(buffer, 0xa5, sizeof buffer);
