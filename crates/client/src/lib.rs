@@ -22,11 +22,13 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod exchange;
 mod run;
 mod transport;
 #[cfg(feature = "zmq")]
 mod zmq_transport;
 
+pub use exchange::Exchange;
 pub use run::{BrokenRun, RunError, SearchRun, ask_info, search_run};
 pub use transport::{InMemory, Transport, TransportError};
 #[cfg(feature = "zmq")]

@@ -2,14 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use mmsim_maze::{Cell, Contradiction, Heading, MazeSize, Pose, WallState, WallsAround};
-use mmsim_protocol::{
-    BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, Order, Reply, Request, UnknownReply,
-    encode_state,
-};
+use mmsim_maze::{Cell, Contradiction, Heading, MazeSize, WallState};
+use mmsim_protocol::{BufferTooSmall, Excerpt, Info, UnknownReply};
 use mmsim_solvers::{Crash, Mouse, Move, SearchError, Strategy};
 
-use crate::{Transport, TransportError};
+use crate::{Exchange, Transport, TransportError};
 
 /// How a search run ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -106,37 +103,32 @@ pub fn search_run<S: Strategy>(
 ) -> Result<SearchRun, BrokenRun> {
     let (mut exchange, mut run) = (Exchange::new(transport), SearchRun::default());
     let result = drive(&mut exchange, mouse, max_states, observe, &mut run);
-    run.requests = exchange.requests;
+    run.requests = exchange.requests();
     result.map(|()| run).map_err(|error| BrokenRun { run, error })
 }
 
 fn drive<S: Strategy>(
-    exchange: &mut Exchange<'_, impl Transport>,
+    exchange: &mut Exchange<impl Transport>,
     mouse: &mut Mouse<S>,
     max_states: u32,
     mut observe: impl FnMut(&Mouse<S>, &SearchRun) -> ControlFlow<()>,
     run: &mut SearchRun,
 ) -> Result<(), RunError> {
-    let ok = |reply: Reply<'_>| (reply == Reply::Ok).then_some(());
-    exchange.ask("reset", |buffer| Request::Reset.encode(buffer), ok)?;
+    exchange.reset()?;
     let behind = mouse.turned_round();
     if mouse.map().wall(behind.cell, behind.heading) == WallState::Unknown {
-        let around = exchange.ask_walls(behind)?;
+        let around = exchange.walls(behind)?;
         mouse.see_behind(around).map_err(|error| contradiction(error, mouse.map().size()))?;
     }
     while run.states < max_states {
         let pose = mouse.pose();
-        let around = exchange.ask_walls(pose)?;
+        let around = exchange.walls(pose)?;
         mouse.see(around).map_err(|error| contradiction(error, mouse.map().size()))?;
         let decision = mouse.decide();
         let weight = |cell| mouse.weight(cell);
-        exchange.ask(
-            "S",
-            |buffer| encode_state(buffer, pose, mouse.map(), weight, Order::F),
-            ok,
-        )?;
+        exchange.state(pose, mouse.map(), weight)?;
         run.states += 1;
-        run.requests = exchange.requests;
+        run.requests = exchange.requests();
         run.goal_reached |= mouse.map().goals().contains(pose.cell);
         let go_on = observe(mouse, run).is_continue();
         match decision? {
@@ -150,6 +142,7 @@ fn drive<S: Strategy>(
     Ok(())
 }
 
+/// What a contradiction to what is known means: one at the edge, that the maze is larger.
 fn contradiction(error: Contradiction, size: MazeSize) -> RunError {
     let Contradiction { cell, heading, .. } = error;
     match size.neighbour(cell, heading) {
@@ -163,63 +156,7 @@ fn contradiction(error: Contradiction, size: MazeSize) -> RunError {
 /// # Errors
 /// The server does not answer or answers something else.
 pub fn ask_info(transport: &mut impl Transport) -> Result<Info, RunError> {
-    let json = Exchange::new(transport).ask(
-        "info",
-        |buffer| Request::Info.encode(buffer),
-        |reply| match reply {
-            Reply::Info(json) => Some(String::from(json)),
-            _ => None,
-        },
-    )?;
-    Ok(serde_json::from_str(&json)?)
-}
-
-/// Requests that are encoded, counted, and answered with the reply they call for.
-struct Exchange<'t, T> {
-    transport: &'t mut T,
-    requests: u32,
-    request: [u8; MAX_STATE_BYTES],
-    reply: Vec<u8>,
-}
-
-impl<'t, T: Transport> Exchange<'t, T> {
-    const fn new(transport: &'t mut T) -> Self {
-        Self { transport, requests: 0, request: [0; MAX_STATE_BYTES], reply: Vec::new() }
-    }
-
-    fn ask_walls(&mut self, pose: Pose) -> Result<WallsAround, RunError> {
-        self.ask(
-            "W",
-            |buffer| Request::Walls(pose).encode(buffer),
-            |reply| match reply {
-                Reply::Walls(around) => Some(around),
-                _ => None,
-            },
-        )
-    }
-
-    fn ask<R>(
-        &mut self,
-        request: &'static str,
-        encode: impl FnOnce(&mut [u8]) -> Result<usize, BufferTooSmall>,
-        expected: impl FnOnce(Reply<'_>) -> Option<R>,
-    ) -> Result<R, RunError> {
-        let length = encode(&mut self.request)?;
-        self.requests += 1;
-        self.transport.exchange(&self.request[..length], &mut self.reply)?;
-        match Reply::decode(&self.reply)? {
-            Reply::Error(reason) => Err(RunError::Refused { request, reason: printable(reason) }),
-            reply => expected(reply)
-                .ok_or_else(|| RunError::WrongReply { request, found: Excerpt::of(&self.reply) }),
-        }
-    }
-}
-
-/// The words of somebody else, without what a terminal would obey.
-fn printable(text: &str) -> String {
-    text.chars()
-        .flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] })
-        .collect()
+    Exchange::new(transport).info()
 }
 
 #[cfg(test)]

@@ -11,6 +11,12 @@ pub trait Transport {
     fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError>;
 }
 
+impl<T: Transport> Transport for &mut T {
+    fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError> {
+        (**self).exchange(request, reply)
+    }
+}
+
 /// Why there is no reply.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

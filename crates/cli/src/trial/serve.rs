@@ -4,9 +4,8 @@ use std::error::Error;
 use std::io::{self, IsTerminal};
 use std::time::Duration;
 
-use mmsim_client::{Transport, Zmq};
+use mmsim_client::{Exchange, RunError, Zmq};
 use mmsim_maze::{KnownMaze, Unknown};
-use mmsim_protocol::{MAX_STATE_BYTES, Order, Reply, Request, encode_state};
 use mmsim_trial::{RaceSteps, Trial};
 use mmsim_viewer::Show;
 
@@ -70,19 +69,18 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> Outcome {
 /// Why a trial broke off.
 enum Stop {
     Interrupted,
-    Failed(Box<dyn Error>),
+    Failed(RunError),
 }
 
 /// A client of the simulator that asks it nothing.
 struct Client<'a> {
-    transport: Zmq<'a>,
-    reply: Vec<u8>,
+    simulator: Exchange<Zmq<'a>>,
 }
 
 impl Client<'_> {
     fn connect(address: &str) -> Result<Self, Box<dyn Error>> {
         let transport = Zmq::connect(address, None, |waiting| say_waiting(&waiting, false))?;
-        Ok(Self { transport, reply: Vec::new() })
+        Ok(Self { simulator: Exchange::new(transport) })
     }
 
     /// Lets the robot explore and race and tells of each moment. `None` if `pause` between two
@@ -93,38 +91,21 @@ impl Client<'_> {
         selected: &Selected,
         pause: impl Fn() -> bool,
     ) -> Result<Option<Tried>, Box<dyn Error>> {
-        let mut buffer = [0; MAX_STATE_BYTES];
-        let length = Request::Reset.encode(&mut buffer)?;
-        self.tell(&buffer[..length])?;
+        self.simulator.reset()?;
         let tried = contender.stand_watched(&selected.maze, |trial, seen| {
-            self.tell_state(trial, seen, &mut buffer).map_err(Stop::Failed)?;
+            self.tell_state(trial, seen).map_err(Stop::Failed)?;
             if pause() { Err(Stop::Interrupted) } else { Ok(()) }
         });
         match tried {
             Ok(tried) => Ok(Some(tried)),
             Err(Stop::Interrupted) => Ok(None),
-            Err(Stop::Failed(error)) => Err(error),
+            Err(Stop::Failed(error)) => Err(error.into()),
         }
     }
 
     /// Where the robot is, what it has seen, and how many steps of a race it may be to the goal.
-    fn tell_state(
-        &mut self,
-        trial: &Trial<'_>,
-        seen: &KnownMaze,
-        buffer: &mut [u8],
-    ) -> Result<(), Box<dyn Error>> {
+    fn tell_state(&mut self, trial: &Trial<'_>, seen: &KnownMaze) -> Result<(), RunError> {
         let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
-        let weight = |cell| steps.at(cell).unwrap_or(u16::MAX);
-        let length = encode_state(buffer, trial.pose(), seen, weight, Order::F)?;
-        self.tell(&buffer[..length])
-    }
-
-    fn tell(&mut self, request: &[u8]) -> Result<(), Box<dyn Error>> {
-        self.transport.exchange(request, &mut self.reply)?;
-        match Reply::decode(&self.reply)? {
-            Reply::Ok => Ok(()),
-            reply => Err(format!("expected the simulator to say ok, found {reply:?}").into()),
-        }
+        self.simulator.state(trial.pose(), seen, |cell| steps.at(cell).unwrap_or(u16::MAX))
     }
 }

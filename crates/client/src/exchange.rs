@@ -1,0 +1,127 @@
+//! Requests and the replies they call for, one by one.
+
+use mmsim_maze::{Cell, KnownMaze, Pose, WallsAround};
+use mmsim_protocol::{
+    BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, Order, Reply, Request, encode_state,
+};
+
+use crate::{RunError, Transport};
+
+/// Requests that are encoded, counted, and answered with the reply they call for. [`search_run`]
+/// is made of these; so is a client that goes about a maze in another way.
+///
+/// ```
+/// use mmsim_client::{Exchange, InMemory};
+/// use mmsim_maze::{KnownMaze, Maze};
+/// use mmsim_server::Simulation;
+///
+/// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+/// let (start, mut map) = (maze.start(), KnownMaze::before(&maze));
+/// let mut simulation = Simulation::new("small", maze);
+/// let mut simulator =
+///     Exchange::new(InMemory::new(|request, reply| simulation.handle(request, reply)));
+/// simulator.reset()?;
+/// map.note(start, simulator.walls(start)?)?;
+/// simulator.state(start, &map, |_| 0)?;
+/// assert_eq!(simulator.requests(), 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// [`search_run`]: crate::search_run
+pub struct Exchange<T> {
+    transport: T,
+    requests: u32,
+    request: [u8; MAX_STATE_BYTES],
+    reply: Vec<u8>,
+}
+
+impl<T: Transport> Exchange<T> {
+    /// Asks through this transport.
+    pub const fn new(transport: T) -> Self {
+        Self { transport, requests: 0, request: [0; MAX_STATE_BYTES], reply: Vec::new() }
+    }
+
+    /// How many requests were sent.
+    pub const fn requests(&self) -> u32 {
+        self.requests
+    }
+
+    /// Lets the simulator forget all states: a new search begins.
+    ///
+    /// # Errors
+    /// The simulator does not answer or refuses.
+    pub fn reset(&mut self) -> Result<(), RunError> {
+        self.ask("reset", |buffer| Request::Reset.encode(buffer), is_ok)
+    }
+
+    /// The walls that a mouse in this pose sees.
+    ///
+    /// # Errors
+    /// The simulator does not answer or refuses, as it does for a cell outside of its maze.
+    pub fn walls(&mut self, pose: Pose) -> Result<WallsAround, RunError> {
+        self.ask(
+            "W",
+            |buffer| Request::Walls(pose).encode(buffer),
+            |reply| match reply {
+                Reply::Walls(around) => Some(around),
+                _ => None,
+            },
+        )
+    }
+
+    /// Tells where the mouse is and what it believes, with a number for each cell.
+    ///
+    /// # Errors
+    /// The simulator does not answer or refuses, as it does where its maze has another size.
+    pub fn state(
+        &mut self,
+        pose: Pose,
+        map: &KnownMaze,
+        weight: impl Fn(Cell) -> u16,
+    ) -> Result<(), RunError> {
+        self.ask("S", |buffer| encode_state(buffer, pose, map, weight, Order::F), is_ok)
+    }
+
+    /// What the simulator serves. Only this project's server tells; the reference one never answers.
+    ///
+    /// # Errors
+    /// The simulator does not answer or answers something else.
+    pub fn info(&mut self) -> Result<Info, RunError> {
+        let json = self.ask(
+            "info",
+            |buffer| Request::Info.encode(buffer),
+            |reply| match reply {
+                Reply::Info(json) => Some(String::from(json)),
+                _ => None,
+            },
+        )?;
+        Ok(serde_json::from_str(&json)?)
+    }
+
+    fn ask<R>(
+        &mut self,
+        request: &'static str,
+        encode: impl FnOnce(&mut [u8]) -> Result<usize, BufferTooSmall>,
+        expected: impl FnOnce(Reply<'_>) -> Option<R>,
+    ) -> Result<R, RunError> {
+        let length = encode(&mut self.request)?;
+        self.requests += 1;
+        self.transport.exchange(&self.request[..length], &mut self.reply)?;
+        match Reply::decode(&self.reply)? {
+            Reply::Error(reason) => Err(RunError::Refused { request, reason: printable(reason) }),
+            reply => expected(reply)
+                .ok_or_else(|| RunError::WrongReply { request, found: Excerpt::of(&self.reply) }),
+        }
+    }
+}
+
+fn is_ok(reply: Reply<'_>) -> Option<()> {
+    (reply == Reply::Ok).then_some(())
+}
+
+/// The words of somebody else, without what a terminal would obey.
+fn printable(text: &str) -> String {
+    text.chars()
+        .flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] })
+        .collect()
+}
