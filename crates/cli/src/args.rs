@@ -361,13 +361,13 @@ fn parse_picture(text: &str) -> Result<Picture, String> {
     Ok(Picture { path, format })
 }
 
-fn parse_size(text: &str) -> Result<MazeSize, String> {
+pub(crate) fn parse_size(text: &str) -> Result<MazeSize, String> {
     let (width, height) = parse_pair(&text.to_lowercase(), 'x')
         .ok_or_else(|| "expected a width and a height such as 16x16".to_string())?;
     MazeSize::new(width, height).map_err(|error| error.to_string())
 }
 
-fn parse_goal(text: &str) -> Result<Goal, String> {
+pub(crate) fn parse_goal(text: &str) -> Result<Goal, String> {
     if text == "server" {
         return Ok(Goal::Server);
     }

@@ -7,41 +7,26 @@ use std::time::Duration;
 
 use mmsim_client::{BrokenRun, RunError, Zmq, search_run};
 use mmsim_solvers::{Bundled, Mouse};
-use mmsim_viewer::Show;
 
-use crate::Outcome;
 use crate::args::DemoArgs;
 use crate::interrupt::Interrupt;
 use crate::output::{complain, own_command, say};
 use crate::screen::{Screen, ending};
 use crate::selection::Collection;
-use crate::serve::{announce, bind};
 use crate::solve::{ask_goals, say_waiting};
-use crate::{keep, watching};
+use crate::{Outcome, hosting};
 
 /// Time between two steps that an eye can follow, in milliseconds.
 pub(crate) const PACE_MS: u64 = 50;
-
-pub(crate) const HOST: &str = "127.0.0.1";
 
 const STRATEGY: Bundled = Bundled::FloodFill;
 
 pub(crate) fn run(args: &DemoArgs) -> Outcome {
     let collection = Collection::at(args.mazes.as_deref())?;
     let selected = collection.select(&args.maze.words.join(" "))?;
-    let recorder = keep::recorder(&args.keep)?;
-    let server = bind(HOST, args.port)?;
-    let viewer = if args.once { None } else { watching::bind(&args.viewer, HOST)? };
-    let interrupt = Interrupt::catch()?;
-    say(announce(&selected, server.address()));
-    let show = Show::default()
-        .with_live(&server, &selected.path)
-        .with_mazes(collection.catalogue)
-        .with_recordings(args.keep.record.clone());
-    let simulation = keep::simulation(selected, &args.keep);
-    keep::announce(&args.keep, &simulation);
-    let server = server.with_recorder(recorder).spawn(simulation);
-    watching::begin(viewer, show, &args.viewer)?;
+    let viewer = (!args.once).then_some(&args.viewer);
+    let (server, interrupt) =
+        hosting::begin(selected, collection.catalogue, args.port, &args.keep, viewer)?;
     let address = server.address();
     let ended = search(args, address, &interrupt);
     if !args.once && matches!(ended, Ok(Ended::GoalReached | Ended::GoalNotReached)) {

@@ -8,6 +8,7 @@ mod demo;
 mod embedded;
 mod given;
 mod grid;
+mod hosting;
 mod interrupt;
 mod keep;
 mod manual;

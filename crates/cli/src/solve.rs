@@ -20,10 +20,8 @@ use crate::screen::{Screen, ending};
 
 pub(crate) fn run(args: &SolveArgs) -> Outcome {
     let strategy = args.strategy.0;
-    let told = told_goals(args);
-    let has_transport = args.connect.contains("://");
-    let endpoint =
-        if has_transport { args.connect.clone() } else { format!("tcp://{}", args.connect) };
+    let told = told_goals("solve", args.size, &args.goal);
+    let endpoint = endpoint(&args.connect);
     let asks_server = told.is_none();
     let on_wait = |waiting: Waiting<'_>| say_waiting(&waiting, asks_server);
     let mut transport = Zmq::connect(&endpoint, args.timeout, on_wait)?;
@@ -93,7 +91,7 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
 }
 
 /// The error, and what to try where the mouse was told another maze than the one that is served.
-fn explain(error: &RunError) -> String {
+pub(crate) fn explain(error: &RunError) -> String {
     let hint = match error {
         RunError::Refused { request: "S", .. } | RunError::LargerMaze { .. } => {
             "; --size and --goal tell the mouse its maze, --goal server lets it ask"
@@ -106,22 +104,31 @@ fn explain(error: &RunError) -> String {
     format!("{error}{hint}")
 }
 
-/// Size and goals as far as they do not come from the server.
-fn told_goals(args: &SolveArgs) -> Option<(MazeSize, CellSet)> {
-    let size = args.size.unwrap_or(MazeSize::CLASSIC);
-    if args.goal.contains(&Goal::Server) {
-        if args.goal.len() > 1 {
-            wrong_usage("solve", "expected --goal server or cells, found both");
+/// Where a simulator listens, as ZeroMQ writes it.
+pub(crate) fn endpoint(connect: &str) -> String {
+    if connect.contains("://") { connect.into() } else { format!("tcp://{connect}") }
+}
+
+/// Size and goals as far as they do not come from the server, for a subcommand of this name.
+pub(crate) fn told_goals(
+    command: &str,
+    size: Option<MazeSize>,
+    goal: &[Goal],
+) -> Option<(MazeSize, CellSet)> {
+    let size = size.unwrap_or(MazeSize::CLASSIC);
+    if goal.contains(&Goal::Server) {
+        if goal.len() > 1 {
+            wrong_usage(command, "expected --goal server or cells, found both");
         }
         return None;
     }
     let mut goals = CellSet::EMPTY;
-    for goal in &args.goal {
+    for goal in goal {
         match *goal {
             Goal::Cell(cell) if size.contains(cell) => goals.extend([cell]),
             Goal::Cell(cell) => {
                 let found = format!("expected --goal inside a maze of {size} cells, found {cell}");
-                wrong_usage("solve", &found);
+                wrong_usage(command, &found);
             }
             Goal::Server => {}
         }

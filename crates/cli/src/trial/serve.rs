@@ -7,19 +7,16 @@ use std::time::Duration;
 use mmsim_client::{Exchange, RunError, Zmq};
 use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_trial::{RaceSteps, Trial};
-use mmsim_viewer::Show;
 
 use super::TrialArgs;
 use super::results::Results;
 use super::tried::{Contender, Tried};
 use crate::args::wrong_usage;
-use crate::demo::{HOST, PACE_MS};
-use crate::interrupt::Interrupt;
+use crate::demo::PACE_MS;
 use crate::output::say;
 use crate::selection::{Collection, Selected};
-use crate::serve::{announce, bind};
 use crate::solve::say_waiting;
-use crate::{Outcome, keep, watching};
+use crate::{Outcome, hosting};
 
 /// Puts one robot on trial in one maze.
 pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> Outcome {
@@ -32,21 +29,11 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> Outcome {
         wrong_usage("trial", &format!("expected one maze with --serve, found {paths}"));
     };
     let watch = &args.watch;
-    let recorder = keep::recorder(&watch.keep)?;
-    let server = bind(HOST, watch.port)?;
-    let viewer = if watch.once { None } else { watching::bind(&watch.viewer, HOST)? };
-    let interrupt = Interrupt::catch()?;
     // A maze that is no file is one of the bundled ones.
     let collection = Collection::at(Some(&*selected.path).filter(|path| path.exists()))?;
-    say(announce(&selected, server.address()));
-    let show = Show::default()
-        .with_live(&server, &selected.path)
-        .with_mazes(collection.catalogue)
-        .with_recordings(watch.keep.record.clone());
-    let simulation = keep::simulation(selected.clone(), &watch.keep);
-    keep::announce(&watch.keep, &simulation);
-    let server = server.with_recorder(recorder).spawn(simulation);
-    watching::begin(viewer, show, &watch.viewer)?;
+    let viewer = (!watch.once).then_some(&watch.viewer);
+    let (server, interrupt) =
+        hosting::begin(selected.clone(), collection.catalogue, watch.port, &watch.keep, viewer)?;
     let pace = watch.pace.unwrap_or(if io::stdout().is_terminal() { PACE_MS } else { 0 });
     let pause = || interrupt.wait_for(Duration::from_millis(pace));
     let tried = Client::connect(server.address())

@@ -1,0 +1,44 @@
+//! A server in this process, and the page beside it, for a mouse that this process lets search.
+
+use std::error::Error;
+
+use mmsim_maze::Catalogue;
+use mmsim_server::Background;
+use mmsim_viewer::Show;
+
+use crate::args::{KeepArgs, ViewerArgs};
+use crate::interrupt::Interrupt;
+use crate::output::say;
+use crate::selection::Selected;
+use crate::serve::{announce, bind};
+use crate::{keep, watching};
+
+/// Only this machine's own mouse and browser come.
+pub(crate) const HOST: &str = "127.0.0.1";
+
+/// Serves the selected maze on a thread of its own, says where, and from then on catches Ctrl-C.
+/// The page offers `mazes` too. Without `viewer` there is none.
+pub(crate) fn begin(
+    selected: Selected,
+    mazes: Catalogue,
+    port: u16,
+    keep: &KeepArgs,
+    viewer: Option<&ViewerArgs>,
+) -> Result<(Background, Interrupt), Box<dyn Error>> {
+    let recorder = keep::recorder(keep)?;
+    let server = bind(HOST, port)?;
+    let page = viewer.map(|args| watching::bind(args, HOST)).transpose()?.flatten();
+    let interrupt = Interrupt::catch()?;
+    say(announce(&selected, server.address()));
+    let show = Show::default()
+        .with_live(&server, &selected.path)
+        .with_mazes(mazes)
+        .with_recordings(keep.record.clone());
+    let simulation = keep::simulation(selected, keep);
+    keep::announce(keep, &simulation);
+    let server = server.with_recorder(recorder).spawn(simulation);
+    if let Some(args) = viewer {
+        watching::begin(page, show, args)?;
+    }
+    Ok((server, interrupt))
+}
