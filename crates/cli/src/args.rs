@@ -18,6 +18,7 @@ use mmsim_solvers::Bundled;
 use crate::compare::CompareArgs;
 use crate::manual::{CompletionsArgs, ManArgs};
 use crate::mazes::MazesArgs;
+use crate::mms::MmsArgs;
 use crate::trial::TrialArgs;
 
 /// A micromouse maze simulator. Without a command it serves a maze: it tells a search client only
@@ -56,6 +57,7 @@ Examples:
   mmsim render run.mcap -o run.gif     make an animation of a recorded search
   mmsim compare mazes/                 let all bundled mice search each maze, as a table
   mmsim trial mazes/                   let a robot explore and race in each maze, and score it
+  mmsim mms --open -- ./my-mouse       run a mouse for the simulator mms, and watch it
   mmsim mazes check my-maze.txt        see whether a maze file is in order
   mmsim completions bash               let the shell complete all this
 
@@ -99,6 +101,8 @@ pub(crate) enum Command {
     Trial(TrialArgs),
     /// List, show and check mazes.
     Mazes(MazesArgs),
+    /// Run a mouse that was written for the simulator mms.
+    Mms(MmsArgs),
     /// Print what lets a shell complete commands, options and their values.
     Completions(CompletionsArgs),
     /// Print the manual page of this command or another, or write those of all.

@@ -12,6 +12,9 @@ pub(crate) struct Interrupt {
 }
 
 impl Interrupt {
+    /// The exit code of a command that was interrupted, where it passes on another's.
+    pub(crate) const CODE: i32 = 130;
+
     /// From now on SIGINT and SIGTERM end nothing but are told here. Once in a process.
     pub(crate) fn catch() -> Result<Self, ctrlc::Error> {
         let (tell, told) = mpsc::channel();

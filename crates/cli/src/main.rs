@@ -1,5 +1,6 @@
 //! `mmsim`, a micromouse maze simulator: serves mazes to search clients, runs bundled strategies
-//! against a simulator, compares them, and puts robots on the two-run trial.
+//! against a simulator and mice written for another one, compares them, and puts robots on the two-run
+//! trial.
 #![forbid(unsafe_code)]
 
 mod args;
@@ -13,6 +14,7 @@ mod interrupt;
 mod keep;
 mod manual;
 mod mazes;
+mod mms;
 mod output;
 mod recorded;
 mod render;
@@ -27,7 +29,7 @@ mod watching;
 use std::env;
 use std::error::Error;
 use std::io::{self, IsTerminal};
-use std::process::ExitCode;
+use std::process::{self, ExitCode};
 
 use args::{Cli, Command, TalkArgs};
 use output::complain;
@@ -49,6 +51,8 @@ fn main() -> ExitCode {
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Trial(args)) => trial::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
+        // Other systems have exit codes beyond those of an `ExitCode`.
+        Some(Command::Mms(args)) => mms::run(&args).map(|code| process::exit(code)),
         Some(Command::Completions(args)) => manual::complete(&args),
         Some(Command::Man(args)) => manual::run(&args),
     };

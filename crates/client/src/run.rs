@@ -74,6 +74,18 @@ pub enum RunError {
     Buffer(#[from] BufferTooSmall),
 }
 
+impl RunError {
+    /// What a contradiction to what is known of a maze that should have this size means: at the edge,
+    /// that the maze is larger.
+    pub fn of_contradiction(error: Contradiction, size: MazeSize) -> Self {
+        let Contradiction { cell, heading, .. } = error;
+        match size.neighbour(cell, heading) {
+            Some(_) => error.into(),
+            None => Self::LargerMaze { size, cell, heading },
+        }
+    }
+}
+
 /// A search run that broke off.
 #[derive(Debug, thiserror::Error)]
 #[error("{error}")]
@@ -118,12 +130,14 @@ fn drive<S: Strategy>(
     let behind = mouse.turned_round();
     if mouse.map().wall(behind.cell, behind.heading) == WallState::Unknown {
         let around = exchange.walls(behind)?;
-        mouse.see_behind(around).map_err(|error| contradiction(error, mouse.map().size()))?;
+        mouse
+            .see_behind(around)
+            .map_err(|error| RunError::of_contradiction(error, mouse.map().size()))?;
     }
     while run.states < max_states {
         let pose = mouse.pose();
         let around = exchange.walls(pose)?;
-        mouse.see(around).map_err(|error| contradiction(error, mouse.map().size()))?;
+        mouse.see(around).map_err(|error| RunError::of_contradiction(error, mouse.map().size()))?;
         let decision = mouse.decide();
         let weight = |cell| mouse.weight(cell);
         exchange.state(pose, mouse.map(), weight)?;
@@ -140,15 +154,6 @@ fn drive<S: Strategy>(
         }
     }
     Ok(())
-}
-
-/// What a contradiction to what is known means: one at the edge, that the maze is larger.
-fn contradiction(error: Contradiction, size: MazeSize) -> RunError {
-    let Contradiction { cell, heading, .. } = error;
-    match size.neighbour(cell, heading) {
-        Some(_) => error.into(),
-        None => RunError::LargerMaze { size, cell, heading },
-    }
 }
 
 /// Asks a server of this project what it serves. The reference server never answers this.

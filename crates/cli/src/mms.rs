@@ -1,0 +1,238 @@
+//! `mmsim mms`: a mouse that was written for the simulator mms searches a maze of ours.
+
+mod args;
+mod child;
+mod ended;
+mod simulator;
+
+pub(crate) use args::MmsArgs;
+
+use std::error::Error;
+use std::io::{self, IsTerminal, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use child::{Child, Line, Next};
+use ended::{Ended, How};
+use mmsim_client::{Transport, Zmq};
+use mmsim_maze::{Cell, Heading, KnownMaze, Pose};
+use mmsim_mms::{Command, CommandError, Excerpt, Mouse, Reply};
+use simulator::{Simulator, Stop};
+
+use crate::hosting;
+use crate::interrupt::Interrupt;
+use crate::output::{print, say};
+use crate::selection::Collection;
+use crate::solve::{ask_goals, endpoint, explain, say_waiting, told_goals};
+
+/// How long it may take until Ctrl-C is noticed while a mouse thinks.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// Runs the mouse; gives the exit code.
+pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
+    match &args.elsewhere.connect {
+        None => in_own_maze(args),
+        Some(connect) => in_maze_of(&endpoint(connect), args),
+    }
+}
+
+fn in_own_maze(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
+    let collection = Collection::at(args.mazes.as_deref())?;
+    let selected = collection.select(&args.maze.words.join(" "))?;
+    let map = KnownMaze::before(&selected.maze);
+    let (server, interrupt) =
+        hosting::begin(selected, collection.catalogue, args.port, &args.keep, Some(&args.viewer))?;
+    let address = server.address();
+    let transport = Zmq::connect(address, None, |waiting| say_waiting(&waiting, false))?;
+    let ended = search(args, transport, &map, &interrupt)?;
+    if matches!(ended.how, How::Interrupted) {
+        // Enough of this.
+    } else if args.stays() {
+        say(format_args!("still serving at {address}; Ctrl-C ends it"));
+        interrupt.wait();
+    } else if !args.viewer.no_viewer {
+        say("the page has gone with the mouse; --stay keeps it");
+    }
+    server.stop()?;
+    Ok(ended.code())
+}
+
+fn in_maze_of(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
+    let told = told_goals("mms", args.elsewhere.size, &args.elsewhere.goal);
+    let asks_server = told.is_none();
+    let mut transport = Zmq::connect(endpoint, None, |waiting| say_waiting(&waiting, asks_server))?;
+    let (map, _) = match told {
+        Some((size, goals)) => {
+            let start = Pose::new(Cell::new(0, 0), Heading::North);
+            (KnownMaze::new(size, start.cell, goals), start)
+        }
+        None => ask_goals(&mut transport, args.elsewhere.size)?,
+    };
+    // A simulator that is not there yet may be waited for until Ctrl-C.
+    transport.exchange(b"ping", &mut Vec::new())?;
+    search(args, transport, &map, &Interrupt::catch()?).map(|ended| ended.code())
+}
+
+/// Lets the mouse search a maze of which no more is known than this, and tells how that went.
+fn search(
+    args: &MmsArgs,
+    transport: impl Transport,
+    map: &KnownMaze,
+    interrupt: &Interrupt,
+) -> Result<Ended, Box<dyn Error>> {
+    let pace = Duration::from_millis(args.pace);
+    let mut simulator = Simulator::begin(transport, map.size(), interrupt, pace)?;
+    let mouse = Mouse::new(map.size(), map.start(), *map.goals());
+    let mut search = Search {
+        child: Child::start(&args.command)?,
+        button: Button::of_stdin(),
+        mouse,
+        limit: args.limit,
+        lines: 0,
+        crashes: 0,
+        refused: 0,
+    };
+    let how = search.run(&mut simulator, interrupt);
+    let Search { mouse, crashes, refused, child, .. } = search;
+    // Those that have not ended by themselves are ended now.
+    drop(child);
+    let ended = Ended { mouse, how, crashes, refused };
+    match &ended.how {
+        How::LostSimulator(error) => say(format_args!("mmsim: {}", explain(error))),
+        How::Failed(error) => say(format_args!("mmsim: {error}")),
+        How::ByItself(_) | How::Limit(_) | How::Interrupted => {}
+    }
+    say(ended.summary());
+    if args.json {
+        print(&(serde_json::to_string(&ended.report())? + "\n"))?;
+    } else if args.score {
+        print(&ended.scores())?;
+    }
+    Ok(ended)
+}
+
+/// A mouse on its way.
+struct Search {
+    child: Child,
+    button: Button,
+    mouse: Mouse,
+    limit: Option<u32>,
+    lines: u64,
+    crashes: u64,
+    refused: u64,
+}
+
+impl Search {
+    /// Does what the mouse says until it ends.
+    fn run<T: Transport>(
+        &mut self,
+        simulator: &mut Simulator<'_, T>,
+        interrupt: &Interrupt,
+    ) -> How {
+        self.converse(simulator, interrupt).unwrap_or_else(|how| how)
+    }
+
+    fn converse<T: Transport>(
+        &mut self,
+        simulator: &mut Simulator<'_, T>,
+        interrupt: &Interrupt,
+    ) -> Result<How, How> {
+        simulator.tell(&self.mouse)?;
+        loop {
+            if interrupt.wait_for(Duration::ZERO) {
+                return Err(How::Interrupted);
+            }
+            match self.child.next(GLANCE) {
+                Next::Line(line) => self.answer(&line, simulator)?,
+                Next::Silence => {}
+                Next::End => break,
+            }
+        }
+        // What it showed last.
+        simulator.tell(&self.mouse)?;
+        let mut glance = Duration::from_millis(1);
+        loop {
+            match self.child.status() {
+                Ok(Some(status)) => return Ok(How::ByItself(status)),
+                Ok(None) if interrupt.wait_for(glance) => return Err(How::Interrupted),
+                Ok(None) => glance = GLANCE.min(2 * glance),
+                Err(error) => return Err(How::Failed(error.to_string())),
+            }
+        }
+    }
+
+    fn answer<T: Transport>(
+        &mut self,
+        line: &Line,
+        simulator: &mut Simulator<'_, T>,
+    ) -> Result<(), How> {
+        self.lines += 1;
+        if self.button.was_pressed() {
+            self.mouse.press_reset();
+        }
+        let command = match self.command(line) {
+            Ok(command) => command,
+            Err(error) => {
+                self.refused += 1;
+                say(format_args!("mms: line {}: {error}", self.lines));
+                return Ok(());
+            }
+        };
+        let is_movement = matches!(command, Command::Forward { .. } | Command::Turn { .. });
+        let reply = self.mouse.obey(command, simulator)?;
+        self.crashes += u64::from(reply == Some(Reply::Crash));
+        if let Some(limit) = self.limit.filter(|_| is_movement)
+            && self.mouse.scores().total().cost() > limit.into()
+        {
+            return Err(How::Limit(limit));
+        }
+        reply.map_or(Ok(()), |reply| self.child.reply(reply)).map_err(How::Failed)
+    }
+
+    fn command<'l>(&self, line: &'l Line) -> Result<Command<'l>, String> {
+        match line {
+            Line::Whole(line) => Command::parse(line, self.mouse.map().size())
+                .map_err(|error: CommandError| error.to_string()),
+            Line::TooLong(line) => Err(format!("line too long, {}…", Excerpt::of(line))),
+            Line::Unfinished(line) => Err(format!("no end of line after {}", Excerpt::of(line))),
+        }
+    }
+}
+
+impl From<Stop> for How {
+    fn from(stop: Stop) -> Self {
+        match stop {
+            Stop::Interrupted => Self::Interrupted,
+            Stop::Failed(error) => Self::LostSimulator(error),
+        }
+    }
+}
+
+/// The reset button: each line on stdin presses it.
+struct Button(Arc<AtomicBool>);
+
+impl Button {
+    fn of_stdin() -> Self {
+        let pressed = Arc::new(AtomicBool::new(false));
+        let button = Arc::clone(&pressed);
+        if io::stdin().is_terminal() {
+            say("Enter presses the mouse's reset button");
+        }
+        thread::spawn(move || {
+            let (mut stdin, mut typed) = (io::stdin().lock(), [0; 256]);
+            while let Ok(length @ 1..) = stdin.read(&mut typed) {
+                if typed[..length].contains(&b'\n') {
+                    button.store(true, Ordering::Relaxed);
+                }
+            }
+        });
+        Self(pressed)
+    }
+
+    /// Whether it was pressed since the last time.
+    fn was_pressed(&self) -> bool {
+        self.0.load(Ordering::Relaxed) && self.0.swap(false, Ordering::Relaxed)
+    }
+}
