@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use child::{Child, Line, Next};
+use child::{Child, Line, MAX_LINE_BYTES, Next};
 use ended::{Ended, How};
 use mmsim_client::{Transport, Zmq};
 use mmsim_maze::{Cell, Heading, KnownMaze, Pose};
@@ -195,8 +195,14 @@ impl Search {
         match line {
             Line::Whole(line) => Command::parse(line, self.mouse.map().size())
                 .map_err(|error: CommandError| error.to_string()),
-            Line::TooLong(line) => Err(format!("line too long, {}…", Excerpt::of(line))),
-            Line::Unfinished(line) => Err(format!("no end of line after {}", Excerpt::of(line))),
+            Line::TooLong(start) => Err(format!(
+                "expected at most {MAX_LINE_BYTES} bytes, found more, which begin with {}",
+                Excerpt::of(start)
+            )),
+            Line::Unfinished(line) => Err(format!(
+                "expected the end of the line, found nothing after {}",
+                Excerpt::of(line)
+            )),
         }
     }
 }

@@ -11,8 +11,11 @@ use std::time::Duration;
 
 use mmsim_mms::Reply;
 
-/// The longest line that is read, in bytes.
-const MAX_LINE_BYTES: usize = 4096;
+/// The longest line that is read, in bytes, with the end of it.
+pub(crate) const MAX_LINE_BYTES: usize = 4096;
+
+/// How much is kept of a longer one, in bytes.
+const START_BYTES: usize = 40;
 
 /// How many lines are read ahead.
 const LINES_AHEAD: usize = 256;
@@ -34,7 +37,7 @@ pub(crate) struct Child {
 pub(crate) enum Line {
     /// A line, with the end of it.
     Whole(Vec<u8>),
-    /// The start of a line that is longer than any is read.
+    /// The first words of a line that is longer than any is read.
     TooLong(Vec<u8>),
     /// What there is of a line whose end never came.
     Unfinished(Vec<u8>),
@@ -135,6 +138,7 @@ fn read_line(stdout: &mut impl BufRead) -> io::Result<Option<Line>> {
         return Ok((!line.is_empty()).then_some(Line::Unfinished(line)));
     }
     stdout.skip_until(b'\n')?;
+    line.truncate(START_BYTES);
     Ok(Some(Line::TooLong(line)))
 }
 
@@ -161,7 +165,7 @@ mod tests {
         for whole in [&b"one\n"[..], b"\n", b"two\r\n", &longest] {
             assert_eq!(next(), Some(Line::Whole(whole.to_vec())));
         }
-        assert_eq!(next(), Some(Line::TooLong(long[..MAX_LINE_BYTES].to_vec())));
+        assert_eq!(next(), Some(Line::TooLong(long[..START_BYTES].to_vec())));
         assert_eq!(next(), Some(Line::Unfinished(b"three".to_vec())));
         assert_eq!(next(), None);
     }

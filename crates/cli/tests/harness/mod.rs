@@ -79,7 +79,8 @@ impl Home {
     }
 }
 
-fn read_until(stderr: ChildStderr, text: &str) -> (BufReader<ChildStderr>, String) {
+/// Reads until this was said; gives what was said by then.
+pub fn read_until(stderr: ChildStderr, text: &str) -> (BufReader<ChildStderr>, String) {
     let (mut stderr, mut said) = (BufReader::new(stderr), String::new());
     while !said.contains(text) {
         assert_ne!(stderr.read_line(&mut said).unwrap(), 0, "it has ended: {said}");

@@ -1,0 +1,452 @@
+//! `mmsim mms` with mice in processes of their own: one on the published crate `mms-rs`, and small
+//! ones in Python.
+
+mod harness;
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use harness::{Ended, Home, Serving};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
+use mmsim_protocol::{Request, State};
+use mmsim_server::Recording;
+use serde_json::json;
+
+/// What every mouse in Python begins with.
+const PREAMBLE: &str = "\
+import os, sys, time
+
+def say(line):
+    print(line, flush=True)
+
+def ask(line):
+    say(line)
+    return sys.stdin.readline().rstrip('\\n')
+
+";
+
+/// The interpreter; without one this says so and there is nothing to do.
+fn python() -> Option<&'static str> {
+    let works = |name: &&str| {
+        let quiet = || Stdio::null();
+        let command = Command::new(name).arg("--version").stdout(quiet()).stderr(quiet()).status();
+        command.is_ok_and(|status| status.success())
+    };
+    let found = ["python3", "python"].into_iter().find(works);
+    if found.is_none() {
+        let wanted = std::env::var("MMSIM_CLIENTS");
+        assert_ne!(wanted.as_deref(), Ok("required"), "there is no python3");
+        let _ = writeln!(std::io::stderr(), "skipped, python3 is not there");
+    }
+    found
+}
+
+/// The mouse of `examples/mms-mouse.rs`, which cargo builds when it builds all tests.
+fn mms_rs_mouse() -> PathBuf {
+    let name = format!("mms-mouse{}", std::env::consts::EXE_SUFFIX);
+    let path = Path::new(env!("CARGO_BIN_EXE_mmsim")).with_file_name("examples").join(name);
+    assert!(path.exists(), "first run `cargo build -p mmsim --examples`");
+    path
+}
+
+fn arguments<'a>(options: &[&'a str], mouse: &[&'a str]) -> Vec<&'a str> {
+    [&["mms"], options, &["--"], mouse].concat()
+}
+
+const QUIET: [&str; 3] = ["--port", "0", "--no-viewer"];
+
+/// A command that runs a mouse in Python, if there is an interpreter.
+fn command(home: &Home, options: &[&str], mouse: &str) -> Option<Command> {
+    let python = python()?;
+    home.write("mouse.py", PREAMBLE.to_string() + mouse);
+    Some(home.command(&arguments(options, &[python, "mouse.py"])))
+}
+
+/// Runs a mouse in Python to its end in a maze of our own.
+fn run(home: &Home, options: &[&str], mouse: &str) -> Option<Ended> {
+    let python = python()?;
+    home.write("mouse.py", PREAMBLE.to_string() + mouse);
+    Some(home.run(&arguments(&[&QUIET[..], options].concat(), &[python, "mouse.py"])))
+}
+
+/// The one recording in a folder.
+fn recording(folder: &Path) -> Recording {
+    let mut files: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).collect();
+    assert_eq!(files.len(), 1, "{files:?}");
+    Recording::open(&files.remove(0)).unwrap()
+}
+
+fn states<R>(recording: &Recording, mut each: impl FnMut(State<'_>) -> R) -> Vec<R> {
+    let (size, messages) = (recording.size(), recording.history().iter());
+    let state = |message: Vec<u8>| match Request::decode(&message, size) {
+        Ok(Request::State(state)) => each(state),
+        other => panic!("{other:?}"),
+    };
+    messages.map(state).collect()
+}
+
+#[test]
+fn a_mouse_on_mms_rs_reaches_the_goal() {
+    let home = Home::new();
+    let mouse = mms_rs_mouse();
+    let options = [&QUIET[..], &["--maze", "hedgerow", "--score", "--record", "seen"]].concat();
+    let ended = home.run(&arguments(&options, &[mouse.to_str().unwrap()]));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    insta::assert_snapshot!(ended.stdout, @"
+    score: 346.5
+    best-run-distance: 191
+    best-run-effective-distance: 191
+    best-run-turns: 124
+    total-distance: 191
+    total-effective-distance: 191
+    total-turns: 124
+    ");
+    let said = ended.stderr.lines().last();
+    assert_eq!(said, Some("the mouse has ended with exit code 0; goal reached, score 346.5"));
+    let recording = recording(&home.path().join("seen"));
+    let poses = states(&recording, |state| state.pose());
+    let size = MazeSize::CLASSIC;
+    // At the start, in each cell and after each turn, and what it has shown at the end.
+    assert_eq!(poses.len(), 1 + 191 + 124 + 1);
+    assert_eq!(poses[0].cell, Cell::new(0, 0));
+    for (before, after) in poses.iter().zip(&poses[1..]) {
+        let (x, y) = (before.cell.x.abs_diff(after.cell.x), before.cell.y.abs_diff(after.cell.y));
+        assert!(x + y <= 1, "{before} {after}");
+    }
+    assert!(size.central_cells().contains(poses.last().unwrap().cell));
+    let maze = recording.maze().unwrap();
+    states(&recording, |state| {
+        for cell in size.cells() {
+            for heading in Heading::ALL {
+                let is_believed = state.cell_walls(cell).unwrap().wall(heading);
+                assert!(!is_believed || maze.walls().has(cell, heading), "{cell} {heading}");
+            }
+        }
+    });
+    // Its distances, as it wrote them into the cells.
+    let last = states(&recording, |state| {
+        let visited: CellSet =
+            size.cells().filter(|&cell| state.cell_walls(cell).unwrap().visited()).collect();
+        let goals = size.central_cells();
+        let zeros = size.cells().filter(|&cell| state.weights().at(cell) == Some(0));
+        (visited.len(), goals.iter().eq(zeros))
+    });
+    assert_eq!(last.last(), Some(&(126, true)));
+}
+
+const SMALL: &str = "\
+o---o---o---o---o
+|             G |
+o   o   o---o---o
+|   |   |       |
+o   o---o   o   o
+| S |       |   |
+o---o---o---o---o
+";
+
+#[test]
+fn a_mouse_in_python_with_every_command_runs_to_the_end() {
+    let home = Home::new();
+    home.write("small.txt", SMALL);
+    let mouse = r"
+for line, reply in [
+    ('mazeWidth', '4'), ('mazeHeight', '3'),
+    ('wallFront', 'false'), ('wallRight', 'true'), ('wallLeft', 'true'), ('wallBack', 'true'),
+    ('wallFrontRight', 'true'), ('wallFrontLeft', 'true'),
+    ('wallBackRight', 'true'), ('wallBackLeft', 'true'),
+    ('wallFront 4', 'false'), ('wallFront 5', 'true'),
+    ('turnRight', 'ack'), ('turnLeft', 'ack'), ('turnRight90', 'ack'), ('turnLeft90', 'ack'),
+    ('turnRight45', 'ack'), ('turnLeft45', 'ack'),
+    ('moveForwardHalf', 'ack'), ('moveForwardHalf 3', 'ack'), ('moveForward', 'crash'),
+    ('turnRight', 'ack'), ('moveForward', 'ack'), ('moveForward 2', 'ack'), ('moveForward 0', 'crash'),
+    ('wasReset', 'false'), ('ackReset', 'ack'), ('moveForward 9', 'crash'),
+    ('getStat total-distance', '7'), ('getStat total-turns', '7'),
+    ('getStat total-effective-distance', '22'),
+    ('getStat best-run-distance', '5'), ('getStat best-run-turns', '1'),
+    ('getStat best-run-effective-distance', '5'),
+    ('getStat current-run-distance', '2'), ('getStat current-run-turns', '0'),
+    ('getStat current-run-effective-distance', '17'), ('getStat score', '8.9'),
+]:
+    assert ask(line) == reply, line
+for line in [
+    'setWall 0 0 e', 'setWall 3 0 w', 'clearWall 3 0 w', 'setColor 0 0 G', 'clearColor 0 0', 'setColor 1 1 k',
+    'clearAllColor', 'setText 1 1 two words', 'setText 2 1 300', 'clearText 1 1', 'clearAllText',
+    'setText 0 0 12', 'setText 1 0 99999',
+]:
+    say(line)
+";
+    let Some(ended) = run(&home, &["small.txt", "--json", "--record", "seen"], mouse) else {
+        return;
+    };
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(!ended.stderr.contains("mms: line"), "{ended:?}");
+    let report = json!({
+        "goal_reached": true,
+        "score": 8.9,
+        "best_run_distance": 5.0,
+        "best_run_effective_distance": 5.0,
+        "best_run_turns": 1,
+        "total_distance": 7.0,
+        "total_effective_distance": 22.0,
+        "total_turns": 7,
+        "visited_cells": 6,
+        "crashes": 3,
+        "refused_lines": 0,
+        "limit_reached": false,
+        "exit_code": 0,
+        "signal": null,
+        "error": null,
+    });
+    assert_eq!(ended.json(), report);
+    let recording = recording(&home.path().join("seen"));
+    let last = states(&recording, |state| {
+        let wall = |x, y, heading| state.cell_walls(Cell::new(x, y)).unwrap().wall(heading);
+        let marked = (wall(1, 0, Heading::West), wall(3, 0, Heading::West));
+        (
+            state.pose().cell,
+            state.weights().at(Cell::new(0, 0)),
+            state.weights().at(Cell::new(1, 0)),
+            marked,
+        )
+    });
+    // The wall that it has cleared stands in truth.
+    assert_eq!(last.last(), Some(&(Cell::new(0, 2), Some(12), Some(255), (true, false))));
+}
+
+#[test]
+fn the_exit_code_is_the_mouses_own() {
+    let home = Home::new();
+    let Some(ended) = run(&home, &[], "sys.exit(7)") else { return };
+    assert_eq!((ended.code, ended.stdout.as_str()), (Some(7), ""));
+    assert!(ended.stderr.ends_with("exit code 7; goal not reached, score 2000\n"), "{ended:?}");
+    let at_once = run(&home, &["--score"], "").unwrap();
+    assert_eq!(at_once.code, Some(0));
+    insta::assert_snapshot!(at_once.stdout, @"
+    score: 2000
+    best-run-distance: -1
+    best-run-effective-distance: -1
+    best-run-turns: -1
+    total-distance: 0
+    total-effective-distance: 0
+    total-turns: 0
+    ");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_that_ends_the_mouse_is_passed_on() {
+    let home = Home::new();
+    let mouse = "ask('moveForward')\nos.kill(os.getpid(), 9)";
+    let Some(ended) = run(&home, &["--json"], mouse) else { return };
+    assert_eq!(ended.code, Some(137));
+    assert!(
+        ended.stderr.contains("the mouse was ended by signal 9; goal not reached"),
+        "{ended:?}"
+    );
+    assert_eq!((&ended.json()["exit_code"], &ended.json()["signal"]), (&json!(null), &json!(9)));
+}
+
+#[test]
+fn a_limit_ends_the_mouse() {
+    let home = Home::new();
+    home.write("small.txt", SMALL);
+    let mouse = "while True: ask('turnLeft')";
+    let Some(ended) = run(&home, &["small.txt", "--limit", "50", "--json"], mouse) else { return };
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.contains("the mouse was ended: limit reached, 50;"), "{ended:?}");
+    let report = ended.json();
+    assert_eq!((&report["limit_reached"], &report["total_turns"]), (&json!(true), &json!(51)));
+    let within = "ask('turnLeft'), ask('turnRight'), ask('moveForward 0')";
+    assert_eq!(run(&home, &["small.txt", "--limit", "2"], within).unwrap().code, Some(0));
+}
+
+#[test]
+fn what_is_no_command_is_said_at_once() {
+    let home = Home::new();
+    let mouse = "ask('moveForward')\nask('moveForwrad')";
+    let Some(command) = command(&home, &QUIET, mouse) else { return };
+    // The mouse waits for a reply that never comes.
+    let mut hanging = Serving::start(command, "mms: line 2: ");
+    assert!(hanging.said.ends_with("mms: line 2: unknown command \"moveForwrad\"\n"));
+    hanging.kill();
+    hanging.wait();
+}
+
+#[test]
+fn lines_of_any_kind_are_survived() {
+    let home = Home::new();
+    let mouse = r"
+out = sys.stdout.buffer
+out.write(b'\xff\xfe\n\n')
+out.write(b'x' * 1000000 + b'\n')
+out.write(b'setText 0 0 ' + b'y' * 4000 + b'\r\n')
+out.write(b'setWall 99 0 n\n')
+out.write(b'Starting up... \x1b[2J\n')
+out.flush()
+assert ask('total-turns') == '0'
+out.write(b'moveFor')
+out.flush()
+os._exit(3)
+";
+    let Some(ended) = run(&home, &["--json"], mouse) else { return };
+    assert_eq!(ended.code, Some(3), "{ended:?}");
+    assert_eq!(ended.json()["refused_lines"], json!(6));
+    let said: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
+    insta::assert_snapshot!(said.join("\n"), @r#"
+    mms: line 1: unknown command "\xff\xfe"
+    mms: line 2: unknown command ""
+    mms: line 3: expected at most 4096 bytes, found more, which begin with "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
+    mms: line 5: expected a cell in a maze of 16x16 cells, found "setWall 99 0 n"
+    mms: line 6: unknown command "Starting up... \x1b[2J"
+    mms: line 8: expected the end of the line, found nothing after "moveFor"
+    "#);
+}
+
+#[test]
+fn a_mouse_may_write_before_it_reads() {
+    let home = Home::new();
+    let mouse = r"
+out = sys.stdout
+for i in range(100000):
+    out.write('setColor %d %d r\n' % (i % 16, i // 16 % 16))
+    if i % 5 == 0:
+        out.write('wallFront\n')
+out.flush()
+for i in range(20000):
+    assert sys.stdin.readline() == 'false\n'
+";
+    let Some(ended) = run(&home, &["--maze", "hedgerow"], mouse) else { return };
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+}
+
+#[test]
+fn a_mouse_that_never_reads_may_end_and_must() {
+    let home = Home::new();
+    let some = "for i in range(20000): say('wallFront')";
+    let Some(ended) = run(&home, &[], some) else { return };
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let for_ever = "while True: sys.stdout.write('wallFront\\n' * 1000)";
+    let ended = run(&home, &[], for_ever).unwrap();
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    let expected = "mmsim: expected the mouse to read its replies, found 1048576 unread\n";
+    assert!(ended.stderr.contains(expected), "{ended:?}");
+}
+
+#[test]
+fn a_program_that_is_not_there_is_an_error() {
+    let home = Home::new();
+    let ended = home.run(&arguments(&QUIET, &["no-such-mouse", "1"]));
+    assert_eq!(ended.code, Some(1));
+    let said = ended.stderr.lines().last().unwrap();
+    assert!(said.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{said}");
+    assert!(said.ends_with("is named by its path, as in -- ./my-mouse"), "{said}");
+    for wrong in [
+        &["mms"][..],
+        &["mms", "--"],
+        &["mms", "mouse"],
+        &["mms", "--size", "8x8", "--", "mouse"],
+        &["mms", "--connect", "tcp://127.0.0.1:1", "--maze", "a", "--", "mouse"],
+        &["mms", "--connect", "tcp://127.0.0.1:1", "--port", "1", "--", "mouse"],
+        &["mms", "--connect", "tcp://127.0.0.1:1", "mazes", "--", "mouse"],
+        &["mms", "--connect", "tcp://127.0.0.1:1", "--goal", "server", "1,1", "--", "mouse"],
+    ] {
+        assert_eq!(home.run(wrong).code, Some(2), "{wrong:?}");
+    }
+}
+
+#[test]
+fn a_line_on_stdin_presses_the_reset_button() {
+    let home = Home::new();
+    let mouse = r"
+assert ask('wasReset') == 'false'
+ask('moveForward')
+print('ready', file=sys.stderr, flush=True)
+while ask('wasReset') == 'false':
+    time.sleep(0.01)
+assert ask('ackReset') == 'ack'
+assert ask('wasReset') == 'false'
+assert ask('wallBack') == 'true'
+";
+    let Some(mut command) = command(&home, &QUIET, mouse) else { return };
+    let pipes = command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = pipes.spawn().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let said = harness::read_until(child.stderr.take().unwrap(), "ready").1;
+    assert!(!said.contains("Enter presses"), "that is for terminals");
+    stdin.write_all(b"\n").unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+#[test]
+fn a_mouse_searches_the_maze_of_another_simulator() {
+    let home = Home::new();
+    home.write("small.txt", SMALL);
+    let server = home.serve(&["small.txt", "--port", "0"]);
+    let mouse = r"
+width = ask('mazeWidth')
+ask('moveForward 2'), ask('turnRight'), ask('moveForward 3')
+sys.exit(int(width))
+";
+    let connect = |more: &[&'static str]| {
+        let python = python()?;
+        home.write("mouse.py", PREAMBLE.to_string() + mouse);
+        let options = [&["--connect", &server.address, "--score"], more].concat();
+        Some(home.run(&arguments(&options, &[python, "mouse.py"])))
+    };
+    let Some(ended) = connect(&["--goal", "server"]) else { return };
+    assert_eq!(ended.code, Some(4), "{ended:?}");
+    assert!(ended.stdout.starts_with("score: 6.05\nbest-run-distance: 5\n"), "{ended:?}");
+    let told = connect(&["--size", "4x3", "--goal", "2,2", "3,2"]).unwrap();
+    assert_eq!((told.code, &told.stdout), (Some(4), &ended.stdout));
+    // The start, five cells and a turn.
+    assert_eq!(states_of(&server.address), 7);
+    let wrong = connect(&[]).unwrap();
+    assert_eq!(wrong.code, Some(1));
+    assert!(wrong.stderr.contains("mmsim: the simulator refused S: "), "{wrong:?}");
+    assert!(wrong.stderr.contains("--goal server lets it ask"), "{wrong:?}");
+}
+
+fn states_of(address: &str) -> u64 {
+    let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
+    socket.connect(address).unwrap();
+    socket.send("info", 0).unwrap();
+    let info: serde_json::Value = serde_json::from_slice(&socket.recv_bytes(0).unwrap()).unwrap();
+    info["states"].as_u64().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn with_stay_the_search_can_be_looked_at() {
+    let home = Home::new();
+    let options = ["--port", "0", "--viewer-port", "0", "--stay"];
+    let Some(command) = command(&home, &options, "ask('moveForward')\nsys.exit(5)") else { return };
+    let mut serving = Serving::start(command, "still serving");
+    assert!(serving.said.contains("watch at http://"), "{}", serving.said);
+    assert_eq!(states_of(&serving.address), 2);
+    serving.signal("INT");
+    assert_eq!(serving.wait().0.code(), Some(5));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_the_mouse() {
+    let home = Home::new();
+    let silent = "print('mouse', os.getpid(), file=sys.stderr, flush=True)\ntime.sleep(600)";
+    let slow = "print('mouse', os.getpid(), file=sys.stderr, flush=True)\nask('turnLeft')";
+    for (mouse, options) in
+        [(silent, &QUIET[..]), (slow, &[&QUIET[..], &["--pace", "60000"]].concat())]
+    {
+        let Some(command) = command(&home, options, mouse) else { return };
+        let mut serving = Serving::start(command, "mouse ");
+        let mouse = serving.said.split_whitespace().last().unwrap().to_string();
+        serving.signal("INT");
+        let (status, said) = serving.wait();
+        assert_eq!(status.code(), Some(130), "{said}");
+        assert!(said.contains("the mouse was ended by Ctrl-C"), "{said}");
+        let is_there = Command::new("sh").args(["-c", &format!("kill -0 {mouse} 2>&-")]).status();
+        assert!(!is_there.unwrap().success(), "{mouse} lives on");
+    }
+}
