@@ -47,8 +47,8 @@ fn in_own_maze(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     let address = server.address();
     let transport = Zmq::connect(address, None, |waiting| say_waiting(&waiting, false))?;
     let ended = search(args, transport, &map, &interrupt)?;
-    if matches!(ended.how, How::Interrupted) {
-        // Enough of this.
+    if matches!(ended.how, How::Interrupted | How::NotStarted(_)) {
+        // There is nothing more to look at.
     } else if args.stays() {
         say(format_args!("still serving at {address}; Ctrl-C ends it"));
         interrupt.wait();
@@ -84,30 +84,32 @@ fn search(
 ) -> Result<Ended, Box<dyn Error>> {
     let pace = Duration::from_millis(args.pace);
     let mut simulator = Simulator::begin(transport, map.size(), interrupt, pace)?;
-    let mouse = Mouse::new(map.size(), map.start(), *map.goals());
     let mut search = Search {
-        child: Child::start(&args.command)?,
         button: Button::of_stdin(),
-        mouse,
+        mouse: Mouse::new(map.size(), map.start(), *map.goals()),
         limit: args.limit,
         lines: 0,
         crashes: 0,
         refused: 0,
     };
-    let how = search.run(&mut simulator, interrupt);
-    let Search { mouse, crashes, refused, child, .. } = search;
-    // Those that have not ended by themselves are ended now.
-    drop(child);
+    let how = match Child::start(&args.command) {
+        Ok(child) => search.run(child, &mut simulator, interrupt).unwrap_or_else(|how| how),
+        Err(error) => How::NotStarted(error),
+    };
+    let Search { mouse, crashes, refused, .. } = search;
     let ended = Ended { mouse, how, crashes, refused };
     match &ended.how {
         How::LostSimulator(error) => say(format_args!("mmsim: {}", explain(error))),
-        How::Failed(error) => say(format_args!("mmsim: {error}")),
+        How::NotStarted(error) | How::Failed(error) => say(format_args!("mmsim: {error}")),
         How::ByItself(_) | How::Limit(_) | How::Interrupted => {}
     }
-    say(ended.summary());
+    let was_started = !matches!(ended.how, How::NotStarted(_));
+    if was_started {
+        say(ended.summary());
+    }
     if args.json {
         print(&(serde_json::to_string(&ended.report())? + "\n"))?;
-    } else if args.score {
+    } else if args.score && was_started {
         print(&ended.scores())?;
     }
     Ok(ended)
@@ -115,7 +117,6 @@ fn search(
 
 /// A mouse on its way.
 struct Search {
-    child: Child,
     button: Button,
     mouse: Mouse,
     limit: Option<u32>,
@@ -125,17 +126,10 @@ struct Search {
 }
 
 impl Search {
-    /// Does what the mouse says until it ends.
+    /// Does what the mouse says until it ends, or until that is stopped.
     fn run<T: Transport>(
         &mut self,
-        simulator: &mut Simulator<'_, T>,
-        interrupt: &Interrupt,
-    ) -> How {
-        self.converse(simulator, interrupt).unwrap_or_else(|how| how)
-    }
-
-    fn converse<T: Transport>(
-        &mut self,
+        mut child: Child,
         simulator: &mut Simulator<'_, T>,
         interrupt: &Interrupt,
     ) -> Result<How, How> {
@@ -144,8 +138,8 @@ impl Search {
             if interrupt.wait_for(Duration::ZERO) {
                 return Err(How::Interrupted);
             }
-            match self.child.next(GLANCE) {
-                Next::Line(line) => self.answer(&line, simulator)?,
+            match child.next(GLANCE) {
+                Next::Line(line) => self.answer(&line, &child, simulator)?,
                 Next::Silence => {}
                 Next::End => break,
             }
@@ -154,7 +148,7 @@ impl Search {
         simulator.tell(&self.mouse)?;
         let mut glance = Duration::from_millis(1);
         loop {
-            match self.child.status() {
+            match child.status() {
                 Ok(Some(status)) => return Ok(How::ByItself(status)),
                 Ok(None) if interrupt.wait_for(glance) => return Err(How::Interrupted),
                 Ok(None) => glance = GLANCE.min(2 * glance),
@@ -166,6 +160,7 @@ impl Search {
     fn answer<T: Transport>(
         &mut self,
         line: &Line,
+        child: &Child,
         simulator: &mut Simulator<'_, T>,
     ) -> Result<(), How> {
         self.lines += 1;
@@ -188,7 +183,7 @@ impl Search {
         {
             return Err(How::Limit(limit));
         }
-        reply.map_or(Ok(()), |reply| self.child.reply(reply)).map_err(How::Failed)
+        reply.map_or(Ok(()), |reply| child.reply(reply)).map_err(How::Failed)
     }
 
     fn command<'l>(&self, line: &'l Line) -> Result<Command<'l>, String> {

@@ -343,6 +343,9 @@ fn a_program_that_is_not_there_is_an_error() {
     let said = ended.stderr.lines().last().unwrap();
     assert!(said.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{said}");
     assert!(said.ends_with("is named by its path, as in -- ./my-mouse"), "{said}");
+    let options = [&QUIET[..], &["--stay", "--json"]].concat();
+    let report = home.run(&arguments(&options, &["no-such-mouse"])).json();
+    assert_eq!(report["error"].as_str(), said.strip_prefix("mmsim: "));
     for wrong in [
         &["mms"][..],
         &["mms", "--"],

@@ -17,8 +17,9 @@ Examples:
   mmsim mms --score --limit 2000 -- ./my-mouse   score it
   mmsim mms --connect tcp://127.0.0.1:6574 -- ./my-mouse
 
-Enter presses the reset button. The exit code is the mouse's own, or 128 and the number of the signal
-that ended it; 1 if it could not be started, came to --limit or lost the simulator; 130 after Ctrl-C.";
+Enter presses the reset button. The exit code is the mouse's own, or 128 and the number of the
+signal that ended it; 1 if it could not be started, came to --limit or lost the simulator; 130
+after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]

@@ -24,6 +24,7 @@ pub(crate) enum How {
     Limit(u32),
     Interrupted,
     LostSimulator(RunError),
+    NotStarted(String),
     Failed(String),
 }
 
@@ -35,7 +36,7 @@ impl Ended {
                 status.code().or_else(|| Some(128 + signal(*status)?)).unwrap_or(1)
             }
             How::Interrupted => Interrupt::CODE,
-            How::Limit(_) | How::LostSimulator(_) | How::Failed(_) => 1,
+            How::Limit(_) | How::LostSimulator(_) | How::NotStarted(_) | How::Failed(_) => 1,
         }
     }
 
@@ -48,6 +49,7 @@ impl Ended {
             },
             How::Limit(limit) => format!("was ended: limit reached, {limit}"),
             How::Interrupted => "was ended by Ctrl-C".into(),
+            How::NotStarted(_) => "was not started".into(),
             How::LostSimulator(_) | How::Failed(_) => "was ended".into(),
         };
         let scores = self.mouse.scores();
@@ -76,7 +78,7 @@ impl Ended {
         };
         let error = match &self.how {
             How::LostSimulator(error) => Some(error.to_string()),
-            How::Failed(error) => Some(error.clone()),
+            How::NotStarted(error) | How::Failed(error) => Some(error.clone()),
             _ => None,
         };
         Report {
