@@ -23,7 +23,7 @@ use simulator::{Simulator, Stop};
 
 use crate::hosting;
 use crate::interrupt::Interrupt;
-use crate::output::{print, say};
+use crate::output::{complain, print, say};
 use crate::selection::Collection;
 use crate::solve::{ask_goals, endpoint, explain, say_waiting, told_goals};
 
@@ -99,8 +99,8 @@ fn search(
     let Search { mouse, crashes, refused, .. } = search;
     let ended = Ended { mouse, how, crashes, refused };
     match &ended.how {
-        How::LostSimulator(error) => say(format_args!("mmsim: {}", explain(error))),
-        How::NotStarted(error) | How::Failed(error) => say(format_args!("mmsim: {error}")),
+        How::LostSimulator(error) => complain(format_args!("mmsim: {}", explain(error))),
+        How::NotStarted(error) | How::Failed(error) => complain(format_args!("mmsim: {error}")),
         How::ByItself(_) | How::Limit(_) | How::Interrupted => {}
     }
     let was_started = !matches!(ended.how, How::NotStarted(_));
@@ -171,7 +171,7 @@ impl Search {
             Ok(command) => command,
             Err(error) => {
                 self.refused += 1;
-                say(format_args!("mms: line {}: {error}", self.lines));
+                complain(format_args!("mms: line {}: {error}", self.lines));
                 return Ok(());
             }
         };
