@@ -1,14 +1,38 @@
 //! Maze file formats, told from their content.
+use std::fmt;
 use std::str::FromStr;
+
+use error::quoted;
 
 use crate::{Cell, CellSet, Maze, MazeSize, Walls};
 
+mod csv;
+mod detect;
+mod error;
 mod grid;
+mod hex;
+mod maz;
+mod maze;
+mod num;
 mod oshwdem;
+mod rows;
+mod stated;
 mod text;
 mod trial;
 
-/// A way to write a maze down.
+pub use error::{FormatNameError, ParseError, ParseErrorKind, Place, WriteError};
+
+/// A way to write a maze down. Where a format marks no start it is (0, 0), and where it marks no
+/// goal the goal is the central cells ([`MazeSize::central_cells`]).
+///
+/// ```
+/// use mmsim_maze::{Format, Maze};
+/// let maze: Maze = "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse()?;
+/// assert!(Format::Num.write(&maze).is_err(), "it marks no goal");
+/// assert_eq!(Format::Text.write(&maze)?, maze.to_string().into_bytes());
+/// assert_eq!("num".parse(), Ok(Format::Num));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Format {
@@ -28,6 +52,10 @@ pub enum Format {
     /// trailing blanks and `\r` are ignored, missing trailing blanks supplied, and text may follow
     /// after the last line of the maze.
     Text,
+    /// The same with ` . ` or `.` in place of an inner wall that nobody knows of, as kerikun11's
+    /// micromouse library writes its `.maze` files. Such a wall is taken as open. Where posts or
+    /// outer walls are dots, dots are walls.
+    Maze,
     /// What the OSHWDEM maze generator writes: a first line that starts with `OSHWDEM`, then the
     /// maze drawn with `A` in the start cell and `B` in place of the post in the middle of the
     /// goal. Its axes are turned: file right is north, file down is east.
@@ -36,42 +64,191 @@ pub enum Format {
     /// line = column from the west, number = cell from the south, bits 1 north, 2 east, 4 south
     /// and 8 west, each set where the way is open.
     Trial,
+    /// 256 bytes, those of the cells of a 16×16 maze: the columns from the west, each from the
+    /// south; bits 1 north, 2 east, 4 south and 8 west, each set where there is a wall.
+    Maz,
+    /// A line for each cell, in any order: x, y, and 1 for a wall or 0 for none to the north,
+    /// east, south and west, parted by blanks. The largest x and y give the size.
+    Num,
+    /// The table of the Python simulators: the rows from the north, the cells of each from the
+    /// west, parted by commas, semicolons or blanks. The codes from 1 to 16 are walls W, N, E, S,
+    /// SW, SE, NE, NW, WE, NS, SWE, NSE, NWE, NSW, none, all. They may be written as floats.
+    Csv,
+    /// Rows of hex digits, a digit a cell, with or without commas or blanks between or `0x` before
+    /// each. How they lie and what the bits mean is found out: taken is what does not contradict
+    /// itself, has all outer walls, and a start cell (0, 0) that is open to the north only.
+    ///
+    /// Should several mazes fit, taken is one whose goal can be reached, and of these the first in
+    /// this order: lines as rows from the north, each from the west; lines as columns from the
+    /// west, each from the south; rows from the north, from the east; from the south, from the
+    /// west; from the south, from the east; columns from the west, from the north; from the east,
+    /// from the south; from the east, from the north. For each of these first bits set for walls,
+    /// then bits set for openings; and the orders of bits 1, 2, 4, 8 as in a dictionary that
+    /// orders its letters north, east, south, west.
+    Hex,
 }
 
-/// A maze file that cannot be understood: where, what was expected there, what was found.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("line {line}, column {column}: expected {expected}, found {found}")]
-pub struct ParseError {
-    /// The line, counted from 1.
-    pub line: usize,
-    /// The column in characters, counted from 1.
-    pub column: usize,
-    /// What was expected.
-    pub expected: String,
-    /// What was found.
-    pub found: String,
+/// A maze as it was read from a file, with what the reader had to take for granted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reading {
+    /// The maze.
+    pub maze: Maze,
+    /// Where it is unknown whether there is a wall: these are taken as open.
+    pub unknown_walls: Vec<Place>,
 }
 
 impl Format {
-    /// The format of this content, judged by its first two lines that are not blank.
+    /// All formats.
+    pub const ALL: [Self; 8] = [
+        Self::Text,
+        Self::Maze,
+        Self::Oshwdem,
+        Self::Trial,
+        Self::Maz,
+        Self::Num,
+        Self::Csv,
+        Self::Hex,
+    ];
+
+    /// Its name, by which [`str::parse`] knows it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Maze => "maze",
+            Self::Oshwdem => "oshwdem",
+            Self::Trial => "trial",
+            Self::Maz => "maz",
+            Self::Num => "num",
+            Self::Csv => "csv",
+            Self::Hex => "hex",
+        }
+    }
+
+    /// Whether mazes can be written in it, too.
+    pub const fn is_writable(self) -> bool {
+        matches!(self, Self::Text | Self::Trial | Self::Maz | Self::Num)
+    }
+
+    /// The format of this content: what it looks like, whether it can be read or not.
     ///
     /// ```
     /// use mmsim_maze::Format;
-    /// assert_eq!(Format::of("o---o\n| S |\no---o\n"), Format::Text);
-    /// assert_eq!(Format::of("2\n1,3\n4,12\n"), Format::Trial);
+    /// assert_eq!(Format::of(b"o---o\n| S |\no---o\n"), Format::Text);
+    /// assert_eq!(Format::of(b"2\n1,3\n4,12\n"), Format::Trial);
     /// ```
-    pub fn of(text: &str) -> Self {
-        let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-        let (first, second) = (lines.next().unwrap_or(""), lines.next().unwrap_or(""));
-        let is_number = !first.is_empty() && first.chars().all(|c| c.is_ascii_digit());
-        if first.starts_with("OSHWDEM") {
-            Self::Oshwdem
-        } else if is_number && (first.len() <= 2 || second.contains(',')) {
-            // The narrowest row of posts has three characters, and a maze may be drawn with digits.
-            Self::Trial
-        } else {
-            Self::Text
+    pub fn of(content: &[u8]) -> Self {
+        detect::format(content)
+    }
+
+    /// Reads a maze that is in this format, with all there is to say of it.
+    ///
+    /// # Errors
+    /// Content that is empty, truncated, contradictory, too large or no maze at all, with its
+    /// place. Of contradictions and gaps in the outer wall there may be several, of anything else
+    /// only the first.
+    ///
+    /// ```
+    /// use mmsim_maze::Format;
+    /// let errors = Format::Text.read(b"o   o\n| S |\no   o\n").unwrap_err();
+    /// assert_eq!(errors.len(), 2, "two gaps in the outer wall");
+    /// ```
+    pub fn read(self, content: &[u8]) -> Result<Reading, Vec<ParseError>> {
+        let whole = |maze| Reading { maze, unknown_walls: Vec::new() };
+        if self == Self::Maz {
+            return maz::parse(content).map(whole);
         }
+        let text = String::from_utf8_lossy(content);
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        if text.trim().is_empty() {
+            let found = if content.is_empty() { "an empty file" } else { "only blanks" };
+            return Err(ParseError::new(1, 1, "a maze", found).into());
+        }
+        match self {
+            Self::Text => text::read(text),
+            Self::Maze => maze::read(text),
+            Self::Oshwdem => oshwdem::parse(text).map(whole),
+            Self::Trial => trial::parse(text).map(whole),
+            Self::Num => num::parse(text).map(whole),
+            Self::Csv => csv::parse(text).map(whole),
+            Self::Hex => hex::parse(text).map(whole),
+            Self::Maz => maz::parse(content).map(whole),
+        }
+    }
+
+    /// Reads a maze that is in this format, whatever it looks like.
+    ///
+    /// # Errors
+    /// The first of those of [`read`](Self::read).
+    pub fn parse(self, content: &[u8]) -> Result<Maze, ParseError> {
+        match self.read(content) {
+            Ok(reading) => Ok(reading.maze),
+            Err(errors) => Err(errors.into_iter().next().unwrap_or_else(|| {
+                ParseError::new(1, 1, format!("a maze in the format {self}"), "none")
+            })),
+        }
+    }
+
+    /// Writes a maze, such that it reads back as it is.
+    ///
+    /// # Errors
+    /// The format is one that is only read, or cannot hold this maze: for its size, or because it
+    /// marks no start and goal and they are not where readers look for them, at (0, 0) and in the
+    /// centre.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, CellSet, Format, Maze, MazeSize, Walls};
+    /// let walls = Walls::open(MazeSize::new(2, 1)?);
+    /// let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY)?;
+    /// assert_eq!(Format::Num.write(&maze)?, b"0 0 1 0 1 1\n1 0 1 1 1 0\n");
+    /// let error = Format::Maz.write(&maze).unwrap_err();
+    /// assert_eq!(error.to_string(), "maz holds mazes of 16x16 cells, found one of 2x1");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn write(self, maze: &Maze) -> Result<Vec<u8>, WriteError> {
+        let size = maze.size();
+        let (holds, expected) = match self {
+            Self::Text => return Ok(maze.to_string().into()),
+            Self::Maz => (size == MazeSize::CLASSIC, "16x16 cells"),
+            Self::Trial => (
+                size.width() == size.height() && size.width().is_multiple_of(2),
+                "as many cells each way, an even number",
+            ),
+            Self::Num => (true, "any size"),
+            Self::Maze | Self::Oshwdem | Self::Csv | Self::Hex => {
+                return Err(WriteError::ReadOnly { format: self });
+            }
+        };
+        if !holds {
+            return Err(WriteError::Size { format: self, expected, found: size });
+        }
+        let (start, centre) = (maze.start().cell, size.central_cells());
+        if start != Cell::new(0, 0) {
+            return Err(WriteError::Start { format: self, found: start });
+        }
+        if *maze.goals() != centre {
+            let (expected, found) = (listed(&centre), listed(maze.goals()));
+            return Err(WriteError::Goal { format: self, expected, found });
+        }
+        Ok(match self {
+            Self::Maz => maz::write(maze),
+            Self::Trial => trial::write(maze).into(),
+            _ => num::write(maze).into(),
+        })
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Format {
+    type Err = FormatNameError;
+
+    fn from_str(name: &str) -> Result<Self, FormatNameError> {
+        let found = Self::ALL.into_iter().find(|format| format.name() == name);
+        found.ok_or_else(|| FormatNameError { found: name.into() })
     }
 }
 
@@ -91,17 +268,7 @@ impl Maze {
     /// );
     /// ```
     pub fn parse(content: &[u8]) -> Result<Self, ParseError> {
-        let text = String::from_utf8_lossy(content);
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-        if text.trim().is_empty() {
-            let found = if content.is_empty() { "an empty file" } else { "only blanks" };
-            return Err(ParseError::new(1, 1, "a maze", found));
-        }
-        match Format::of(text) {
-            Format::Text => text::parse(text),
-            Format::Oshwdem => oshwdem::parse(text),
-            Format::Trial => trial::parse(text),
-        }
+        Format::of(content).parse(content)
     }
 }
 
@@ -110,28 +277,6 @@ impl FromStr for Maze {
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
         Self::parse(text.as_bytes())
-    }
-}
-
-impl ParseError {
-    fn new(
-        line: usize,
-        column: usize,
-        expected: impl Into<String>,
-        found: impl Into<String>,
-    ) -> Self {
-        Self { line, column, expected: expected.into(), found: found.into() }
-    }
-}
-
-impl ParseError {
-    /// The error for a file that goes on after this content, the most that is read.
-    pub(crate) fn too_large(content: &[u8]) -> Self {
-        let lines = content.split(|&byte| byte == b'\n');
-        let column = lines.clone().next_back().map_or(0, <[u8]>::len) + 1;
-        let line = lines.count();
-        let expected = format!("the end of the file before byte {}", content.len());
-        Self::new(line, column, expected, "more")
     }
 }
 
@@ -156,16 +301,13 @@ fn finish(walls: Walls, start: Option<Cell>, goals: CellSet) -> Result<Maze, Par
     })
 }
 
-/// Some of the file's own text for an error message: in quotes, escaped, not too long.
-fn quoted(found: &str) -> String {
-    const LONGEST: usize = 24;
-    if found.is_empty() {
-        return "the end of the line".to_string();
-    }
-    match found.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{:?}…", &found[..end]),
-        None => format!("{found:?}"),
-    }
+/// The maze of these walls in a format that marks neither start nor goal.
+fn unmarked(walls: Walls) -> Result<Maze, Vec<ParseError>> {
+    Ok(finish(walls, None, CellSet::EMPTY)?)
+}
+
+fn listed(cells: &CellSet) -> String {
+    cells.iter().map(|cell| cell.to_string()).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]
@@ -208,7 +350,90 @@ mod tests {
             })
     }
 
+    /// Mazes of which most formats can hold some: small, square or 16×16, often without marks.
+    fn likely_maze() -> impl Strategy<Value = Maze> {
+        (any_maze(), any::<bool>(), any::<bool>()).prop_map(|(maze, classic, marked)| {
+            let side = maze.size().width().into();
+            let size = if classic { MazeSize::CLASSIC } else { MazeSize::new(side, side).unwrap() };
+            let walls = Walls::of_rows(size, *maze.walls().north_rows(), *maze.walls().east_rows());
+            if marked {
+                return maze;
+            }
+            Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap()
+        })
+    }
+
+    #[test]
+    fn names_are_read_back() {
+        for format in Format::ALL {
+            assert_eq!(format.name().parse(), Ok(format));
+        }
+        insta::assert_snapshot!("png".parse::<Format>().unwrap_err(), @r#"expected one of text, maze, oshwdem, trial, maz, num, csv, hex, found "png""#);
+    }
+
+    #[test]
+    fn what_a_format_cannot_hold_is_told() {
+        let written = |format: Format, text: &str| {
+            let maze: Maze = text.parse().unwrap();
+            format.write(&maze).map_or_else(|error| error.to_string(), |_| "written".into())
+        };
+        let row = "o---o---o\n|       |\no---o---o\n";
+        insta::assert_snapshot!(written(Format::Num, row), @"written");
+        insta::assert_snapshot!(written(Format::Maz, row), @"maz holds mazes of 16x16 cells, found one of 2x1");
+        insta::assert_snapshot!(written(Format::Trial, row), @"trial holds mazes of as many cells each way, an even number, found one of 2x1");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"num marks no start: expected it at (0, 0), found it at (1, 0)");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"num marks no goal: expected the central cells (0, 0) (1, 0), found (0, 0)");
+        insta::assert_snapshot!(written(Format::Hex, row), @"expected a format that can be written, text, trial, maz, num, found hex");
+    }
+
+    #[test]
+    fn all_gaps_and_contradictions_are_told() {
+        let faults = |content: &str| -> Vec<(ParseErrorKind, Option<Cell>)> {
+            let errors = Format::of(content.as_bytes()).read(content.as_bytes()).unwrap_err();
+            errors.into_iter().map(|error| (error.kind, error.cell)).collect()
+        };
+        let gap = (ParseErrorKind::OpenPerimeter, None);
+        let wrong = (ParseErrorKind::Unreadable, None);
+        assert_eq!(faults("o   o---o\n| S .    \no---o---o\n"), [gap, gap]);
+        assert_eq!(faults("o   o---o\n| S .    \no--- ---o\n"), [gap, gap, wrong]);
+        let at = |x, y| Some(Cell::new(x, y));
+        assert_eq!(
+            faults("2\n1,6\n4,5\n"),
+            [
+                (ParseErrorKind::Contradiction, at(1, 1)),
+                (ParseErrorKind::Contradiction, at(1, 1)),
+                (ParseErrorKind::OpenPerimeter, at(1, 0)),
+                (ParseErrorKind::OpenPerimeter, at(1, 1)),
+            ]
+        );
+    }
+
     proptest! {
+        #[test]
+        fn what_is_written_reads_back(maze in likely_maze()) {
+            for format in Format::ALL {
+                if let Ok(content) = format.write(&maze) {
+                    prop_assert_eq!(Format::of(&content), format);
+                    prop_assert_eq!(&Maze::parse(&content).unwrap(), &maze);
+                }
+            }
+        }
+
+        #[test]
+        fn any_bytes_give_a_maze_or_an_error_in_every_format(content in prop::collection::vec(any::<u8>(), 0..300)) {
+            for format in Format::ALL {
+                let _ = format.read(&content);
+            }
+        }
+
+        #[test]
+        fn tables_give_a_maze_or_an_error(content in "([0-9a-f]{1,2}[,; \n.]){1,60}") {
+            for format in Format::ALL {
+                let _ = format.read(content.as_bytes());
+            }
+            let _ = Maze::parse(content.as_bytes());
+        }
+
         #[test]
         fn what_is_drawn_reads_back(maze in any_maze()) {
             prop_assert_eq!(&maze.to_string().parse::<Maze>().unwrap(), &maze);

@@ -64,7 +64,7 @@ pub use drawing::Drawing;
 #[cfg(feature = "std")]
 pub use file::{MAX_FILE_BYTES, ReadError};
 #[cfg(feature = "std")]
-pub use format::{Format, ParseError};
+pub use format::{Format, FormatNameError, ParseError, ParseErrorKind, Place, Reading, WriteError};
 pub use heading::{Heading, Pose, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};
 pub use maze::{Maze, MazeError};

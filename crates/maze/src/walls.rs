@@ -160,6 +160,18 @@ impl Sides {
         Self(north as u8 | (east as u8) << 1 | (south as u8) << 2 | (west as u8) << 3)
     }
 
+    /// Those of these bits: 1 north, 2 east, 4 south, 8 west.
+    #[cfg(feature = "std")]
+    pub(crate) const fn of_bits(bits: u8) -> Self {
+        Self(bits & Self::ALL.0)
+    }
+
+    /// The way back.
+    #[cfg(feature = "std")]
+    pub(crate) const fn bits(self) -> u8 {
+        self.0
+    }
+
     pub(crate) const fn of(heading: Heading) -> Self {
         Self(1 << heading as u8)
     }

@@ -1,6 +1,6 @@
 //! Posts and walls drawn as text, still without axes: what the text formats have in common.
 
-use super::{ParseError, quoted};
+use super::{ParseError, ParseErrorKind, Place, quoted};
 use crate::MazeSize;
 
 /// A drawn maze as it stands in the file: rows from the top, columns from the left.
@@ -15,6 +15,20 @@ pub(super) struct Grid {
     pub(super) cell_marks: Vec<Mark>,
     /// What is written in place of posts; (0, 0) is the post in the upper left corner.
     pub(super) post_marks: Vec<Mark>,
+    /// Where it is unknown whether there is a wall.
+    pub(super) unknown: Vec<Place>,
+    /// Where an outer wall is missing.
+    gaps: Vec<ParseError>,
+    dots: Dots,
+}
+
+/// What a dot in place of an inner wall is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Dots {
+    /// A wall, as any other character.
+    Wall,
+    /// A wall that nobody knows of, which counts as open.
+    Unknown,
 }
 
 /// Something written in a cell or in place of a post.
@@ -34,18 +48,41 @@ impl Mark {
 }
 
 /// Reads the drawing in `text`, whose first line in the file is number `first_line`.
-pub(super) fn parse(text: &str, first_line: usize) -> Result<Grid, ParseError> {
+///
+/// # Errors
+/// Every gap in the outer wall, and whatever else is wrong first.
+pub(super) fn parse(text: &str, first_line: usize, dots: Dots) -> Result<Grid, Vec<ParseError>> {
+    let (grid, errors) = read(text, first_line, dots)?;
+    if errors.is_empty() { Ok(grid) } else { Err(errors) }
+}
+
+/// Whether there are unknown walls in the drawing, be it in order or not.
+pub(super) fn has_unknown(text: &str) -> bool {
+    read(text, 1, Dots::Unknown).is_ok_and(|(grid, _)| !grid.unknown.is_empty())
+}
+
+/// The drawing as far as it can be read, and what is wrong with it.
+fn read(text: &str, first_line: usize, dots: Dots) -> Result<(Grid, Vec<ParseError>), ParseError> {
     let lines = drawing_lines(text, first_line)?;
     let pitches = pitches(&lines[0])?;
+    // Posts or outer walls of dots are known.
+    let is_dotted = lines.iter().take(2).any(|line| line.at(0) == '.');
+    let dots = if is_dotted { Dots::Wall } else { dots };
+    let first = read_with(&lines, pitches[0], dots);
+    if first.1.is_empty() {
+        return Ok(first);
+    }
     // Where posts and walls look alike, the pitch is the first with which there is a maze.
-    let first = parse_with(&lines, pitches[0]);
-    first.or_else(|error| {
-        pitches.iter().skip(1).find_map(|&other| parse_with(&lines, other).ok()).ok_or(error)
-    })
+    let mut others = pitches.iter().skip(1).map(|&other| read_with(&lines, other, dots));
+    Ok(others.find(|(_, errors)| errors.is_empty()).unwrap_or(first))
 }
 
 /// Reads a drawing with a post every `pitch` characters.
-fn parse_with(lines: &[Line], (pitch, columns): (usize, usize)) -> Result<Grid, ParseError> {
+fn read_with(
+    lines: &[Line],
+    (pitch, columns): (usize, usize),
+    dots: Dots,
+) -> (Grid, Vec<ParseError>) {
     let rows = lines.len() / 2;
     let mut grid = Grid {
         rows,
@@ -54,25 +91,14 @@ fn parse_with(lines: &[Line], (pitch, columns): (usize, usize)) -> Result<Grid, 
         right: Vec::new(),
         cell_marks: Vec::new(),
         post_marks: Vec::new(),
+        unknown: Vec::new(),
+        gaps: Vec::new(),
+        dots,
     };
     let post = lines[0].at(0);
-    for (index, line) in lines.iter().enumerate() {
-        if index % 2 == 0 {
-            let walls = grid.read_posts(line, index / 2, pitch, post)?;
-            if index > 0 {
-                grid.below.push(walls);
-            }
-        } else {
-            let walls = grid.read_cells(line, index / 2, pitch)?;
-            grid.right.push(walls);
-        }
-        let width = columns * pitch + 1;
-        if line.characters.len() > width {
-            let expected = format!("the end of the line after {columns} cells");
-            return Err(line.error(width, &expected, &quoted(&line.rest(width))));
-        }
-    }
-    Ok(grid)
+    let read = (0..).zip(lines).try_for_each(|(index, line)| grid.read(line, index, pitch, post));
+    let errors = grid.gaps.drain(..).chain(read.err()).collect();
+    (grid, errors)
 }
 
 impl Grid {
@@ -80,6 +106,31 @@ impl Grid {
     pub(super) fn cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let columns = self.columns;
         (0..self.rows).flat_map(move |row| (0..columns).map(move |column| (row, column)))
+    }
+
+    /// Reads a line of the drawing.
+    fn read(
+        &mut self,
+        line: &Line,
+        index: usize,
+        pitch: usize,
+        post: char,
+    ) -> Result<(), ParseError> {
+        if index.is_multiple_of(2) {
+            let walls = self.read_posts(line, index / 2, pitch, post)?;
+            if index > 0 {
+                self.below.push(walls);
+            }
+        } else {
+            let walls = self.read_cells(line, index / 2, pitch)?;
+            self.right.push(walls);
+        }
+        let width = self.columns * pitch + 1;
+        if line.characters.len() > width {
+            let expected = format!("the end of the line after {} cells", self.columns);
+            return Err(line.error(width, &expected, &quoted(&line.rest(width))));
+        }
+        Ok(())
     }
 
     /// Reads the posts above row `row` and the walls between them.
@@ -105,7 +156,9 @@ impl Grid {
                 }
             }
         }
-        (0..self.columns).map(|column| line.wall(column * pitch + 1, pitch - 1, outer)).collect()
+        (0..self.columns)
+            .map(|column| self.read_wall(line, column * pitch + 1, pitch - 1, outer))
+            .collect()
     }
 
     /// Reads the cells of row `row` and the walls to the right of each.
@@ -115,7 +168,7 @@ impl Grid {
         row: usize,
         pitch: usize,
     ) -> Result<Vec<bool>, ParseError> {
-        line.wall(0, 1, true)?;
+        self.read_wall(line, 0, 1, true)?;
         (0..self.columns)
             .map(|column| {
                 let at = column * pitch + 1;
@@ -124,9 +177,46 @@ impl Grid {
                     let mark = Mark { row, column, text: written, line: line.number, at: at + 1 };
                     self.cell_marks.push(mark);
                 }
-                line.wall(at + pitch - 1, 1, column + 1 == self.columns)
+                self.read_wall(line, at + pitch - 1, 1, column + 1 == self.columns)
             })
             .collect()
+    }
+
+    /// Whether there is a wall at the `length` characters from `from`, of which all or none are
+    /// blank, but for a dot in the middle. An outer wall must be there.
+    fn read_wall(
+        &mut self,
+        line: &Line,
+        from: usize,
+        length: usize,
+        outer: bool,
+    ) -> Result<bool, ParseError> {
+        let place = line.text(from, length);
+        let middle = from + length / 2;
+        let is_unknown = self.dots == Dots::Unknown
+            && length % 2 == 1
+            && line.at(middle) == '.'
+            && place.trim().len() == 1;
+        let blanks = place.chars().filter(|&c| c == ' ').count();
+        let gap = || {
+            let found = line.rest(from).chars().take(length).collect::<String>();
+            let error = line.error(from, "the outer wall", &quoted(&found));
+            error.of_kind(ParseErrorKind::OpenPerimeter)
+        };
+        if is_unknown && outer {
+            self.gaps.push(gap());
+        } else if is_unknown {
+            self.unknown.push(Place::Text { line: line.number, column: middle + 1 });
+        } else if blanks > 0 && blanks < length && from < line.characters.len() {
+            let expected = match length {
+                2 => r#""--" or two spaces between posts"#,
+                _ => r#""---" or three spaces between posts"#,
+            };
+            return Err(line.error(from, expected, &quoted(&place)));
+        } else if blanks > 0 && outer {
+            self.gaps.push(gap());
+        }
+        Ok(blanks == 0 && !is_unknown)
     }
 }
 
@@ -152,25 +242,6 @@ impl Line {
 
     fn error(&self, index: usize, expected: &str, found: &str) -> ParseError {
         ParseError::new(self.number, index + 1, expected, found)
-    }
-
-    /// Whether there is a wall at the `length` characters from `from`, of which all or none are
-    /// blank. An outer wall must be there.
-    fn wall(&self, from: usize, length: usize, outer: bool) -> Result<bool, ParseError> {
-        let place = self.text(from, length);
-        let blanks = place.chars().filter(|&c| c == ' ').count();
-        if blanks > 0 && blanks < length && from < self.characters.len() {
-            let expected = match length {
-                2 => r#""--" or two spaces between posts"#,
-                _ => r#""---" or three spaces between posts"#,
-            };
-            return Err(self.error(from, expected, &quoted(&place)));
-        }
-        if blanks > 0 && outer {
-            let found = self.rest(from).chars().take(length).collect::<String>();
-            return Err(self.error(from, "the outer wall", &quoted(&found)));
-        }
-        Ok(blanks == 0)
     }
 }
 

@@ -4,10 +4,10 @@
 use super::{ParseError, cell, finish, grid, size};
 use crate::{CellSet, Heading, Maze, Walls};
 
-pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
+pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     let title = text.lines().position(|line| !line.trim().is_empty()).unwrap_or(0);
     let drawing: usize = text.split_inclusive('\n').take(title + 1).map(str::len).sum();
-    let grid = grid::parse(&text[drawing..], title + 2)?;
+    let grid = grid::parse(&text[drawing..], title + 2, grid::Dots::Wall)?;
     let mut walls = Walls::open(size(grid.rows, grid.columns)?);
     for (row, column) in grid.cells() {
         walls.set(cell(row, column), Heading::East, grid.below[row][column]);
@@ -16,29 +16,29 @@ pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
     let mut start = None;
     for mark in &grid.cell_marks {
         if mark.text != "A" {
-            return Err(mark.error(r#""A" or nothing in a cell"#));
+            return Err(mark.error(r#""A" or nothing in a cell"#).into());
         }
         if start.replace(cell(mark.row, mark.column)).is_some() {
-            return Err(mark.error("one start"));
+            return Err(mark.error("one start").into());
         }
     }
     let mut goals = CellSet::EMPTY;
     for mark in &grid.post_marks {
         if mark.text != "B" {
-            return Err(mark.error("a post, or \"B\" in the middle of the goal"));
+            return Err(mark.error("a post, or \"B\" in the middle of the goal").into());
         }
         if !goals.is_empty() {
-            return Err(mark.error("one goal"));
+            return Err(mark.error("one goal").into());
         }
         let inner = (1..grid.rows).contains(&mark.row) && (1..grid.columns).contains(&mark.column);
         if !inner {
-            return Err(mark.error("the goal at a post inside the maze"));
+            return Err(mark.error("the goal at a post inside the maze").into());
         }
         for (up, left) in [(1, 1), (1, 0), (0, 1), (0, 0)] {
             goals.insert(cell(mark.row - up, mark.column - left));
         }
     }
-    finish(walls, start, goals)
+    Ok(finish(walls, start, goals)?)
 }
 
 #[cfg(test)]

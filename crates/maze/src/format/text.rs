@@ -1,12 +1,16 @@
 //! The text format: north on top.
 
-use super::{ParseError, cell, finish, grid, size};
-use crate::{CellSet, Heading, Maze, Walls};
+use super::{ParseError, Reading, cell, finish, grid, size};
+use crate::{CellSet, Heading, Walls};
 
-pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
-    let grid = grid::parse(text, 1)?;
+pub(super) fn read(text: &str) -> Result<Reading, Vec<ParseError>> {
+    read_grid(&grid::parse(text, 1, grid::Dots::Wall)?)
+}
+
+/// The maze of a drawing with north on top.
+pub(super) fn read_grid(grid: &grid::Grid) -> Result<Reading, Vec<ParseError>> {
     if let Some(mark) = grid.post_marks.first() {
-        return Err(mark.error("posts of one character"));
+        return Err(mark.error("posts of one character").into());
     }
     let maze_cell = |row: usize, column: usize| cell(column, grid.rows - 1 - row);
     let mut walls = Walls::open(size(grid.columns, grid.rows)?);
@@ -17,24 +21,23 @@ pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
     let (mut start, mut goals) = (None, CellSet::EMPTY);
     for mark in &grid.cell_marks {
         if !["S", "G", "SG"].contains(&mark.text.as_str()) {
-            return Err(mark.error(r#""S", "G" or nothing in a cell"#));
+            return Err(mark.error(r#""S", "G" or nothing in a cell"#).into());
         }
         let cell = maze_cell(mark.row, mark.column);
         if mark.text.contains('S') && start.replace(cell).is_some() {
-            return Err(mark.error("one start"));
+            return Err(mark.error("one start").into());
         }
         if mark.text.contains('G') {
             goals.insert(cell);
         }
     }
-    finish(walls, start, goals)
+    let maze = finish(walls, start, goals)?;
+    Ok(Reading { maze, unknown_walls: grid.unknown.clone() })
 }
 
 #[cfg(test)]
 mod tests {
-
-    use super::*;
-    use crate::{Cell, MazeSize};
+    use crate::{Cell, Maze, MazeSize};
 
     const MAZE: &str = "\
 o---o---o---o

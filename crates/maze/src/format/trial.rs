@@ -1,62 +1,32 @@
 //! The number format of the two-run trial.
 
-use super::{ParseError, cell, finish, quoted, size};
-use crate::{Cell, CellSet, Heading, Maze, MazeSize, Walls};
+use super::rows::{Item, end, items, lines};
+use super::stated::{self, Stated};
+use super::{ParseError, quoted, size, unmarked};
+use crate::{Cell, Maze, MazeSize, Sides};
 
-/// A number of the file and where it stands.
-struct Number {
-    value: u8,
-    line: usize,
-    column: usize,
-}
-
-impl Number {
-    fn is_open(&self, heading: Heading) -> bool {
-        let bit = match heading {
-            Heading::North => 1,
-            Heading::East => 2,
-            Heading::South => 4,
-            Heading::West => 8,
-        };
-        self.value & bit != 0
-    }
-
-    fn error(&self, expected: &str) -> ParseError {
-        ParseError::new(self.line, self.column, expected, self.value.to_string())
-    }
-}
-
-pub(super) fn parse(text: &str) -> Result<Maze, ParseError> {
+pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     let columns = parse_columns(text)?;
-    let mut walls = Walls::open(size(columns.len(), columns.len())?);
-    let number = |cell: Cell| &columns[usize::from(cell.x)][usize::from(cell.y)];
-    for x in 0..columns.len() {
-        for y in 0..columns.len() {
-            let here = cell(x, y);
-            for heading in Heading::ALL {
-                let open = number(here).is_open(heading);
-                match walls.size().neighbour(here, heading) {
-                    None if open => {
-                        let expected = format!("{here} closed to the {heading}, an outer wall");
-                        return Err(number(here).error(&expected));
-                    }
-                    Some(there) if open != number(there).is_open(heading.back()) => {
-                        let (state, back) = (if open { "open" } else { "closed" }, heading.back());
-                        let expected =
-                            format!("{there} {state} to the {back}, as {here} is to the {heading}");
-                        return Err(number(there).error(&expected));
-                    }
-                    _ => walls.set(here, heading, !open),
-                }
-            }
-        }
-    }
-    finish(walls, None, CellSet::EMPTY)
+    let size = size(columns.len(), columns.len())?;
+    let walls = stated::walls(size, |Cell { x, y }| &columns[usize::from(x)][usize::from(y)])?;
+    unmarked(walls)
 }
 
-/// The numbers, `[x][y]`: as many columns as the first line says, each with as many numbers.
-fn parse_columns(text: &str) -> Result<Vec<Vec<Number>>, ParseError> {
-    let mut lines = (1..).zip(text.lines()).filter(|(_, content)| !content.trim().is_empty());
+pub(super) fn write(maze: &Maze) -> String {
+    let size = maze.size();
+    let mut text = format!("{}\n", size.width());
+    for x in 0..size.width() {
+        let number = |y| (maze.walls().sides(Cell { x, y }).bits() ^ 15).to_string();
+        text += &(0..size.height()).map(number).collect::<Vec<_>>().join(",");
+        text.push('\n');
+    }
+    text
+}
+
+/// What is stated of the cells, `[x][y]`: as many columns as the first line says, each with as
+/// many numbers.
+fn parse_columns(text: &str) -> Result<Vec<Vec<Stated>>, ParseError> {
+    let mut lines = lines(text);
     let (mut last, side) = match lines.next() {
         Some((line, content)) => (line, parse_side(line, content)?),
         None => return Err(ParseError::new(1, 1, "the side of the maze", "the end of the file")),
@@ -76,7 +46,6 @@ fn parse_columns(text: &str) -> Result<Vec<Vec<Number>>, ParseError> {
     }
     Ok(columns)
 }
-
 fn parse_side(line: usize, content: &str) -> Result<usize, ParseError> {
     content
         .trim()
@@ -89,32 +58,30 @@ fn parse_side(line: usize, content: &str) -> Result<usize, ParseError> {
         })
 }
 
-fn parse_column(line: usize, content: &str, side: usize) -> Result<Vec<Number>, ParseError> {
-    let mut column = 1;
-    let mut numbers = Vec::new();
-    for item in content.trim_end().split(',') {
-        if numbers.len() == side {
-            let expected = format!("the end of the line after {side} numbers");
-            return Err(ParseError::new(line, column, expected, quoted(item)));
-        }
-        let value = item.trim().parse().ok().filter(|value| *value <= 15);
-        let value = value.ok_or_else(|| {
-            ParseError::new(line, column, "a number from 0 to 15", quoted(item.trim()))
-        })?;
-        numbers.push(Number { value, line, column });
-        column += item.chars().count() + 1;
+fn parse_column(line: usize, content: &str, side: usize) -> Result<Vec<Stated>, ParseError> {
+    let items = items(line, content);
+    if let Some(beyond) = items.get(side) {
+        return Err(beyond.error(format!("the end of the line after {side} numbers")));
     }
+    let numbers: Vec<Stated> = items.iter().map(parse_number).collect::<Result<_, _>>()?;
     if numbers.len() < side {
         let found = format!("{} numbers", numbers.len());
-        return Err(ParseError::new(line, column - 1, format!("{side} numbers"), found));
+        return Err(ParseError::new(line, end(content), format!("{side} numbers"), found));
     }
     Ok(numbers)
 }
 
+fn parse_number(item: &Item) -> Result<Stated, ParseError> {
+    let number = item.text.parse::<u8>().ok().filter(|&number| number <= 15);
+    let open = number.ok_or_else(|| item.error("a number from 0 to 15"))?;
+    let (sides, found) = (Sides::of_bits(!open), open.to_string());
+    Ok(Stated { sides, place: item.place(), found })
+}
+
 #[cfg(test)]
 mod tests {
-
     use super::*;
+    use crate::Format;
 
     /// Written line by line from the west, each from the south.
     const MAZE: &str = "4\n1,7,5,4\n2,10,3,6\n11,13,14,8\n9,5,13,4\n";
@@ -133,7 +100,7 @@ mod tests {
         | S |           |
         o---o---o---o---o
         ");
-        assert_eq!(maze.to_string().parse(), Ok(maze));
+        assert_eq!(Format::Trial.write(&maze).as_deref(), Ok(MAZE.as_bytes()));
     }
 
     #[test]
@@ -147,8 +114,8 @@ mod tests {
         let error = |from: &str, to: &str| {
             MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
         };
-        insta::assert_snapshot!(error("2,10", "2,8"), @"line 4, column 4: expected (2, 1) closed to the west, as (1, 1) is to the east, found 13");
-        insta::assert_snapshot!(error("1,7,5", "1,5,5"), @"line 3, column 3: expected (1, 1) closed to the west, as (0, 1) is to the east, found 10");
+        insta::assert_snapshot!(error("2,10", "2,8"), @"line 4, column 4: expected (2, 1) closed to the west, as (1, 1) is to the east at line 3, column 3, found 13");
+        insta::assert_snapshot!(error("1,7,5", "1,5,5"), @"line 3, column 3: expected (1, 1) closed to the west, as (0, 1) is to the east at line 2, column 3, found 10");
         insta::assert_snapshot!(error("1,7", "5,7"), @"line 2, column 1: expected (0, 0) closed to the south, an outer wall, found 5");
         insta::assert_snapshot!(error("4\n1", "3\n1"), @r#"line 1, column 1: expected the side of the maze, an even number from 2 to 32, found "3""#);
         insta::assert_snapshot!(error("4\n1", "34\n1"), @r#"line 1, column 1: expected the side of the maze, an even number from 2 to 32, found "34""#);

@@ -1,0 +1,129 @@
+//! The format of the Python simulators: rows from the north, a code from 1 to 16 for each cell.
+
+use super::rows::{Item, items, table};
+use super::stated::{self, Stated};
+use super::{ParseError, unmarked};
+use crate::{Maze, Sides};
+
+/// The sides with a wall of the codes from 1 on, as the bits of [`Sides`].
+const CODES: [u8; 16] = {
+    const N: u8 = 1;
+    const E: u8 = 2;
+    const S: u8 = 4;
+    const W: u8 = 8;
+    [
+        W,
+        N,
+        E,
+        S,
+        S | W,
+        S | E,
+        N | E,
+        N | W,
+        W | E,
+        N | S,
+        S | W | E,
+        N | S | E,
+        N | W | E,
+        N | S | W,
+        0,
+        N | E | S | W,
+    ]
+};
+
+pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
+    let (rows, size) = table(text, "numbers", items)?;
+    let rows: Vec<Vec<Stated>> =
+        rows.iter().map(|row| row.iter().map(parse_cell).collect()).collect::<Result<_, _>>()?;
+    let from_north = |y: u8| usize::from(size.height() - 1 - y);
+    unmarked(stated::walls(size, |cell| &rows[from_north(cell.y)][usize::from(cell.x)])?)
+}
+
+fn parse_cell(item: &Item) -> Result<Stated, ParseError> {
+    let bits = number(item.text).and_then(|code| CODES.get(code.checked_sub(1)?).copied());
+    let bits = bits.ok_or_else(|| item.error("a whole number from 1 to 16"))?;
+    Ok(Stated { sides: Sides::of_bits(bits), place: item.place(), found: item.text.to_string() })
+}
+
+/// A whole number, which may be written as numpy does: `1.0` or `1.000000000000000000e+00`.
+pub(super) fn number(text: &str) -> Option<usize> {
+    let number: f64 = text.parse().ok()?;
+    let is_one = number.fract() == 0.0 && (0.0..=99.0).contains(&number);
+    // Checked to be whole and small.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    is_one.then_some(number as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Format, Heading};
+
+    const MAZE: &str = "8,2,7\n9,9,9\n11,5,6\n";
+
+    #[test]
+    fn rows_are_from_the_north() {
+        let maze: Maze = MAZE.parse().unwrap();
+        insta::assert_snapshot!(maze, @"
+        o---o---o---o
+        |           |
+        o   o   o   o
+        |   | G |   |
+        o   o   o   o
+        | S |       |
+        o---o---o---o
+        ");
+    }
+
+    #[test]
+    fn every_code_has_its_walls() {
+        let codes = "W N E S SW SE NE NW WE NS SWE NSE NWE NSW none all".replace("all", "NESW");
+        for (code, walls) in (1..).zip(codes.split(' ')) {
+            let item = Item { text: &format!("{code}"), line: 1, column: 1 };
+            let sides = parse_cell(&item).unwrap().sides;
+            for (heading, letter) in Heading::ALL.into_iter().zip(['N', 'E', 'S', 'W']) {
+                assert_eq!(sides.has(heading), walls.contains(letter), "{code} to the {heading}");
+            }
+        }
+    }
+
+    #[test]
+    fn variations_read_alike() {
+        let floats = |format: &dyn Fn(f64) -> String, between: &str| -> String {
+            let row = |line: &str| {
+                let numbers = line.split(',').map(|number| format(number.parse().unwrap()));
+                numbers.collect::<Vec<_>>().join(between) + "\n"
+            };
+            MAZE.lines().map(row).collect()
+        };
+        for (what, text) in [
+            ("carriage returns and blank lines", MAZE.replace('\n', "\r\n\r\n")),
+            ("blanks", MAZE.replace(',', " ,  ")),
+            ("trailing commas", MAZE.replace('\n', ",\n")),
+            ("semicolons", MAZE.replace(',', ";")),
+            ("blanks alone", MAZE.replace(',', "  ")),
+            ("a byte order mark", "\u{feff}".to_string() + MAZE),
+            ("floats", floats(&|number| format!("{number:.1}"), ",")),
+            ("what numpy.savetxt writes", floats(&|number| format!("{number:.18}e+00"), " ")),
+        ] {
+            assert_eq!(Format::of(text.as_bytes()), Format::Csv, "{what}");
+            assert_eq!(text.parse::<Maze>(), MAZE.parse(), "{what}");
+        }
+    }
+
+    #[test]
+    fn errors_name_place_expected_and_found() {
+        let error = |from: &str, to: &str| {
+            MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
+        };
+        insta::assert_snapshot!(error("9,9,9", "9,15,9"), @"line 2, column 3: expected (1, 1) closed to the west, as (0, 1) is to the east at line 2, column 1, found 15");
+        insta::assert_snapshot!(error("8,2", "1,2"), @"line 1, column 1: expected (0, 2) closed to the north, an outer wall, found 1");
+        insta::assert_snapshot!(error("9,9,9", "9,17,9"), @r#"line 2, column 3: expected a whole number from 1 to 16, found "17""#);
+        insta::assert_snapshot!(error("9,9,9", "9,1.5,9"), @r#"line 2, column 3: expected a whole number from 1 to 16, found "1.5""#);
+        insta::assert_snapshot!(error("9,9,9", "9,,9"), @"line 2, column 3: expected a whole number from 1 to 16, found the end of the line");
+        insta::assert_snapshot!(error("9,9,9", "9,9"), @"line 2, column 4: expected 3 numbers, as on line 1, found 2");
+        insta::assert_snapshot!(error("9,9,9", "9,x,9"), @r#"line 2, column 3: expected a whole number from 1 to 16, found "x""#);
+        insta::assert_snapshot!(error(MAZE, &("11,".repeat(33) + "\n")), @"line 1, column 97: expected at most 32 cells side by side, found more");
+        insta::assert_snapshot!(error(MAZE, &"11,11\n".repeat(33)), @"line 33, column 1: expected at most 32 rows of cells, found one more");
+    }
+}

@@ -1,0 +1,130 @@
+//! Which format a file is in, judged by what it looks like.
+//!
+//! A file with something wrong in it shall still be told, so that the error is about its own
+//! format. So what decides is the first lines, and the others only where these leave it open.
+
+use super::rows::{Item, items, lines};
+use super::{Format, csv, grid, hex, maz, num};
+use crate::MazeSize;
+
+pub(super) fn format(content: &[u8]) -> Format {
+    if maz::is_it(content) {
+        return Format::Maz;
+    }
+    let text = String::from_utf8_lossy(content);
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let mut first_lines = lines(text).map(|(_, content)| content.trim());
+    let (first, second) = (first_lines.next().unwrap_or(""), first_lines.next().unwrap_or(""));
+    if first.starts_with("OSHWDEM") {
+        Format::Oshwdem
+    } else if num::is_line(first) || num::is_line(second) {
+        Format::Num
+    } else if is_side(first) && (is_parted(second) || !is_hex(second)) {
+        Format::Trial
+    } else if is_parted(first) {
+        table(text, first)
+    } else if is_hex(first) && !is_parted(second) && (is_hex(second) || !is_drawn(first)) {
+        Format::Hex
+    } else if grid::has_unknown(text) {
+        Format::Maze
+    } else {
+        Format::Text
+    }
+}
+
+/// The format of a file whose first line is parted by commas, semicolons or blanks.
+fn table(text: &str, first: &str) -> Format {
+    let parts = items(1, first);
+    let is_number = |item: &Item| csv::number(item.text).is_some();
+    let is_digit = |item: &Item| hex::are_digits(&[hex::digit(*item)]);
+    if !is_hex(first) {
+        let numbers = parts.iter().filter(|&item| is_number(item)).count();
+        let most = if first.contains([',', ';']) { parts.len().div_ceil(2) } else { parts.len() };
+        return if numbers >= most { Format::Csv } else { Format::Text };
+    }
+    let rows = || lines(text).take(usize::from(MazeSize::MAX_SIDE));
+    let any = |is: &dyn Fn(&Item) -> bool| {
+        rows().any(|(line, content)| items(line, content).iter().any(is))
+    };
+    if any(&|item| is_number(item) && !is_digit(item)) {
+        Format::Csv
+    } else if any(&|item| !is_number(item) || item.text.starts_with('0')) {
+        Format::Hex
+    } else if csv::parse(text).is_err() && hex::parse(text).is_ok() {
+        // Digits from 1 to 9 alone are codes as well, so it is the one that makes a maze.
+        Format::Hex
+    } else {
+        Format::Csv
+    }
+}
+
+/// The side of a maze of the trial: one number of at most two digits.
+fn is_side(line: &str) -> bool {
+    (1..=2).contains(&line.len()) && line.bytes().all(|c| c.is_ascii_digit())
+}
+
+/// Whether a row of digits may be one of posts and walls that all look alike.
+fn is_drawn(line: &str) -> bool {
+    line.len() >= 3 && line.chars().all(|c| line.starts_with(c))
+}
+
+fn is_hex(line: &str) -> bool {
+    hex::are_digits(&hex::digits(1, line))
+}
+
+fn is_parted(line: &str) -> bool {
+    line.contains([',', ';']) || items(1, line).len() > 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_are_told_by_what_they_look_like() {
+        let maz: String = "\u{e}\u{8}".to_string() + &"\0".repeat(254);
+        for (what, content, expected) in [
+            ("nothing", "", Format::Text),
+            ("words", "hello\nworld\n", Format::Text),
+            ("a drawing", "o---o\n| S |\no---o\n", Format::Text),
+            ("a drawing in plus signs", "+-+\n|S|\n+-+\n", Format::Text),
+            ("a gap in its first line", "o   o---o\n|   |   |\no---o---o\n", Format::Text),
+            ("a drawing of digits", "11111\n1   1\n11111\n", Format::Text),
+            ("a narrow one", "111\n1S1\n111\n", Format::Text),
+            ("one of letters", "eeeeeee\ne  G Ge\ne eee e\n", Format::Text),
+            ("unknown walls", "o---o---o\n| S .   |\no---o---o\n", Format::Maze),
+            ("an OSHWDEM title", "\nOSHWDEM\n+---+\n", Format::Oshwdem),
+            ("a trial", "2\n1,3\n4,12\n", Format::Trial),
+            ("a trial with blanks", "\n 12 \n1, 7, 5", Format::Trial),
+            ("a trial that is cut off", "12\n", Format::Trial),
+            ("a trial with an odd line", "2\nx,3\n", Format::Trial),
+            ("bytes", &maz, Format::Maz),
+            ("bytes that are cut off", &maz[..200], Format::Maz),
+            ("bytes and a line end", &(maz.clone() + "\n"), Format::Maz),
+            ("bytes, one too high", &(maz[..255].to_string() + "o"), Format::Maz),
+            ("blanks, as many as there are cells", &"\n".repeat(256), Format::Text),
+            ("cells", "0 0 1 1 1 1\n", Format::Num),
+            ("cells, the first wrong", "0 0 1 1 1\n0 1 1 1 1 1\n", Format::Num),
+            ("codes", "8,2,7\n9,9,9\n11,5,6\n", Format::Csv),
+            ("codes of one digit that make a maze", "8,7\n5,6\n", Format::Csv),
+            ("codes, one wrong", "8,2,x\n9,9,9\n11,5,6\n", Format::Csv),
+            ("codes, contradictory", "8,2,7\n9,15,9\n11,5,6\n", Format::Csv),
+            ("codes with blanks", "8 2 7\n9 9 9\n11 5 6\n", Format::Csv),
+            ("codes as floats", "8.0,7.0\n5.0,6.0\n", Format::Csv),
+            ("codes in one row", "14,10,12\n", Format::Csv),
+            ("codes in one column", "13,\n9,\n11,\n", Format::Csv),
+            ("hex digits", "9553\na93a\naaaa\nec46\n", Format::Hex),
+            ("16 of them", "9515555555555553\n8555555555555556\n", Format::Hex),
+            ("two of them", "93\ne6\n", Format::Hex),
+            ("two rows that could be numbers", "93\n76\n", Format::Hex),
+            ("hex digits, one wrong", "9553\na93x\n", Format::Hex),
+            ("hex digits with blanks", "9 5 5 3\na 9 3 a\n", Format::Hex),
+            ("hex digits with signs", "0x9,0x5\n0xa,0xc\n", Format::Hex),
+            ("hex digits that are no codes", "9,0\n1,2\n", Format::Hex),
+            ("hex digits that are codes that make no maze", "5,9\n2,2\n", Format::Hex),
+            ("six hex digits a row", "9 5 5 5 5 3\nc 5 5 5 5 6\n", Format::Hex),
+        ] {
+            assert_eq!(format(content.as_bytes()), expected, "{what}");
+        }
+    }
+}

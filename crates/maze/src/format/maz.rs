@@ -1,0 +1,116 @@
+//! The binary format `.maz`: a byte a cell of a 16×16 maze.
+
+use super::stated::{self, Stated};
+use super::{ParseError, Place, unmarked};
+use crate::{Cell, Maze, MazeSize, Sides};
+
+const SIZE: MazeSize = MazeSize::CLASSIC;
+
+/// Whether this is such a file, or one with something wrong in it. No text starts with the 14 of a
+/// start cell that is open to the north only, nor is it made of bytes below 16, but for blanks.
+pub(super) fn is_it(content: &[u8]) -> bool {
+    let is_short = content.iter().all(|&byte| byte < 16);
+    let is_blank = content.iter().all(|byte| (9..=13).contains(byte));
+    is_short && !is_blank || content.len() == SIZE.area() && content.first() == Some(&14)
+}
+
+pub(super) fn parse(content: &[u8]) -> Result<Maze, Vec<ParseError>> {
+    if content.len() != SIZE.area() {
+        let (place, found) = (content.len().min(SIZE.area()) + 1, content.len());
+        let expected = format!("{} bytes, one for each cell of {SIZE}", SIZE.area());
+        return Err(ParseError::at(Place::Byte(place), expected, found.to_string()).into());
+    }
+    let cells: Vec<Stated> = (1..)
+        .zip(content)
+        .map(|(index, &byte)| parse_cell(index, byte))
+        .collect::<Result<_, _>>()?;
+    unmarked(stated::walls(SIZE, |cell| &cells[index(cell)])?)
+}
+
+pub(super) fn write(maze: &Maze) -> Vec<u8> {
+    let columns = 0..SIZE.width();
+    columns
+        .flat_map(|x| (0..SIZE.height()).map(move |y| Cell { x, y }))
+        .map(|cell| maze.walls().sides(cell).bits())
+        .collect()
+}
+
+fn index(cell: Cell) -> usize {
+    usize::from(SIZE.height()) * usize::from(cell.x) + usize::from(cell.y)
+}
+
+fn parse_cell(index: usize, byte: u8) -> Result<Stated, ParseError> {
+    let (place, found) = (Place::Byte(index), byte.to_string());
+    if byte >= 16 {
+        return Err(ParseError::at(place, "a byte from 0 to 15", found));
+    }
+    Ok(Stated { sides: Sides::of_bits(byte), place, found })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CellSet, Format, Heading, Walls};
+
+    /// A start that is open to the north only, in a maze without another inner wall.
+    fn seed() -> Vec<u8> {
+        let mut bytes = vec![0; 256];
+        for side in 0..16 {
+            bytes[side] |= 8;
+            bytes[240 + side] |= 2;
+            bytes[16 * side] |= 4;
+            bytes[16 * side + 15] |= 1;
+        }
+        bytes[0] |= 2;
+        bytes[16] |= 8;
+        bytes
+    }
+
+    #[test]
+    fn bytes_are_columns_and_bits_are_walls() {
+        let mut walls = Walls::open(SIZE);
+        walls.set(Cell::new(0, 0), Heading::East, true);
+        let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
+        let seed = seed();
+        assert_eq!(seed[..3], [14, 8, 8]);
+        assert_eq!(Format::of(&seed), Format::Maz);
+        assert_eq!(Maze::parse(&seed).as_ref(), Ok(&maze));
+        assert_eq!(Format::Maz.write(&maze).as_ref(), Ok(&seed));
+    }
+
+    /// No byte is taken for a line end: 10 is a corridor to the north and 13 a dead end.
+    #[test]
+    fn bytes_that_are_blanks_in_a_text_are_cells() {
+        let walls = Walls::closed(SIZE);
+        let closed = Format::Maz.write(&Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap());
+        assert_eq!(closed.as_deref(), Ok(&[15; 256][..]));
+        let mut walls = Walls::closed(SIZE);
+        for x in 0..16 {
+            for y in 1..16 {
+                walls.set(Cell::new(x, y), Heading::South, false);
+            }
+        }
+        let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
+        let bytes = Format::Maz.write(&maze).unwrap();
+        assert_eq!(bytes[1..15], [b'\n'; 14]);
+        assert_eq!(Maze::parse(&bytes), Ok(maze));
+    }
+
+    #[test]
+    fn errors_name_the_byte_and_the_cells() {
+        let error = |index: usize, byte: u8| {
+            let mut bytes = seed();
+            bytes[index] = byte;
+            Maze::parse(&bytes).unwrap_err().to_string()
+        };
+        insta::assert_snapshot!(error(16, 4), @"byte 17: expected (1, 0) closed to the west, as (0, 0) is to the east at byte 1, found 4");
+        insta::assert_snapshot!(error(255, 1), @"byte 256: expected (15, 15) closed to the east, an outer wall, found 1");
+        insta::assert_snapshot!(error(7, 24), @"byte 8: expected a byte from 0 to 15, found 24");
+        let cut = |length: usize| {
+            let bytes = [seed(), vec![b'\n']].concat();
+            Maze::parse(&bytes[..length]).unwrap_err().to_string()
+        };
+        insta::assert_snapshot!(cut(255), @"byte 256: expected 256 bytes, one for each cell of 16x16, found 255");
+        insta::assert_snapshot!(cut(257), @"byte 257: expected 256 bytes, one for each cell of 16x16, found 257");
+    }
+}

@@ -1,0 +1,138 @@
+//! The format of one line a cell: its place and its four walls.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use super::rows::{Item, end, items, lines};
+use super::stated::{self, Stated};
+use super::{ParseError, ParseErrorKind, cell, quoted, size, unmarked};
+use crate::{Cell, Heading, Maze, MazeSize, Sides};
+
+/// Whether a line is one of such a file.
+pub(super) fn is_line(content: &str) -> bool {
+    let items: Vec<&str> = content.split_whitespace().collect();
+    let is_number = |item: &&str| item.len() <= 2 && item.bytes().all(|c| c.is_ascii_digit());
+    let is_wall = |item: &&str| ["0", "1"].contains(item);
+    items.len() == 6 && items.iter().all(is_number) && items[2..].iter().all(is_wall)
+}
+
+pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
+    let mut cells: BTreeMap<Cell, Stated> = BTreeMap::new();
+    for (line, content) in lines(text) {
+        let (cell, stated) = parse_line(line, content)?;
+        if let Some(before) = cells.get(&cell) {
+            let expected = format!("{cell} once, as at {}", before.place);
+            let error = ParseError::at(stated.place, expected, "it twice").of_cell(cell);
+            return Err(error.of_kind(ParseErrorKind::Contradiction).into());
+        }
+        cells.insert(cell, stated);
+    }
+    let count = |of: fn(&Cell) -> u8| cells.keys().map(of).max().map_or(0, |last| last + 1);
+    let size = size(count(|cell| cell.x).into(), count(|cell| cell.y).into())?;
+    let missing: Vec<Cell> = size.cells().filter(|cell| !cells.contains_key(cell)).collect();
+    if let Some(first) = missing.first() {
+        let last = lines(text).last().map_or(0, |(line, _)| line);
+        let expected = format!("a line for each cell of {size}");
+        let error = ParseError::new(last + 1, 1, expected, format!("none for {}", named(&missing)));
+        return Err(error.of_cell(*first).into());
+    }
+    unmarked(stated::walls(size, |cell| &cells[&cell])?)
+}
+
+pub(super) fn write(maze: &Maze) -> String {
+    let size = maze.size();
+    let columns = 0..size.width();
+    let cells = columns.flat_map(|x| (0..size.height()).map(move |y| Cell { x, y }));
+    cells.fold(String::new(), |mut text, cell| {
+        let sides = maze.walls().sides(cell);
+        let [north, east, south, west] = Heading::ALL.map(|heading| u8::from(sides.has(heading)));
+        // A string takes whatever is written.
+        let _ = writeln!(text, "{} {} {north} {east} {south} {west}", cell.x, cell.y);
+        text
+    })
+}
+
+fn parse_line(line: usize, content: &str) -> Result<(Cell, Stated), ParseError> {
+    let items = items(line, content);
+    let [x, y, sides @ ..] = items.as_slice() else { return Err(not_six(line, content, &items)) };
+    let [_, _, _, _] = sides else { return Err(not_six(line, content, &items)) };
+    let cell = cell(coordinate(x)?, coordinate(y)?);
+    let mut bits = 0;
+    for (bit, side) in sides.iter().enumerate() {
+        match side.text {
+            "0" => {}
+            "1" => bits |= 1 << bit,
+            _ => return Err(side.error("0 or 1 for a wall")),
+        }
+    }
+    let (place, found) = (x.place(), quoted(content.trim()));
+    Ok((cell, Stated { sides: Sides::of_bits(bits), place, found }))
+}
+
+fn not_six(line: usize, content: &str, items: &[Item]) -> ParseError {
+    let column = items.get(6).map_or_else(|| end(content), |item| item.column);
+    let found = format!("{} numbers", items.len());
+    ParseError::new(line, column, "six numbers, x y north east south west", found)
+}
+
+fn coordinate(item: &Item) -> Result<usize, ParseError> {
+    let number = item.text.parse().ok().filter(|&number| number < usize::from(MazeSize::MAX_SIDE));
+    number.ok_or_else(|| item.error("a coordinate from 0 to 31"))
+}
+
+/// The first of some cells, and how many more there are.
+fn named(cells: &[Cell]) -> String {
+    const SHOWN: usize = 3;
+    let shown: Vec<String> = cells.iter().take(SHOWN).map(Cell::to_string).collect();
+    let shown = shown.join(", ");
+    match cells.len().saturating_sub(SHOWN) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Format;
+
+    const MAZE: &str = "\
+0 0 0 1 1 1
+0 1 1 0 0 1
+1 0 0 1 1 1
+1 1 1 1 0 0
+";
+
+    #[test]
+    fn lines_are_cells_in_any_order() {
+        let maze: Maze = MAZE.parse().unwrap();
+        insta::assert_snapshot!(maze, @"
+        o---o---o
+        | G   G |
+        o   o   o
+        |SG | G |
+        o---o---o
+        ");
+        let lines: Vec<&str> = MAZE.lines().rev().collect();
+        let turned = "\n ".to_string() + &lines.join(" \r\n\r\n");
+        assert_eq!(Format::of(turned.as_bytes()), Format::Num);
+        assert_eq!(turned.parse().as_ref(), Ok(&maze));
+        assert_eq!(Format::Num.write(&maze).as_deref(), Ok(MAZE.as_bytes()));
+    }
+
+    #[test]
+    fn errors_name_cells_and_lines() {
+        let error = |from: &str, to: &str| {
+            MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
+        };
+        insta::assert_snapshot!(error("1 0 0 1 1 1", "1 0 0 1 1 0"), @r#"line 3, column 1: expected (1, 0) closed to the west, as (0, 0) is to the east at line 1, column 1, found "1 0 0 1 1 0""#);
+        insta::assert_snapshot!(error("0 0 0 1 1 1", "0 0 0 1 1 0"), @r#"line 1, column 1: expected (0, 0) closed to the west, an outer wall, found "0 0 0 1 1 0""#);
+        insta::assert_snapshot!(error("1 0 0 1 1 1", "0 0 0 1 1 1"), @"line 3, column 1: expected (0, 0) once, as at line 1, column 1, found it twice");
+        insta::assert_snapshot!(error("0 0 0 1 1 1\n", ""), @"line 4, column 1: expected a line for each cell of 2x2, found none for (0, 0)");
+        insta::assert_snapshot!(error("1 1 1 1", "9 1 1 1"), @"line 5, column 1: expected a line for each cell of 10x2, found none for (2, 0), (3, 0), (4, 0) and 13 more");
+        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 2"), @r#"line 4, column 11: expected 0 or 1 for a wall, found "2""#);
+        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 32 1 1 0 0"), @r#"line 4, column 3: expected a coordinate from 0 to 31, found "32""#);
+        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0"), @"line 4, column 10: expected six numbers, x y north east south west, found 5 numbers");
+        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 0 0"), @"line 4, column 13: expected six numbers, x y north east south west, found 7 numbers");
+    }
+}
