@@ -14,7 +14,13 @@ struct Facts {
     goals: Vec<[u8; 2]>,
     shortest_cells: Option<u16>,
     reachable_cells: usize,
+    odd: Vec<String>,
 }
+
+/// Their facts count the post in the middle of a goal that is not in the centre. It is the only
+/// one of these mazes without a wall, as contest rules have it.
+const BARE_IN_THE_GOAL: [&str; 3] =
+    ["halfsize/taiwan2013hef.txt", "halfsize/taiwan2015hef.txt", "halfsize/taiwan2017hef.txt"];
 
 #[test]
 fn all_text_mazes_equal_their_facts() {
@@ -36,6 +42,9 @@ fn all_text_mazes_equal_their_facts() {
         assert_eq!(maze.start().cell, Cell::new(0, 0), "{name}");
         assert_eq!(MazeFacts::of(&maze), expected, "{name}");
         assert_eq!(maze.to_string().parse().as_ref(), Ok(&maze), "{name}");
+        let is_odd = facts.odd.iter().any(|odd| odd == "posts_without_wall");
+        let is_bare = is_odd && !BARE_IN_THE_GOAL.contains(&&name[..]);
+        assert_eq!(maze.posts_without_wall().next().is_some(), is_bare, "{name}");
     }
 }
 

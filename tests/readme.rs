@@ -34,6 +34,7 @@ fn what_is_linked_is_there() {
         "ARCHITECTURE.md",
         "CONTRIBUTING.md",
         "docs/compare.md",
+        "docs/formats.md",
         "docs/mms.md",
         "docs/protocol.md",
         "docs/recordings.md",

@@ -1,14 +1,17 @@
-//! `mmsim mazes`: list, show and check mazes.
+//! `mmsim mazes`: list, show, check and convert mazes.
 
 mod args;
 mod check;
+mod convert;
+mod finding;
 mod row;
 
 pub(crate) use args::MazesArgs;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use args::MazesCommand;
+use mmsim_maze::{Format, ReadError, maze_content};
 use mmsim_solvers::Distances;
 use row::{Row, print_rows};
 use serde::Serialize;
@@ -20,8 +23,11 @@ use crate::selection::{Collection, Selected};
 pub(crate) fn run(args: &MazesArgs) -> Outcome {
     match &args.command {
         MazesCommand::List { mazes, json } => list(mazes.as_deref(), *json),
-        MazesCommand::Show { name, mazes, json } => show(&name.join(" "), mazes.as_deref(), *json),
-        MazesCommand::Check { paths, json } => check::run(paths, *json),
+        MazesCommand::Show { name, mazes, format, json } => {
+            show(&name.join(" "), mazes.as_deref(), *format, *json)
+        }
+        MazesCommand::Check { paths, format, json } => check::run(paths, *format, *json),
+        MazesCommand::Convert(args) => convert::run(args),
     }
 }
 
@@ -32,8 +38,16 @@ fn list(mazes: Option<&Path>, json: bool) -> Outcome {
     Ok(true)
 }
 
-fn show(name: &str, mazes: Option<&Path>, json: bool) -> Outcome {
-    let Selected { path, maze, .. } = Collection::with(name, mazes)?.select(name)?;
+fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) -> Outcome {
+    let (path, maze) = if let Some(format) = format {
+        let path = PathBuf::from(name);
+        let maze = format.parse(&maze_content(&path)?);
+        let maze = maze.map_err(|source| ReadError::Parse { path: path.clone(), source })?;
+        (path, maze)
+    } else {
+        let Selected { path, maze, .. } = Collection::with(name, mazes)?.select(name)?;
+        (path, maze)
+    };
     let row = Row::of_maze(&path, &maze);
     if json {
         #[derive(Serialize)]

@@ -1,4 +1,4 @@
-//! `mmsim mazes`: list, show and check.
+//! `mmsim mazes`: list, show, check and convert.
 
 mod harness;
 
@@ -33,7 +33,7 @@ fn a_maze_is_shown_with_its_distances() {
 fn a_check_gives_facts_or_the_error_of_each_file() {
     let home = Home::new();
     home.write("mazes/a.txt", SMALL);
-    home.write("mazes/b/closed.txt", SMALL.replace("S  ", "S |"));
+    home.write("mazes/b/wide.txt", SMALL.replace("S  ", "S |").replace(" G |", "   |"));
     home.write("bad.txt", SMALL.replace("---o\n|", "-- o\n|"));
     let good = home.run(&["mazes", "check", "mazes", "--json"]);
     assert_eq!(good.code, Some(0));
@@ -41,9 +41,13 @@ fn a_check_gives_facts_or_the_error_of_each_file() {
     assert_eq!(
         good.json().as_array().unwrap()[0],
         json!({"path": path, "width": 2, "height": 1, "goals": [[1, 0]],
-               "shortest_path": 1, "reachable_cells": 2, "error": null})
+               "shortest_path": 1, "reachable_cells": 2, "error": null,
+               "format": "text", "findings": []})
     );
-    assert_eq!(good.json()[1]["shortest_path"], json!(null));
+    let unreachable = json!([{"severity": "warning", "kind": "unreachable_cells",
+        "message": "the cell (1, 0) cannot be reached", "line": null, "column": null,
+        "cell": [1, 0]}]);
+    assert_eq!(good.json()[1]["findings"], unreachable);
     assert_eq!(good.json()[1]["reachable_cells"], 1);
     let bad = home.run(&["mazes", "check", "mazes", "bad.txt", "missing.txt", "--json"]);
     assert_eq!(bad.code, Some(1));
@@ -53,11 +57,84 @@ fn a_check_gives_facts_or_the_error_of_each_file() {
         "bad.txt: line 1, column 6: expected \"---\" or three spaces between posts, found \"-- \""
     );
     assert_eq!(bad.json()[2]["width"], json!(null));
+    assert_eq!(bad.json()[2]["findings"][0]["kind"], "unreadable");
+    assert_eq!(bad.json()[2]["findings"][0]["column"], 6);
     assert!(bad.json()[3]["error"].as_str().unwrap().starts_with("missing.txt: cannot be read"));
+    assert_eq!(bad.json()[3]["format"], json!(null));
     let text = home.run(&["mazes", "check", "mazes", "bad.txt"]);
     insta::assert_snapshot!(text.stdout.replace('\\', "/"), @r#"
     mazes/a.txt: 2x1, 1 goal cell, goal 1 step away
-    mazes/b/closed.txt: 2x1, 1 goal cell, goal cannot be reached, 1 cell cannot be reached
+    mazes/b/wide.txt: 2x1, 2 goal cells, goal 0 steps away, 1 cell cannot be reached
+      warning: the cell (1, 0) cannot be reached
     bad.txt: line 1, column 6: expected "---" or three spaces between posts, found "-- "
     "#);
+}
+
+#[test]
+fn a_check_tells_every_finding_with_its_place() {
+    let home = Home::new();
+    let open = "o---o---o---o---o\n|               |\no   o   o   o   o\n| S | G         |\no   o---o---o---o\n|   |   |       |\no---o---o---o---o\n";
+    home.write(
+        "mazes/1-gaps.txt",
+        open.replace("o---o---o---o---o\n|  ", "o   o---o---o   o\n   "),
+    );
+    home.write("mazes/2-contradiction.csv", "8,2,7\n5,10,6\n");
+    home.write("mazes/3-closed.txt", SMALL.replace("S  ", "S |"));
+    home.write("mazes/4-posts.txt", open);
+    home.write("mazes/5-unknown.maze", SMALL.replace("S  ", "S ."));
+    home.write("mazes/6-known.txt", SMALL);
+    home.write("mazes/7-again.txt", SMALL.replace('o', "+"));
+    let checked = home.run(&["mazes", "check", "mazes"]);
+    assert_eq!(checked.code, Some(1));
+    insta::assert_snapshot!(checked.stdout.replace('\\', "/"), @r#"
+    mazes/1-gaps.txt: line 1, column 2: expected the outer wall, found "   "
+      error: 2 more gaps in the outer wall, at line 1, column 14; line 2, column 1
+    mazes/2-contradiction.csv: line 1, column 3: expected (1, 1) closed to the south, as (1, 0) is to the north at line 2, column 3, found 2
+    mazes/3-closed.txt: 2x1, 1 goal cell, goal cannot be reached, 1 cell cannot be reached
+      error: no way leads from the start (0, 0) to the goal (1, 0)
+      warning: the cell (1, 0) cannot be reached
+    mazes/4-posts.txt: 4x3, 1 goal cell, goal 3 steps away, 3 cells cannot be reached
+      warning: 2 posts that no wall touches, south-west of (2, 2); (3, 2)
+      warning: 3 cells that cannot be reached: (1, 0); (2, 0); (3, 0)
+    mazes/5-unknown.maze: 2x1, 1 goal cell, goal 1 step away
+      warning: line 2, column 5: an unknown wall, taken as open
+    mazes/6-known.txt: 2x1, 1 goal cell, goal 1 step away
+      warning: the same walls, start and goal as mazes/5-unknown.maze
+    mazes/7-again.txt: 2x1, 1 goal cell, goal 1 step away
+      warning: the same walls, start and goal as mazes/5-unknown.maze
+    "#);
+    let json = home.run(&["mazes", "check", "mazes", "--json"]).json();
+    let formats: Vec<_> = json.as_array().unwrap().iter().map(|file| &file["format"]).collect();
+    assert_eq!(formats, ["text", "csv", "text", "text", "maze", "text", "text"]);
+    assert_eq!(json[0]["findings"][2]["line"], 2);
+    assert_eq!(json[1]["findings"][0]["kind"], "contradiction");
+    assert_eq!(json[1]["findings"][0]["cell"], json!([1, 1]));
+    assert_eq!(json[3]["findings"][0]["cell"], json!([2, 2]));
+    let errors = |file: &serde_json::Value| {
+        file["findings"].as_array().unwrap().iter().any(|found| found["severity"] == "error")
+    };
+    let failed: Vec<bool> = json.as_array().unwrap().iter().map(errors).collect();
+    assert_eq!(failed, [true, true, true, false, false, false, false]);
+    let warned = home.run(&["mazes", "check", "mazes/4-posts.txt", "mazes/6-known.txt"]);
+    assert_eq!(warned.code, Some(0), "warnings alone");
+    let twice = home.run(&["mazes", "check", "mazes/6-known.txt", "mazes/6-known.txt"]);
+    assert!(!twice.stdout.contains("same"), "a file is no duplicate of itself: {twice:?}");
+}
+
+#[test]
+fn a_format_can_be_forced() {
+    let home = Home::new();
+    home.write("dot.txt", SMALL.replace("S  ", "S ."));
+    let walls = |arguments: &[&str]| {
+        let json = home.run(&[&["mazes"], arguments, &["--json"]].concat()).json();
+        if json.is_array() { json[0]["reachable_cells"].clone() } else { json["maze"].clone() }
+    };
+    assert_eq!(walls(&["check", "dot.txt"]), 2);
+    assert_eq!(walls(&["check", "dot.txt", "--format", "text"]), 1);
+    assert_eq!(walls(&["show", "dot.txt"]), SMALL);
+    assert_eq!(walls(&["show", "dot.txt", "--format", "text"]), SMALL.replace("S  ", "S |"));
+    let wrong = home.run(&["mazes", "check", "dot.txt", "--format", "num"]);
+    assert_eq!(wrong.code, Some(1));
+    insta::assert_snapshot!(wrong.stdout, @"dot.txt: line 1, column 10: expected six numbers, x y north east south west, found 1");
+    assert_eq!(home.run(&["mazes", "check", "dot.txt", "--format", "png"]).code, Some(2));
 }

@@ -1,11 +1,12 @@
 //! A collection of mazes, from a folder or built in.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use walkdir::{DirEntry, WalkDir};
 
-use crate::{Maze, ParseError, ReadError};
+use crate::{Maze, ReadError, maze_content};
 
 /// A collection of mazes, in the order of their paths.
 ///
@@ -101,9 +102,19 @@ impl Entry {
     /// # Errors
     /// As for [`Maze::read`].
     pub fn maze(&self) -> Result<Maze, ReadError> {
-        let Some(text) = self.text else { return Maze::read(&self.path) };
-        text.parse()
-            .map_err(|source: ParseError| ReadError::Parse { path: self.path.clone(), source })
+        Maze::parse(&self.content()?)
+            .map_err(|source| ReadError::Parse { path: self.path.clone(), source })
+    }
+
+    /// Reads the content of the file.
+    ///
+    /// # Errors
+    /// As for [`maze_content`].
+    pub fn content(&self) -> Result<Cow<'static, [u8]>, ReadError> {
+        match self.text {
+            Some(text) => Ok(Cow::Borrowed(text.as_bytes())),
+            None => maze_content(&self.path).map(Cow::Owned),
+        }
     }
 }
 

@@ -37,17 +37,35 @@ impl Maze {
     /// # Errors
     /// A file that cannot be read, is too large or holds no maze; the error names the file.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let io_error = |source| ReadError::Io { path: path.into(), source };
-        let mut content = Vec::new();
-        let file = File::open(path).map_err(io_error)?;
-        file.take(MAX_FILE_BYTES + 1).read_to_end(&mut content).map_err(io_error)?;
-        let maze = if content.len() as u64 > MAX_FILE_BYTES {
-            Err(ParseError::too_large(&content))
-        } else {
-            Self::parse(&content)
-        };
-        maze.map_err(|source| ReadError::Parse { path: path.into(), source })
+        let content = maze_content(path)?;
+        Self::parse(&content).map_err(|source| ReadError::Parse { path: path.into(), source })
     }
+}
+
+/// The content of a maze file, for [`Format::of`](crate::Format::of) and
+/// [`Format::read`](crate::Format::read).
+///
+/// # Errors
+/// A file that cannot be read or has more than [`MAX_FILE_BYTES`]; the error names the file.
+pub fn maze_content(path: &Path) -> Result<Vec<u8>, ReadError> {
+    let file = File::open(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
+    maze_content_of(file, path)
+}
+
+/// The same from a reader that is open already, such as the standard input; `path` stands for it in
+/// errors.
+///
+/// # Errors
+/// As for [`maze_content`].
+pub fn maze_content_of(reader: impl Read, path: &Path) -> Result<Vec<u8>, ReadError> {
+    let mut content = Vec::new();
+    let read = reader.take(MAX_FILE_BYTES + 1).read_to_end(&mut content);
+    read.map_err(|source| ReadError::Io { path: path.into(), source })?;
+    if content.len() as u64 > MAX_FILE_BYTES {
+        let source = ParseError::too_large(&content);
+        return Err(ReadError::Parse { path: path.into(), source });
+    }
+    Ok(content)
 }
 
 #[cfg(test)]

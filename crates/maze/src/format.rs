@@ -79,12 +79,13 @@ pub enum Format {
     /// itself, has all outer walls, and a start cell (0, 0) that is open to the north only.
     ///
     /// Should several mazes fit, taken is one whose goal can be reached, and of these the first in
-    /// this order: lines as rows from the north, each from the west; lines as columns from the
-    /// west, each from the south; rows from the north, from the east; from the south, from the
-    /// west; from the south, from the east; columns from the west, from the north; from the east,
-    /// from the south; from the east, from the north. For each of these first bits set for walls,
-    /// then bits set for openings; and the orders of bits 1, 2, 4, 8 as in a dictionary that
-    /// orders its letters north, east, south, west.
+    /// this order. The bits 1, 2, 4, 8 stand for north, east, south, west; for east, north, west,
+    /// south; then the other orders as in a dictionary with the letters north, east, south, west.
+    /// For each of these, they are set for walls, then for openings. For each of these, the lines
+    /// are rows from the north, each from the west; columns from the west, each from the south; rows
+    /// from the north, from the east; from the south, from the west; from the south, from the east;
+    /// columns from the west, from the north; from the east, from the south; from the east, from
+    /// the north.
     Hex,
 }
 
@@ -353,8 +354,9 @@ mod tests {
     /// Mazes of which most formats can hold some: small, square or 16×16, often without marks.
     fn likely_maze() -> impl Strategy<Value = Maze> {
         (any_maze(), any::<bool>(), any::<bool>()).prop_map(|(maze, classic, marked)| {
-            let side = maze.size().width().into();
-            let size = if classic { MazeSize::CLASSIC } else { MazeSize::new(side, side).unwrap() };
+            let width = maze.size().width().into();
+            let size =
+                if classic { MazeSize::CLASSIC } else { MazeSize::new(width, width).unwrap() };
             let walls = Walls::of_rows(size, *maze.walls().north_rows(), *maze.walls().east_rows());
             if marked {
                 return maze;

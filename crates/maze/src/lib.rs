@@ -62,7 +62,7 @@ pub use cell::{Cell, MazeSize, SizeError};
 pub use cell_set::CellSet;
 pub use drawing::Drawing;
 #[cfg(feature = "std")]
-pub use file::{MAX_FILE_BYTES, ReadError};
+pub use file::{MAX_FILE_BYTES, ReadError, maze_content, maze_content_of};
 #[cfg(feature = "std")]
 pub use format::{Format, FormatNameError, ParseError, ParseErrorKind, Place, Reading, WriteError};
 pub use heading::{Heading, Pose, Step};

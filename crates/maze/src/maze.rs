@@ -66,6 +66,37 @@ impl Maze {
         &self.goals
     }
 
+    /// The posts inside that no wall touches, by the cell to the north-east of each. The posts in
+    /// the middle of a goal of several cells are none of them: contest rules ask for a wall at
+    /// every other post.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Maze};
+    /// let maze: Maze = "o---o---o\n|     G |\no   o   o\n| S     |\no---o---o\n".parse()?;
+    /// assert!(maze.posts_without_wall().eq([Cell::new(1, 1)]));
+    /// # Ok::<(), mmsim_maze::ParseError>(())
+    /// ```
+    pub fn posts_without_wall(&self) -> impl Iterator<Item = Cell> + '_ {
+        let inside = |cell: &Cell| cell.x > 0 && cell.y > 0;
+        self.size().cells().filter(inside).filter(|&north_east| {
+            let south_west = Cell::new(north_east.x - 1, north_east.y - 1);
+            let corners = [
+                north_east,
+                south_west,
+                Cell::new(north_east.x, south_west.y),
+                Cell::new(south_west.x, north_east.y),
+            ];
+            let walls = [
+                (north_east, Heading::South),
+                (north_east, Heading::West),
+                (south_west, Heading::North),
+                (south_west, Heading::East),
+            ];
+            !walls.into_iter().any(|(cell, heading)| self.walls.has(cell, heading))
+                && !corners.into_iter().all(|cell| self.goals.contains(cell))
+        })
+    }
+
     /// The maze as text, to which numbers and a mouse may be added.
     pub fn drawing(&self) -> Drawing<'_> {
         Drawing::of_maze(self)

@@ -1,26 +1,89 @@
 //! `mmsim mazes check`: what is wrong with maze files.
 
-use std::path::PathBuf;
+use std::collections::HashMap;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
-use mmsim_maze::Catalogue;
+use mmsim_maze::{Catalogue, Entry, Format, Maze};
+use serde::Serialize;
 
-use super::row::{Row, print_rows};
+use super::finding::{Finding, Severity, lines};
+use super::row::Row;
 use crate::Outcome;
+use crate::output::print;
 
-pub(super) fn run(paths: &[PathBuf], json: bool) -> Outcome {
-    let rows: Vec<Row> = paths
-        .iter()
-        .flat_map(|path| match Catalogue::of_path(path) {
+/// What there is to say of a file. The names are those of the JSON.
+#[derive(Serialize)]
+struct Checked {
+    #[serde(flatten)]
+    row: Row,
+    format: Option<&'static str>,
+    findings: Vec<Finding>,
+}
+
+pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> Outcome {
+    let mut seen = HashMap::new();
+    let mut files = Vec::new();
+    for path in paths {
+        match Catalogue::of_path(path) {
             Ok(catalogue) if catalogue.entries().is_empty() => {
-                vec![Row::of_error(
-                    path,
-                    &format!("{}: expected a maze file, found none", path.display()),
-                )]
+                let error = format!("{}: expected a maze file, found none", path.display());
+                files.push(Checked::unread(path, &error));
             }
-            Ok(catalogue) => catalogue.entries().iter().map(Row::of_entry).collect(),
-            Err(error) => vec![Row::of_error(path, &error)],
-        })
-        .collect();
-    print_rows(&rows, json)?;
-    Ok(rows.iter().all(|row| row.error.is_none()))
+            Ok(catalogue) => {
+                let entries = catalogue.entries().iter();
+                files.extend(entries.map(|entry| Checked::of(entry, format, &mut seen)));
+            }
+            Err(error) => files.push(Checked::unread(path, &error)),
+        }
+    }
+    if json {
+        print(&(serde_json::to_string_pretty(&files)? + "\n"))?;
+    } else {
+        print(&files.iter().map(Checked::text).collect::<String>())?;
+    }
+    let is_error = |finding: &Finding| finding.severity == Severity::Error;
+    Ok(!files.iter().flat_map(|file| &file.findings).any(is_error))
+}
+
+impl Checked {
+    /// Checks a file, `seen` being where each maze was found first.
+    fn of(entry: &Entry, format: Option<Format>, seen: &mut HashMap<Maze, PathBuf>) -> Self {
+        let path = entry.path();
+        let content = match entry.content() {
+            Ok(content) => content,
+            Err(error) => return Self::unread(path, &error),
+        };
+        let format = format.unwrap_or_else(|| Format::of(&content));
+        let (row, findings) = match format.read(&content) {
+            Ok(reading) => {
+                let row = Row::of_maze(path, &reading.maze);
+                let mut findings = Finding::of_maze(&reading.maze, &reading.unknown_walls);
+                let first = seen.entry(reading.maze).or_insert_with(|| path.into());
+                // The same file may be named twice.
+                if first != path {
+                    findings.push(Finding::duplicate(&first.display().to_string()));
+                }
+                (row, findings)
+            }
+            Err(errors) => {
+                let findings: Vec<Finding> = errors.iter().map(Finding::of_error).collect();
+                let first = errors.first().map(ToString::to_string).unwrap_or_default();
+                (Row::of_error(path, &format!("{}: {first}", path.display())), findings)
+            }
+        };
+        Self { row, format: Some(format.name()), findings }
+    }
+
+    /// A file or folder that cannot be read; the error names it.
+    fn unread(path: &Path, error: &impl Display) -> Self {
+        let findings = vec![Finding::unreadable(error.to_string())];
+        Self { row: Row::of_error(path, error), format: None, findings }
+    }
+
+    /// A line that says the first error or what the maze is like, and one for each kind of finding.
+    fn text(&self) -> String {
+        let told = usize::from(self.row.error.is_some()).min(self.findings.len());
+        format!("{}\n{}", self.row.line(), lines(&self.findings[told..]))
+    }
 }

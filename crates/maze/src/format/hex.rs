@@ -78,12 +78,14 @@ impl Lie {
 }
 
 impl Way {
-    /// All of them, in the order in which they are tried.
+    /// All of them, in the order in which they are tried: what is usual for bits goes first, since it
+    /// leaves but one way to turn the maze, while of a maze with several dead ends in its corners
+    /// each can be the start for some order of the bits.
     fn all() -> impl Iterator<Item = Self> {
-        Lie::ALL.into_iter().flat_map(|lie| {
-            [false, true].into_iter().flat_map(move |set_is_open| {
-                bit_orders().map(move |bits| Self { lie, set_is_open, bits })
-            })
+        bit_orders().flat_map(|bits| {
+            [false, true]
+                .into_iter()
+                .flat_map(move |set_is_open| Lie::ALL.map(|lie| Self { lie, set_is_open, bits }))
         })
     }
 
@@ -103,14 +105,19 @@ impl Way {
     }
 }
 
-/// The orders of the headings, north east south west first.
+/// The orders of the headings: clockwise from the north and counter-clockwise from the east, as most
+/// write them, then the others as in a dictionary.
 fn bit_orders() -> impl Iterator<Item = [Heading; 4]> {
+    use Heading::{East, North, South, West};
+    const USUAL: [[Heading; 4]; 2] = [[North, East, South, West], [East, North, West, South]];
     let all = || Heading::ALL.into_iter();
     let pairs = all().flat_map(move |a| all().map(move |b| (a, b)));
-    let orders = pairs.flat_map(move |(a, b)| {
-        Heading::ALL.into_iter().flat_map(move |c| Heading::ALL.map(|d| [a, b, c, d]))
+    let orders =
+        pairs.flat_map(move |(a, b)| all().flat_map(move |c| Heading::ALL.map(|d| [a, b, c, d])));
+    let others = orders.filter(|order| {
+        !USUAL.contains(order) && Heading::ALL.iter().all(|heading| order.contains(heading))
     });
-    orders.filter(|order| Heading::ALL.iter().all(|heading| order.contains(heading)))
+    USUAL.into_iter().chain(others)
 }
 
 /// The digits of a line, which may be parted by commas, semicolons or blanks; then each may have
@@ -361,10 +368,10 @@ mod tests {
         assert_eq!(fitting.count(), 3);
         insta::assert_snapshot!(read(digits), @"
         o---o---o---o
-        |           |
-        o---o   o   o
-        |     G     |
-        o   o---o---o
+        |       |   |
+        o   o   o   o
+        |     G |   |
+        o   o   o---o
         | S |       |
         o---o---o---o
         ");

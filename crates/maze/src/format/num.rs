@@ -71,7 +71,7 @@ fn parse_line(line: usize, content: &str) -> Result<(Cell, Stated), ParseError> 
 
 fn not_six(line: usize, content: &str, items: &[Item]) -> ParseError {
     let column = items.get(6).map_or_else(|| end(content), |item| item.column);
-    let found = format!("{} numbers", items.len());
+    let found = items.len().to_string();
     ParseError::new(line, column, "six numbers, x y north east south west", found)
 }
 
@@ -132,7 +132,7 @@ mod tests {
         insta::assert_snapshot!(error("1 1 1 1", "9 1 1 1"), @"line 5, column 1: expected a line for each cell of 10x2, found none for (2, 0), (3, 0), (4, 0) and 13 more");
         insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 2"), @r#"line 4, column 11: expected 0 or 1 for a wall, found "2""#);
         insta::assert_snapshot!(error("1 1 1 1 0 0", "1 32 1 1 0 0"), @r#"line 4, column 3: expected a coordinate from 0 to 31, found "32""#);
-        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0"), @"line 4, column 10: expected six numbers, x y north east south west, found 5 numbers");
-        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 0 0"), @"line 4, column 13: expected six numbers, x y north east south west, found 7 numbers");
+        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0"), @"line 4, column 10: expected six numbers, x y north east south west, found 5");
+        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 0 0"), @"line 4, column 13: expected six numbers, x y north east south west, found 7");
     }
 }

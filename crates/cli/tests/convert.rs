@@ -1,0 +1,89 @@
+//! `mmsim mazes convert`.
+
+mod harness;
+
+use std::fs;
+use std::io::Write;
+use std::process::Stdio;
+
+use harness::Home;
+
+/// Its goal is the centre, which is all of it.
+const SMALL: &str = "o---o---o\n| G   G |\no   o---o\n|SG   G |\no---o---o\n";
+const NUM: &str = "0 0 0 0 1 1\n0 1 1 0 0 1\n1 0 1 1 1 0\n1 1 1 1 1 0\n";
+const TRIAL: &str = "2\n3,6\n8,8\n";
+
+#[test]
+fn the_ending_says_the_format() {
+    let home = Home::new();
+    home.write("small.txt", SMALL);
+    for (ending, content) in [("num", NUM), ("NUM", NUM), ("trial", TRIAL)] {
+        let out = format!("out.{ending}");
+        let ended = home.run(&["mazes", "convert", "small.txt", &out]);
+        assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""));
+        assert_eq!(fs::read_to_string(home.path().join(&out)).unwrap(), content);
+        let back = home.run(&["mazes", "convert", &out, "-"]);
+        assert_eq!(back.stdout, SMALL);
+    }
+    let forced = home.run(&["mazes", "convert", "small.txt", "-", "--to", "num"]);
+    assert_eq!(forced.stdout, NUM);
+    let unknown = home.run(&["mazes", "convert", "small.txt", "out.csv"]);
+    assert_eq!(unknown.code, Some(2));
+    assert!(unknown.stderr.starts_with(
+        "error: expected a file that ends in .txt, .trial, .maz or .num, or --to FORMAT, found out.csv\n"
+    ));
+}
+
+#[test]
+fn bytes_go_through_pipes() {
+    let home = Home::new();
+    let maze = fs::read(mmsim_tests::bundled_mazes().join("01-harbour.txt")).unwrap();
+    let pipe = |arguments: &[&str], input: &[u8]| {
+        let mut command = home.command(arguments);
+        let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut child = pipes.spawn().unwrap();
+        child.stdin.take().unwrap().write_all(input).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert!(output.status.success());
+        output.stdout
+    };
+    let maz = pipe(&["mazes", "convert", "-", "-", "--to", "maz"], &maze);
+    assert_eq!((maz.len(), maz[0]), (256, 14));
+    assert_eq!(pipe(&["mazes", "convert", "-", "-"], &maz), maze);
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_refused_and_the_old_file_stays() {
+    let home = Home::new();
+    home.write("marked.txt", SMALL.replace("|SG   G |", "| S     |"));
+    home.write("out.num", "old");
+    home.write("out.maz", "old");
+    let old = |name: &str| fs::read_to_string(home.path().join(name)).unwrap();
+    let ended = home.run(&["mazes", "convert", "marked.txt", "out.num"]);
+    assert_eq!((ended.code, &old("out.num")[..]), (Some(1), "old"));
+    insta::assert_snapshot!(ended.stderr, @"mmsim: out.num: not written: num marks no goal: expected the central cells (0, 0) (1, 0) (0, 1) (1, 1), found (0, 1) (1, 1); --lossy leaves it out");
+    let size = home.run(&["mazes", "convert", "marked.txt", "out.maz", "--lossy"]);
+    assert_eq!((size.code, &old("out.maz")[..]), (Some(1), "old"));
+    insta::assert_snapshot!(size.stderr, @"mmsim: out.maz: not written: maz holds mazes of 16x16 cells, found one of 2x2");
+    let lossy = home.run(&["mazes", "convert", "marked.txt", "out.num", "--lossy"]);
+    assert_eq!((lossy.code, &old("out.num")[..]), (Some(0), NUM));
+    insta::assert_snapshot!(lossy.stderr, @"left out: the goal (0, 1) (1, 1), which reads back as (0, 0) (1, 0) (0, 1) (1, 1)");
+    let files = fs::read_dir(home.path()).unwrap().count();
+    assert_eq!(files, 3, "nothing is left beside them");
+}
+
+#[test]
+fn what_is_read_is_told() {
+    let home = Home::new();
+    home.write("dot.maze", SMALL.replace("|SG   ", "|SG . "));
+    home.write("bad.txt", "o---o\n| S |\no-- o\n");
+    let unknown = home.run(&["mazes", "convert", "dot.maze", "-"]);
+    assert_eq!((unknown.code, &unknown.stdout[..]), (Some(0), SMALL));
+    assert_eq!(unknown.stderr, "dot.maze: 1 unknown wall taken as open\n");
+    let forced = home.run(&["mazes", "convert", "dot.maze", "-", "--format", "text"]);
+    assert_eq!(forced.stdout, SMALL.replace("|SG   ", "|SG | "));
+    let told = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
+    insta::assert_snapshot!(told("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
+    insta::assert_snapshot!(told("."), @"mmsim: .: expected a maze file, found a folder");
+    assert!(told("missing.txt").starts_with("mmsim: missing.txt: cannot be read: "));
+}
