@@ -12,7 +12,7 @@ use mcap::read::LinearReader;
 use mcap::records::Record;
 use mcap::{Compression, McapError, MessageStream, WriteOptions};
 use mmsim_fuzz::requests::{self, CUT, SIZES};
-use mmsim_maze::Maze;
+use mmsim_maze::{Format, Maze};
 use mmsim_server::{RecordingWriter, Simulation};
 use serde_json::Value;
 use walkdir::WalkDir;
@@ -27,7 +27,7 @@ const REQUESTS_TOGETHER: usize = 8;
 const INPUTS_OF_EXCHANGE: usize = 16;
 
 /// Mazes in the formats that no file of our own has, and on the edges of the text format.
-const MAZES: [&str; 8] = [
+const MAZES: [&str; 14] = [
     "o---o\n| S |\no---o\n",
     "o---o\n|SG |\no---o\n",
     "#######\n#  G G#\n# ### #\n#S#   #\n#######\n",
@@ -35,6 +35,12 @@ const MAZES: [&str; 8] = [
     "\u{feff}·-·-·\r\n|  G|\r\n\r\n· ·-·\n|S  |\n·-·-·\nofficial\n|",
     "2\n1,3\n4,12\n",
     "4\n1,7,5,4\n2,10,3,6\n11,13,14,8\n9,5,13,4\n",
+    "0 0 0 1 1 1\n0 1 1 0 0 1\n1 0 0 1 1 1\n1 1 1 1 0 0\n",
+    "8,2,7\n9,9,9\n11,5,6\n",
+    "8.0 7.000000000000000000e+00\n5.0 6.0\n",
+    "9553\na93a\naaaa\nec46\n",
+    "0x9, 0x3,\n0xe, 0xe,\n",
+    "+---+---+\n| S . G |\n+ . +   +\n|   |   |\n+---+---+\n",
     "OSHWDEM Maze Generator\n+---+---+---+\n| A |       |\n+   +   B   +\n|   |   |   |\n\
      +   +   +   +\n|           |\n+---+---+---+\n",
 ];
@@ -50,7 +56,11 @@ fn main() -> io::Result<()> {
     }
     for folder in [Path::new("mazes"), &shared.join("mazes")] {
         for file in files(folder, "txt") {
-            seeds.write(&fs::read(file)?)?;
+            let content = fs::read(file)?;
+            if let Ok(bytes) = Maze::parse(&content).map(|maze| Format::Maz.write(&maze)) {
+                bytes.map_or(Ok(()), |bytes| seeds.write(&bytes))?;
+            }
+            seeds.write(&content)?;
         }
     }
     let mut seeds = Seeds::in_folder(&corpus.join("requests"))?;

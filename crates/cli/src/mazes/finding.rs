@@ -27,16 +27,17 @@ pub(super) enum Severity {
     Warning,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// In the order in which they are told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Kind {
     Unreadable,
     Contradiction,
     OpenPerimeter,
     GoalUnreachable,
+    UnknownWalls,
     PostsWithoutWall,
     UnreachableCells,
-    UnknownWalls,
     Duplicate,
 }
 
@@ -110,6 +111,8 @@ impl Finding {
 
 /// A line for each finding, but one for all of a kind.
 pub(super) fn lines(findings: &[Finding]) -> String {
+    let mut findings = findings.to_vec();
+    findings.sort_by_key(|finding| finding.kind);
     let same_kind = |a: &Finding, b: &Finding| a.kind == b.kind;
     let line = |group: &[Finding]| match group {
         [] => String::new(),
