@@ -10,7 +10,7 @@ use mmsim_maze::{
 use super::args::ConvertArgs;
 use crate::Outcome;
 use crate::args::wrong_usage;
-use crate::output::{counted, replace, say};
+use crate::output::{complain, counted, replace, say};
 
 /// What stands for the standard input or output.
 const STANDARD: &str = "-";
@@ -76,7 +76,7 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
     })?;
     match reading.unknown_walls.len() {
         0 => {}
-        count => say(format_args!(
+        count => complain(format_args!(
             "{}: {} taken as open",
             path.display(),
             counted(count as u64, "unknown wall")
