@@ -1,0 +1,51 @@
+//! Mazes made: one of each style, and what ten thousand contest mazes take, the slowest among them.
+
+use std::collections::HashSet;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use mmsim_generator::{Style, generate};
+use mmsim_maze::MazeSize;
+use mmsim_solvers::MazeFacts;
+
+const MAZES: u32 = 10_000;
+
+fn styles(criterion: &mut Criterion) {
+    for (size, name) in [(MazeSize::CLASSIC, "16x16"), (MazeSize::HALF_SIZE, "32x32")] {
+        let mut group = criterion.benchmark_group(format!("generate/{name}"));
+        for style in Style::ALL {
+            let mut seed = 0;
+            group.bench_function(style.name(), |b| {
+                b.iter(|| {
+                    seed += 1;
+                    black_box(generate(size, seed, style))
+                });
+            });
+        }
+        group.finish();
+    }
+}
+
+/// Times each maze, then asserts that all can be reached and are different.
+fn ten_thousand(_: &mut Criterion) {
+    for (size, name) in [(MazeSize::CLASSIC, "16x16"), (MazeSize::HALF_SIZE, "32x32")] {
+        let mut mazes = HashSet::new();
+        let (mut all, mut slowest) = (Duration::ZERO, Duration::ZERO);
+        for seed in 0..MAZES {
+            let begin = Instant::now();
+            let maze = generate(size, seed.into(), Style::Contest);
+            let time = begin.elapsed();
+            all += time;
+            slowest = slowest.max(time);
+            assert_eq!(MazeFacts::of(&maze).reachable_cells, size.area());
+            mazes.insert(maze);
+        }
+        assert_eq!(mazes.len(), MAZES as usize);
+        let mean = all / MAZES;
+        println!("generate/{name}/contest: {MAZES} mazes, mean {mean:.1?}, slowest {slowest:.1?}");
+    }
+}
+
+criterion_group!(benches, styles, ten_thousand);
+criterion_main!(benches);

@@ -1,0 +1,128 @@
+//! Prints what real mazes of 16×16 cells are like beside generated ones: the mean, and what nine of
+//! ten mazes lie within.
+//!
+//! ```sh
+//! cargo run --release -p mmsim-generator --example figures -- MAZES
+//! ```
+#![allow(clippy::cast_precision_loss)] // of counts that are small
+
+use std::error::Error;
+use std::path::Path;
+
+use mmsim_generator::{Style, generate};
+use mmsim_maze::{Catalogue, Cell, CellSet, Heading, Maze, MazeSize};
+use mmsim_solvers::{Distances, MazeFacts};
+
+/// What is measured, and in what.
+const NAMES: [&str; 7] = [
+    "inner walls",
+    "dead ends",
+    "loops",
+    "shortest path, steps",
+    "mean straight, steps",
+    "longest straight, steps",
+    "stairs of four steps",
+];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = std::env::args().nth(1).ok_or("expected a folder of mazes")?;
+    let catalogue = Catalogue::of_path(Path::new(&folder))?;
+    let mut real = Vec::new();
+    for entry in catalogue.entries() {
+        real.push(entry.maze()?);
+    }
+    real.retain(|maze| maze.size() == MazeSize::CLASSIC);
+    let generated: Vec<Maze> =
+        (0..10_000).map(|seed| generate(MazeSize::CLASSIC, seed, Style::Contest)).collect();
+    let (real, generated) = (figures(&real), figures(&generated));
+    println!(
+        "{:26}{:>18}{:>24}",
+        "",
+        format!("{} real ones", real[0].len()),
+        "10,000 generated ones"
+    );
+    for ((name, real), generated) in NAMES.iter().zip(real).zip(generated) {
+        println!("{name:26}{}{}", summary(real, 8), summary(generated, 14));
+    }
+    Ok(())
+}
+
+/// The mean, and what nine of ten lie within.
+fn summary(mut values: Vec<f64>, width: usize) -> String {
+    values.sort_by(f64::total_cmp);
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let decimals = usize::from(mean < 10.);
+    let (low, high) = (values[values.len() / 20], values[values.len() - 1 - values.len() / 20]);
+    let range = format!("{low:.decimals$}-{high:.decimals$}");
+    format!("{mean:width$.decimals$} {range:>9}")
+}
+
+/// The figures of all mazes, those of one name together. What is no figure is not counted, such as
+/// the shortest path where there is none.
+fn figures(mazes: &[Maze]) -> [Vec<f64>; NAMES.len()] {
+    let mut all = [const { Vec::new() }; NAMES.len()];
+    for maze in mazes {
+        let (size, walls) = (maze.size(), maze.walls());
+        let open = |cell| walls.open_neighbours(cell).count();
+        let inner = 2 * size.area() - usize::from(size.width()) - usize::from(size.height());
+        let ways = size.cells().map(open).sum::<usize>() / 2;
+        let facts = MazeFacts::of(maze);
+        let reached = reached(maze);
+        let ways_reached = reached.iter().map(open).sum::<usize>() / 2;
+        let straights = straights(maze);
+        let figures = [
+            Some(inner - ways),
+            Some(reached.iter().filter(|&cell| open(cell) == 1).count()),
+            Some(ways_reached + 1 - facts.reachable_cells),
+            facts.shortest_path.map(usize::from),
+            None,
+            straights.iter().copied().max(),
+            Some(stairs(maze)),
+        ];
+        for (all, figure) in all.iter_mut().zip(figures) {
+            all.extend(figure.map(|figure| figure as f64));
+        }
+        all[4].push(straights.iter().sum::<usize>() as f64 / straights.len() as f64);
+    }
+    all
+}
+
+/// The cells that can be reached from the start.
+fn reached(maze: &Maze) -> CellSet {
+    let start = [maze.start().cell].into_iter().collect();
+    let distances = Distances::flood(maze.walls(), &start);
+    maze.size().cells().filter(|&cell| distances.at(cell).is_some()).collect()
+}
+
+/// The longest stretches without a wall, in steps.
+fn straights(maze: &Maze) -> Vec<usize> {
+    let mut straights = Vec::new();
+    for cell in maze.size().cells() {
+        for heading in [Heading::North, Heading::East] {
+            let step =
+                |cell: &Cell| cell.neighbour(heading).filter(|_| !maze.walls().has(*cell, heading));
+            let steps = std::iter::successors(Some(cell), step).count() - 1;
+            if steps > 0 && maze.walls().has(cell, heading.back()) {
+                straights.push(steps);
+            }
+        }
+    }
+    straights
+}
+
+/// Places where a mouse can take four steps in a diagonal, whichever way.
+fn stairs(maze: &Maze) -> usize {
+    let step =
+        |cell: Cell, heading| cell.neighbour(heading).filter(|_| !maze.walls().has(cell, heading));
+    let turns = [Heading::North, Heading::South]
+        .into_iter()
+        .flat_map(|first| [(first, first.left()), (first, first.right())])
+        .flat_map(|(one, other)| [[one, other], [other, one]]);
+    let is_open = |from, [one, other]: [Heading; 2]| {
+        [one, other, one, other].into_iter().try_fold(from, step).is_some()
+    };
+    let both_ways = turns
+        .map(|pair| maze.size().cells().filter(|&cell| is_open(cell, pair)).count())
+        .sum::<usize>();
+    both_ways / 2
+}
