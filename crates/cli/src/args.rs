@@ -58,6 +58,7 @@ Examples:
   mmsim compare mazes/                 let all bundled mice search each maze, as a table
   mmsim trial mazes/                   let a robot explore and race in each maze, and score it
   mmsim mms --open -- ./my-mouse       run a mouse for the simulator mms, and watch it
+  mmsim mazes fetch                    download real contest mazes
   mmsim mazes check my-maze.txt        see whether a maze file is in order
   mmsim completions bash               let the shell complete all this
 
@@ -99,7 +100,7 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Let robots explore mazes and race through them: the two-run trial.
     Trial(TrialArgs),
-    /// List, show and check mazes.
+    /// List, show, check and convert mazes; fetch a collection, generate new ones.
     Mazes(MazesArgs),
     /// Run a mouse that was written for the simulator mms.
     Mms(MmsArgs),

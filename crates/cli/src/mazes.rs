@@ -1,9 +1,11 @@
-//! `mmsim mazes`: list, show, check and convert mazes.
+//! `mmsim mazes`: list, show, check, convert, fetch and generate mazes.
 
 mod args;
 mod check;
 mod convert;
+mod fetch;
 mod finding;
+mod generate;
 mod row;
 
 pub(crate) use args::MazesArgs;
@@ -28,6 +30,8 @@ pub(crate) fn run(args: &MazesArgs) -> Outcome {
         }
         MazesCommand::Check { paths, format, json } => check::run(paths, *format, *json),
         MazesCommand::Convert(args) => convert::run(args),
+        MazesCommand::Fetch(args) => fetch::run(args),
+        MazesCommand::Generate(args) => generate::run(args),
     }
 }
 

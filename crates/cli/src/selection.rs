@@ -13,6 +13,11 @@ use crate::output::{complain, own_command};
 /// The folder below the user's own in which mazes are looked for.
 const HOME_FOLDER: &str = ".mmsim";
 
+/// Where mazes are looked for if nobody says where, `None` without a folder of the user's own.
+pub(crate) fn home_folder() -> Option<PathBuf> {
+    Some(env::home_dir()?.join(HOME_FOLDER))
+}
+
 /// A collection of mazes and what it is called in messages.
 pub(crate) struct Collection {
     pub(crate) catalogue: Catalogue,
@@ -68,7 +73,7 @@ impl Collection {
     }
 
     fn of_the_user() -> Option<Self> {
-        let path = env::home_dir()?.join(HOME_FOLDER);
+        let path = home_folder()?;
         let catalogue = Catalogue::of_path(&path).ok()?;
         let place = path.display().to_string();
         if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {

@@ -2,9 +2,12 @@
 
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Subcommand};
-use mmsim_maze::Format;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, Subcommand, ValueEnum};
+use mmsim_generator::Style;
+use mmsim_maze::{Format, MazeSize};
+
+use crate::args::parse_size;
 
 #[derive(Debug, Args)]
 pub(crate) struct MazesArgs {
@@ -56,6 +59,11 @@ pub(crate) enum MazesCommand {
     },
     /// Write a maze file in another format
     Convert(ConvertArgs),
+    /// Download a public collection of real contest mazes
+    #[command(long_about = FETCH)]
+    Fetch(FetchArgs),
+    /// Make mazes like those of contests, or to train in; the same seed gives the same maze
+    Generate(GenerateArgs),
 }
 
 #[derive(Debug, Args)]
@@ -76,6 +84,75 @@ pub(crate) struct ConvertArgs {
     /// Leave out start and goal where the format has no place for them
     #[arg(long)]
     pub(crate) lossy: bool,
+}
+
+const FETCH: &str = "\
+Download a public collection of real contest mazes: the maze files of micromouseonline.
+
+The collection carries no licence: its mazes are their authors', and are downloaded for your own use.
+
+Fetched again, mazes that have changed there are replaced, and those that are gone there are removed. \
+What you have put into the folder or changed stays as it is. The environment variables HTTPS_PROXY, \
+HTTP_PROXY and NO_PROXY are heeded.";
+
+#[derive(Debug, Args)]
+pub(crate) struct FetchArgs {
+    /// The folder for the mazes [default: ~/.mmsim, where they are looked for first]
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: Option<PathBuf>,
+    /// Where the collection comes from: the address of a .tar.gz, .zip or .tar, or such a file that
+    /// is already here
+    #[arg(long, value_name = "URL|FILE", default_value = COLLECTION)]
+    pub(crate) from: String,
+    /// Print a JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// The archive that its host makes of the newest state of the collection.
+const COLLECTION: &str =
+    "https://github.com/micromouseonline/mazefiles/archive/refs/heads/master.tar.gz";
+
+#[derive(Debug, Args)]
+pub(crate) struct GenerateArgs {
+    /// Cells from west to east and from south to north
+    #[arg(long, value_name = "WxH", default_value_t = MazeSize::CLASSIC, value_parser = parse_size)]
+    pub(crate) size: MazeSize,
+    /// Which maze of all there are [default: any; it is said which]
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// What kind of maze
+    #[arg(long, default_value = Style::Contest.name())]
+    pub(crate) style: StyleArg,
+    /// How many mazes; the first is that of the seed, the second that of the next seed, and so on
+    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) count: u32,
+    /// The file to write it into; if that is a folder, or there are several mazes, the folder for
+    /// files such as contest-16x16-1.txt [default: print them, with a blank line between]
+    #[arg(short, long, value_name = "FILE|DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace files that hold something else
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
+    /// Print a JSON array
+    #[arg(long, conflicts_with = "output")]
+    pub(crate) json: bool,
+}
+
+/// A style of mazes, as a value of the command line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StyleArg(pub(crate) Style);
+
+impl ValueEnum for StyleArg {
+    fn value_variants<'a>() -> &'a [Self] {
+        const ALL: [StyleArg; 3] =
+            [StyleArg(Style::Contest), StyleArg(Style::Perfect), StyleArg(Style::Open)];
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.0.name()).help(self.0.about()))
+    }
 }
 
 /// The names of some formats.

@@ -35,6 +35,7 @@ impl Home {
             .current_dir(self.path())
             .env("HOME", self.path())
             .env("USERPROFILE", self.path())
+            .env("NO_PROXY", "127.0.0.1")
             .env_remove("RUST_LOG")
             .env_remove("CARGO_MANIFEST_DIR")
             .env_remove("COLUMNS");

@@ -1,0 +1,159 @@
+//! `mmsim mazes fetch`: a public collection of mazes.
+
+mod archive;
+mod folder;
+mod path;
+mod source;
+mod undo;
+
+use std::path::Path;
+
+use archive::Files;
+use folder::Placed;
+use mmsim_maze::Maze;
+use serde::Serialize;
+
+use super::args::FetchArgs;
+use crate::Outcome;
+use crate::output::{counted, own_command, print, say};
+use crate::selection::home_folder;
+
+/// What was fetched. The names are those of the JSON.
+#[derive(Serialize)]
+struct Report<'a> {
+    from: &'a str,
+    folder: String,
+    mazes: usize,
+    new: usize,
+    replaced: usize,
+    unchanged: usize,
+    removed: usize,
+    kept: Vec<String>,
+    passed_over: usize,
+}
+
+/// The files of an archive that are worth keeping.
+struct Collection {
+    files: Files,
+    /// How many of them are mazes.
+    mazes: usize,
+    /// How many others there were.
+    passed_over: usize,
+}
+
+pub(super) fn run(args: &FetchArgs) -> Outcome {
+    let Some(folder) = args.folder.clone().or_else(home_folder) else {
+        let fetch = own_command("mazes fetch DIR");
+        return Err(
+            format!("expected a folder of the user's own, found none; name one: {fetch}").into()
+        );
+    };
+    let from = &args.from;
+    let archive = source::read(from)?;
+    let collection = archive::unpack(&archive)
+        .map_err(|refused| refused.to_string())
+        .and_then(Collection::of)
+        .map_err(|error| format!("{from}: {error}; nothing was changed"))?;
+    drop(archive);
+    let Collection { files, mazes, passed_over } = collection;
+    let Placed { new, replaced, unchanged, removed, kept } = folder::place(&folder, &files)?;
+    if !kept.is_empty() {
+        let (count, first) =
+            (counted(kept.len() as u64, "file"), kept[..kept.len().min(3)].join(", "));
+        let more = if kept.len() > 3 { ", …" } else { "" };
+        say(format_args!("kept {count} of yours that the collection has otherwise: {first}{more}"));
+    }
+    let shown = folder.display().to_string();
+    if args.json {
+        let report = Report {
+            from,
+            folder: shown,
+            mazes,
+            new,
+            replaced,
+            unchanged,
+            removed,
+            kept,
+            passed_over,
+        };
+        print(&(serde_json::to_string_pretty(&report)? + "\n"))?;
+    } else {
+        let count = counted(mazes as u64, "maze");
+        print(&format!(
+            "{count} in {shown} (files: {new} new, {replaced} replaced, {unchanged} unchanged, \
+             {removed} removed, {passed_over} passed over)\n"
+        ))?;
+        let place = args.folder.as_ref().map(|_| shown + " ").unwrap_or_default();
+        let serve = own_command(&format!("{place}--maze {:?}", words(&files)));
+        print(&format!("{serve} serves one of them\n"))?;
+    }
+    Ok(true)
+}
+
+impl Collection {
+    /// The mazes of an archive, and what tells where they are from.
+    fn of(mut files: Files) -> Result<Self, String> {
+        leave_top_folder_out(&mut files);
+        let (all, mut mazes) = (files.len(), 0);
+        let files: Files = files
+            .into_iter()
+            .filter_map(|(path, content)| {
+                if path.split('/').any(|name| name.starts_with('.')) {
+                    return None;
+                }
+                let has_ending = |ending| {
+                    Path::new(&path)
+                        .extension()
+                        .is_some_and(|found| found.eq_ignore_ascii_case(ending))
+                };
+                let is_text = has_ending("md") || has_ending("json");
+                if !is_text && Maze::parse(&content).is_ok() {
+                    mazes += 1;
+                    return Some((path, content));
+                }
+                // With this ending nobody takes it for a maze.
+                let path = if is_text { path } else { path.clone() + ".md" };
+                is_about(&path).then_some((path, content))
+            })
+            .collect();
+        if mazes == 0 {
+            return Err(format!(
+                "expected an archive with mazes, found none in {}",
+                counted(all as u64, "file")
+            ));
+        }
+        let passed_over = all - files.len();
+        Ok(Self { files, mazes, passed_over })
+    }
+}
+
+/// Takes the one folder away that all files are in, if there is one.
+fn leave_top_folder_out(files: &mut Files) {
+    let top = |path: &String| path.split_once('/').map(|(top, _)| top.to_string());
+    let first = files.keys().next().and_then(top);
+    if let Some(first) =
+        first.filter(|first| files.keys().all(|path| top(path).as_ref() == Some(first)))
+    {
+        *files = std::mem::take(files)
+            .into_iter()
+            .map(|(path, content)| (path[first.len() + 1..].to_string(), content))
+            .collect();
+    }
+}
+
+/// Whether this tells whose mazes they are.
+fn is_about(path: &str) -> bool {
+    let name = path.rsplit('/').next().unwrap_or(path).to_lowercase();
+    ["readme", "license", "licence", "copying"].iter().any(|begin| name.starts_with(begin))
+}
+
+/// Words that find a maze of these.
+fn words(files: &Files) -> String {
+    const KNOWN: &str = "japan 2013";
+    let is_known = |path: &String| KNOWN.split(' ').all(|word| path.to_lowercase().contains(word));
+    if files.keys().any(is_known) {
+        return KNOWN.into();
+    }
+    let first = files.keys().find(|path| !is_about(path)).map(Path::new);
+    first.and_then(Path::file_stem).unwrap_or_default().to_string_lossy().into()
+}

@@ -1,0 +1,92 @@
+//! Where an archive comes from.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use ureq::Agent;
+use ureq::tls::{RootCerts, TlsConfig};
+
+use super::archive::MAX_ARCHIVE_BYTES;
+use crate::output::own_command;
+
+/// How long a server may take to answer, and to go on.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// The archive at this address, or in this file.
+///
+/// # Errors
+/// What cannot be read to its end, or is too large.
+pub(super) fn read(from: &str) -> Result<Vec<u8>, String> {
+    if from.starts_with("https://") || from.starts_with("http://") {
+        return download(from).map_err(|error| {
+            let fetch = own_command("mazes fetch --from FILE");
+            format!("{from}: cannot be downloaded: {error}; try again, or save it with a browser and take that file: {fetch}")
+        });
+    }
+    let error = |error: io::Error| format!("{from}: cannot be read: {error}");
+    let file = File::open(from).map_err(error)?;
+    let facts = file.metadata().map_err(error)?;
+    // Of a pipe nobody knows how long it is.
+    let bytes = facts.is_file().then_some(facts.len());
+    read_whole(file, bytes, &ProgressBar::hidden()).map_err(error)
+}
+
+fn download(address: &str) -> io::Result<Vec<u8>> {
+    // Whom the system trusts, which schools add their own to.
+    let tls = TlsConfig::builder().root_certs(RootCerts::PlatformVerifier).build();
+    let agent: Agent = Agent::config_builder()
+        .tls_config(tls)
+        // What was asked for safely does not come from elsewhere unsafely.
+        .https_only(address.starts_with("https://"))
+        .user_agent(concat!("mmsim/", env!("CARGO_PKG_VERSION")))
+        .timeout_connect(Some(PATIENCE))
+        .timeout_recv_response(Some(PATIENCE))
+        .timeout_per_read(Some(PATIENCE))
+        .build()
+        .into();
+    let mut response = agent.get(address).call().map_err(ureq::Error::into_io)?;
+    let bytes = response.body().content_length();
+    let bar = progress(bytes);
+    let content = read_whole(response.body_mut().as_reader(), bytes, &bar);
+    bar.finish_and_clear();
+    content
+}
+
+/// Reads so many bytes, where it is known how many that are.
+fn read_whole(mut from: impl Read, bytes: Option<u64>, bar: &ProgressBar) -> io::Result<Vec<u8>> {
+    let too_large = |found: String| {
+        let most = MAX_ARCHIVE_BYTES >> 20;
+        Err(io::Error::other(format!("expected at most {most} MiB, found {found}")))
+    };
+    if let Some(bytes) = bytes.filter(|&bytes| bytes > MAX_ARCHIVE_BYTES) {
+        return too_large(format!("{bytes} bytes"));
+    }
+    let mut content = Vec::new();
+    while content.len() as u64 <= MAX_ARCHIVE_BYTES {
+        let read = from.by_ref().take(1 << 16).read_to_end(&mut content)?;
+        bar.inc(read as u64);
+        if read == 0 {
+            let found = content.len() as u64;
+            return match bytes {
+                Some(bytes) if bytes != found => {
+                    Err(io::Error::other(format!("expected {bytes} bytes, found {found}")))
+                }
+                _ => Ok(content),
+            };
+        }
+    }
+    too_large("more".into())
+}
+
+/// How much is downloaded, on stderr if that is a terminal.
+fn progress(bytes: Option<u64>) -> ProgressBar {
+    let (bar, template) = match bytes {
+        Some(bytes) => (ProgressBar::new(bytes), "{wide_bar} {bytes} of {total_bytes}"),
+        None => (ProgressBar::no_length(), "{spinner} {bytes}"),
+    };
+    let style = ProgressStyle::with_template(template);
+    // The templates are valid ones; with others the bar would only look different.
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}

@@ -1,0 +1,140 @@
+//! Archives that are in order.
+
+use std::fs;
+use std::thread;
+
+use serde_json::json;
+
+use crate::archives::{Zipped, gz, tar, tar_gz, zip, zip_of};
+use crate::harness::Home;
+use crate::server::{answer, serve, serve_content};
+use crate::{MAZE, OTHER_MAZE, fetch};
+
+const CONTENTS: &[(&str, &str)] = &[
+    ("top/README.md", "whose mazes they are"),
+    ("top/LICENCE", "none"),
+    ("top/.github/workflow.txt", MAZE),
+    ("top/classic/japan2013.txt", MAZE),
+    ("top/classic/deep/er/a b (c).maz", OTHER_MAZE),
+    ("top/tool.py", "print()"),
+];
+
+/// What is fetched of these, without what is hidden.
+fn assert_is_fetched(home: &Home, folder: &str) {
+    let read = |name: &str| fs::read_to_string(home.path().join(folder).join(name)).unwrap();
+    assert_eq!(read("classic/japan2013.txt"), MAZE);
+    assert_eq!(read("classic/deep/er/a b (c).maz"), OTHER_MAZE);
+    assert_eq!(read("README.md"), "whose mazes they are");
+    assert_eq!(read("LICENCE.md"), "none");
+    let names = fs::read_dir(home.path().join(folder)).unwrap();
+    let mut names: Vec<_> = names.map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    let expected = [".mmsim-fetched", ".mmsim-fetching", "LICENCE.md", "README.md", "classic"];
+    assert_eq!(names, expected);
+}
+
+#[test]
+fn every_kind_of_archive_is_fetched_from_files_and_addresses() {
+    let stored = Zipped { method: 0, data: MAZE.into(), ..Zipped::new(b"a.txt", MAZE.as_bytes()) };
+    for archive in [tar_gz(CONTENTS), zip(CONTENTS), tar(CONTENTS)] {
+        let home = Home::new();
+        let file = home.write("archive", &archive);
+        let by_file = fetch(&home, file.to_str().unwrap());
+        assert_eq!((by_file.code, &by_file.stderr[..]), (Some(0), ""));
+        assert_is_fetched(&home, "mazes");
+        let from = format!("http://{}/archive", serve_content(&archive));
+        let by_address = home.run(&["mazes", "fetch", "new/folder", "--from", &from]);
+        assert_eq!((by_address.code, &by_address.stderr[..]), (Some(0), ""), "no bar");
+        assert_is_fetched(&home, "new/folder");
+        let elsewhere = by_address.stdout.replace("new/folder", "mazes");
+        assert_eq!(elsewhere, by_file.stdout);
+        insta::allow_duplicates! {
+            insta::assert_snapshot!(by_file.stdout, @r#"
+            2 mazes in mazes (files: 4 new, 0 replaced, 0 unchanged, 0 removed, 2 passed over)
+            `mmsim mazes --maze "japan 2013"` serves one of them
+            "#);
+        }
+    }
+    let home = Home::new();
+    let file = home.write("stored.zip", zip_of(&[stored]));
+    assert_eq!(fetch(&home, file.to_str().unwrap()).code, Some(0));
+    assert_eq!(fs::read_to_string(home.path().join("mazes/a.txt")).unwrap(), MAZE);
+}
+
+#[test]
+fn the_default_folder_is_where_mazes_are_looked_for() {
+    let home = Home::new();
+    let from = home.write("a.tar.gz", tar_gz(&[("one.txt", MAZE), ("two/three.txt", MAZE)]));
+    let fetched = home.run(&["mazes", "fetch", "--from", from.to_str().unwrap()]);
+    assert_eq!(fetched.code, Some(0), "{fetched:?}");
+    assert!(fetched.stdout.contains("`mmsim --maze \"one\"` serves one of them"), "{fetched:?}");
+    let list = home.run(&["mazes", "list", "--json"]).json();
+    assert_eq!(list.as_array().unwrap().len(), 2);
+    assert!(list[0]["path"].as_str().unwrap().contains(".mmsim"), "{list}");
+    assert_eq!(home.run(&["mazes", "show", "three"]).code, Some(0));
+    let checked = home.run(&["mazes", "check", ".mmsim"]);
+    assert_eq!(checked.code, Some(0), "{checked:?}");
+}
+
+#[test]
+fn redirects_are_followed_and_lengths_may_be_unknown() {
+    let archive = tar_gz(CONTENTS);
+    let there = serve([b"HTTP/1.0 200 OK\r\n\r\n", &archive[..]].concat());
+    let head = format!("302 Found\r\nLocation: http://{there}/elsewhere");
+    let here = serve(answer(&head, 0, b""));
+    let home = Home::new();
+    let ended = fetch(&home, &format!("http://{here}/"));
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    assert_is_fetched(&home, "mazes");
+}
+
+#[test]
+fn a_tar_gz_may_be_of_several_parts_and_have_long_names() {
+    let tar = tar(CONTENTS);
+    let (one, other) = tar.split_at(700);
+    let home = Home::new();
+    let from = home.write("parts.tar.gz", [gz(one), gz(other)].concat());
+    assert_eq!(fetch(&home, from.to_str().unwrap()).code, Some(0));
+    assert_is_fetched(&home, "mazes");
+
+    let mut long = tar::Builder::new(Vec::new());
+    let name = format!("top/{}/{}.txt", "a".repeat(90), "b".repeat(60));
+    let mut header = tar::Header::new_gnu();
+    header.set_size(MAZE.len() as u64);
+    long.append_data(&mut header, &name, MAZE.as_bytes()).unwrap();
+    let from = home.write("long.tar.gz", gz(&long.into_inner().unwrap()));
+    assert_eq!(fetch(&home, from.to_str().unwrap()).code, Some(0));
+    assert!(home.path().join("mazes").join(&name[4..]).is_file());
+}
+
+#[test]
+fn json_has_all_that_is_said() {
+    let home = Home::new();
+    let from = home.write("a.zip", zip(CONTENTS));
+    let from = from.to_str().unwrap();
+    let json = home.run(&["mazes", "fetch", "mazes", "--json", "--from", from]).json();
+    let expected = json!({
+        "from": from, "folder": "mazes", "mazes": 2, "new": 4, "replaced": 0, "unchanged": 0,
+        "removed": 0, "kept": [], "passed_over": 2,
+    });
+    assert_eq!(json, expected);
+}
+
+#[test]
+fn two_at_once_leave_a_whole_collection() {
+    let home = Home::new();
+    let names: Vec<String> = (0..50).map(|number| format!("top/{number}.txt")).collect();
+    let contents = |maze| names.iter().map(|name| (&name[..], maze)).collect::<Vec<_>>();
+    let one = home.write("one.tar.gz", tar_gz(&contents(MAZE)));
+    let other = home.write("other.zip", zip(&contents(OTHER_MAZE)));
+    thread::scope(|scope| {
+        for from in [&one, &other, &one, &other] {
+            scope.spawn(|| assert_eq!(fetch(&home, from.to_str().unwrap()).code, Some(0)));
+        }
+    });
+    let again = fetch(&home, one.to_str().unwrap());
+    assert_eq!((again.code, &again.stderr[..]), (Some(0), ""), "none was taken for the user's");
+    let read = |number: u32| fs::read_to_string(home.path().join(format!("mazes/{number}.txt")));
+    assert!((0..50).all(|number| read(number).unwrap() == MAZE));
+    assert_eq!(fs::read_dir(home.path().join("mazes")).unwrap().count(), 52);
+}

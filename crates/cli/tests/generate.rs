@@ -1,0 +1,118 @@
+//! `mmsim mazes generate`: new mazes.
+
+mod harness;
+
+use std::collections::HashSet;
+use std::fs;
+
+use harness::Home;
+use mmsim_maze::{Catalogue, Maze};
+
+#[test]
+fn the_same_seed_prints_the_same_maze() {
+    let home = Home::new();
+    let generate = ["mazes", "generate", "--size", "5x4", "--seed", "3"];
+    let printed = home.run(&generate);
+    assert_eq!((printed.code, &printed.stderr[..]), (Some(0), ""));
+    insta::assert_snapshot!(printed.stdout, @r"
+    o---o---o---o---o---o
+    |                   |
+    o   o---o---o---o   o
+    |       | G |   |   |
+    o   o   o   o   o   o
+    |   |   | G |       |
+    o   o   o   o   o---o
+    | S |               |
+    o---o---o---o---o---o
+    ");
+    assert_eq!(home.run(&generate).stdout, printed.stdout);
+    let open = home.run(&[&generate[..], &["--style", "open"]].concat());
+    assert_ne!(open.stdout, printed.stdout);
+}
+
+#[test]
+fn without_a_seed_it_is_said_which_one_it_was() {
+    let home = Home::new();
+    let any = home.run(&["mazes", "generate"]);
+    let seed = any.stderr.strip_prefix("--seed ").unwrap().split(' ').next().unwrap();
+    assert_eq!(any.stdout.parse::<Maze>().unwrap().size(), mmsim_maze::MazeSize::CLASSIC);
+    assert_eq!(home.run(&["mazes", "generate", "--seed", seed]).stdout, any.stdout);
+    assert_ne!(home.run(&["mazes", "generate"]).stdout, any.stdout);
+}
+
+#[test]
+fn several_are_those_of_the_next_seeds() {
+    let home = Home::new();
+    let generate = |arguments: &[&str]| {
+        let ended = home.run(&[&["mazes", "generate", "--size", "6x6"], arguments].concat());
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        ended
+    };
+    let printed = generate(&["--seed", "8", "--count", "3"]).stdout;
+    let single = ["8", "9", "10"].map(|seed| generate(&["--seed", seed]).stdout);
+    assert_eq!(printed, single.join("\n"));
+    assert!(printed.split("\n\n").all(|text| text.parse::<Maze>().is_ok()));
+
+    let said = generate(&["--seed", "8", "--count", "3", "-o", "new/mazes"]).stderr;
+    assert_eq!(said, "3 mazes in new/mazes; `mmsim new/mazes` serves one\n");
+    let read = |name: &str| fs::read_to_string(home.path().join("new/mazes").join(name)).unwrap();
+    assert_eq!(read("contest-6x6-8.txt"), single[0]);
+    assert_eq!(read("contest-6x6-10.txt"), single[2]);
+    assert_eq!(Catalogue::of_path(&home.path().join("new/mazes")).unwrap().entries().len(), 3);
+
+    let largest = u64::MAX.to_string();
+    let wrapped = generate(&["--seed", &largest, "--count", "2"]).stdout;
+    assert!(wrapped.ends_with(&generate(&["--seed", "0"]).stdout), "after the last seed the first");
+}
+
+#[test]
+fn a_file_with_something_else_is_replaced_only_by_force() {
+    let home = Home::new();
+    let path = home.write("mine.txt", "my maze");
+    let generate = ["mazes", "generate", "--size", "6x6", "--seed", "8", "-o", "mine.txt"];
+    let refused = home.run(&generate);
+    assert_eq!((refused.code, &refused.stdout[..]), (Some(1), ""));
+    insta::assert_snapshot!(refused.stderr, @"mmsim: mine.txt: expected no file or the same maze, found something else; --force replaces it");
+    assert_eq!(fs::read(&path).unwrap(), b"my maze");
+    assert_eq!(home.run(&[&generate[..], &["--force"]].concat()).code, Some(0));
+    let printed = home.run(&generate[..6]).stdout;
+    assert_eq!(fs::read_to_string(&path).unwrap(), printed);
+    assert_eq!(home.run(&generate).code, Some(0), "the same again is nothing else");
+    let nowhere = home.run(&["mazes", "generate", "--seed", "1", "-o", "none/maze.txt"]);
+    assert_eq!(nowhere.code, Some(1));
+    assert!(nowhere.stderr.contains("maze.txt: cannot be written: "), "{nowhere:?}");
+    let files: Vec<_> = fs::read_dir(home.path()).unwrap().collect();
+    assert_eq!(files.len(), 1, "{files:?}");
+}
+
+#[test]
+fn json_has_an_object_for_each_maze() {
+    let home = Home::new();
+    let generate = ["mazes", "generate", "--size", "3x2", "--seed", "7", "--style", "perfect"];
+    let json = home.run(&[&generate[..], &["--count", "20", "--json"]].concat()).json();
+    let mazes = json.as_array().unwrap();
+    assert_eq!(mazes.len(), 20);
+    let first = &mazes[0];
+    assert_eq!(first["maze"], home.run(&generate).stdout);
+    assert_eq!((&first["seed"], &first["style"]), (&7.into(), &"perfect".into()));
+    assert_eq!((&first["width"], &first["height"]), (&3.into(), &2.into()));
+    assert_eq!(first["goals"], serde_json::json!([[1, 0], [1, 1]]));
+    let different: HashSet<_> = mazes.iter().map(|maze| maze["maze"].to_string()).collect();
+    assert_eq!(different.len(), 3, "all that there are of this size: {different:?}");
+    assert!(mazes.iter().all(|maze| maze["shortest_path"].as_u64() >= Some(2)), "{json}");
+}
+
+#[test]
+fn wrong_usage_names_what_is_expected() {
+    let home = Home::new();
+    for (arguments, expected) in [
+        (["--size", "33x1"], "expected a maze of 1x1 to 32x32 cells, found 33x1"),
+        (["--style", "hard"], "[possible values: contest, perfect, open]"),
+        (["--count", "0"], "0 is not in 1.."),
+        (["--seed", "-1"], "'-1'"),
+    ] {
+        let ended = home.run(&[&["mazes", "generate"], &arguments[..]].concat());
+        assert_eq!(ended.code, Some(2), "{ended:?}");
+        assert!(ended.stderr.contains(expected), "{ended:?}");
+    }
+}
