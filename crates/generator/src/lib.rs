@@ -107,6 +107,11 @@ fn closed_round(size: MazeSize, room: &CellSet) -> Walls {
     walls
 }
 
+/// The code in the README of this crate runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 #[cfg(test)]
 mod tests {
     use std::collections::HashSet;

@@ -41,3 +41,8 @@ pub use mouse::{Mouse, Surroundings};
 pub use reply::{Decimal, Reply};
 pub use scores::{Run, Scores, Stat};
 pub use spot::{Bearing, Place, Spot};
+
+/// The code in the README of this crate runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
