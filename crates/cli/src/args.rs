@@ -1,15 +1,14 @@
 //! The command line.
 
+use std::env;
+use std::ffi::{OsStr, OsString};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::builder::PossibleValue;
 use clap::error::ErrorKind;
-use clap::parser::ValueSource;
-use clap::{
-    ArgAction, ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum,
-};
+use clap::{ArgAction, Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use mmsim_drawing::WIDTH_PX;
 use mmsim_maze::{Cell, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
@@ -24,7 +23,7 @@ use crate::trial::TrialArgs;
 /// A micromouse maze simulator. Without a command it serves a maze: it tells a search client only
 /// the walls around the mouse, and keeps every state that the client reports.
 #[derive(Debug, Parser)]
-#[command(version, override_usage = USAGE, after_help = AFTER_HELP)]
+#[command(version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
@@ -45,9 +44,6 @@ pub(crate) struct TalkArgs {
     pub(crate) verbose: u8,
 }
 
-const USAGE: &str = "mmsim [OPTIONS] [MAZES]
-       mmsim [-q|-v] <COMMAND>";
-
 const AFTER_HELP: &str = "\
 Examples:
   mmsim demo                           watch a flood-fill mouse search a maze
@@ -65,25 +61,32 @@ Examples:
 `mmsim COMMAND --help` has examples and all options of a command, `mmsim man` the same as a page.";
 
 impl Cli {
-    /// What the command line says. Options of the server before another command are wrong usage:
-    /// they would mean nothing to it.
+    /// What the command line says.
     pub(crate) fn read() -> Self {
-        let mut command = Self::command();
-        let matches = command.get_matches_mut();
-        if let (Some(name), Some(found)) = (matches.subcommand_name(), given(&command, &matches)) {
-            let expected = format!("options of a command after it, as in `mmsim {name} --help`");
-            let message = format!("expected {expected}, found `{found}` before it");
-            command.error(ErrorKind::ArgumentConflict, message).exit();
-        }
-        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command).exit())
+        Self::parse_from(talk_behind_command(env::args_os().collect()))
+    }
+
+    /// Whether there is a command of this name.
+    pub(crate) fn has_command(name: &OsStr) -> bool {
+        Self::command().get_subcommands().any(|command| command.get_name() == name)
     }
 }
 
-/// The first option of this command itself that is given, of those that others do not share.
-fn given(command: &clap::Command, matches: &ArgMatches) -> Option<String> {
-    let is_given = |id| matches.value_source(id) == Some(ValueSource::CommandLine);
-    let mut own = command.get_arguments().filter(|option| !option.is_global_set());
-    own.find(|option| is_given(option.get_id().as_str())).map(ToString::to_string)
+/// `mmsim -q solve` as `mmsim solve -q`. What stands behind any other option is no command but a
+/// folder, which may be called `mazes`.
+fn talk_behind_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    let is_talk = |argument: &&OsString| {
+        let short = argument.as_encoded_bytes().strip_prefix(b"-").unwrap_or_default();
+        let is_short = !short.is_empty() && short.iter().all(|letter| b"qv".contains(letter));
+        is_short || *argument == "--quiet" || *argument == "--verbose"
+    };
+    let talk = arguments.iter().skip(1).take_while(is_talk).count();
+    if let Some(until_command) = arguments.get_mut(1..talk + 2)
+        && until_command.last().is_some_and(|name| Cli::has_command(name))
+    {
+        until_command.rotate_right(1);
+    }
+    arguments
 }
 
 #[derive(Debug, Subcommand)]
@@ -392,6 +395,21 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn how_much_is_said_may_stand_before_a_command() {
+        let arranged = |line: &str| {
+            let arguments = talk_behind_command(line.split(' ').map(OsString::from).collect());
+            arguments.join(OsStr::new(" ")).into_string().unwrap()
+        };
+        assert_eq!(arranged("mmsim -q solve swing"), "mmsim solve -q swing");
+        assert_eq!(arranged("mmsim -vv --verbose mazes"), "mmsim mazes -vv --verbose");
+        for other in
+            ["mmsim", "mmsim -q", "mmsim -q folder solve", "mmsim -qp 0 mazes", "mmsim - solve"]
+        {
+            assert_eq!(arranged(other), other);
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! `mmsim`: serve a maze.
 
 use std::error::Error;
+use std::path::Path;
 
 use clap::CommandFactory;
 use mmsim_protocol::Info;
@@ -11,7 +12,7 @@ use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, Show};
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::args::{Cli, ServeArgs};
+use crate::args::{Cli, ServeArgs, wrong_usage};
 use crate::interrupt::Interrupt;
 use crate::output::{complain, goal_away, own_command, print, say};
 use crate::selection::{Collection, Selected, SelectionError};
@@ -25,6 +26,11 @@ const ANYBODY: &str = "whoever reaches this port can read walls, add states and 
     history: the protocol has neither password nor encryption";
 
 pub(crate) fn run(args: &ServeArgs) -> Outcome {
+    if let Some(name) = args.mazes.as_deref().filter(|path| is_command(path)) {
+        let name = name.display();
+        let expected = format!("options of a command after it, as in `mmsim {name} --help`");
+        wrong_usage("", &format!("expected {expected}, found them before it"));
+    }
     let collection = Collection::at(args.mazes.as_deref()).map_err(|error| hint(error, args))?;
     let selected = collection.select(&args.maze.words.join(" "))?;
     let recorder = keep::recorder(&args.keep)?;
@@ -61,6 +67,11 @@ struct Place<'a> {
     /// The page to watch.
     page: Option<String>,
     maze: Info,
+}
+
+/// Whether what stands in the place of mazes is a command that came after an option.
+fn is_command(path: &Path) -> bool {
+    !path.exists() && Cli::has_command(path.as_os_str())
 }
 
 /// The error, and the command that may have been meant in place of a folder that is not there.
