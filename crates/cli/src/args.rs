@@ -63,13 +63,34 @@ Examples:
 impl Cli {
     /// What the command line says.
     pub(crate) fn read() -> Self {
-        Self::parse_from(talk_behind_command(env::args_os().collect()))
+        let arguments = talk_behind_command(env::args_os().collect());
+        Self::try_parse_from(&arguments).unwrap_or_else(|error| {
+            if let Some(name) = command_behind_options(&arguments).filter(|_| error.use_stderr()) {
+                options_before(name);
+            }
+            error.exit()
+        })
     }
 
     /// Whether there is a command of this name.
     pub(crate) fn has_command(name: &OsStr) -> bool {
         Self::command().get_subcommands().any(|command| command.get_name() == name)
     }
+}
+
+/// Ends the program: options of the server stand before this command, to which they mean nothing.
+pub(crate) fn options_before(command: &OsStr) -> ! {
+    let name = command.display();
+    let expected = format!("options of a command after it, as in `mmsim {name} --help`");
+    wrong_usage("", &format!("expected {expected}, found some before it"));
+}
+
+/// The command behind options of the server, if there is one.
+fn command_behind_options(arguments: &[OsString]) -> Option<&OsStr> {
+    let mut names = arguments.iter().enumerate().skip(2);
+    let (at, name) = names.find(|(_, name)| Cli::has_command(name))?;
+    let are_options = Cli::try_parse_from(&arguments[..at]).is_ok_and(|cli| cli.command.is_none());
+    are_options.then_some(name)
 }
 
 /// `mmsim -q solve` as `mmsim solve -q`. What stands behind any other option is no command but a

@@ -8,7 +8,7 @@ pub(crate) use args::CompareArgs;
 
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use mmsim_solvers::Bundled;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
@@ -18,7 +18,7 @@ use search::{Figures, Search};
 use crate::Outcome;
 use crate::given::Given;
 use crate::grid::aligned;
-use crate::output::print;
+use crate::output::{print, progress};
 use crate::selection::Selected;
 
 /// A strategy that is to search a maze.
@@ -53,21 +53,13 @@ fn compare(
     // No threads without work; 0 is rayon's word for one for each processor.
     let threads = threads.map_or(0, |threads| usize::from(threads).min(jobs.len().max(1)));
     let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
-    let bar = progress(jobs.len());
+    let bar = progress(ProgressBar::new(jobs.len() as u64), "{wide_bar} {pos} of {len} searches");
     let searches: Vec<SearchReport> =
         pool.install(|| jobs.par_iter().map(search).inspect(|_| bar.inc(1)).collect());
     bar.finish_and_clear();
     let mut searches = searches.into_iter();
     let mut of_next = || searches.by_ref().take(mazes.len()).collect();
     Ok(strategies.iter().map(|&strategy| StrategyReport::of(strategy, of_next())).collect())
-}
-
-/// How many searches are done, on stderr if that is a terminal.
-fn progress(searches: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} searches");
-    let bar = ProgressBar::new(searches as u64);
-    // The template is a valid one; with another the bar would only look different.
-    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Lets a strategy search a maze. The time is that of all there is to a search, from the making of

@@ -13,10 +13,10 @@ use crate::output::{print, say};
 
 const AFTER_COMPLETIONS_HELP: &str = "\
 Examples:
-  mmsim completions bash > ~/.local/share/bash-completion/completions/mmsim
-  mmsim completions zsh > \"${fpath[1]}/_mmsim\"
-  mmsim completions fish > ~/.config/fish/completions/mmsim.fish
-  mmsim completions powershell >> $PROFILE";
+  eval \"$(mmsim completions bash)\"     in ~/.bashrc
+  source <(mmsim completions zsh)        in ~/.zshrc, behind compinit
+  mmsim completions fish | source        in ~/.config/fish/config.fish
+  mmsim completions powershell | Out-String | Invoke-Expression     in $PROFILE";
 
 const AFTER_MAN_HELP: &str = "\
 Examples:
@@ -92,7 +92,7 @@ fn page(command: &Command) -> Result<String, Box<dyn std::error::Error>> {
     let man = man.source(concat!("mmsim ", env!("CARGO_PKG_VERSION")));
     man.render_title(&mut page)?;
     man.render_name_section(&mut page)?;
-    man.render_synopsis_section(&mut page)?;
+    page.extend(synopsis(command).bytes());
     man.render_description_section(&mut page)?;
     if command.get_arguments().next().is_some() {
         man.render_options_section(&mut page)?;
@@ -106,10 +106,22 @@ fn page(command: &Command) -> Result<String, Box<dyn std::error::Error>> {
     Ok(String::from_utf8(page)?)
 }
 
+/// How the command is written: as its help says it.
+fn synopsis(command: &Command) -> String {
+    let usage = command.clone().render_usage().to_string();
+    let lines = usage.strip_prefix("Usage:").unwrap_or(&usage).lines().map(str::trim);
+    let lines: String = lines.map(escaped).collect();
+    format!(".SH SYNOPSIS\n.nf\n{lines}.fi\n")
+}
+
 /// Text whose lines and columns stay, as the examples and tables below a help text need it.
 fn as_it_stands(text: &str) -> String {
     let lines = text.strip_prefix("Examples:\n").unwrap_or(text).lines();
-    // A dot or an apostrophe at the beginning would be an instruction.
-    let lines = lines.map(|line| format!("\\&{}\n", line.replace('\\', "\\e").replace('-', "\\-")));
-    format!(".SH EXAMPLES\n.nf\n{}.fi\n", lines.collect::<String>())
+    let lines: String = lines.map(escaped).collect();
+    format!(".SH EXAMPLES\n.nf\n{lines}.fi\n")
+}
+
+/// A line for `man`, with its end, to which a dot or an apostrophe at the beginning would be an instruction.
+fn escaped(line: &str) -> String {
+    format!("\\&{}\n", line.replace('\\', "\\e").replace('-', "\\-"))
 }

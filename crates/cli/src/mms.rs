@@ -1,6 +1,7 @@
 //! `mmsim mms`: a mouse that was written for the simulator mms searches a maze of ours.
 
 mod args;
+mod button;
 mod child;
 mod ended;
 mod simulator;
@@ -8,12 +9,9 @@ mod simulator;
 pub(crate) use args::MmsArgs;
 
 use std::error::Error;
-use std::io::{self, IsTerminal, Read};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 use std::time::Duration;
 
+use button::Button;
 use child::{Child, Line, MAX_LINE_BYTES, Next};
 use ended::{Ended, How};
 use mmsim_client::{Transport, Zmq};
@@ -29,6 +27,9 @@ use crate::solve::{ask_goals, endpoint, explain, say_waiting, told_goals};
 
 /// How long it may take until Ctrl-C is noticed while a mouse thinks.
 const GLANCE: Duration = Duration::from_millis(50);
+
+/// After this time a line that was begun was forgotten rather than being written: so many glances.
+const LONG: Duration = Duration::from_secs(1);
 
 /// Runs the mouse; gives the exit code.
 pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
@@ -134,26 +135,53 @@ impl Search {
         interrupt: &Interrupt,
     ) -> Result<How, How> {
         simulator.tell(&self.mouse)?;
+        let mut silence = Duration::ZERO;
         loop {
             if interrupt.wait_for(Duration::ZERO) {
                 return Err(How::Interrupted);
             }
             match child.next(GLANCE) {
-                Next::Line(line) => self.answer(&line, &child, simulator)?,
-                Next::Silence => {}
+                Next::Line(line) => {
+                    self.answer(&line, &child, simulator)?;
+                    silence = Duration::ZERO;
+                }
+                // What it has started may hold the pipe for longer than itself.
+                Next::Silence if child.status().is_ok_and(|status| status.is_some()) => break,
+                Next::Silence => {
+                    silence += GLANCE;
+                    if silence == LONG {
+                        self.say_begun(&child.begun());
+                    }
+                }
                 Next::End => break,
             }
         }
+        child.end_replies();
         // What it showed last.
         simulator.tell(&self.mouse)?;
         let mut glance = Duration::from_millis(1);
         loop {
-            match child.status() {
+            let status = child.status();
+            // Ctrl-C may have reached both.
+            let patience = if matches!(status, Ok(None)) { glance } else { Duration::ZERO };
+            if interrupt.wait_for(patience) {
+                return Err(How::Interrupted);
+            }
+            match status {
                 Ok(Some(status)) => return Ok(How::ByItself(status)),
-                Ok(None) if interrupt.wait_for(glance) => return Err(How::Interrupted),
                 Ok(None) => glance = GLANCE.min(2 * glance),
                 Err(error) => return Err(How::Failed(error.to_string())),
             }
+        }
+    }
+
+    /// Says of a line that is not at its end yet that the mouse waits for nothing.
+    fn say_begun(&self, begun: &[u8]) {
+        if !begun.is_empty() {
+            let (line, begun) = (self.lines + 1, Excerpt::of(begun));
+            complain(format_args!(
+                "mms: line {line}: expected the end of the line, found nothing yet after {begun}"
+            ));
         }
     }
 
@@ -164,6 +192,9 @@ impl Search {
         simulator: &mut Simulator<'_, T>,
     ) -> Result<(), How> {
         self.lines += 1;
+        if matches!(line, Line::Whole(line) if line.trim_ascii().is_empty()) {
+            return Ok(());
+        }
         if self.button.was_pressed() {
             self.mouse.press_reset();
         }
@@ -208,32 +239,5 @@ impl From<Stop> for How {
             Stop::Interrupted => Self::Interrupted,
             Stop::Failed(error) => Self::LostSimulator(error),
         }
-    }
-}
-
-/// The reset button: each line on stdin presses it.
-struct Button(Arc<AtomicBool>);
-
-impl Button {
-    fn of_stdin() -> Self {
-        let pressed = Arc::new(AtomicBool::new(false));
-        let button = Arc::clone(&pressed);
-        if io::stdin().is_terminal() {
-            say("Enter presses the mouse's reset button");
-        }
-        thread::spawn(move || {
-            let (mut stdin, mut typed) = (io::stdin().lock(), [0; 256]);
-            while let Ok(length @ 1..) = stdin.read(&mut typed) {
-                if typed[..length].contains(&b'\n') {
-                    button.store(true, Ordering::Relaxed);
-                }
-            }
-        });
-        Self(pressed)
-    }
-
-    /// Whether it was pressed since the last time.
-    fn was_pressed(&self) -> bool {
-        self.0.load(Ordering::Relaxed) && self.0.swap(false, Ordering::Relaxed)
     }
 }

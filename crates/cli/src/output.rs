@@ -6,6 +6,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{env, fs, process};
 
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
 /// Prints data. A reader that has read enough, as `head` does, is no failure.
 pub(crate) fn print(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
@@ -29,6 +31,17 @@ pub(crate) fn say(text: impl Display) {
     if !IS_QUIET.load(Ordering::Relaxed) {
         complain(text);
     }
+}
+
+/// Shows how far work is, on stderr if that is a terminal, unless the user wants to hear of nothing
+/// but failures.
+pub(crate) fn progress(bar: ProgressBar, template: &str) -> ProgressBar {
+    if IS_QUIET.load(Ordering::Relaxed) {
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+    }
+    // The templates are valid ones; with others the bar would only look different.
+    let style = ProgressStyle::with_template(template);
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Tells what went wrong, or may. If nobody listens, the work goes on all the same.

@@ -24,6 +24,8 @@ pub(crate) struct Collection {
     place: String,
     /// Where it is, empty for the bundled mazes.
     path: PathBuf,
+    /// Whether nobody named it: a maze that it lacks may be a bundled one then.
+    is_default: bool,
 }
 
 /// A maze and its name.
@@ -62,7 +64,8 @@ impl Collection {
     pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
         let Some(path) = path else { return Ok(Self::of_the_user().unwrap_or_else(Self::bundled)) };
         let place = path.display().to_string();
-        Ok(Self { catalogue: Catalogue::of_path(path)?, place, path: path.into() })
+        let catalogue = Catalogue::of_path(path)?;
+        Ok(Self { catalogue, place, path: path.into(), is_default: false })
     }
 
     /// The mazes in which one is looked for by this name: the file itself, if it is one and no other
@@ -77,7 +80,7 @@ impl Collection {
         let catalogue = Catalogue::of_path(&path).ok()?;
         let place = path.display().to_string();
         if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {
-            return Some(Self { catalogue, place, path });
+            return Some(Self { catalogue, place, path, is_default: true });
         }
         complain(format_args!("expected mazes in {place}, found none; here are the bundled ones"));
         None
@@ -88,11 +91,12 @@ impl Collection {
             catalogue: embedded::catalogue(),
             place: "the bundled mazes".into(),
             path: PathBuf::new(),
+            is_default: false,
         }
     }
 
-    /// The first maze whose path holds these words; without a word, the first whose goal can be
-    /// reached. Files that are no mazes are passed over and counted in a message.
+    /// The first maze whose path holds these words, of the bundled ones if nobody said where to look
+    /// and there is none; without a word, the first whose goal can be reached. Files that are no mazes are passed over and counted in a message.
     pub(crate) fn select(&self, words: &str) -> Result<Selected, SelectionError> {
         let any = words.trim().is_empty();
         let (mut unreadable, mut found, mut better_than_none) = (Vec::new(), None, None);
@@ -114,6 +118,12 @@ impl Collection {
             better_than_none.get_or_insert(selected);
         }
         let Some(selected) = found.or(better_than_none) else {
+            if self.is_default
+                && unreadable.is_empty()
+                && let Ok(bundled) = Self::bundled().select(words)
+            {
+                return Ok(bundled);
+            }
             let (place, count) = (self.place.clone(), self.catalogue.entries().len());
             return Err(match unreadable.into_iter().next() {
                 Some(error) => error.into(),

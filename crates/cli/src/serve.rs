@@ -12,7 +12,7 @@ use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, Show};
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::args::{Cli, ServeArgs, wrong_usage};
+use crate::args::{Cli, ServeArgs, options_before};
 use crate::interrupt::Interrupt;
 use crate::output::{complain, goal_away, own_command, print, say};
 use crate::selection::{Collection, Selected, SelectionError};
@@ -27,9 +27,7 @@ const ANYBODY: &str = "whoever reaches this port can read walls, add states and 
 
 pub(crate) fn run(args: &ServeArgs) -> Outcome {
     if let Some(name) = args.mazes.as_deref().filter(|path| is_command(path)) {
-        let name = name.display();
-        let expected = format!("options of a command after it, as in `mmsim {name} --help`");
-        wrong_usage("", &format!("expected {expected}, found them before it"));
+        options_before(name.as_os_str());
     }
     let collection = Collection::at(args.mazes.as_deref()).map_err(|error| hint(error, args))?;
     let selected = collection.select(&args.maze.words.join(" "))?;

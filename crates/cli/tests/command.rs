@@ -70,11 +70,18 @@ fn verbose_says_more() {
 #[test]
 fn options_of_the_server_before_a_command_are_wrong_usage() {
     let home = Home::new();
-    for arguments in [&["--port", "0", "demo"][..], &["--no-viewer", "demo"]] {
+    for (arguments, command) in [
+        (&["--port", "0", "demo"][..], "demo"),
+        (&["--no-viewer", "demo", "--once"], "demo"),
+        (&["-q", "--port", "0", "solve", "swing"], "solve"),
+    ] {
         let ended = home.run(arguments);
         assert_eq!(ended.code, Some(2), "{ended:?}");
-        assert!(ended.stderr.contains("as in `mmsim demo --help`"), "{ended:?}");
+        let expected = format!("as in `mmsim {command} --help`");
+        assert!(ended.stderr.contains(&expected), "{ended:?}");
     }
+    let ended = home.run(&["--port", "nonsense", "demo"]);
+    assert!(ended.stderr.contains("invalid value 'nonsense'"), "{ended:?}");
 }
 
 #[test]

@@ -30,6 +30,17 @@ fn a_maze_is_shown_with_its_distances() {
 }
 
 #[test]
+fn a_bundled_maze_is_found_beside_ones_own() {
+    let home = Home::new();
+    home.write(".mmsim/small.txt", SMALL);
+    assert!(home.run(&["mazes", "list"]).stdout.contains("small.txt"));
+    let shown = home.run(&["mazes", "show", "harbour", "--json"]);
+    assert_eq!((shown.code, &shown.json()["path"]), (Some(0), &json!("01-harbour.txt")));
+    let named = home.run(&["mazes", "show", "harbour", "--mazes", ".mmsim"]);
+    assert!(named.code == Some(1) && named.stderr.contains("found none of 1"), "{named:?}");
+}
+
+#[test]
 fn a_check_gives_facts_or_the_error_of_each_file() {
     let home = Home::new();
     home.write("mazes/a.txt", SMALL);

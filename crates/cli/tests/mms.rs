@@ -276,6 +276,66 @@ fn what_is_no_command_is_said_at_once() {
 }
 
 #[test]
+fn a_line_without_an_end_is_said_too() {
+    let home = Home::new();
+    let mouse = "say('turnLeft')\nsys.stdout.write('mazeWidth')\nask('')";
+    let mouse =
+        mouse.replace("ask('')", "sys.stdout.flush()\nsys.stdin.readline(), sys.stdin.readline()");
+    let Some(command) = command(&home, &QUIET, &mouse) else { return };
+    let mut hanging = Serving::start(command, "mms: line 2: ");
+    let expected =
+        "mms: line 2: expected the end of the line, found nothing yet after \"mazeWidth\"\n";
+    assert!(hanging.said.ends_with(expected), "{}", hanging.said);
+    hanging.kill();
+    hanging.wait();
+}
+
+/// Whether this process is there and no zombie.
+#[cfg(target_os = "linux")]
+fn lives(id: &str) -> bool {
+    let status = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
+    status.rsplit(')').next().is_some_and(|rest| !rest.trim().is_empty() && !rest.starts_with(" Z"))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_mouse_has_started_ends_with_it() {
+    let home = Home::new();
+    // The limit ends the script and the sleep that it waits for.
+    let script = "sleep 600 & echo sleeps $! >&2; echo turnLeft; wait";
+    let limited = home.run(&arguments(&["--limit", "0"], &["sh", "-c", script]));
+    assert_eq!(limited.code, Some(1), "{limited:?}");
+    let sleeps = limited.stderr.split("sleeps ").nth(1).unwrap().lines().next().unwrap();
+    assert!(!lives(sleeps), "{limited:?}");
+    // The script ends, and the sleep that holds its pipe is not waited for.
+    let ended = home.run(&arguments(&[], &["sh", "-c", "sleep 600 & exit 3"]));
+    assert_eq!(ended.code, Some(3), "{ended:?}");
+}
+
+/// `script` runs a shell on a terminal of its own, in which the command is in the background.
+#[cfg(target_os = "linux")]
+#[test]
+fn in_the_background_of_a_terminal_it_runs_to_the_end() {
+    let home = Home::new();
+    let mouse = "mms --no-viewer --port 0 -- sh -c 'sleep 0.5; exit 5'";
+    let mmsim = env!("CARGO_BIN_EXE_mmsim");
+    let lines = [
+        "set -m",
+        &format!("{mmsim} {mouse} &"),
+        // Stopped, it would be waited for to no end.
+        "mouse=$!; (sleep 20; kill -KILL $mouse) & end=$!",
+        "wait $mouse; echo status $?; kill -- -$end",
+    ];
+    home.write("run.sh", lines.join("\n"));
+    let mut script = Command::new("script");
+    let script = script.args(["-qc", "bash run.sh", "/dev/null"]).current_dir(home.path());
+    let output = script.env("HOME", home.path()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("status 5"), "{said}");
+    assert!(!said.contains("Enter presses"), "{said}");
+}
+
+#[test]
 fn lines_of_any_kind_are_survived() {
     let home = Home::new();
     let mouse = r"
@@ -293,11 +353,10 @@ os._exit(3)
 ";
     let Some(ended) = run(&home, &["--json"], mouse) else { return };
     assert_eq!(ended.code, Some(3), "{ended:?}");
-    assert_eq!(ended.json()["refused_lines"], json!(6));
+    assert_eq!(ended.json()["refused_lines"], json!(5), "a blank line is none");
     let said: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
     insta::assert_snapshot!(said.join("\n"), @r#"
     mms: line 1: unknown command "\xff\xfe"
-    mms: line 2: unknown command ""
     mms: line 3: expected at most 4096 bytes, found more, which begin with "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
     mms: line 5: expected a cell in a maze of 16x16 cells, found "setWall 99 0 n"
     mms: line 6: unknown command "Starting up... \x1b[2J"

@@ -86,7 +86,7 @@ impl Scores {
     /// The competition's score, the less the better: turns and effective distance of the best run,
     /// and a tenth of all.
     pub fn score(&self) -> f64 {
-        self.best.map_or(Self::UNSOLVED, |best| best.cost() + 0.1 * self.total.cost())
+        self.best.map_or(Self::UNSOLVED, |best| (10. * best.cost() + self.total.cost()) / 10.)
     }
 
     /// A number by its name; `None` for those of a best run that is not there yet.

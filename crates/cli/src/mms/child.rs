@@ -3,9 +3,9 @@
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
 use std::process::{self, ChildStdin, Command, ExitStatus, Stdio};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -30,6 +30,7 @@ pub(crate) struct Child {
     /// Where replies go; `None` once there are no more.
     replies: Option<Sender<Reply>>,
     unread: Arc<AtomicUsize>,
+    begun: Arc<Mutex<Vec<u8>>>,
 }
 
 /// What a mouse has written.
@@ -59,6 +60,9 @@ impl Child {
             return Err("expected a program after --, found nothing".into());
         };
         let mut mouse = Command::new(program);
+        // So that it can be ended with all that it has started.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut mouse, 0);
         let pipes = mouse.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = pipes.spawn().map_err(|error| {
             let hint = match error.kind() {
@@ -75,12 +79,14 @@ impl Child {
         // So that a mouse may write before it reads, reading its commands and writing replies wait
         // for nobody but the mouse.
         let (read, lines) = mpsc::sync_channel(LINES_AHEAD);
+        let begun = Arc::default();
+        let stdout = Watched { pipe: stdout, begun: Arc::clone(&begun) };
         thread::spawn(move || read_lines(BufReader::new(stdout), &read));
         let (replies, to_write) = mpsc::channel();
         let unread = Arc::new(AtomicUsize::new(0));
         let counter = Arc::clone(&unread);
         thread::spawn(move || write_replies(stdin, &to_write, &counter));
-        Ok(Self { process, lines, replies: Some(replies), unread })
+        Ok(Self { process, lines, replies: Some(replies), unread, begun })
     }
 
     /// What the mouse writes next, if it does within this time.
@@ -104,17 +110,55 @@ impl Child {
         Ok(())
     }
 
-    /// Tells the mouse that there will be no more replies, and how it has ended, if it has.
-    pub(crate) fn status(&mut self) -> io::Result<Option<ExitStatus>> {
+    /// The beginning of the line that the mouse is writing; nothing between two lines.
+    pub(crate) fn begun(&self) -> Vec<u8> {
+        self.begun.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Tells the mouse that there will be no more replies.
+    pub(crate) fn end_replies(&mut self) {
         self.replies = None;
+    }
+
+    /// How the mouse has ended, if it has.
+    pub(crate) fn status(&mut self) -> io::Result<Option<ExitStatus>> {
         self.process.try_wait()
     }
 }
 
 impl Drop for Child {
+    /// Ends the mouse, and what it may have started.
     fn drop(&mut self) {
+        #[cfg(unix)]
+        if let Some(group) = rustix::process::Pid::from_raw(self.process.id().cast_signed()) {
+            let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
+        }
         let _ = self.process.kill();
         let _ = self.process.wait();
+    }
+}
+
+/// A pipe from the mouse that knows which line is not yet at its end.
+struct Watched<R> {
+    pipe: R,
+    begun: Arc<Mutex<Vec<u8>>>,
+}
+
+impl<R: Read> Read for Watched<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let length = self.pipe.read(buffer)?;
+        let read = buffer.get(..length).unwrap_or_default();
+        let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
+        let rest = match read.iter().rposition(|&byte| byte == b'\n') {
+            Some(end) => {
+                begun.clear();
+                &read[end + 1..]
+            }
+            None => read,
+        };
+        let room = START_BYTES.saturating_sub(begun.len());
+        begun.extend(&rest[..rest.len().min(room)]);
+        Ok(length)
     }
 }
 
