@@ -115,8 +115,8 @@ class Simulator:
         """Tells what the mouse believes. A viewer shows it, a recording keeps it.
 
         Both grids are read as `grid[x][y]`. `weights` has any number you like for each cell, such
-        as its distance to the goal; what is greater than 255 is sent as 255. `walls` has the sum
-        of the cell's `Known`.
+        as its distance to the goal: whole and not negative; what is greater than 255 is sent as
+        255. `walls` has the sum of the cell's `Known`.
         """
         if [len(column) for column in weights] != [len(column) for column in walls]:
             raise ValueError("expected weights and walls of the same cells")

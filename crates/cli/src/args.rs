@@ -3,7 +3,7 @@
 use std::env;
 use std::ffi::{OsStr, OsString};
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::builder::PossibleValue;
@@ -17,6 +17,7 @@ use mmsim_solvers::Bundled;
 use crate::compare::CompareArgs;
 use crate::manual::{CompletionsArgs, ManArgs};
 use crate::mazes::MazesArgs;
+use crate::meant::meant;
 use crate::mms::MmsArgs;
 use crate::trial::TrialArgs;
 
@@ -68,6 +69,11 @@ impl Cli {
             if let Some(name) = command_behind_options(&arguments).filter(|_| error.use_stderr()) {
                 options_before(name);
             }
+            if let Some(word) = unknown_word(&arguments) {
+                let was = meant(word).map(|meant| format!("; was {meant} meant?"));
+                let expected = "expected a command, or a file or folder of mazes";
+                wrong_usage("", &format!("{expected}, found {word:?}{}", was.unwrap_or_default()));
+            }
             error.exit()
         })
     }
@@ -91,6 +97,13 @@ fn command_behind_options(arguments: &[OsString]) -> Option<&OsStr> {
     let (at, name) = names.find(|(_, name)| Cli::has_command(name))?;
     let are_options = Cli::try_parse_from(&arguments[..at]).is_ok_and(|cli| cli.command.is_none());
     are_options.then_some(name)
+}
+
+/// The first word, if it is neither a command nor a path.
+fn unknown_word(arguments: &[OsString]) -> Option<&str> {
+    let word = arguments.get(1)?.to_str()?;
+    (!word.starts_with('-') && !Cli::has_command(OsStr::new(word)) && !Path::new(word).exists())
+        .then_some(word)
 }
 
 /// `mmsim -q solve` as `mmsim solve -q`. What stands behind any other option is no command but a

@@ -14,6 +14,7 @@ mod interrupt;
 mod keep;
 mod manual;
 mod mazes;
+mod meant;
 mod mms;
 mod output;
 mod recorded;

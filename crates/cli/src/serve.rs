@@ -3,7 +3,6 @@
 use std::error::Error;
 use std::path::Path;
 
-use clap::CommandFactory;
 use mmsim_protocol::Info;
 use mmsim_server::Server;
 use mmsim_server::limits::MAX_CONNECTIONS;
@@ -14,7 +13,8 @@ use serde::Serialize;
 use crate::Outcome;
 use crate::args::{Cli, ServeArgs, options_before};
 use crate::interrupt::Interrupt;
-use crate::output::{complain, goal_away, own_command, print, say};
+use crate::meant::meant;
+use crate::output::{complain, goal_away, print, say};
 use crate::selection::{Collection, Selected, SelectionError};
 use crate::{keep, watching};
 
@@ -72,16 +72,11 @@ fn is_command(path: &Path) -> bool {
     !path.exists() && Cli::has_command(path.as_os_str())
 }
 
-/// The error, and the command that may have been meant in place of a folder that is not there.
+/// The error, and what may have been meant in place of a folder that is not there.
 fn hint(error: SelectionError, args: &ServeArgs) -> Box<dyn Error> {
-    let name = args.mazes.iter().filter(|path| !path.exists()).find_map(|path| path.to_str());
-    let commands = Cli::command();
-    let meant = name.and_then(|name| {
-        let mut names = commands.get_subcommands().map(clap::Command::get_name);
-        names.find(|command| strsim::damerau_levenshtein(name, command) <= 2)
-    });
-    match meant {
-        Some(meant) => format!("{error}; was {} meant?", own_command(&format!("{meant} …"))).into(),
+    let missing = args.mazes.iter().filter(|path| !path.exists());
+    match missing.filter_map(|path| path.to_str()).find_map(meant) {
+        Some(meant) => format!("{error}; was {meant} meant?").into(),
         None => error.into(),
     }
 }

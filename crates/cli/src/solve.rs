@@ -36,7 +36,11 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         // What the simulator calls the maze is not asked for; where it is, tells as much.
         let info = Info::new(&endpoint, map.size(), start, map.goals(), 0);
         let recorded = Recorded::new(transport, args.record.as_deref(), &info);
-        Ok((map, start, recorded.map_err(|error| error.to_string())?))
+        let recorded = recorded.map_err(|error| match &args.record {
+            Some(file) if file.exists() => format!("{error}; --record takes a new file"),
+            _ => error.to_string(),
+        });
+        Ok((map, start, recorded?))
     });
     let (map, start, mut transport) = match prepared {
         Ok(prepared) => prepared,

@@ -97,6 +97,12 @@ fn what_was_meant_is_guessed() {
     let said = |name| home.run(&[name]).stderr;
     assert!(said("sovle").ends_with("; was `mmsim solve …` meant?\n"), "{}", said("sovle"));
     assert!(!said("my-mazes").contains("meant"), "{}", said("my-mazes"));
+    assert!(said("fetch").ends_with("; was `mmsim mazes fetch …` meant?\n"), "{}", said("fetch"));
+    assert!(said("harbour").ends_with("; was `mmsim --maze harbour` meant?\n"));
+    let ended = home.run(&["slove", "flood-fill"]);
+    assert_eq!(ended.code, Some(2));
+    let expected = "found \"slove\"; was `mmsim solve …` meant?\n";
+    assert!(ended.stderr.contains(expected), "{ended:?}");
     let ended = home.run(&["solve", "swing", "--connect", "tcp://127.0.0.1:1", "--timeout", "0.1"]);
     assert!(ended.stderr.ends_with("; start a simulator with `mmsim`\n"), "{ended:?}");
 }
