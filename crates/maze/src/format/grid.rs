@@ -288,13 +288,17 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>, ParseError>
 
 /// Whether the line after a row of posts is another row of cells rather than text that follows the
 /// maze. It is one if it starts with a wall: `|`, or whatever the first row of cells starts with.
-/// So is one as long as a row of posts after which such a row follows, lest a maze with a gap in its
-/// outer wall be read as a smaller one.
+/// So is one that starts with a blank, or is as long as a row of posts, if such a row follows: lest a
+/// maze with a gap in its outer wall be read as a smaller one.
 fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     let (posts, wall) = (&lines[0], lines.get(1).map_or('|', |cells| cells.at(0)));
     let is_as_long = |line: &Line| line.characters.len() == posts.characters.len();
-    let is_row = |next: &Line| is_as_long(line) && is_as_long(next) && next.at(0) == posts.at(0);
-    lines.len() == 1 || line.at(0) == '|' || line.at(0) == wall || next.is_some_and(is_row)
+    let is_posts = |next: &Line| is_as_long(next) && next.at(0) == posts.at(0);
+    let is_row = match line.at(0) {
+        ' ' => next.is_some_and(is_posts),
+        first => first == '|' || first == wall || is_as_long(line) && next.is_some_and(is_posts),
+    };
+    lines.len() == 1 || is_row
 }
 
 /// The possible distances between two posts in characters, each with the number of cells side by

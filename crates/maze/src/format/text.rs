@@ -37,7 +37,7 @@ pub(super) fn read_grid(grid: &grid::Grid) -> Result<Reading, Vec<ParseError>> {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Cell, Maze, MazeSize};
+    use crate::{Cell, Format, Maze, MazeSize};
 
     const MAZE: &str = "\
 o---o---o---o
@@ -72,6 +72,7 @@ o---o---o---o
             ("text right after it", MAZE.to_string() + "official\n"),
             ("another maze after it", MAZE.to_string() + "the same again\n" + MAZE),
             ("text with bars in it", MAZE.to_string() + "  source: a|b\n  c|d\n"),
+            ("text with blanks before it", MAZE.to_string() + "\n  official\no, and more\n"),
             ("two columns a cell", "+-+-+-+\n|  G G|\n+ +-+ +\n|S|   |\n+-+-+-+\n".to_string()),
             (
                 "three columns a cell",
@@ -130,6 +131,23 @@ o---o---o---o
         insta::assert_snapshot!(replaced("G   G", "G \t G"), @"line 2, column 9: expected a maze drawn with printable characters, found a tab");
         insta::assert_snapshot!(replaced("| S |       |\no---o---o---o\n", ""), @r#"line 3, column 2: expected the outer wall, found "   ""#);
         insta::assert_snapshot!(replaced("o---o---o---o\n|", "o---o---o---o\n\n\nnot |"), @r#"line 4, column 13: expected the outer wall, found " ""#);
+    }
+
+    /// Its first two rows would make a maze alone.
+    #[test]
+    fn every_gap_is_told_at_its_own_place() {
+        let text = "o---o---o\n|       |\no---o---o\n|       |\no---o---o\n  official: 2\n";
+        let places = |first: &str, second: &str| -> Vec<String> {
+            let row = "|       |\n";
+            let text = text.replacen(row, "ROW", 1).replacen(row, second, 1).replace("ROW", first);
+            let errors = Format::Text.read(text.as_bytes()).unwrap_err();
+            errors.iter().map(|error| error.place.to_string()).collect()
+        };
+        let (row, bare) = ("|       |\n", "  S\n");
+        let at = |line: usize| [1, 9].map(|column| format!("line {line}, column {column}"));
+        assert_eq!(places(row, bare), at(4));
+        assert_eq!(places(bare, row), at(2));
+        assert_eq!(places(bare, bare), [at(2), at(4)].concat());
     }
 
     #[test]
