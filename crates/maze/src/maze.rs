@@ -66,34 +66,35 @@ impl Maze {
         &self.goals
     }
 
-    /// The posts inside that no wall touches, by the cell to the north-east of each. The posts in
-    /// the middle of a goal of several cells are none of them: contest rules ask for a wall at
-    /// every other post.
+    /// The posts inside that no wall touches, by the cell to the north-east of each, but for the
+    /// one in the middle of a maze of even sides: by contest rules each post has a wall but that.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Maze};
-    /// let maze: Maze = "o---o---o\n|     G |\no   o   o\n| S     |\no---o---o\n".parse()?;
+    /// let maze: Maze = "\
+    /// o---o---o---o
+    /// |         G |
+    /// o   o   o---o
+    /// | S         |
+    /// o---o---o---o
+    /// ".parse()?;
     /// assert!(maze.posts_without_wall().eq([Cell::new(1, 1)]));
     /// # Ok::<(), mmsim_maze::ParseError>(())
     /// ```
     pub fn posts_without_wall(&self) -> impl Iterator<Item = Cell> + '_ {
+        let size = self.size();
         let inside = |cell: &Cell| cell.x > 0 && cell.y > 0;
-        self.size().cells().filter(inside).filter(|&north_east| {
+        let is_middle = move |cell: Cell| (2 * cell.x, 2 * cell.y) == (size.width(), size.height());
+        size.cells().filter(inside).filter(move |&north_east| {
             let south_west = Cell::new(north_east.x - 1, north_east.y - 1);
-            let corners = [
-                north_east,
-                south_west,
-                Cell::new(north_east.x, south_west.y),
-                Cell::new(south_west.x, north_east.y),
-            ];
             let walls = [
                 (north_east, Heading::South),
                 (north_east, Heading::West),
                 (south_west, Heading::North),
                 (south_west, Heading::East),
             ];
-            !walls.into_iter().any(|(cell, heading)| self.walls.has(cell, heading))
-                && !corners.into_iter().all(|cell| self.goals.contains(cell))
+            !is_middle(north_east)
+                && !walls.into_iter().any(|(cell, heading)| self.walls.has(cell, heading))
         })
     }
 
@@ -125,6 +126,19 @@ mod tests {
             "expected the start inside a maze of 4x3 cells, found it at (4, 0)"
         );
         assert!(Maze::new(walls, Cell::new(0, 0), goals(0, 3)).is_err());
+    }
+
+    #[test]
+    fn the_post_in_the_middle_alone_needs_no_wall() {
+        let posts = |width, height| -> Vec<Cell> {
+            let walls = Walls::open(MazeSize::new(width, height).unwrap());
+            let goals = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(x, y)| Cell::new(x, y));
+            let maze = Maze::new(walls, Cell::new(0, 0), goals.into_iter().collect()).unwrap();
+            maze.posts_without_wall().collect()
+        };
+        assert_eq!(posts(4, 2), [Cell::new(1, 1), Cell::new(3, 1)]);
+        assert_eq!(posts(3, 2), [Cell::new(1, 1), Cell::new(2, 1)]);
+        assert_eq!(posts(2, 2), []);
     }
 
     #[test]
