@@ -120,11 +120,14 @@ fn bit_orders() -> impl Iterator<Item = [Heading; 4]> {
     USUAL.into_iter().chain(others)
 }
 
+/// What says of a number that it is hex.
+const SIGNS: [&str; 2] = ["0x", "0X"];
+
 /// The digits of a line, which may be parted by commas, semicolons or blanks; then each may have
 /// a `0x` or a 0 before it.
 pub(super) fn digits(line: usize, content: &str) -> Vec<Item<'_>> {
     match items(line, content)[..] {
-        [row] => characters(without(row, "0x")),
+        [row] => characters(without(row, SIGNS)),
         ref items => items.iter().copied().map(digit).collect(),
     }
 }
@@ -140,13 +143,17 @@ fn value(item: &Item) -> Option<u8> {
 
 /// A digit that stands alone.
 pub(super) fn digit(item: Item) -> Item {
-    let item = without(item, "0x");
-    if item.text.len() == 2 { without(item, "0") } else { item }
+    let item = without(item, SIGNS);
+    if item.text.len() == 2 { without(item, ["0"]) } else { item }
 }
 
-fn without<'a>(item: Item<'a>, prefix: &str) -> Item<'a> {
-    let rest = item.text.strip_prefix(prefix);
-    rest.map_or(item, |text| Item { text, column: item.column + prefix.len(), ..item })
+/// The item without the first of these that stands before it.
+fn without<'a>(item: Item<'a>, prefixes: impl IntoIterator<Item = &'static str>) -> Item<'a> {
+    let without = |prefix: &str| {
+        let text = item.text.strip_prefix(prefix)?;
+        Some(Item { text, column: item.column + prefix.len(), ..item })
+    };
+    prefixes.into_iter().find_map(without).unwrap_or(item)
 }
 
 fn characters(row: Item) -> Vec<Item> {
@@ -330,6 +337,8 @@ mod tests {
             };
             MAZE.lines().map(row).collect()
         };
+        let before_rows =
+            |sign: &str| sign.to_string() + &MAZE.trim_end().replace('\n', &format!("\n{sign}"));
         for (what, text) in [
             ("capitals", MAZE.to_uppercase()),
             ("carriage returns and blank lines", MAZE.replace('\n', "\r\n\r\n")),
@@ -338,12 +347,11 @@ mod tests {
             ("commas and blanks", parted(", ", "")),
             ("trailing commas", parted(",", "").replace('\n', ",\n")),
             ("a sign of hex", parted(", ", "0x")),
+            ("a capital sign of hex", parted(", ", "0X").to_uppercase()),
             ("two digits", parted(" ", "0")),
             ("a sign of hex and two digits", parted(",", "0x0")),
-            (
-                "a sign of hex before a row",
-                "0x".to_string() + &MAZE.trim_end().replace('\n', "\n0x"),
-            ),
+            ("a sign of hex before a row", before_rows("0x")),
+            ("a capital sign of hex before a row", before_rows("0X")),
         ] {
             assert_eq!(Format::of(text.as_bytes()), Format::Hex, "{what}");
             assert_eq!(text.parse::<Maze>(), MAZE.parse(), "{what}");
