@@ -124,6 +124,11 @@ fn the_examples_of_the_page_read() {
             let maze: Maze = example.parse().unwrap_or_else(|error| panic!("{heading}: {error}"));
             let format = Format::of(example.as_bytes());
             assert_eq!(format.name(), heading.to_lowercase(), "{example}");
+            for line_end in ["\r\n", "\r"] {
+                let ended = example.replace('\n', line_end);
+                assert_eq!(Format::of(ended.as_bytes()), format, "{ended:?}");
+                assert_eq!(ended.parse().as_ref(), Ok(&maze), "{ended:?}");
+            }
             assert_eq!(drawn.get_or_insert_with(|| maze.clone()), &maze, "{heading}");
             formats.push(format);
         }

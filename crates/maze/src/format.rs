@@ -23,7 +23,8 @@ mod trial;
 pub use error::{FormatNameError, ParseError, ParseErrorKind, Place, WriteError};
 
 /// A way to write a maze down. Where a format marks no start it is (0, 0), and where it marks no
-/// goal the goal is the central cells ([`MazeSize::central_cells`]).
+/// goal the goal is the central cells ([`MazeSize::central_cells`]). Lines of a text may end in
+/// `\n`, `\r\n` or `\r`.
 ///
 /// ```
 /// use mmsim_maze::{Format, Maze};
@@ -48,9 +49,9 @@ pub enum Format {
     ///
     /// Any character may stand for a post, with two or more alike from post to post on a line of
     /// posts. A wall's place that is blank is open, one without a blank is a wall. `S` and `G` are
-    /// optional: the start is (0, 0) and the goal the central cells unless marked. Blank lines,
-    /// trailing blanks and `\r` are ignored, missing trailing blanks supplied, and text may follow
-    /// after the last line of the maze.
+    /// optional: the start is (0, 0) and the goal the central cells unless marked. Blank lines and
+    /// trailing blanks are ignored, missing trailing blanks supplied, and text may follow after
+    /// the last line of the maze.
     Text,
     /// The same with ` . ` or `.` in place of an inner wall that nobody knows of, as kerikun11's
     /// micromouse library writes its `.maze` files. Such a wall is taken as open. Where posts or
@@ -158,8 +159,7 @@ impl Format {
         if self == Self::Maz {
             return maz::parse(content).map(whole);
         }
-        let text = String::from_utf8_lossy(content);
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let text = &text_of(content);
         if text.trim().is_empty() {
             let found = if content.is_empty() { "an empty file" } else { "only blanks" };
             return Err(ParseError::new(1, 1, "a maze", found).into());
@@ -279,6 +279,14 @@ impl FromStr for Maze {
     fn from_str(text: &str) -> Result<Self, ParseError> {
         Self::parse(text.as_bytes())
     }
+}
+
+/// The content as text without a byte order mark, with line ends of one kind: `\n`, `\r\n` and
+/// `\r`, which old Macs wrote, are taken alike.
+fn text_of(content: &[u8]) -> String {
+    let text = String::from_utf8_lossy(content);
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    text.replace("\r\n", "\n").replace('\r', "\n")
 }
 
 /// The cell at these coordinates, which a format has checked to be below 32.
@@ -442,11 +450,11 @@ mod tests {
         }
 
         #[test]
-        fn line_ends_and_blanks_do_not_matter(maze in any_maze(), blank in prop::collection::vec(0usize..4, 70)) {
+        fn line_ends_and_blanks_do_not_matter(maze in any_maze(), blank in prop::collection::vec(0usize..5, 70)) {
             let mut text = String::new();
             for (line, blank) in maze.to_string().lines().zip(blank.iter().cycle()) {
                 text += line;
-                text += ["\n", "\r\n", "  \t\n", "\r\n  \n\n"][*blank];
+                text += ["\n", "\r\n", "  \t\n", "\r\n  \n\n", "\r"][*blank];
             }
             prop_assert_eq!(&text.parse::<Maze>().unwrap(), &maze);
         }

@@ -4,15 +4,14 @@
 //! format. So what decides is the first lines, and the others only where these leave it open.
 
 use super::rows::{Item, items, lines};
-use super::{Format, csv, grid, hex, maz, num};
+use super::{Format, csv, grid, hex, maz, num, text_of};
 use crate::MazeSize;
 
 pub(super) fn format(content: &[u8]) -> Format {
     if maz::is_it(content) {
         return Format::Maz;
     }
-    let text = String::from_utf8_lossy(content);
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let text = &text_of(content);
     let mut first_lines = lines(text).map(|(_, content)| content.trim());
     let (first, second) = (first_lines.next().unwrap_or(""), first_lines.next().unwrap_or(""));
     if first.starts_with("OSHWDEM") {
