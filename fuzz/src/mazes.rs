@@ -66,6 +66,7 @@ fn check_error(format: Format, error: &ParseError, text: &str) {
         _ => unreachable!("{error:?}"),
     };
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let text = text.replace("\r\n", "\n").replace('\r', "\n");
     let lines: Vec<usize> = text.lines().map(|line| line.chars().count()).collect();
     assert!((1..=lines.len() + 1).contains(&line), "{error} in {} lines", lines.len());
     let width = match format {
