@@ -1,7 +1,7 @@
 //! The binary format `.maz`: a byte a cell of a 16×16 maze.
 
 use super::stated::{self, Stated};
-use super::{ParseError, Place, unmarked};
+use super::{ParseError, Place, cell, unmarked};
 use crate::{Cell, Maze, MazeSize, Sides};
 
 const SIZE: MazeSize = MazeSize::CLASSIC;
@@ -16,12 +16,14 @@ pub(super) fn is_it(content: &[u8]) -> bool {
 
 pub(super) fn parse(content: &[u8]) -> Result<Maze, Vec<ParseError>> {
     if content.len() != SIZE.area() {
-        let (place, found) = (content.len().min(SIZE.area()) + 1, content.len());
+        let (index, found) = (content.len().min(SIZE.area()), content.len());
         let expected = format!("{} bytes, one for each cell of {SIZE}", SIZE.area());
-        return Err(ParseError::at(Place::Byte(place), expected, found.to_string()).into());
+        let error = ParseError::at(Place::Byte(index + 1), expected, found.to_string());
+        return Err(ParseError { cell: cell_of(index), ..error }.into());
     }
-    let cells: Vec<Stated> = (1..)
-        .zip(content)
+    let cells: Vec<Stated> = content
+        .iter()
+        .enumerate()
         .map(|(index, &byte)| parse_cell(index, byte))
         .collect::<Result<_, _>>()?;
     unmarked(stated::walls(SIZE, |cell| &cells[index(cell)])?)
@@ -39,10 +41,17 @@ fn index(cell: Cell) -> usize {
     usize::from(SIZE.height()) * usize::from(cell.x) + usize::from(cell.y)
 }
 
+/// The cell that the byte with this index is of, unless it lies beyond the last.
+fn cell_of(index: usize) -> Option<Cell> {
+    let height = usize::from(SIZE.height());
+    (index < SIZE.area()).then(|| cell(index / height, index % height))
+}
+
 fn parse_cell(index: usize, byte: u8) -> Result<Stated, ParseError> {
-    let (place, found) = (Place::Byte(index), byte.to_string());
+    let (place, found) = (Place::Byte(index + 1), byte.to_string());
     if byte >= 16 {
-        return Err(ParseError::at(place, "a byte from 0 to 15", found));
+        let error = ParseError::at(place, "a byte from 0 to 15", found);
+        return Err(ParseError { cell: cell_of(index), ..error });
     }
     Ok(Stated { sides: Sides::of_bits(byte), place, found })
 }
@@ -98,19 +107,24 @@ mod tests {
 
     #[test]
     fn errors_name_the_byte_and_the_cells() {
+        let told = |content: &[u8]| {
+            let error = Maze::parse(content).unwrap_err();
+            let cell = error.cell.map_or("no cell".into(), |cell| cell.to_string());
+            format!("{error}; {cell}")
+        };
         let error = |index: usize, byte: u8| {
             let mut bytes = seed();
             bytes[index] = byte;
-            Maze::parse(&bytes).unwrap_err().to_string()
+            told(&bytes)
         };
-        insta::assert_snapshot!(error(16, 4), @"byte 17: expected (1, 0) closed to the west, as (0, 0) is to the east at byte 1, found 4");
-        insta::assert_snapshot!(error(255, 1), @"byte 256: expected (15, 15) closed to the east, an outer wall, found 1");
-        insta::assert_snapshot!(error(7, 24), @"byte 8: expected a byte from 0 to 15, found 24");
+        insta::assert_snapshot!(error(16, 4), @"byte 17: expected (1, 0) closed to the west, as (0, 0) is to the east at byte 1, found 4; (1, 0)");
+        insta::assert_snapshot!(error(255, 1), @"byte 256: expected (15, 15) closed to the east, an outer wall, found 1; (15, 15)");
+        insta::assert_snapshot!(error(7, 24), @"byte 8: expected a byte from 0 to 15, found 24; (0, 7)");
         let cut = |length: usize| {
             let bytes = [seed(), vec![b'\n']].concat();
-            Maze::parse(&bytes[..length]).unwrap_err().to_string()
+            told(&bytes[..length])
         };
-        insta::assert_snapshot!(cut(255), @"byte 256: expected 256 bytes, one for each cell of 16x16, found 255");
-        insta::assert_snapshot!(cut(257), @"byte 257: expected 256 bytes, one for each cell of 16x16, found 257");
+        insta::assert_snapshot!(cut(255), @"byte 256: expected 256 bytes, one for each cell of 16x16, found 255; (15, 15)");
+        insta::assert_snapshot!(cut(257), @"byte 257: expected 256 bytes, one for each cell of 16x16, found 257; no cell");
     }
 }
