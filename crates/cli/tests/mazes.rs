@@ -2,7 +2,10 @@
 
 mod harness;
 
+use std::fs;
+
 use harness::Home;
+use mmsim_maze::Format;
 use serde_json::json;
 
 const SMALL: &str = "o---o---o\n| S   G |\no---o---o\n";
@@ -57,7 +60,7 @@ fn a_check_gives_facts_or_the_error_of_each_file() {
     );
     let unreachable = json!([{"severity": "warning", "kind": "unreachable_cells",
         "message": "the cell (1, 0) cannot be reached", "line": null, "column": null,
-        "cell": [1, 0]}]);
+        "byte": null, "cell": [1, 0]}]);
     assert_eq!(good.json()[1]["findings"], unreachable);
     assert_eq!(good.json()[1]["reachable_cells"], 1);
     let bad = home.run(&["mazes", "check", "mazes", "bad.txt", "missing.txt", "--json"]);
@@ -128,8 +131,64 @@ fn a_check_tells_every_finding_with_its_place() {
     assert_eq!(failed, [true, true, true, false, false, false, false]);
     let warned = home.run(&["mazes", "check", "mazes/4-posts.txt", "mazes/6-known.txt"]);
     assert_eq!(warned.code, Some(0), "warnings alone");
-    let twice = home.run(&["mazes", "check", "mazes/6-known.txt", "mazes/6-known.txt"]);
-    assert!(!twice.stdout.contains("same"), "a file is no duplicate of itself: {twice:?}");
+}
+
+#[test]
+fn a_file_is_no_duplicate_of_itself() {
+    let home = Home::new();
+    home.write("mazes/x.txt", SMALL);
+    let check = |paths: &[&str]| {
+        let checked = home.run(&[&["mazes", "check"], paths].concat());
+        assert_eq!(checked.code, Some(0));
+        checked.stdout
+    };
+    assert_eq!(check(&["mazes/x.txt", "mazes/x.txt"]).matches("same").count(), 0);
+    assert_eq!(check(&["./mazes/x.txt", "mazes/x.txt"]).matches("same").count(), 0);
+    assert_eq!(check(&[".", "mazes/x.txt", "mazes"]).matches("same").count(), 0);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("x.txt", home.path().join("mazes/link.txt")).unwrap();
+        assert_eq!(check(&["mazes"]).matches("same").count(), 0);
+    }
+    home.write("mazes/y.txt", SMALL);
+    assert_eq!(check(&["mazes", "mazes/x.txt"]).matches("same").count(), 1);
+}
+
+#[test]
+fn a_check_tells_bytes_and_their_cells() {
+    let home = Home::new();
+    let maze = fs::read_to_string(mmsim_tests::bundled_mazes().join("01-harbour.txt")).unwrap();
+    let bytes = Format::Maz.write(&maze.parse().unwrap()).unwrap();
+    let east = 2;
+    home.write("high.maz", [&bytes[..18], &[16], &bytes[19..]].concat());
+    home.write("open.maz", [&bytes[..255], &[bytes[255] & !east]].concat());
+    let checked = home.run(&["mazes", "check", "high.maz", "open.maz", "--json"]).json();
+    let finding = |file: usize, kind: &str, byte: usize, cell: [u8; 2]| {
+        let found = &checked[file]["findings"][0];
+        let expected = json!({"severity": "error", "kind": kind, "message": found["message"],
+            "line": null, "column": null, "byte": byte, "cell": cell});
+        assert_eq!(found, &expected);
+    };
+    finding(0, "unreadable", 19, [1, 2]);
+    finding(1, "open_perimeter", 256, [15, 15]);
+}
+
+#[test]
+fn a_check_tells_that_other_mazes_fit() {
+    let home = Home::new();
+    home.write("rows.txt", "9153\nec7e\n");
+    home.write("one.txt", "9113\nec46\n");
+    let checked = home.run(&["mazes", "check", "rows.txt", "one.txt"]);
+    assert_eq!(checked.code, Some(0));
+    insta::assert_snapshot!(checked.stdout, @"
+    rows.txt: 4x2, 4 goal cells, goal 2 steps away
+      warning: other mazes fit these digits too; taken is: rows from the north, each from the west, bits 1 2 4 8 walls north east south west
+    one.txt: 4x2, 4 goal cells, goal 2 steps away
+      warning: no wall touches the post south-west of (3, 1)
+    ");
+    let json = home.run(&["mazes", "check", "rows.txt", "--json"]).json();
+    assert_eq!(json[0]["findings"][0]["kind"], "ambiguous");
+    assert_eq!(json[0]["findings"][0]["severity"], "warning");
 }
 
 #[test]

@@ -75,18 +75,19 @@ pub enum Format {
     /// west, parted by commas, semicolons or blanks. The codes from 1 to 16 are walls W, N, E, S,
     /// SW, SE, NE, NW, WE, NS, SWE, NSE, NWE, NSW, none, all. They may be written as floats.
     Csv,
-    /// Rows of hex digits, a digit a cell, with or without commas or blanks between or `0x` before
-    /// each. How they lie and what the bits mean is found out: taken is what does not contradict
-    /// itself, has all outer walls, and a start cell (0, 0) that is open to the north only.
+    /// Rows of hex digits, a digit a cell, with or without commas or blanks between or `0x` or `0X`
+    /// before each. How they lie and what the bits mean is found out: taken is what does not
+    /// contradict itself, has all outer walls, and a start cell (0, 0) that is open to the north only.
     ///
     /// Should several mazes fit, taken is one whose goal can be reached, and of these the first in
     /// this order. The bits 1, 2, 4, 8 stand for north, east, south, west; for east, north, west,
-    /// south; then the other orders as in a dictionary with the letters north, east, south, west.
-    /// For each of these, they are set for walls, then for openings. For each of these, the lines
-    /// are rows from the north, each from the west; columns from the west, each from the south; rows
-    /// from the north, from the east; from the south, from the west; from the south, from the east;
-    /// columns from the west, from the north; from the east, from the south; from the east, from
-    /// the north.
+    /// south. For each of these, they are set for walls, then for openings. For each of these, the
+    /// lines are rows from the north, each from the west; columns from the west, each from the south;
+    /// rows from the north, from the east; from the south, from the west; from the south, from the
+    /// east; columns from the west, from the north; from the east, from the south; from the east,
+    /// from the north. After all these, for each of the same lies of the lines, the bits are in the
+    /// other orders as in a dictionary with the letters north, east, south, west; for each of these
+    /// set for walls, then for openings. [`Reading::ambiguous_way`] tells that several fit.
     Hex,
 }
 
@@ -97,6 +98,23 @@ pub struct Reading {
     pub maze: Maze,
     /// Where it is unknown whether there is a wall: these are taken as open.
     pub unknown_walls: Vec<Place>,
+    /// The way in which the content was read, in words, if it may be read as other mazes as well.
+    ///
+    /// ```
+    /// use mmsim_maze::Format;
+    /// let way = |content: &[u8]| Format::Hex.read(content).map(|reading| reading.ambiguous_way);
+    /// assert_eq!(way(b"9113\nec46\n"), Ok(None));
+    /// let taken = "rows from the north, each from the west, bits 1 2 4 8 walls north east south west";
+    /// assert_eq!(way(b"9153\nec7e\n"), Ok(Some(taken.into())));
+    /// ```
+    pub ambiguous_way: Option<String>,
+}
+
+impl Reading {
+    /// Of a maze that nothing had to be taken for granted of.
+    const fn of(maze: Maze) -> Self {
+        Self { maze, unknown_walls: Vec::new(), ambiguous_way: None }
+    }
 }
 
 impl Format {
@@ -155,9 +173,8 @@ impl Format {
     /// assert_eq!(errors.len(), 2, "two gaps in the outer wall");
     /// ```
     pub fn read(self, content: &[u8]) -> Result<Reading, Vec<ParseError>> {
-        let whole = |maze| Reading { maze, unknown_walls: Vec::new() };
         if self == Self::Maz {
-            return maz::parse(content).map(whole);
+            return maz::parse(content).map(Reading::of);
         }
         let text = &text_of(content);
         if text.trim().is_empty() {
@@ -167,12 +184,12 @@ impl Format {
         match self {
             Self::Text => text::read(text),
             Self::Maze => maze::read(text),
-            Self::Oshwdem => oshwdem::parse(text).map(whole),
-            Self::Trial => trial::parse(text).map(whole),
-            Self::Num => num::parse(text).map(whole),
-            Self::Csv => csv::parse(text).map(whole),
-            Self::Hex => hex::parse(text).map(whole),
-            Self::Maz => maz::parse(content).map(whole),
+            Self::Oshwdem => oshwdem::parse(text).map(Reading::of),
+            Self::Trial => trial::parse(text).map(Reading::of),
+            Self::Num => num::parse(text).map(Reading::of),
+            Self::Csv => csv::parse(text).map(Reading::of),
+            Self::Hex => hex::read(text),
+            Self::Maz => maz::parse(content).map(Reading::of),
         }
     }
 

@@ -44,7 +44,8 @@ pub(crate) enum MazesCommand {
     ///
     /// Errors, which make the exit code 1: a file that cannot be read, cells that contradict each
     /// other, gaps in the outer wall, a goal that cannot be reached. Warnings: posts without a
-    /// wall, cells that cannot be reached, unknown walls, a maze that another file holds as well.
+    /// wall, cells that cannot be reached, unknown walls, hex digits that other mazes fit too, a maze
+    /// that another file holds as well.
     Check {
         /// Maze files, and folders, which are searched with their subfolders but for hidden files
         /// and those that end in .md or .json

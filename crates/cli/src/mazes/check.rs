@@ -58,10 +58,9 @@ impl Checked {
         let (row, findings) = match format.read(&content) {
             Ok(reading) => {
                 let row = Row::of_maze(path, &reading.maze);
-                let mut findings = Finding::of_maze(&reading.maze, &reading.unknown_walls);
+                let mut findings = Finding::of_reading(&reading);
                 let first = seen.entry(reading.maze).or_insert_with(|| path.into());
-                // The same file may be named twice.
-                if first != path {
+                if !is_same_file(first, path) {
                     findings.push(Finding::duplicate(&first.display().to_string()));
                 }
                 (row, findings)
@@ -86,4 +85,10 @@ impl Checked {
         let told = usize::from(self.row.error.is_some()).min(self.findings.len());
         format!("{}\n{}", self.row.line(), lines(&self.findings[told..]))
     }
+}
+
+/// Whether two paths lead to one file: it may be named twice, in other words or by a link.
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    let is_same = |(one, other)| one == other;
+    one == other || one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(is_same)
 }

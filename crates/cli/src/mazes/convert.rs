@@ -8,6 +8,7 @@ use mmsim_maze::{
 };
 
 use super::args::ConvertArgs;
+use super::finding::ambiguity;
 use crate::Outcome;
 use crate::args::wrong_usage;
 use crate::output::{complain, counted, replace, say};
@@ -74,6 +75,9 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
         Some(source) => ReadError::Parse { path: path.into(), source }.to_string(),
         None => format!("{}: expected a maze, found none", path.display()),
     })?;
+    if let Some(way) = &reading.ambiguous_way {
+        complain(format_args!("{}: {}", path.display(), ambiguity(way)));
+    }
     match reading.unknown_walls.len() {
         0 => {}
         count => complain(format_args!(

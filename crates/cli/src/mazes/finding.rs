@@ -1,6 +1,6 @@
 //! What is to be said against a maze file.
 
-use mmsim_maze::{Cell, CellSet, Maze, ParseError, ParseErrorKind, Place};
+use mmsim_maze::{Cell, CellSet, ParseError, ParseErrorKind, Place, Reading};
 use mmsim_solvers::Distances;
 use serde::Serialize;
 
@@ -14,6 +14,7 @@ pub(super) struct Finding {
     message: String,
     line: Option<usize>,
     column: Option<usize>,
+    byte: Option<usize>,
     cell: Option<[u8; 2]>,
     /// The place as it is told where there are many.
     #[serde(skip)]
@@ -35,6 +36,7 @@ enum Kind {
     Contradiction,
     OpenPerimeter,
     GoalUnreachable,
+    Ambiguous,
     UnknownWalls,
     PostsWithoutWall,
     UnreachableCells,
@@ -45,7 +47,8 @@ impl Finding {
     /// A file of which nothing can be read.
     pub(super) fn unreadable(message: String) -> Self {
         let (severity, kind, place) = (Severity::Error, Kind::Unreadable, String::new());
-        Self { severity, kind, message, line: None, column: None, cell: None, place }
+        let (line, column, byte, cell) = (None, None, None, None);
+        Self { severity, kind, message, line, column, byte, cell, place }
     }
 
     pub(super) fn of_error(error: &ParseError) -> Self {
@@ -65,8 +68,9 @@ impl Finding {
         Self { severity: Severity::Warning, kind: Kind::Duplicate, ..Self::unreadable(message) }
     }
 
-    /// What is to be said against a maze and the unknown walls of its file.
-    pub(super) fn of_maze(maze: &Maze, unknown_walls: &[Place]) -> Vec<Self> {
+    /// What is to be said against a maze and what its reader took for granted.
+    pub(super) fn of_reading(reading: &Reading) -> Vec<Self> {
+        let Reading { maze, unknown_walls, ambiguous_way } = reading;
         let start = maze.start().cell;
         let from_start: CellSet = [start].into_iter().collect();
         let distances = Distances::flood(maze.walls(), &from_start);
@@ -81,6 +85,7 @@ impl Finding {
         }
         let warning =
             |kind, message| Self { severity: Severity::Warning, kind, ..Self::unreadable(message) };
+        findings.extend(ambiguous_way.iter().map(|way| warning(Kind::Ambiguous, ambiguity(way))));
         findings.extend(unknown_walls.iter().map(|&place| {
             let message = format!("{place}: an unknown wall, taken as open");
             warning(Kind::UnknownWalls, message).at_place(place)
@@ -101,12 +106,18 @@ impl Finding {
     }
 
     fn at_place(self, place: Place) -> Self {
-        let (line, column) = match place {
-            Place::Text { line, column } => (Some(line), Some(column)),
-            _ => (None, None),
+        let (line, column, byte) = match place {
+            Place::Text { line, column } => (Some(line), Some(column), None),
+            Place::Byte(byte) => (None, None, Some(byte)),
+            _ => (None, None, None),
         };
-        Self { line, column, place: place.to_string(), ..self }
+        Self { line, column, byte, place: place.to_string(), ..self }
     }
+}
+
+/// That other mazes fit a file as well, which was read in this way.
+pub(super) fn ambiguity(way: &str) -> String {
+    format!("other mazes fit these digits too; taken is: {way}")
 }
 
 /// A line for each finding, but one for all of a kind.
@@ -132,7 +143,7 @@ fn summary(group: &[Finding], kind: Kind) -> String {
         Kind::UnknownWalls => format!("{count} unknown walls, taken as open, at "),
         Kind::Contradiction => format!("{count} more contradictions, at "),
         Kind::OpenPerimeter => format!("{count} more gaps in the outer wall, at "),
-        Kind::Unreadable | Kind::GoalUnreachable | Kind::Duplicate => {
+        Kind::Unreadable | Kind::GoalUnreachable | Kind::Ambiguous | Kind::Duplicate => {
             counted(count as u64, "finding") + ": "
         }
     };

@@ -49,7 +49,7 @@ fn table(text: &str, first: &str) -> Format {
         Format::Csv
     } else if any(&|item| !is_number(item) || item.text.starts_with('0')) {
         Format::Hex
-    } else if csv::parse(text).is_err() && hex::parse(text).is_ok() {
+    } else if csv::parse(text).is_err() && hex::read(text).is_ok() {
         // Digits from 1 to 9 alone are codes as well, so it is the one that makes a maze.
         Format::Hex
     } else {

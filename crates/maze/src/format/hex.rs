@@ -3,7 +3,7 @@
 
 use super::rows::{Item, MOST_ITEMS, items, table};
 use super::stated::{self, Stated};
-use super::{ParseError, quoted, unmarked};
+use super::{ParseError, Reading, quoted, unmarked};
 use crate::{Cell, CellSet, Heading, Maze, MazeSize, Sides, Walls};
 
 /// A way to read the digits.
@@ -78,15 +78,22 @@ impl Lie {
 }
 
 impl Way {
-    /// All of them, in the order in which they are tried: what is usual for bits goes first, since it
+    /// All of them, in the order in which they are tried. What is usual for bits goes first, since it
     /// leaves but one way to turn the maze, while of a maze with several dead ends in its corners
-    /// each can be the start for some order of the bits.
+    /// each can be the start for some order of the bits. Of the unusual bits each is as likely as
+    /// the others, so there what is usual for the lines goes first.
     fn all() -> impl Iterator<Item = Self> {
-        bit_orders().flat_map(|bits| {
+        let usual = USUAL_BITS.into_iter().flat_map(|bits| {
             [false, true]
                 .into_iter()
                 .flat_map(move |set_is_open| Lie::ALL.map(|lie| Self { lie, set_is_open, bits }))
-        })
+        });
+        let unusual = Lie::ALL.into_iter().flat_map(|lie| {
+            unusual_bits().flat_map(move |bits| {
+                [false, true].map(|set_is_open| Self { lie, set_is_open, bits })
+            })
+        });
+        usual.chain(unusual)
     }
 
     /// The sides with a wall.
@@ -105,19 +112,22 @@ impl Way {
     }
 }
 
-/// The orders of the headings: clockwise from the north and counter-clockwise from the east, as most
-/// write them, then the others as in a dictionary.
-fn bit_orders() -> impl Iterator<Item = [Heading; 4]> {
+/// The orders of the headings that most write: clockwise from the north and counter-clockwise from
+/// the east.
+const USUAL_BITS: [[Heading; 4]; 2] = {
     use Heading::{East, North, South, West};
-    const USUAL: [[Heading; 4]; 2] = [[North, East, South, West], [East, North, West, South]];
+    [[North, East, South, West], [East, North, West, South]]
+};
+
+/// The other orders of the headings, as in a dictionary.
+fn unusual_bits() -> impl Iterator<Item = [Heading; 4]> {
     let all = || Heading::ALL.into_iter();
     let pairs = all().flat_map(move |a| all().map(move |b| (a, b)));
     let orders =
         pairs.flat_map(move |(a, b)| all().flat_map(move |c| Heading::ALL.map(|d| [a, b, c, d])));
-    let others = orders.filter(|order| {
-        !USUAL.contains(order) && Heading::ALL.iter().all(|heading| order.contains(heading))
-    });
-    USUAL.into_iter().chain(others)
+    orders.filter(|order| {
+        !USUAL_BITS.contains(order) && Heading::ALL.iter().all(|heading| order.contains(heading))
+    })
 }
 
 /// What says of a number that it is hex.
@@ -148,7 +158,7 @@ pub(super) fn digit(item: Item) -> Item {
 }
 
 /// The item without the first of these that stands before it.
-fn without<'a>(item: Item<'a>, prefixes: impl IntoIterator<Item = &'static str>) -> Item<'a> {
+fn without(item: Item<'_>, prefixes: impl IntoIterator<Item = &'static str>) -> Item<'_> {
     let without = |prefix: &str| {
         let text = item.text.strip_prefix(prefix)?;
         Some(Item { text, column: item.column + prefix.len(), ..item })
@@ -164,12 +174,12 @@ fn characters(row: Item) -> Vec<Item> {
         .collect()
 }
 
-pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
+pub(super) fn read(text: &str) -> Result<Reading, Vec<ParseError>> {
     let (rows, lines) = table(text, "hex digits", digits)?;
     let row = |row: &Vec<Item>| row.iter().map(parse_digit).collect::<Result<Vec<_>, _>>();
     let values: Vec<Vec<u8>> = rows.iter().map(row).collect::<Result<_, _>>()?;
     let mut nearest: Option<(usize, Way)> = None;
-    let mut mazes: Vec<Maze> = Vec::new();
+    let mut mazes: Vec<(Way, Maze)> = Vec::new();
     for way in Way::all() {
         let size = way.lie.size(lines);
         let sides = |cell| {
@@ -178,13 +188,16 @@ pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
         };
         let fewest = nearest.map_or(usize::MAX, |(faults, _)| faults);
         match faults(size, sides, fewest) {
-            0 => mazes.push(unmarked(stated_walls(&rows, &values, lines, way)?)?),
+            0 => mazes.push((way, unmarked(stated_walls(&rows, &values, lines, way)?)?)),
             faults if faults < fewest => nearest = Some((faults, way)),
             _ => {}
         }
     }
-    if let Some(maze) = mazes.iter().find(|maze| reaches_goal(maze)).or(mazes.first()) {
-        return Ok(maze.clone());
+    let taken = mazes.iter().find(|(_, maze)| reaches_goal(maze)).or(mazes.first());
+    if let Some((way, maze)) = taken.cloned() {
+        let is_ambiguous = mazes.iter().any(|(_, other)| *other != maze);
+        let ambiguous_way = is_ambiguous.then(|| way.words());
+        return Ok(Reading { ambiguous_way, ..Reading::of(maze) });
     }
     // There is one, since there are ways.
     Err(nearest.map_or_else(Vec::new, |(_, way)| miss(&rows, &values, lines, way)))
@@ -376,13 +389,18 @@ mod tests {
         assert_eq!(fitting.count(), 3);
         insta::assert_snapshot!(read(digits), @"
         o---o---o---o
-        |       |   |
-        o   o   o   o
-        |     G |   |
-        o   o   o---o
+        |           |
+        o---o   o   o
+        |     G     |
+        o   o---o---o
         | S |       |
         o---o---o---o
         ");
+        let reading = Format::Hex.read(digits.as_bytes()).unwrap();
+        insta::assert_snapshot!(reading.ambiguous_way.unwrap(), @"columns from the west, each from the south, bits 1 2 4 8 walls west north east south");
+        assert_eq!(Format::Hex.read(MAZE.as_bytes()).unwrap().ambiguous_way, None);
+        let symmetric = Format::Hex.read(b"93\nee\n").unwrap();
+        assert_eq!(symmetric.ambiguous_way, None, "all ways give the same maze");
     }
 
     #[test]

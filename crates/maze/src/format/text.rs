@@ -32,7 +32,7 @@ pub(super) fn read_grid(grid: &grid::Grid) -> Result<Reading, Vec<ParseError>> {
         }
     }
     let maze = finish(walls, start, goals)?;
-    Ok(Reading { maze, unknown_walls: grid.unknown.clone() })
+    Ok(Reading { unknown_walls: grid.unknown.clone(), ..Reading::of(maze) })
 }
 
 #[cfg(test)]
