@@ -1,6 +1,7 @@
 //! What the command says: data on stdout, messages on stderr.
 
 use std::fmt::Display;
+use std::fs::{File, Permissions};
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -49,16 +50,45 @@ pub(crate) fn complain(text: impl Display) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// Writes a file, in place of the one that may be there. Should that fail, the old one stays as it
-/// was: the new one is written beside it and then takes its place.
+/// Writes a file, in place of the one that may be there or that a link there leads to. Should that
+/// fail, the old one stays as it was. Pipes, devices and the like are written to.
 pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), String> {
+    let written = if is_file(path) {
+        let target = if path.is_symlink() { fs::canonicalize(path) } else { Ok(path.into()) };
+        target.and_then(|target| {
+            let old = fs::metadata(&target)?.permissions();
+            put(&target, content, Some(old))
+        })
+    } else if path.symlink_metadata().is_ok() {
+        fs::write(path, content)
+    } else {
+        put(path, content, None)
+    };
+    written.map_err(|error| format!("{}: cannot be written: {error}", path.display()))
+}
+
+/// Whether there is a file here with content of its own. What is in /dev may look like one, such as
+/// /dev/stdout, and stands for another that is open.
+pub(crate) fn is_file(path: &Path) -> bool {
+    path.is_file() && !path.starts_with("/dev")
+}
+
+/// Writes a file beside this path, which then takes its place.
+fn put(path: &Path, content: &[u8], permissions: Option<Permissions>) -> io::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let beside = path.with_file_name(format!(".{name}.{}.new", process::id()));
-    let written = fs::write(&beside, content).and_then(|()| fs::rename(&beside, path));
-    written.map_err(|error| {
+    let written = File::create(&beside).and_then(|mut file| {
+        if let Some(permissions) = permissions {
+            // Some drives know none.
+            let _ = file.set_permissions(permissions);
+        }
+        file.write_all(content)
+    });
+    let placed = written.and_then(|()| fs::rename(&beside, path));
+    if placed.is_err() {
         let _ = fs::remove_file(&beside);
-        format!("{}: cannot be written: {error}", path.display())
-    })
+    }
+    placed
 }
 
 /// A number of things, such as `1 step` or `2 steps`.

@@ -91,3 +91,46 @@ fn what_is_read_is_told() {
     insta::assert_snapshot!(told("."), @"mmsim: .: expected a maze file, found a folder");
     assert!(told("missing.txt").starts_with("mmsim: missing.txt: cannot be read: "));
 }
+
+/// Pipes and devices are written to, and what a link leads to is replaced, not the link.
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_is_not_replaced_by_one() {
+    use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
+    use std::process::Command;
+    use std::thread;
+    let home = Home::new();
+    home.write("small.txt", SMALL);
+    let path = |name: &str| home.path().join(name);
+    let convert = |output: &str| {
+        let ended = home.run(&["mazes", "convert", "small.txt", output, "--to", "num"]);
+        assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""));
+        ended.stdout
+    };
+
+    assert!(Command::new("mkfifo").arg(path("pipe")).status().unwrap().success());
+    let pipe = path("pipe");
+    let reader = thread::spawn(move || fs::read_to_string(pipe).unwrap());
+    convert("pipe");
+    assert!(fs::metadata(path("pipe")).unwrap().file_type().is_fifo());
+    assert_eq!(reader.join().unwrap(), NUM);
+    symlink("/dev/stdout", path("out")).unwrap();
+    assert_eq!(convert("out"), NUM);
+    let folder = home.run(&["mazes", "convert", "small.txt", ".", "--to", "num"]);
+    assert_eq!(folder.code, Some(1));
+    assert!(folder.stderr.starts_with("mmsim: .: cannot be written: "), "{folder:?}");
+
+    home.write("folder/target.num", "old");
+    fs::set_permissions(path("folder/target.num"), PermissionsExt::from_mode(0o640)).unwrap();
+    symlink("folder/target.num", path("link")).unwrap();
+    symlink("folder/missing.num", path("dangling")).unwrap();
+    for (link, target) in [("link", "folder/target.num"), ("dangling", "folder/missing.num")] {
+        convert(link);
+        assert!(path(link).is_symlink());
+        assert_eq!(fs::read_to_string(path(target)).unwrap(), NUM);
+    }
+    let mode = fs::metadata(path("folder/target.num")).unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o640);
+    assert_eq!(fs::read_dir(home.path()).unwrap().count(), 6, "nothing is left beside them");
+    assert_eq!(fs::read_dir(path("folder")).unwrap().count(), 2);
+}

@@ -86,6 +86,42 @@ fn a_file_with_something_else_is_replaced_only_by_force() {
 }
 
 #[test]
+fn the_ending_says_folder_or_format() {
+    let home = Home::new();
+    let generate = |size, output| {
+        home.run(&["mazes", "generate", "--size", size, "--seed", "8", "-o", output])
+    };
+    let printed = |size| home.run(&["mazes", "generate", "--size", size, "--seed", "8"]).stdout;
+    let read = |name: &str| fs::read(home.path().join(name)).unwrap();
+    assert_eq!(generate("6x6", "new/").stderr, "1 maze in new/; `mmsim new/` serves one\n");
+    assert_eq!(read("new/contest-6x6-8.txt"), printed("6x6").as_bytes());
+
+    assert_eq!(generate("16x16", "x.MAZ").code, Some(0));
+    assert_eq!(read("x.MAZ").len(), 256);
+    assert_eq!(home.run(&["mazes", "convert", "x.MAZ", "-"]).stdout, printed("16x16"));
+    assert_eq!(generate("16x16", "x.MAZ").code, Some(0), "the same again is nothing else");
+    let refused = generate("5x4", "small.maz");
+    assert_eq!(refused.code, Some(1));
+    insta::assert_snapshot!(refused.stderr, @"mmsim: small.maz: not written: maz holds mazes of 16x16 cells, found one of 5x4");
+    for other in ["maze", "maze.csv"] {
+        assert_eq!(generate("5x4", other).code, Some(0));
+        assert_eq!(read(other), printed("5x4").as_bytes());
+    }
+    assert_eq!(fs::read_dir(home.path()).unwrap().count(), 4);
+}
+
+/// It would never be read to its end, and holds nothing that could be lost.
+#[cfg(unix)]
+#[test]
+fn a_device_is_written_to_without_force() {
+    let home = Home::new();
+    let generate = ["mazes", "generate", "--size", "5x4", "--seed", "3"];
+    std::os::unix::fs::symlink("/dev/stdout", home.path().join("out")).unwrap();
+    let out = home.run(&[&generate[..], &["-o", "out"]].concat());
+    assert_eq!((out.code, out.stdout), (Some(0), home.run(&generate).stdout));
+}
+
+#[test]
 fn json_has_an_object_for_each_maze() {
     let home = Home::new();
     let generate = ["mazes", "generate", "--size", "3x2", "--seed", "7", "--style", "perfect"];

@@ -73,7 +73,7 @@ pub(crate) struct ConvertArgs {
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
     /// The file to write, - for the standard output: its ending .txt, .trial, .maz or .num says
-    /// the format, unless --to does. A file that is there is replaced
+    /// the format, unless --to does. A file that is there is replaced, a pipe or device is written to
     #[arg(value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// The format of IN [default: told by its content]
@@ -101,8 +101,8 @@ pub(crate) struct FetchArgs {
     /// The folder for the mazes [default: ~/.mmsim, where they are looked for first]
     #[arg(value_name = "DIR")]
     pub(crate) folder: Option<PathBuf>,
-    /// Where the collection comes from: the address of a .tar.gz, .zip or .tar, or such a file that
-    /// is already here
+    /// Where the collection comes from: the address of a .tar.gz, .zip or .tar, by https, http or
+    /// file, or such a file that is already here
     #[arg(long, value_name = "URL|FILE", default_value = COLLECTION)]
     pub(crate) from: String,
     /// Print a JSON object
@@ -128,8 +128,9 @@ pub(crate) struct GenerateArgs {
     /// How many mazes; the first is that of the seed, the second that of the next seed, and so on
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) count: u32,
-    /// The file to write it into; if that is a folder, or there are several mazes, the folder for
-    /// files such as contest-16x16-1.txt [default: print them, with a blank line between]
+    /// The file to write it into, in the format of its ending .trial, .maz or .num, else as text;
+    /// if that is a folder or ends like one, or there are several mazes, the folder for files such
+    /// as contest-16x16-1.txt [default: print them, with a blank line between]
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Replace files that hold something else

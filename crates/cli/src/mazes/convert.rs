@@ -17,7 +17,11 @@ use crate::output::{complain, counted, replace, say};
 const STANDARD: &str = "-";
 
 pub(super) fn run(args: &ConvertArgs) -> Outcome {
-    let to = args.to.unwrap_or_else(|| format_by_ending(&args.output));
+    let to = args.to.or_else(|| format_by_ending(&args.output)).unwrap_or_else(|| {
+        let expected = "a file that ends in .txt, .trial, .maz or .num, or --to FORMAT";
+        let found = args.output.display();
+        wrong_usage("mazes", &format!("expected {expected}, found {found}"))
+    });
     let maze = read(&args.input, args.format)?;
     let content = match to.write(&maze) {
         Err(WriteError::Start { .. } | WriteError::Goal { .. }) if args.lossy => {
@@ -44,19 +48,16 @@ pub(super) fn run(args: &ConvertArgs) -> Outcome {
     Ok(true)
 }
 
-/// The format that the ending of a file stands for.
-fn format_by_ending(path: &Path) -> Format {
+/// The format that the ending of a file stands for, if one does.
+pub(super) fn format_by_ending(path: &Path) -> Option<Format> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match &ending[..] {
-        "" if path == Path::new(STANDARD) => Format::Text,
-        "txt" => Format::Text,
-        "trial" => Format::Trial,
-        "maz" => Format::Maz,
-        "num" => Format::Num,
-        _ => {
-            let expected = "a file that ends in .txt, .trial, .maz or .num, or --to FORMAT";
-            wrong_usage("mazes", &format!("expected {expected}, found {}", path.display()))
-        }
+        "" if path == Path::new(STANDARD) => Some(Format::Text),
+        "txt" => Some(Format::Text),
+        "trial" => Some(Format::Trial),
+        "maz" => Some(Format::Maz),
+        "num" => Some(Format::Num),
+        _ => None,
     }
 }
 

@@ -1,16 +1,17 @@
 //! `mmsim mazes generate`: new mazes.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{self, Path, PathBuf};
 
 use mmsim_generator::generate;
-use mmsim_maze::Maze;
+use mmsim_maze::{Format, Maze};
 use mmsim_solvers::MazeFacts;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::args::GenerateArgs;
+use super::convert::format_by_ending;
 use crate::Outcome;
-use crate::output::{counted, own_command, print, replace, say};
+use crate::output::{counted, is_file, own_command, print, replace, say};
 
 /// A maze with what it is made from. The names are those of the JSON.
 #[derive(Serialize)]
@@ -21,7 +22,12 @@ struct Generated {
     height: u8,
     goals: Vec<[u8; 2]>,
     shortest_path: Option<u16>,
-    maze: String,
+    #[serde(serialize_with = "as_text")]
+    maze: Maze,
+}
+
+fn as_text<S: Serializer>(maze: &Maze, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(maze)
 }
 
 pub(super) fn run(args: &GenerateArgs) -> Outcome {
@@ -51,7 +57,7 @@ pub(super) fn run(args: &GenerateArgs) -> Outcome {
 
 impl Generated {
     fn new(args: &GenerateArgs, seed: u64) -> Self {
-        let maze: Maze = generate(args.size, seed, args.style.0);
+        let maze = generate(args.size, seed, args.style.0);
         Self {
             seed,
             style: args.style.0.name(),
@@ -59,7 +65,7 @@ impl Generated {
             height: args.size.height(),
             goals: maze.goals().iter().map(|cell| [cell.x, cell.y]).collect(),
             shortest_path: MazeFacts::of(&maze).shortest_path,
-            maze: maze.to_string(),
+            maze,
         }
     }
 
@@ -75,7 +81,12 @@ fn write(
     output: &Path,
     args: &GenerateArgs,
 ) -> Result<(), String> {
-    let is_folder = args.count > 1 || output.is_dir();
+    let asks_for_folder = output
+        .as_os_str()
+        .as_encoded_bytes()
+        .last()
+        .is_some_and(|&end| path::is_separator(end.into()));
+    let is_folder = args.count > 1 || asks_for_folder || output.is_dir();
     if is_folder {
         fs::create_dir_all(output)
             .map_err(|error| format!("{}: cannot be created: {error}", output.display()))?;
@@ -83,16 +94,20 @@ fn write(
     for generated in mazes {
         let path: PathBuf =
             if is_folder { output.join(generated.file_name()) } else { output.into() };
-        match fs::read(&path) {
-            Ok(content) if content == generated.maze.as_bytes() => {}
-            Ok(_) if !args.force => {
+        let format = format_by_ending(&path).unwrap_or(Format::Text);
+        let content = format
+            .write(&generated.maze)
+            .map_err(|error| format!("{}: not written: {error}", path.display()))?;
+        // Of one that cannot be read the writing tells.
+        match is_file(&path).then(|| fs::read(&path)) {
+            Some(Ok(old)) if old == content => {}
+            Some(Ok(_)) if !args.force => {
                 let path = path.display();
                 return Err(format!(
                     "{path}: expected no file or the same maze, found something else; --force replaces it"
                 ));
             }
-            // One that is not there, and of one that cannot be read the writing tells.
-            Ok(_) | Err(_) => replace(&path, generated.maze.as_bytes())?,
+            _ => replace(&path, &content)?,
         }
     }
     let (mazes, place) = (counted(args.count, "maze"), output.display());
