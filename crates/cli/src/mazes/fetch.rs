@@ -8,7 +8,7 @@ mod undo;
 
 use std::path::Path;
 
-use archive::Files;
+use archive::{Contents, Files};
 use folder::Placed;
 use mmsim_maze::Maze;
 use serde::Serialize;
@@ -39,6 +39,8 @@ struct Collection {
     mazes: usize,
     /// How many others there were.
     passed_over: usize,
+    /// Those of them whose names not every system can have.
+    odd: Vec<String>,
 }
 
 pub(super) fn run(args: &FetchArgs) -> Outcome {
@@ -55,14 +57,10 @@ pub(super) fn run(args: &FetchArgs) -> Outcome {
         .and_then(Collection::of)
         .map_err(|error| format!("{from}: {error}; nothing was changed"))?;
     drop(archive);
-    let Collection { files, mazes, passed_over } = collection;
+    let Collection { files, mazes, passed_over, odd } = collection;
     let Placed { new, replaced, unchanged, removed, kept } = folder::place(&folder, &files)?;
-    if !kept.is_empty() {
-        let (count, first) =
-            (counted(kept.len() as u64, "file"), kept[..kept.len().min(3)].join(", "));
-        let more = if kept.len() > 3 { ", …" } else { "" };
-        say(format_args!("kept {count} of yours that the collection has otherwise: {first}{more}"));
-    }
+    say_files("passed over", "that not every system can name", &odd);
+    say_files("kept", "of yours that the collection has otherwise", &kept);
     let shown = folder.display().to_string();
     if args.json {
         let report = Report {
@@ -90,17 +88,33 @@ pub(super) fn run(args: &FetchArgs) -> Outcome {
     Ok(true)
 }
 
+/// Says what was done with which files, if there are some; the first of them by name.
+fn say_files(done: &str, which: &str, files: &[String]) {
+    if !files.is_empty() {
+        let count = counted(files.len() as u64, "file");
+        let (first, more) =
+            (files[..files.len().min(3)].join(", "), if files.len() > 3 { ", …" } else { "" });
+        say(format_args!("{done} {count} {which}: {first}{more}"));
+    }
+}
+
 impl Collection {
     /// The mazes of an archive, and what tells where they are from.
-    fn of(mut files: Files) -> Result<Self, String> {
-        leave_top_folder_out(&mut files);
-        let (all, mut mazes) = (files.len(), 0);
+    fn of(contents: Contents) -> Result<Self, String> {
+        let Contents { mut files, odd, .. } = contents;
+        let (all, mut mazes) = (files.len() + odd.len(), 0);
+        // Such as ~/.mmsim, packed as it is.
+        let is_all_hidden = files.keys().all(|path| is_hidden(path));
+        if is_all_hidden {
+            leave_top_folder_out(&mut files);
+        }
+        files.retain(|path, _| !is_hidden(path));
+        if !is_all_hidden {
+            leave_top_folder_out(&mut files);
+        }
         let files: Files = files
             .into_iter()
             .filter_map(|(path, content)| {
-                if path.split('/').any(|name| name.starts_with('.')) {
-                    return None;
-                }
                 let has_ending = |ending| {
                     Path::new(&path)
                         .extension()
@@ -123,8 +137,13 @@ impl Collection {
             ));
         }
         let passed_over = all - files.len();
-        Ok(Self { files, mazes, passed_over })
+        Ok(Self { files, mazes, passed_over, odd })
     }
+}
+
+/// Whether this is no file to its user: macOS puts what it knows of each file into `__MACOSX`.
+fn is_hidden(path: &str) -> bool {
+    path.split('/').any(|name| name.starts_with('.') || name == "__MACOSX")
 }
 
 /// Takes the one folder away that all files are in, if there is one.

@@ -154,6 +154,29 @@ fn links_in_the_folder_lead_nowhere() {
     assert!(!home.path().join("elsewhere/z.txt").exists());
 }
 
+/// What is of ours in the folder may have been put there to lead elsewhere.
+#[cfg(unix)]
+#[test]
+fn links_in_place_of_our_own_files_are_refused() {
+    use std::os::unix::fs::symlink;
+    let home = home_with_mazes();
+    let outside = home.write("outside", "mine");
+    for own in [".mmsim-fetching", ".mmsim-fetched"] {
+        let path = home.path().join("mazes").join(own);
+        let old = fs::read(&path).unwrap();
+        for target in [home.path().join("missing"), outside.clone()] {
+            fs::remove_file(&path).unwrap();
+            symlink(target, &path).unwrap();
+            let expected = format!(
+                "mmsim: mazes/{own}: expected a file, found a link; move it away or fetch into another folder\n"
+            );
+            assert_eq!(fetch_in_vain(&home, "old.tar.gz"), expected);
+        }
+        fs::remove_file(&path).unwrap();
+        fs::write(&path, old).unwrap();
+    }
+}
+
 /// A limit on the size of files stands for a disk that is full.
 #[cfg(unix)]
 #[test]

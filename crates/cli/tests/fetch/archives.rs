@@ -71,6 +71,8 @@ pub(crate) struct Zipped<'a> {
     pub(crate) method: u16,
     /// The type and the permissions, as Unix has them.
     pub(crate) mode: u32,
+    /// The number of the system that it was made by.
+    pub(crate) system: u8,
     pub(crate) checksum: u32,
     pub(crate) bytes: u32,
 }
@@ -84,6 +86,7 @@ impl<'a> Zipped<'a> {
             data: deflate.finish().unwrap(),
             method: 8,
             mode: 0o100_644,
+            system: 3,
             checksum: crc32fast::hash(content),
             bytes: content.len().try_into().unwrap(),
         }
@@ -122,8 +125,8 @@ pub(crate) fn zip_of(files: &[Zipped]) -> Vec<u8> {
         let offset = u32::try_from(zip.len()).unwrap();
         let local = [b"PK\x03\x04", &file.header()[..], file.name, &file.data].concat();
         zip.extend(local);
-        // Version 2.0, made by Unix.
-        directory.extend([&b"PK\x01\x02\x14\x03"[..], &file.header()[..], &[0; 6]].concat());
+        let version = [20, file.system];
+        directory.extend([&b"PK\x01\x02"[..], &version, &file.header()[..], &[0; 6]].concat());
         directory.extend((file.mode << 16).to_le_bytes());
         directory.extend(offset.to_le_bytes());
         directory.extend(file.name);

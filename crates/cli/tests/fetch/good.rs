@@ -5,7 +5,9 @@ use std::thread;
 
 use serde_json::json;
 
-use crate::archives::{Zipped, gz, tar, tar_gz, zip, zip_of};
+use tar::EntryType;
+
+use crate::archives::{Zipped, gz, tar, tar_entry, tar_gz, zip, zip_of};
 use crate::harness::Home;
 use crate::server::{answer, serve, serve_content};
 use crate::{MAZE, OTHER_MAZE, fetch};
@@ -105,6 +107,115 @@ fn a_tar_gz_may_be_of_several_parts_and_have_long_names() {
     let from = home.write("long.tar.gz", gz(&long.into_inner().unwrap()));
     assert_eq!(fetch(&home, from.to_str().unwrap()).code, Some(0));
     assert!(home.path().join("mazes").join(&name[4..]).is_file());
+}
+
+/// As GNU gzip does.
+#[test]
+fn zeros_behind_a_tar_gz_are_ignored() {
+    let home = Home::new();
+    let padded = [tar_gz(CONTENTS), vec![0; 10_000]].concat();
+    home.write("padded.tar.gz", &padded);
+    assert_eq!(fetch(&home, "padded.tar.gz").code, Some(0));
+    assert_is_fetched(&home, "mazes");
+    let more = [padded, b"x".into()].concat();
+    home.write("more.tar.gz", more);
+    assert_eq!(fetch(&home, "more.tar.gz").code, Some(1));
+}
+
+#[test]
+fn schemes_are_of_any_case_and_files_have_addresses_too() {
+    let home = Home::new();
+    let archive = tar_gz(CONTENTS);
+    let file = home.write("a b.tar.gz", &archive);
+    let file = file.display().to_string().replace('\\', "/").replace(' ', "%20");
+    let file = file.trim_start_matches('/');
+    let address = serve_content(&archive);
+    for from in [
+        format!("HTTP://{address}/"),
+        format!("file:///{file}"),
+        format!("File://localhost/{file}"),
+    ] {
+        let ended = home.run(&["mazes", "fetch", "mazes", "--from", &from]);
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        assert_is_fetched(&home, "mazes");
+        std::fs::remove_dir_all(home.path().join("mazes")).unwrap();
+    }
+}
+
+/// What macOS packs beside the files does not count, nor keep the top folder.
+#[test]
+fn what_is_hidden_is_passed_over_first() {
+    let mac = [
+        ("__MACOSX/._mazes", "of the system"),
+        ("__MACOSX/mazes/b.maze", MAZE),
+        ("__MACOSX/mazes/._a.txt", MAZE),
+        (".DS_Store", "of the system"),
+        ("mazes/.DS_Store", "of the system"),
+        ("mazes/classic/a.txt", MAZE),
+    ];
+    let packed_home = [
+        (".mmsim/.mmsim-fetched", ""),
+        (".mmsim/.trash/b.txt", MAZE),
+        (".mmsim/classic/a.txt", MAZE),
+    ];
+    for (archive, passed_over) in [(zip(&mac), 5), (zip(&packed_home), 2)] {
+        let home = Home::new();
+        home.write("a.zip", archive);
+        let ended = fetch(&home, "a.zip");
+        let expected = format!(
+            "1 maze in mazes (files: 1 new, 0 replaced, 0 unchanged, 0 removed, {passed_over} passed over)"
+        );
+        assert_eq!(ended.stdout.lines().next(), Some(&expected[..]), "{ended:?}");
+        assert_eq!(fs::read_to_string(home.path().join("mazes/classic/a.txt")).unwrap(), MAZE);
+        assert_eq!(fs::read_dir(home.path().join("mazes")).unwrap().count(), 3);
+    }
+}
+
+#[test]
+fn names_that_not_every_system_can_have_are_passed_over() {
+    let long = "a".repeat(90) + "/" + &"b".repeat(120);
+    let odd: [&[u8]; 8] = [
+        b"top/12:30.txt",
+        b"top/a\"b.txt",
+        b"top/b?.txt",
+        b"top/caf\x82.txt",
+        b"top/nul.txt",
+        b"top/\x1b[2J.txt",
+        b"top/dot.",
+        long.as_bytes(),
+    ];
+    let names = [&[&b"top/classic/good.txt"[..]], &odd[..]].concat();
+    let zipped: Vec<_> = names.iter().map(|name| Zipped::new(name, MAZE.as_bytes())).collect();
+    let kind = EntryType::Regular;
+    // Such a long name takes an entry of its own in a tar.
+    let mut tar: Vec<u8> =
+        names[..8].iter().flat_map(|name| tar_entry(name, kind, MAZE.as_bytes())).collect();
+    tar.extend([0; 1024]);
+    for (archive, passed_over) in [(zip_of(&zipped), 8), (gz(&tar), 7)] {
+        let home = Home::new();
+        home.write("archive", archive);
+        let ended = fetch(&home, "archive");
+        let expected = format!(
+            "1 maze in mazes (files: 1 new, 0 replaced, 0 unchanged, 0 removed, {passed_over} passed over)"
+        );
+        assert_eq!(ended.stdout.lines().next(), Some(&expected[..]), "{ended:?}");
+        let said = format!(
+            "passed over {passed_over} files that not every system can name: \"top/12:30.txt\", \"top/a\\\"b.txt\", \"top/b?.txt\", …\n"
+        );
+        assert_eq!(ended.stderr, said);
+        assert_eq!(fs::read_to_string(home.path().join("mazes/classic/good.txt")).unwrap(), MAZE);
+        assert_eq!(fs::read_dir(home.path().join("mazes")).unwrap().count(), 3);
+    }
+}
+
+/// Some tools for Windows write them, and folders as entries of their own.
+#[test]
+fn backslashes_in_a_zip_are_separators() {
+    let home = Home::new();
+    home.write("a.zip", zip(&[("top\\classic\\", ""), ("top\\classic\\a.txt", MAZE)]));
+    let ended = fetch(&home, "a.zip");
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    assert_eq!(fs::read_to_string(home.path().join("mazes/classic/a.txt")).unwrap(), MAZE);
 }
 
 #[test]

@@ -27,27 +27,29 @@ fn refusal_of_name(name: &[u8]) -> String {
 
 #[test]
 fn paths_that_lead_out_are_refused() {
-    insta::assert_snapshot!(refusal_of_name(b"../evil.txt"), @r#"its entry "../evil.txt": expected a path inside of the archive, found "..""#);
-    insta::assert_snapshot!(refusal_of_name(b"top/../../evil.txt"), @r#"its entry "top/../../evil.txt": expected a path inside of the archive, found "..""#);
+    insta::assert_snapshot!(refusal_of_name(b"../evil.txt"), @r#"its entry "../evil.txt": expected a path inside of the archive, found one with "..""#);
+    insta::assert_snapshot!(refusal_of_name(b"top/../../evil.txt"), @r#"its entry "top/../../evil.txt": expected a path inside of the archive, found one with "..""#);
     insta::assert_snapshot!(refusal_of_name(b"/evil.txt"), @r#"its entry "/evil.txt": expected a path inside of the archive, found an absolute one"#);
-    insta::assert_snapshot!(refusal_of_name(b"C:\\evil.txt"), @r#"its entry "C:\\evil.txt": expected a name that every system can have, found ':' in it"#);
-    insta::assert_snapshot!(refusal_of_name(b"C:/evil.txt"), @r#"its entry "C:/evil.txt": expected a name that every system can have, found ':' in it"#);
-    insta::assert_snapshot!(refusal_of_name(b"..\\evil.txt"), @r#"its entry "..\\evil.txt": expected a name that every system can have, found '\\' in it"#);
-    insta::assert_snapshot!(refusal_of_name(b"a/nul.txt"), @r#"its entry "a/nul.txt": expected a name that every system can have, found "nul.txt""#);
-    insta::assert_snapshot!(refusal_of_name(b"\xff.txt"), @r#"its entry "�.txt": expected a name in UTF-8, found other bytes"#);
-    insta::assert_snapshot!(refusal_of_name(b"\x1b[2Jevil.txt"), @r#"its entry "\u{1b}[2Jevil.txt": expected a name that every system can have, found '\u{1b}' in it"#);
+    insta::assert_snapshot!(refusal_of_name(b"C:evil.txt"), @r#"its entry "C:evil.txt": expected a path inside of the archive, found one with a drive"#);
+    insta::assert_snapshot!(refusal_of_name(b"C:/evil.txt"), @r#"its entry "C:/evil.txt": expected a path inside of the archive, found one with a drive"#);
+    insta::assert_snapshot!(refusal_of_name(b"\xff/../evil.txt"), @r#"its entry "�/../evil.txt": expected a path inside of the archive, found one with "..""#);
+    for name in [b"C:\\evil.txt", &b"..\\evil.txt"[..], b"a\\..\\evil.txt", b"\\evil.txt"] {
+        let file = tar_of(name, EntryType::Regular, MAZE.as_bytes());
+        let in_tar = refusal(&gz(&file));
+        assert!(in_tar.contains("expected a path inside of the archive"), "{in_tar}");
+        let in_zip = refusal(&zip_of(&[Zipped::new(name, MAZE.as_bytes())]));
+        assert_eq!(in_zip, in_tar.replace("\\\\", "/"));
+    }
     let home = home_with_mazes();
     let absolute = home.path().join("evil.txt").display().to_string().replace('\\', "/");
     home.write("archive", zip(&[("good.txt", MAZE), (&absolute, MAZE)]));
     fetch_in_vain(&home, "archive");
-    let long = Zipped::new(&[b'a'; 2000], MAZE.as_bytes());
-    insta::assert_snapshot!(refusal(&zip_of(&[long])), @r#"its entry "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"…: expected a path of at most 200 bytes, found 2000"#);
 }
 
 #[test]
 fn folders_that_lead_out_are_refused() {
-    insta::assert_snapshot!(refusal(&tar_of(b"../evil/", EntryType::Directory, b"")), @r#"its entry "../evil/": expected a path inside of the archive, found "..""#);
-    insta::assert_snapshot!(refusal(&zip(&[("../evil/", "")])), @r#"its entry "../evil/": expected a path inside of the archive, found "..""#);
+    insta::assert_snapshot!(refusal(&tar_of(b"../evil/", EntryType::Directory, b"")), @r#"its entry "../evil/": expected a path inside of the archive, found one with "..""#);
+    insta::assert_snapshot!(refusal(&zip(&[("../evil/", "")])), @r#"its entry "../evil/": expected a path inside of the archive, found one with "..""#);
 }
 
 #[test]
@@ -65,6 +67,12 @@ fn links_and_devices_are_refused() {
     let of_mode =
         |mode| refusal(&zip_of(&[Zipped { mode, ..Zipped::new(b"bad.txt", b"/etc/passwd") }]));
     insta::assert_snapshot!(of_mode(0o120_777), @r#"its entry "bad.txt": expected a file or a folder, found a symbolic link"#);
+    // Some tools make such a link whatever its name ends in, and whoever is said to have made it.
+    for (name, system) in [(&b"bad.txt"[..], 0), (b"bad/", 3), (b"bad/", 0), (b"bad.txt", 10)] {
+        let link = Zipped { mode: 0o120_777, system, ..Zipped::new(name, b"/etc/passwd") };
+        let refusal = refusal(&zip_of(&[Zipped::new(b"a.txt", MAZE.as_bytes()), link]));
+        assert!(refusal.ends_with("found a symbolic link"), "{refusal}");
+    }
     insta::assert_snapshot!(of_mode(0o020_644), @r#"its entry "bad.txt": expected a file or a folder, found a device or a pipe"#);
 }
 
@@ -161,4 +169,21 @@ fn downloads_that_break_change_nothing() {
     assert!(
         fetch_in_vain(&home, "https://").starts_with("mmsim: https://: cannot be downloaded: ")
     );
+}
+
+/// Then those who are known to mmsim itself are trusted; what answers here is none of them.
+#[cfg(all(unix, not(target_os = "macos")))]
+#[test]
+fn a_system_without_certificates_is_no_obstacle() {
+    let home = home_with_mazes();
+    let none = home.write("none.pem", "");
+    let address = format!("https://{}/a.zip", serve(b"no TLS".repeat(100)));
+    let output = home
+        .command(&["mazes", "fetch", "mazes", "--from", &address])
+        .env("SSL_CERT_FILE", none)
+        .env_remove("SSL_CERT_DIR")
+        .output()
+        .unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("cannot be downloaded: received corrupt message"), "{error}");
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::{self, Read};
 
-use flate2::bufread::{DeflateDecoder, MultiGzDecoder};
+use flate2::bufread::{DeflateDecoder, GzDecoder};
 use mmsim_maze::MAX_FILE_BYTES;
 use rawzip::{CompressionMethod, ZipArchive, ZipFileHeaderRecord};
 use tar::EntryType;
@@ -43,40 +43,47 @@ enum Kind {
 /// # Errors
 /// What is no archive, is broken or goes beyond a limit, an entry that leads out of it, and one that
 /// is neither file nor folder.
-pub(super) fn unpack(archive: &[u8]) -> Result<Files, Refused> {
+pub(super) fn unpack(archive: &[u8]) -> Result<Contents, Refused> {
     const USTAR: std::ops::Range<usize> = 257..262;
-    let contents = if archive.starts_with(&[0x1f, 0x8b]) {
+    if archive.starts_with(&[0x1f, 0x8b]) {
         let mut tar = Vec::new();
-        // An archive may be of several parts, each packed on its own.
-        let unpacked =
-            MultiGzDecoder::new(archive).take(MAX_UNPACKED_BYTES + 1).read_to_end(&mut tar);
-        let is_whole = unpacked.map(|bytes| bytes as u64 <= MAX_UNPACKED_BYTES);
+        let unpacked = gunzip(archive, &mut tar);
+        let is_whole = unpacked.map(|()| tar.len() as u64 <= MAX_UNPACKED_BYTES);
         // What is wrong with an entry says more than that there is too much of all.
         let contents = Contents::of_tar(&tar);
         match (is_whole, contents) {
-            (_, Err(refused @ (Refused::Entry { .. } | Refused::Archive { .. }))) => {
-                return Err(refused);
-            }
-            (Err(error), _) => return Err(Refused::Broken(error.to_string())),
-            (Ok(false), _) => return Err(too_large()),
-            (Ok(true), contents) => contents?,
+            (_, Err(refused @ (Refused::Entry { .. } | Refused::Archive { .. }))) => Err(refused),
+            (Err(error), _) => Err(Refused::Broken(error.to_string())),
+            (Ok(false), _) => Err(too_large()),
+            (Ok(true), contents) => contents,
         }
     } else if archive.starts_with(b"PK\x03\x04") || archive.starts_with(b"PK\x05\x06") {
-        Contents::of_zip(archive)?
+        Contents::of_zip(archive)
     } else if archive.get(USTAR) == Some(b"ustar") {
-        Contents::of_tar(archive)?
+        Contents::of_tar(archive)
     } else {
         let begin = String::from_utf8_lossy(&archive[..archive.len().min(40)]);
         let found = if archive.is_empty() { "an empty file".into() } else { format!("{begin:?}") };
-        return Err(Refused::Archive { expected: "a .tar.gz, .zip or .tar archive".into(), found });
-    };
-    Ok(contents.files)
+        Err(Refused::Archive { expected: "a .tar.gz, .zip or .tar archive".into(), found })
+    }
+}
+
+/// Unpacks up to a little more than an archive may have, from several parts, each packed on its own.
+/// As with other tools zeros may follow, such as fill the last block of a tape.
+fn gunzip(mut packed: &[u8], unpacked: &mut Vec<u8>) -> io::Result<()> {
+    while packed.iter().any(|&byte| byte != 0) && unpacked.len() as u64 <= MAX_UNPACKED_BYTES {
+        let left = MAX_UNPACKED_BYTES + 1 - unpacked.len() as u64;
+        GzDecoder::new(&mut packed).take(left).read_to_end(unpacked)?;
+    }
+    Ok(())
 }
 
 /// What was read so far.
 #[derive(Default)]
-struct Contents {
-    files: Files,
+pub(super) struct Contents {
+    pub(super) files: Files,
+    /// Files whose names not every system can have, as messages show them.
+    pub(super) odd: Vec<String>,
     entries: usize,
     bytes: u64,
 }
@@ -116,18 +123,21 @@ impl Contents {
         let mut entries = archive.entries();
         while let Some(entry) = entries.next_entry().map_err(broken)? {
             let (name, size) = (entry.file_path(), entry.uncompressed_size_hint());
-            let kind = kind_in_zip(&entry);
+            // Some tools for Windows write its separators.
+            let name: Vec<u8> =
+                name.as_ref().iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
+            let kind = kind_in_zip(&entry, &name);
             if !matches!(kind, Kind::File) {
-                contents.add(name.as_ref(), &kind, size, io::empty())?;
+                contents.add(&name, &kind, size, io::empty())?;
                 continue;
             }
             let data = archive.get_entry(entry.wayfinder()).map_err(broken)?;
             // Size and checksum are verified as it is read.
             if entry.compression_method() == CompressionMethod::STORE {
-                contents.add(name.as_ref(), &kind, size, data.verifying_reader(data.data()))?;
+                contents.add(&name, &kind, size, data.verifying_reader(data.data()))?;
             } else {
                 let content = data.verifying_reader(DeflateDecoder::new(data.data()));
-                contents.add(name.as_ref(), &kind, size, content)?;
+                contents.add(&name, &kind, size, content)?;
             }
         }
         if contents.entries as u64 != archive.entries_hint() {
@@ -157,7 +167,8 @@ impl Contents {
         if let Kind::Other(found) = *kind {
             return Err(refused(("a file or a folder".into(), found.into())));
         }
-        let path = path::inside(name).map_err(refused)?;
+        let path = path::inside(name)
+            .map_err(|found| refused(("a path inside of the archive".into(), found.into())))?;
         let at_most = || format!("at most {MAX_FILE_BYTES} bytes");
         if size > MAX_FILE_BYTES {
             return Err(refused((at_most(), size.to_string())));
@@ -165,6 +176,10 @@ impl Contents {
         if let Kind::Folder = kind {
             return Ok(());
         }
+        let Some(path) = path else {
+            self.odd.push(path::shown(name));
+            return Ok(());
+        };
         let mut bytes = Vec::new();
         content
             .take(MAX_FILE_BYTES + 1)
@@ -182,14 +197,15 @@ impl Contents {
     }
 }
 
-fn kind_in_zip(entry: &ZipFileHeaderRecord<'_>) -> Kind {
+/// What an entry of this name is. Its mode is above the attributes that Windows has, and is believed
+/// whatever system is said to have made it.
+fn kind_in_zip(entry: &ZipFileHeaderRecord<'_>, name: &[u8]) -> Kind {
     const TYPE: u32 = 0o170_000;
     const METHODS: [CompressionMethod; 2] = [CompressionMethod::STORE, CompressionMethod::DEFLATE];
-    if entry.is_dir() {
-        return Kind::Folder;
-    }
-    match entry.mode().value() & TYPE {
+    match (entry.external_attributes() >> 16) & TYPE {
         0o120_000 => Kind::Other("a symbolic link"),
+        0o040_000 => Kind::Folder,
+        0 | 0o100_000 if name.ends_with(b"/") => Kind::Folder,
         // Not every tool says what it is.
         0 | 0o100_000 if entry.flags().is_encrypted() => Kind::Other("an encrypted file"),
         0 | 0o100_000 if METHODS.contains(&entry.compression_method()) => Kind::File,

@@ -49,6 +49,9 @@ pub(super) fn place(folder: &Path, files: &Files) -> Result<Placed, String> {
 
 fn change(folder: &Path, files: &Files, undo: &mut Undo) -> Result<Placed, String> {
     undo.create_folders(folder).map_err(at(folder))?;
+    for own in [LOCK, LIST] {
+        check_is_file(&folder.join(own))?;
+    }
     let _lock = lock(folder, undo)?;
     let fetched = Fetched::read(folder);
     let plan = Plan::new(folder, files, &fetched)?;
@@ -200,6 +203,19 @@ fn check_parents(folder: &Path, path: &str) -> Result<(), String> {
     Ok(())
 }
 
+/// A link in place of a file of ours would lead elsewhere, and a pipe would never end.
+fn check_is_file(path: &Path) -> Result<(), String> {
+    let found = match fs::symlink_metadata(path) {
+        Ok(found) if found.is_symlink() => "a link",
+        Ok(found) if !found.is_file() => "something else",
+        _ => return Ok(()),
+    };
+    Err(format!(
+        "{}: expected a file, found {found}; move it away or fetch into another folder",
+        path.display()
+    ))
+}
+
 /// The files that were fetched, by their paths, with the checksums of what they may hold.
 #[derive(Debug, Default)]
 struct Fetched(BTreeMap<String, BTreeSet<u32>>);
@@ -210,7 +226,7 @@ impl Fetched {
         let mut fetched = Self::default();
         for line in fs::read_to_string(folder.join(LIST)).unwrap_or_default().lines() {
             let Some((sum, path)) = line.split_once(' ') else { continue };
-            let is_inside = path::inside(path.as_bytes()).is_ok_and(|inside| inside == path);
+            let is_inside = path::inside(path.as_bytes()) == Ok(Some(path.into()));
             if let Some(sum) = u32::from_str_radix(sum, 16).ok().filter(|_| is_inside) {
                 fetched.0.entry(path.into()).or_default().insert(sum);
             }

@@ -7,40 +7,35 @@ const MAX_PATH_BYTES: usize = 200;
 /// so on.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
-/// This path with `/` between, if every system takes it for a path inside of where it starts; else
-/// what was expected and what was found.
-pub(super) fn inside(path: &[u8]) -> Result<String, (String, String)> {
-    let refused = |expected: &str, found: &str| Err((expected.to_string(), found.to_string()));
-    let Ok(text) = str::from_utf8(path) else {
-        return refused("a name in UTF-8", "other bytes");
-    };
-    if text.len() > MAX_PATH_BYTES {
-        let expected = format!("a path of at most {MAX_PATH_BYTES} bytes");
-        return Err((expected, text.len().to_string()));
+/// This path with `/` between; none if not every system can have it. If some system takes it for one
+/// that leads out of where it starts, what was found.
+pub(super) fn inside(path: &[u8]) -> Result<Option<String>, &'static str> {
+    if path.starts_with(b"/") || path.starts_with(b"\\") {
+        return Err("an absolute one");
     }
-    if text.starts_with('/') {
-        return refused("a path inside of the archive", "an absolute one");
+    if let [drive, b':', ..] = path
+        && drive.is_ascii_alphabetic()
+    {
+        return Err("one with a drive");
     }
-    if let Some(sign) = text.chars().find(|&c| c.is_control() || "\\:*?\"<>|".contains(c)) {
-        return Err(("a name that every system can have".into(), format!("{sign:?} in it")));
+    // Windows knows two separators.
+    if path.split(|byte| b"/\\".contains(byte)).any(|name| name == b"..") {
+        return Err("one with \"..\"");
     }
-    let names: Vec<&str> =
-        text.split('/').filter(|name| !name.is_empty() && *name != ".").collect();
-    for name in &names {
-        if *name == ".." {
-            return refused("a path inside of the archive", "\"..\"");
-        }
-        let stem = name.split('.').next().unwrap_or_default().trim_end().to_lowercase();
-        let is_port =
-            |port: &str| stem.strip_prefix(port).is_some_and(|number| number.chars().count() == 1);
-        if DEVICES.contains(&&stem[..]) || is_port("com") || is_port("lpt") {
-            return Err(("a name that every system can have".into(), format!("{name:?}")));
-        }
-        if name.ends_with(['.', ' ']) {
-            return refused("a name that every system can have", "a dot or a blank at its end");
-        }
-    }
-    Ok(names.join("/"))
+    let text = str::from_utf8(path).ok().filter(|text| text.len() <= MAX_PATH_BYTES);
+    let names = text.unwrap_or_default().split('/').filter(|name| !name.is_empty() && *name != ".");
+    let names: Vec<&str> = names.collect();
+    let is_for_all = !names.is_empty() && names.iter().all(|name| every_system_can_have(name));
+    Ok(is_for_all.then(|| names.join("/")))
+}
+
+fn every_system_can_have(name: &str) -> bool {
+    let stem = name.split('.').next().unwrap_or_default().trim_end().to_lowercase();
+    let is_port =
+        |port: &str| stem.strip_prefix(port).is_some_and(|number| number.chars().count() == 1);
+    let is_device = DEVICES.contains(&&stem[..]) || is_port("com") || is_port("lpt");
+    let is_odd = name.chars().any(|sign| sign.is_control() || "\\:*?\"<>|".contains(sign));
+    !is_device && !is_odd && !name.ends_with(['.', ' '])
 }
 
 /// A name as messages show it: in quotes, not too long.
@@ -66,12 +61,11 @@ mod tests {
                 "mazes-master/classic/Other(uk2000)__2000 é.txt",
             ),
             ("folder/", "folder"),
-            ("./", ""),
             (".hidden/..a/b..txt", ".hidden/..a/b..txt"),
             ("command.txt", "command.txt"),
             ("company/lpt", "company/lpt"),
         ] {
-            assert_eq!(inside(path.as_bytes()), Ok(kept.to_string()));
+            assert_eq!(inside(path.as_bytes()), Ok(Some(kept.to_string())));
         }
     }
 
@@ -89,7 +83,24 @@ mod tests {
             "c:/a",
             "\\a",
             "a\\..\\b",
+            "?/../a",
+        ] {
+            assert!(inside(path.as_bytes()).is_err(), "{path:?}");
+        }
+        assert!(inside(b"\xff/../a").is_err());
+        assert!(inside(&[b"../", &[b'a'; MAX_PATH_BYTES][..]].concat()).is_err());
+    }
+
+    #[test]
+    fn paths_that_not_every_system_can_have_are_none() {
+        for path in [
+            "",
+            "./",
+            "a\\b",
+            "12:30.txt",
             "a.txt:stream",
+            "a\"b.txt",
+            "b?.txt",
             "nul",
             "a/CON.txt",
             "com1",
@@ -102,10 +113,11 @@ mod tests {
             "a\nb",
             "a\u{7f}",
         ] {
-            assert!(inside(path.as_bytes()).is_err(), "{path:?}");
+            assert_eq!(inside(path.as_bytes()), Ok(None), "{path:?}");
         }
-        assert!(inside(b"\xff").is_err());
-        assert!(inside("é/".repeat(66).as_bytes()).is_ok());
-        assert!(inside("é/".repeat(67).as_bytes()).is_err());
+        assert_eq!(inside(b"\x81.txt"), Ok(None));
+        let long = |names| inside("é/".repeat(names).as_bytes()).unwrap();
+        assert!(long(66).is_some());
+        assert_eq!(long(67), None);
     }
 }

@@ -2,11 +2,13 @@
 
 use std::fs::File;
 use std::io::{self, Read};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use ureq::Agent;
 use ureq::tls::{RootCerts, TlsConfig};
+use ureq::{Agent, Timeout};
+use url::Url;
 
 use super::archive::MAX_ARCHIVE_BYTES;
 use crate::output::own_command;
@@ -14,44 +16,87 @@ use crate::output::own_command;
 /// How long a server may take to answer, and to go on.
 const PATIENCE: Duration = Duration::from_secs(30);
 
+/// How many minutes all of it may take.
+const MAX_MINUTES: u64 = 10;
+
 /// The archive at this address, or in this file.
 ///
 /// # Errors
 /// What cannot be read to its end, or is too large.
 pub(super) fn read(from: &str) -> Result<Vec<u8>, String> {
-    if from.starts_with("https://") || from.starts_with("http://") {
-        return download(from).map_err(|error| {
-            let fetch = own_command("mazes fetch --from FILE");
-            format!("{from}: cannot be downloaded: {error}; try again, or save it with a browser and take that file: {fetch}")
-        });
-    }
+    let path = match scheme(from).as_deref() {
+        Some("https" | "http") => {
+            return download(from).map_err(|error| {
+                let fetch = own_command("mazes fetch --from FILE");
+                format!("{from}: cannot be downloaded: {error}; try again, or save it with a browser and take that file: {fetch}")
+            });
+        }
+        Some("file") => {
+            Url::parse(from).ok().and_then(|url| url.to_file_path().ok()).ok_or_else(|| {
+                format!("{from}: expected a file of this machine, as file:///PATH, found none")
+            })?
+        }
+        _ => PathBuf::from(from),
+    };
     let error = |error: io::Error| format!("{from}: cannot be read: {error}");
-    let file = File::open(from).map_err(error)?;
+    let file = File::open(path).map_err(error)?;
     let facts = file.metadata().map_err(error)?;
     // Of a pipe nobody knows how long it is.
     let bytes = facts.is_file().then_some(facts.len());
     read_whole(file, bytes, &ProgressBar::hidden()).map_err(error)
 }
 
-fn download(address: &str) -> io::Result<Vec<u8>> {
+/// What an address begins with, in lower case.
+fn scheme(address: &str) -> Option<String> {
+    address.split_once("://").map(|(scheme, _)| scheme.to_ascii_lowercase())
+}
+
+fn download(address: &str) -> Result<Vec<u8>, String> {
     // Whom the system trusts, which schools add their own to.
-    let tls = TlsConfig::builder().root_certs(RootCerts::PlatformVerifier).build();
+    match download_from_trusted(address, RootCerts::PlatformVerifier) {
+        // A small system, such as a container, may know nobody. Then it is those whom browsers trust.
+        Err(ureq::Error::Rustls(error)) if error.to_string().contains("No CA certificates") => {
+            download_from_trusted(address, RootCerts::WebPki).map_err(|error| {
+                let error = told(error);
+                let is_distrust = error.contains("certificate");
+                let why = "; this system knows no CA certificates, so mmsim went by its own";
+                error + if is_distrust { why } else { "" }
+            })
+        }
+        result => result.map_err(told),
+    }
+}
+
+/// What went wrong, in words that say what was expected where the library's do not.
+fn told(error: ureq::Error) -> String {
+    match error {
+        ureq::Error::Timeout(Timeout::Global) => {
+            format!("expected all of it within {MAX_MINUTES} minutes, found no end")
+        }
+        ureq::Error::Rustls(error) => error.to_string(),
+        error => error.into_io().to_string(),
+    }
+}
+
+fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, ureq::Error> {
+    let tls = TlsConfig::builder().root_certs(roots).build();
     let agent: Agent = Agent::config_builder()
         .tls_config(tls)
         // What was asked for safely does not come from elsewhere unsafely.
-        .https_only(address.starts_with("https://"))
+        .https_only(scheme(address).as_deref() == Some("https"))
         .user_agent(concat!("mmsim/", env!("CARGO_PKG_VERSION")))
+        .timeout_global(Some(Duration::from_secs(MAX_MINUTES * 60)))
         .timeout_connect(Some(PATIENCE))
         .timeout_recv_response(Some(PATIENCE))
         .timeout_per_read(Some(PATIENCE))
         .build()
         .into();
-    let mut response = agent.get(address).call().map_err(ureq::Error::into_io)?;
+    let mut response = agent.get(address).call()?;
     let bytes = response.body().content_length();
     let bar = progress(bytes);
     let content = read_whole(response.body_mut().as_reader(), bytes, &bar);
     bar.finish_and_clear();
-    content
+    Ok(content?)
 }
 
 /// Reads so many bytes, where it is known how many that are.
