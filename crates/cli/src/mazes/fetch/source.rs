@@ -5,13 +5,13 @@ use std::io::{self, Read};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use ureq::tls::{RootCerts, TlsConfig};
 use ureq::{Agent, Timeout};
 use url::Url;
 
 use super::archive::MAX_ARCHIVE_BYTES;
-use crate::output::own_command;
+use crate::output::{own_command, progress};
 
 /// How long a server may take to answer, and to go on.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -93,7 +93,7 @@ fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, ure
         .into();
     let mut response = agent.get(address).call()?;
     let bytes = response.body().content_length();
-    let bar = progress(bytes);
+    let bar = bar(bytes);
     let content = read_whole(response.body_mut().as_reader(), bytes, &bar);
     bar.finish_and_clear();
     Ok(content?)
@@ -125,13 +125,10 @@ fn read_whole(mut from: impl Read, bytes: Option<u64>, bar: &ProgressBar) -> io:
     too_large("more".into())
 }
 
-/// How much is downloaded, on stderr if that is a terminal.
-fn progress(bytes: Option<u64>) -> ProgressBar {
-    let (bar, template) = match bytes {
-        Some(bytes) => (ProgressBar::new(bytes), "{wide_bar} {bytes} of {total_bytes}"),
-        None => (ProgressBar::no_length(), "{spinner} {bytes}"),
-    };
-    let style = ProgressStyle::with_template(template);
-    // The templates are valid ones; with others the bar would only look different.
-    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+/// How much is downloaded.
+fn bar(bytes: Option<u64>) -> ProgressBar {
+    match bytes {
+        Some(bytes) => progress(ProgressBar::new(bytes), "{wide_bar} {bytes} of {total_bytes}"),
+        None => progress(ProgressBar::no_length(), "{spinner} {bytes}"),
+    }
 }
