@@ -1,7 +1,12 @@
 //! `mmsim render`: pictures of mazes and recordings.
 
+mod args;
+
+pub(crate) use args::RenderArgs;
+
 use std::path::Path;
 
+use args::{PictureFormat, ThemeArg};
 use mmsim_drawing::{Animation, FRAME_MS, Layers, MOST_FRAMES, Scene, Theme, frame_indices};
 use mmsim_maze::{Cell, KnownMaze, Maze};
 use mmsim_protocol::State;
@@ -9,7 +14,6 @@ use mmsim_server::{HistoryReader, Recording};
 use mmsim_solvers::Distances;
 
 use crate::Outcome;
-use crate::args::{PictureFormat, RenderArgs, ThemeArg};
 use crate::output::{replace, say};
 use crate::replay::{decode, is_whole, no_state};
 use crate::selection::{Collection, Selected};
