@@ -42,7 +42,7 @@ fn a_port_that_is_taken_is_an_error() {
         ended.stderr,
         format!(
             "mmsim: no page to watch: expected port {port} of 127.0.0.1 to be free, found it in \
-             use; is another server running? Try another --viewer-port, or --no-viewer\n"
+             use; is another server running? Try another --viewer-port, 0 for any that is free\n"
         )
     );
 }
