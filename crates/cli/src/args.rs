@@ -65,10 +65,12 @@ impl Cli {
     pub(crate) fn read() -> Self {
         let arguments = talk_behind_command(env::args_os().collect());
         Self::try_parse_from(&arguments).unwrap_or_else(|error| {
-            if let Some(name) = command_behind_options(&arguments).filter(|_| error.use_stderr()) {
+            // Help and version come as errors, too.
+            let is_wrong = error.use_stderr();
+            if let Some(name) = command_behind_options(&arguments).filter(|_| is_wrong) {
                 options_before(name);
             }
-            if let Some(word) = unknown_word(&arguments) {
+            if let Some(word) = unknown_word(&arguments).filter(|_| is_wrong) {
                 let was = meant(word).map(|meant| format!("; was {meant} meant?"));
                 let expected = "expected a command, or a file or folder of mazes";
                 wrong_usage("", &format!("{expected}, found {word:?}{}", was.unwrap_or_default()));
@@ -77,9 +79,10 @@ impl Cli {
         })
     }
 
-    /// Whether there is a command of this name.
+    /// Whether there is a command of this name; `help` is one, which clap adds.
     pub(crate) fn has_command(name: &OsStr) -> bool {
-        Self::command().get_subcommands().any(|command| command.get_name() == name)
+        name == "help"
+            || Self::command().get_subcommands().any(|command| command.get_name() == name)
     }
 }
 
@@ -114,10 +117,15 @@ fn talk_behind_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
         is_short || *argument == "--quiet" || *argument == "--verbose"
     };
     let talk = arguments.iter().skip(1).take_while(is_talk).count();
-    if let Some(until_command) = arguments.get_mut(1..talk + 2)
-        && until_command.last().is_some_and(|name| Cli::has_command(name))
-    {
-        until_command.rotate_right(1);
+    match arguments.get_mut(1..talk + 2) {
+        // It takes no options.
+        Some([.., name]) if name == "help" => drop(arguments.drain(1..=talk)),
+        Some(until_command @ [.., _])
+            if until_command.last().is_some_and(|name| Cli::has_command(name)) =>
+        {
+            until_command.rotate_right(1);
+        }
+        _ => {}
     }
     arguments
 }
@@ -211,14 +219,8 @@ pub(crate) struct SolveArgs {
     /// Where the simulator listens, as tcp://HOST:PORT; it may start later
     #[arg(long, value_name = "ENDPOINT", default_value_t = format!("tcp://127.0.0.1:{DEFAULT_PORT}"))]
     pub(crate) connect: String,
-    /// Cells of the maze from west to east and from south to north [default: 16x16, with --goal
-    /// server what the server says]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub(crate) size: Option<MazeSize>,
-    /// The goal cells, such as 7,7 8,7, or `server` to ask the server, which only this project's
-    /// server understands [default: the central cells]
-    #[arg(long, value_name = "x,y|server", num_args = 1.., value_parser = parse_goal)]
-    pub(crate) goal: Vec<Goal>,
+    #[command(flatten)]
+    pub(crate) told: ToldArgs,
     /// Give up after sending this many states, one more than the steps between them [default: 1000;
     /// for swing and shortest-path-search, which explore the maze and come back first, 10000]
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..))]
@@ -236,6 +238,19 @@ pub(crate) struct SolveArgs {
     /// Print a JSON object
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// What a mouse is told of the maze of a simulator.
+#[derive(Debug, Args)]
+pub(crate) struct ToldArgs {
+    /// Cells of the maze from west to east and from south to north [default: 16x16, with --goal
+    /// server what the server says]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<MazeSize>,
+    /// The goal cells, such as 7,7 8,7, or `server` to ask the server, which only this project's
+    /// server understands [default: the central cells]
+    #[arg(long, value_name = "x,y|server", num_args = 1.., value_parser = parse_goal)]
+    pub(crate) goal: Vec<Goal>,
 }
 
 #[derive(Debug, Args)]
@@ -334,7 +349,7 @@ pub(crate) fn parse_size(text: &str) -> Result<MazeSize, String> {
     MazeSize::new(width, height).map_err(|error| error.to_string())
 }
 
-pub(crate) fn parse_goal(text: &str) -> Result<Goal, String> {
+fn parse_goal(text: &str) -> Result<Goal, String> {
     if text == "server" {
         return Ok(Goal::Server);
     }
@@ -364,6 +379,7 @@ mod tests {
         };
         assert_eq!(arranged("mmsim -q solve swing"), "mmsim solve -q swing");
         assert_eq!(arranged("mmsim -vv --verbose mazes"), "mmsim mazes -vv --verbose");
+        assert_eq!(arranged("mmsim -q -q help solve"), "mmsim help solve");
         for other in
             ["mmsim", "mmsim -q", "mmsim -q folder solve", "mmsim -qp 0 mazes", "mmsim - solve"]
         {

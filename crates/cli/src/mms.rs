@@ -19,6 +19,7 @@ use mmsim_maze::{Cell, Heading, KnownMaze, Pose};
 use mmsim_mms::{Command, CommandError, Excerpt, Mouse, Reply};
 use simulator::{Simulator, Stop};
 
+use crate::args::wrong_usage;
 use crate::hosting;
 use crate::interrupt::Interrupt;
 use crate::output::{complain, print, say};
@@ -28,7 +29,7 @@ use crate::solve::{ask_goals, endpoint, explain, say_waiting, told_goals};
 /// How long it may take until Ctrl-C is noticed while a mouse thinks.
 const GLANCE: Duration = Duration::from_millis(50);
 
-/// After this time a line that was begun was forgotten rather than being written: so many glances.
+/// A line that was begun and has no end after this time, a number of whole glances, gets none.
 const LONG: Duration = Duration::from_secs(1);
 
 /// Runs the mouse; gives the exit code.
@@ -40,6 +41,10 @@ pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
 }
 
 fn in_own_maze(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
+    let told = &args.elsewhere.told;
+    if told.size.is_some() || !told.goal.is_empty() {
+        wrong_usage("mms", "expected --connect with --size and --goal, found none");
+    }
     let collection = Collection::at(args.mazes.as_deref())?;
     let selected = collection.select(&args.maze.words.join(" "))?;
     let map = KnownMaze::before(&selected.maze);
@@ -61,7 +66,7 @@ fn in_own_maze(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
 }
 
 fn in_maze_of(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
-    let told = told_goals("mms", args.elsewhere.size, &args.elsewhere.goal);
+    let told = told_goals("mms", &args.elsewhere.told);
     let asks_server = told.is_none();
     let mut transport = Zmq::connect(endpoint, None, |waiting| say_waiting(&waiting, asks_server))?;
     let (map, _) = match told {
@@ -69,7 +74,7 @@ fn in_maze_of(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
             let start = Pose::new(Cell::new(0, 0), Heading::North);
             (KnownMaze::new(size, start.cell, goals), start)
         }
-        None => ask_goals(&mut transport, args.elsewhere.size)?,
+        None => ask_goals(&mut transport, args.elsewhere.told.size)?,
     };
     // A simulator that is not there yet may be waited for until Ctrl-C.
     transport.exchange(b"ping", &mut Vec::new())?;

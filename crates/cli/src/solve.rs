@@ -13,14 +13,14 @@ use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::args::{Goal, SolveArgs, wrong_usage};
+use crate::args::{Goal, SolveArgs, ToldArgs, wrong_usage};
 use crate::output::{complain, own_command, print};
 use crate::recorded::Recorded;
 use crate::screen::{Screen, ending};
 
 pub(crate) fn run(args: &SolveArgs) -> Outcome {
     let strategy = args.strategy.0;
-    let told = told_goals("solve", args.size, &args.goal);
+    let told = told_goals("solve", &args.told);
     let endpoint = endpoint(&args.connect);
     let asks_server = told.is_none();
     let on_wait = |waiting: Waiting<'_>| say_waiting(&waiting, asks_server);
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
             let start = Pose::new(Cell::new(0, 0), Heading::North);
             Ok((KnownMaze::new(size, start.cell, goals), start))
         }
-        None => ask_goals(&mut transport, args.size),
+        None => ask_goals(&mut transport, args.told.size),
     };
     let prepared = known.and_then(|(map, start)| {
         // What the simulator calls the maze is not asked for; where it is, tells as much.
@@ -116,8 +116,7 @@ pub(crate) fn endpoint(connect: &str) -> String {
 /// Size and goals as far as they do not come from the server, for a subcommand of this name.
 pub(crate) fn told_goals(
     command: &str,
-    size: Option<MazeSize>,
-    goal: &[Goal],
+    ToldArgs { size, goal }: &ToldArgs,
 ) -> Option<(MazeSize, CellSet)> {
     let size = size.unwrap_or(MazeSize::CLASSIC);
     if goal.contains(&Goal::Server) {

@@ -92,6 +92,20 @@ fn a_folder_may_be_called_as_a_command_is() {
 }
 
 #[test]
+fn help_is_there_however_it_is_asked_for() {
+    let home = Home::new();
+    for arguments in [&["help"][..], &["--help"], &["-q", "help"], &["no-such-folder", "--help"]] {
+        let ended = home.run(arguments);
+        assert_eq!(ended.code, Some(0), "{arguments:?}: {ended:?}");
+        assert!(ended.stdout.contains("Usage: mmsim [OPTIONS] [MAZES]"), "{ended:?}");
+    }
+    for arguments in [&["help", "solve"][..], &["solve", "--help"], &["help", "mazes", "check"]] {
+        let ended = home.run(arguments);
+        assert!(ended.code == Some(0) && ended.stdout.contains("--json"), "{ended:?}");
+    }
+}
+
+#[test]
 fn what_was_meant_is_guessed() {
     let home = Home::new();
     let said = |name| home.run(&[name]).stderr;

@@ -4,10 +4,9 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Args;
-use mmsim_maze::MazeSize;
 use mmsim_protocol::DEFAULT_PORT;
 
-use crate::args::{Goal, KeepArgs, MazeArg, ViewerArgs, parse_goal, parse_size};
+use crate::args::{KeepArgs, MazeArg, ToldArgs, ViewerArgs};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -72,14 +71,8 @@ pub(crate) struct ElsewhereArgs {
         conflicts_with_all = ["words", "record", "history_limit", "viewer_port", "no_viewer", "open"],
     )]
     pub(crate) connect: Option<String>,
-    /// Cells of the maze from west to east and from south to north [default: 16x16, with --goal
-    /// server what the server says]
-    #[arg(long, value_name = "WxH", value_parser = parse_size, requires = "connect")]
-    pub(crate) size: Option<MazeSize>,
-    /// The goal cells, such as 7,7 8,7, or `server` to ask the server, which only this project's
-    /// server understands [default: the central cells]
-    #[arg(long, value_name = "x,y|server", num_args = 1.., value_parser = parse_goal, requires = "connect")]
-    pub(crate) goal: Vec<Goal>,
+    #[command(flatten)]
+    pub(crate) told: ToldArgs,
 }
 
 impl MmsArgs {
