@@ -1,7 +1,10 @@
 //! `mmsim mms` with mice in processes of their own: one on the published crate `mms-rs`, and small
 //! ones in Python.
 
+#[path = "../harness/mod.rs"]
 mod harness;
+
+mod ending;
 
 use std::fs;
 use std::io::Write;
@@ -217,53 +220,6 @@ for line in [
 }
 
 #[test]
-fn the_exit_code_is_the_mouses_own() {
-    let home = Home::new();
-    let Some(ended) = run(&home, &[], "sys.exit(7)") else { return };
-    assert_eq!((ended.code, ended.stdout.as_str()), (Some(7), ""));
-    assert!(ended.stderr.ends_with("exit code 7; goal not reached, score 2000\n"), "{ended:?}");
-    let at_once = run(&home, &["--score"], "").unwrap();
-    assert_eq!(at_once.code, Some(0));
-    insta::assert_snapshot!(at_once.stdout, @"
-    score: 2000
-    best-run-distance: -1
-    best-run-effective-distance: -1
-    best-run-turns: -1
-    total-distance: 0
-    total-effective-distance: 0
-    total-turns: 0
-    ");
-}
-
-#[cfg(unix)]
-#[test]
-fn a_signal_that_ends_the_mouse_is_passed_on() {
-    let home = Home::new();
-    let mouse = "ask('moveForward')\nos.kill(os.getpid(), 9)";
-    let Some(ended) = run(&home, &["--json"], mouse) else { return };
-    assert_eq!(ended.code, Some(137));
-    assert!(
-        ended.stderr.contains("the mouse was ended by signal 9; goal not reached"),
-        "{ended:?}"
-    );
-    assert_eq!((&ended.json()["exit_code"], &ended.json()["signal"]), (&json!(null), &json!(9)));
-}
-
-#[test]
-fn a_limit_ends_the_mouse() {
-    let home = Home::new();
-    home.write("small.txt", SMALL);
-    let mouse = "while True: ask('turnLeft')";
-    let Some(ended) = run(&home, &["small.txt", "--limit", "50", "--json"], mouse) else { return };
-    assert_eq!(ended.code, Some(1));
-    assert!(ended.stderr.contains("the mouse was ended: limit reached, 50;"), "{ended:?}");
-    let report = ended.json();
-    assert_eq!((&report["limit_reached"], &report["total_turns"]), (&json!(true), &json!(51)));
-    let within = "ask('turnLeft'), ask('turnRight'), ask('moveForward 0')";
-    assert_eq!(run(&home, &["small.txt", "--limit", "2"], within).unwrap().code, Some(0));
-}
-
-#[test]
 fn what_is_no_command_is_said_at_once() {
     let home = Home::new();
     let mouse = "ask('moveForward')\nask('moveForwrad')";
@@ -288,51 +244,6 @@ fn a_line_without_an_end_is_said_too() {
     assert!(hanging.said.ends_with(expected), "{}", hanging.said);
     hanging.kill();
     hanging.wait();
-}
-
-/// Whether this process is there and no zombie.
-#[cfg(target_os = "linux")]
-fn lives(id: &str) -> bool {
-    let status = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
-    status.rsplit(')').next().is_some_and(|rest| !rest.trim().is_empty() && !rest.starts_with(" Z"))
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn what_a_mouse_has_started_ends_with_it() {
-    let home = Home::new();
-    // The limit ends the script and the sleep that it waits for.
-    let script = "sleep 600 & echo sleeps $! >&2; echo turnLeft; wait";
-    let limited = home.run(&arguments(&["--limit", "0"], &["sh", "-c", script]));
-    assert_eq!(limited.code, Some(1), "{limited:?}");
-    let sleeps = limited.stderr.split("sleeps ").nth(1).unwrap().lines().next().unwrap();
-    assert!(!lives(sleeps), "{limited:?}");
-    // The script ends, and the sleep that holds its pipe is not waited for.
-    let ended = home.run(&arguments(&[], &["sh", "-c", "sleep 600 & exit 3"]));
-    assert_eq!(ended.code, Some(3), "{ended:?}");
-}
-
-/// `script` runs a shell on a terminal of its own, in which the command is in the background.
-#[cfg(target_os = "linux")]
-#[test]
-fn in_the_background_of_a_terminal_it_runs_to_the_end() {
-    let home = Home::new();
-    let mouse = "mms --no-viewer --port 0 -- sh -c 'sleep 0.5; exit 5'";
-    let mmsim = env!("CARGO_BIN_EXE_mmsim");
-    let lines = [
-        "set -m",
-        &format!("{mmsim} {mouse} &"),
-        // Stopped, it would be waited for to no end.
-        "mouse=$!; (sleep 20; kill -KILL $mouse) & end=$!",
-        "wait $mouse; echo status $?; kill -- -$end",
-    ];
-    home.write("run.sh", lines.join("\n"));
-    let mut script = Command::new("script");
-    let script = script.args(["-qc", "bash run.sh", "/dev/null"]).current_dir(home.path());
-    let output = script.env("HOME", home.path()).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("status 5"), "{said}");
-    assert!(!said.contains("Enter presses"), "{said}");
 }
 
 #[test]
@@ -395,31 +306,6 @@ fn a_mouse_that_never_reads_may_end_and_must() {
 }
 
 #[test]
-fn a_program_that_is_not_there_is_an_error() {
-    let home = Home::new();
-    let ended = home.run(&arguments(&QUIET, &["no-such-mouse", "1"]));
-    assert_eq!(ended.code, Some(1));
-    let said = ended.stderr.lines().last().unwrap();
-    assert!(said.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{said}");
-    assert!(said.ends_with("is named by its path, as in -- ./my-mouse"), "{said}");
-    let options = [&QUIET[..], &["--stay", "--json"]].concat();
-    let report = home.run(&arguments(&options, &["no-such-mouse"])).json();
-    assert_eq!(report["error"].as_str(), said.strip_prefix("mmsim: "));
-    for wrong in [
-        &["mms"][..],
-        &["mms", "--"],
-        &["mms", "mouse"],
-        &["mms", "--size", "8x8", "--", "mouse"],
-        &["mms", "--connect", "tcp://127.0.0.1:1", "--maze", "a", "--", "mouse"],
-        &["mms", "--connect", "tcp://127.0.0.1:1", "--port", "1", "--", "mouse"],
-        &["mms", "--connect", "tcp://127.0.0.1:1", "mazes", "--", "mouse"],
-        &["mms", "--connect", "tcp://127.0.0.1:1", "--goal", "server", "1,1", "--", "mouse"],
-    ] {
-        assert_eq!(home.run(wrong).code, Some(2), "{wrong:?}");
-    }
-}
-
-#[test]
 fn a_line_on_stdin_presses_the_reset_button() {
     let home = Home::new();
     let mouse = r"
@@ -477,38 +363,4 @@ fn states_of(address: &str) -> u64 {
     socket.send("info", 0).unwrap();
     let info: serde_json::Value = serde_json::from_slice(&socket.recv_bytes(0).unwrap()).unwrap();
     info["states"].as_u64().unwrap()
-}
-
-#[cfg(unix)]
-#[test]
-fn with_stay_the_search_can_be_looked_at() {
-    let home = Home::new();
-    let options = ["--port", "0", "--viewer-port", "0", "--stay"];
-    let Some(command) = command(&home, &options, "ask('moveForward')\nsys.exit(5)") else { return };
-    let mut serving = Serving::start(command, "still serving");
-    assert!(serving.said.contains("watch at http://"), "{}", serving.said);
-    assert_eq!(states_of(&serving.address), 2);
-    serving.signal("INT");
-    assert_eq!(serving.wait().0.code(), Some(5));
-}
-
-#[cfg(unix)]
-#[test]
-fn an_interrupt_ends_the_mouse() {
-    let home = Home::new();
-    let silent = "print('mouse', os.getpid(), file=sys.stderr, flush=True)\ntime.sleep(600)";
-    let slow = "print('mouse', os.getpid(), file=sys.stderr, flush=True)\nask('turnLeft')";
-    for (mouse, options) in
-        [(silent, &QUIET[..]), (slow, &[&QUIET[..], &["--pace", "60000"]].concat())]
-    {
-        let Some(command) = command(&home, options, mouse) else { return };
-        let mut serving = Serving::start(command, "mouse ");
-        let mouse = serving.said.split_whitespace().last().unwrap().to_string();
-        serving.signal("INT");
-        let (status, said) = serving.wait();
-        assert_eq!(status.code(), Some(130), "{said}");
-        assert!(said.contains("the mouse was ended by Ctrl-C"), "{said}");
-        let is_there = Command::new("sh").args(["-c", &format!("kill -0 {mouse} 2>&-")]).status();
-        assert!(!is_there.unwrap().success(), "{mouse} lives on");
-    }
 }
