@@ -206,14 +206,21 @@ fn in_turns<T>(name: &str, things: &[T], rows: &[Row<'_, T>]) {
             times.push(begun.elapsed().as_secs_f64() / f64::from(IN_A_ROUND));
         }
     }
-    let median = |mut times: Vec<f64>| {
-        times.sort_by(f64::total_cmp);
-        times[ROUNDS / 2]
-    };
     println!("{name}, medians of {ROUNDS} rounds in turns:");
     let first = times[0].clone();
     for (Row { name, .. }, times) in rows.iter().zip(times) {
-        let ratio = median(times.iter().zip(&first).map(|(this, first)| this / first).collect());
-        println!("  {name:<32} {:>10.1} ns  {ratio:>6.2} times", median(times) * 1e9);
+        let ratio =
+            median(&times.iter().zip(&first).map(|(this, first)| this / first).collect::<Vec<_>>());
+        println!("  {name:<32} {:>10.1} ns  {ratio:>6.2} times", median(&times) * 1e9);
     }
+}
+
+/// The median of some figures.
+///
+/// # Panics
+/// There are none.
+pub fn median(figures: &[f64]) -> f64 {
+    let mut sorted = figures.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted[sorted.len() / 2]
 }

@@ -67,8 +67,14 @@ impl<'s> Host<'s> {
         host
     }
 
-    /// Answers a request of so many frames.
-    pub(crate) fn answer(&mut self, request: &[u8], frames: usize, reply: &mut ReplyBuffer) {
+    /// Answers a request of so many frames. Returns whether it is worth a place: whether the sender
+    /// searches the maze, rather than only keeping its connection.
+    pub(crate) fn answer(
+        &mut self,
+        request: &[u8],
+        frames: usize,
+        reply: &mut ReplyBuffer,
+    ) -> bool {
         if frames == 1 {
             let change = self.simulation.handle(request, reply);
             self.follow(change, request, reply);
@@ -78,7 +84,9 @@ impl<'s> Host<'s> {
         if let Some(reason) = reply.strip_prefix(ERROR_PREFIX.as_bytes()) {
             self.refused += 1;
             log_refusal(&String::from_utf8_lossy(reason), self.refused);
+            return false;
         }
+        *reply != *b"pong"
     }
 
     /// Serves this maze from now on.

@@ -1,8 +1,8 @@
 //! All connections of a server, served in one thread, each in its turn.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::io::{self, ErrorKind};
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::time::{Duration, Instant};
 
 use mio::net::{TcpListener, TcpStream};
@@ -11,9 +11,9 @@ use socket2::{SockRef, TcpKeepalive};
 use tracing::{debug, warn};
 
 use crate::ReplyBuffer;
-use crate::limits::{HANDSHAKE_TIME, MAX_CONNECTIONS, SILENCE};
-use crate::lookout::Lookout;
+use crate::limits::{HANDSHAKE_TIME, MAX_CONNECTIONS, OVERSIZED_TIME};
 use crate::peer::{End, Peer, Turn};
+use crate::standing::{Standing, evict};
 
 const LISTENER: Token = Token(0);
 const WAKER: Token = Token(1);
@@ -28,9 +28,12 @@ const EVENTS: usize = 256;
 /// Connections accepted before those that are there have their turn.
 const ACCEPTED_AT_ONCE: usize = 16;
 
-/// When the system could not give a connection for want of descriptors or memory, it is asked
-/// again once a connection has ended or after so long.
-const ACCEPT_AGAIN: Duration = Duration::from_millis(250);
+/// Delay before the next attempt to accept, after the system had no descriptor or memory left, or
+/// newcomers were turned away. A connection that ends cuts it short.
+const ACCEPT_AGAIN: Duration = Duration::from_millis(100);
+
+/// Requests of one peer that are answered in a row while no other waits.
+const REQUESTS_IN_A_ROW: usize = 8;
 
 /// Silence after which the system asks a peer's machine whether it is still there.
 const KEEPALIVE: Duration = Duration::from_secs(60);
@@ -43,21 +46,21 @@ pub(crate) struct Network {
     next: usize,
     /// Those that may do something now, each once in a while, oldest first.
     queue: VecDeque<Token>,
-    /// When those are cut off that have not shown by then that they speak the protocol.
-    handshakes: VecDeque<(Instant, Token)>,
+    /// The deadlines of all connections that have one.
+    deadlines: BTreeSet<(Instant, Token)>,
     /// Whether somebody may wait to be accepted …
     acceptable: bool,
     /// … and until when there is no use in trying, unless a connection ends before.
     accept_again: Option<Instant>,
     warned: bool,
-    lookout: Lookout,
 }
 
 /// A peer as the network sees it.
 struct Connection {
     peer: Peer<TcpStream>,
-    /// When it last had something for us.
-    heard: Instant,
+    standing: Standing,
+    /// When it is cut off, unless it shows before that it speaks the protocol.
+    deadline: Option<Instant>,
     /// Whether it waits for its turn.
     queued: bool,
 }
@@ -75,11 +78,10 @@ impl Network {
             peers: HashMap::new(),
             next: FIRST_PEER,
             queue: VecDeque::new(),
-            handshakes: VecDeque::new(),
+            deadlines: BTreeSet::new(),
             acceptable: true,
             accept_again: None,
             warned: false,
-            lookout: Lookout::new(),
         })
     }
 
@@ -96,12 +98,11 @@ impl Network {
     /// long. Gives whether anything has happened.
     pub(crate) fn wait(&mut self, events: &mut Events, most: Option<Duration>) -> io::Result<bool> {
         let timeout = self.until_next_timer(Instant::now()).into_iter().chain(most).min();
-        match self.poll(events, timeout) {
+        match self.poll.poll(events, timeout) {
             // A signal, which is for others to act on.
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(true),
             result => result?,
         }
-        self.lookout.has_come(!events.is_empty());
         let now = Instant::now();
         for event in &*events {
             match event.token() {
@@ -112,9 +113,8 @@ impl Network {
                         let peer = &mut connection.peer;
                         // Trying to read or write is how one learns of an error.
                         let gone = event.is_error() || event.is_read_closed();
-                        // Who reads late is not silent either.
-                        if event.is_readable() || event.is_writable() && peer.has_output() {
-                            connection.heard = now;
+                        if event.is_writable() && peer.has_output() {
+                            connection.standing.record_progress(now);
                         }
                         peer.readable |= event.is_readable() || gone;
                         peer.writable |= event.is_writable() || gone;
@@ -129,40 +129,82 @@ impl Network {
         Ok(!events.is_empty() || !self.queue.is_empty())
     }
 
-    fn poll(&mut self, events: &mut Events, timeout: Option<Duration>) -> io::Result<()> {
-        let Self { poll, lookout, .. } = self;
-        let found = lookout.look(timeout.unwrap_or(Duration::MAX), || {
-            poll.poll(events, Some(Duration::ZERO))?;
-            Ok(!events.is_empty())
-        })?;
-        if found { Ok(()) } else { poll.poll(events, timeout) }
-    }
-
     /// Events for [`Self::wait`].
     pub(crate) fn events() -> Events {
         Events::with_capacity(EVENTS)
     }
 
-    /// Gives each peer that may have something for us one turn, ends late handshakes, and accepts
-    /// new peers as there is room. `answer` is as for [`Peer::turn`].
+    /// Gives one turn to each peer that may have something for us, disconnects those whose deadline
+    /// has passed, and accepts new peers as there is room. `answer` is as for [`Peer::turn`], and
+    /// returns whether the request counts for the standing of its sender.
     pub(crate) fn serve(
         &mut self,
-        mut answer: impl FnMut(&[u8], usize, &mut ReplyBuffer),
+        mut answer: impl FnMut(&[u8], usize, &mut ReplyBuffer) -> bool,
         reply: &mut ReplyBuffer,
     ) {
         for _ in 0..self.queue.len() {
             let Some(token) = self.queue.pop_front() else { break };
-            let Some(connection) = self.peers.get_mut(&token) else { continue };
-            let turn = connection.peer.turn(&mut answer, reply);
-            connection.queued = matches!(turn, Ok(Turn::Again));
-            match turn {
-                Ok(Turn::Idle) => {}
-                Ok(Turn::Again) => self.queue.push_back(token),
-                Err(end) => self.end(token, &end),
+            if let Some(connection) = self.peers.get_mut(&token) {
+                connection.queued = false;
+                self.give_turn(token, &mut answer, reply);
             }
         }
-        self.end_late_handshakes(Instant::now());
-        self.accept(Instant::now());
+        let now = Instant::now();
+        while let Some(&late) = self.deadlines.first().filter(|(deadline, _)| *deadline <= now) {
+            self.give_last_turn(late.1, &mut answer, reply);
+            if self.deadlines.contains(&late) {
+                self.end(late.1, &End::Late);
+            }
+        }
+        self.accept(now, &mut answer, reply);
+    }
+
+    fn give_turn(
+        &mut self,
+        token: Token,
+        mut answer: impl FnMut(&[u8], usize, &mut ReplyBuffer) -> bool,
+        reply: &mut ReplyBuffer,
+    ) {
+        let Some(connection) = self.peers.get_mut(&token) else { return };
+        let in_a_row = if self.queue.is_empty() { REQUESTS_IN_A_ROW } else { 1 };
+        let mut counts = false;
+        let answer = |request: &[u8], frames, reply: &mut ReplyBuffer| {
+            counts |= answer(request, frames, reply);
+        };
+        let turn = connection.peer.turn(in_a_row, answer, reply);
+        let now = Instant::now();
+        if counts {
+            connection.standing.record_request(now);
+        }
+        if connection.peer.is_ready() {
+            if let Some(deadline) = connection.deadline.take() {
+                self.deadlines.remove(&(deadline, token));
+            }
+        } else if connection.deadline.is_none() {
+            connection.deadline = Some(now + OVERSIZED_TIME);
+            self.deadlines.insert((now + OVERSIZED_TIME, token));
+        }
+        match turn {
+            Ok(Turn::Again) if !connection.queued => {
+                connection.queued = true;
+                self.queue.push_back(token);
+            }
+            Ok(_) => {}
+            Err(end) => self.end(token, &end),
+        }
+    }
+
+    /// Gives a turn to a peer that is about to be disconnected: what has just come in may save it.
+    fn give_last_turn(
+        &mut self,
+        token: Token,
+        answer: impl FnMut(&[u8], usize, &mut ReplyBuffer) -> bool,
+        reply: &mut ReplyBuffer,
+    ) {
+        if let Some(connection) = self.peers.get_mut(&token) {
+            connection.peer.readable = true;
+            self.give_turn(token, answer, reply);
+        }
     }
 
     /// Whether anybody is in a handshake.
@@ -190,46 +232,34 @@ impl Network {
             return Some(Duration::ZERO);
         }
         let accept = self.accept_again.filter(|_| self.acceptable);
-        let handshake = self.handshakes.front().map(|&(end, _)| end);
-        let next = accept.into_iter().chain(handshake).min()?;
+        let deadline = self.deadlines.first().map(|&(deadline, _)| deadline);
+        let next = accept.into_iter().chain(deadline).min()?;
         // The system counts in milliseconds and could otherwise be asked too early.
         Some(next.saturating_duration_since(now) + Duration::from_millis(1))
-    }
-
-    fn end_late_handshakes(&mut self, now: Instant) {
-        while let Some(&(end, token)) = self.handshakes.front() {
-            if self.peers.get(&token).is_some_and(|connection| !connection.peer.is_ready()) {
-                if now < end {
-                    break;
-                }
-                self.end(token, &End::Late);
-            }
-            self.handshakes.pop_front();
-        }
     }
 
     fn may_accept(&self, now: Instant) -> bool {
         self.acceptable && self.accept_again.is_none_or(|again| again <= now)
     }
 
-    fn accept(&mut self, now: Instant) {
+    fn accept(
+        &mut self,
+        now: Instant,
+        mut answer: impl FnMut(&[u8], usize, &mut ReplyBuffer) -> bool,
+        reply: &mut ReplyBuffer,
+    ) {
+        let mut turned_away = false;
         for _ in 0..ACCEPTED_AT_ONCE {
             if !self.may_accept(now) {
                 return;
             }
-            let mut in_place_of = None;
-            if self.peers.len() >= MAX_CONNECTIONS {
-                in_place_of = self.silent(now);
-                if in_place_of.is_none() {
-                    return;
-                }
-            }
             match self.listener.accept() {
                 Ok((stream, address)) => {
-                    if let Some(token) = in_place_of {
-                        self.end(token, &End::Silent);
-                    }
-                    if let Err(error) = self.add(stream, now) {
+                    let is_full = self.peers.len() >= MAX_CONNECTIONS;
+                    if is_full && !self.make_room(Some(address.ip()), &mut answer, reply) {
+                        turned_away = true;
+                        debug!(%address, "connection turned away: every place is taken");
+                    } else if let Err(error) = self.add(stream, address.ip(), now) {
                         debug!(%error, %address, "connection not accepted");
                     }
                 }
@@ -242,42 +272,52 @@ impl Network {
                     | ErrorKind::NetworkUnreachable
                     | ErrorKind::NetworkDown
                     | ErrorKind::Interrupted => {}
-                    _ => self.no_more(&error, now),
+                    _ => {
+                        // The system has no descriptor or memory for another connection.
+                        if !self.warned {
+                            self.warned = true;
+                            warn!(
+                                "cannot accept more than {} connections: {error}",
+                                self.peers.len()
+                            );
+                        }
+                        if !self.make_room(None, &mut answer, reply) {
+                            self.accept_again = Some(now + ACCEPT_AGAIN);
+                        }
+                    }
                 },
             }
         }
-    }
-
-    /// The system cannot give another connection.
-    fn no_more(&mut self, error: &io::Error, now: Instant) {
-        if !self.warned {
-            self.warned = true;
-            warn!("{} connections, no more for now: {error}", self.peers.len());
-        }
-        match self.silent(now) {
-            Some(token) => self.end(token, &End::Silent),
-            None => self.accept_again = Some(now + ACCEPT_AGAIN),
+        if turned_away {
+            // Whoever is turned away comes again; that must not keep the server busy.
+            self.accept_again = Some(now + ACCEPT_AGAIN);
         }
     }
 
-    /// Who has been silent for longest, if that is so long that another may take its place; else
-    /// there is no use in trying before.
-    fn silent(&mut self, now: Instant) -> Option<Token> {
+    /// Disconnects the peer that must make room for a newcomer from this address, if there is one.
+    fn make_room(
+        &mut self,
+        newcomer: Option<IpAddr>,
+        mut answer: impl FnMut(&[u8], usize, &mut ReplyBuffer) -> bool,
+        reply: &mut ReplyBuffer,
+    ) -> bool {
+        let places = self.peers.len();
         loop {
-            let (&token, connection) = self.peers.iter_mut().min_by_key(|(_, peer)| peer.heard)?;
-            if connection.heard + SILENCE > now {
-                self.accept_again = Some(connection.heard + SILENCE);
-                return None;
+            let standings =
+                self.peers.iter().map(|(&token, connection)| (token, &connection.standing));
+            let Some(token) = evict(standings, newcomer, Instant::now()) else { return false };
+            let before = self.peers.get(&token).map(|connection| connection.standing);
+            self.give_last_turn(token, &mut answer, reply);
+            if self.peers.get(&token).map(|connection| connection.standing) == before {
+                self.end(token, &End::Evicted);
             }
-            // It may have spoken at this very moment.
-            if !connection.peer.has_unread(TcpStream::peek) {
-                return Some(token);
+            if self.peers.len() < places {
+                return true;
             }
-            connection.heard = now;
         }
     }
 
-    fn add(&mut self, mut stream: TcpStream, now: Instant) -> io::Result<()> {
+    fn add(&mut self, mut stream: TcpStream, address: IpAddr, now: Instant) -> io::Result<()> {
         stream.set_nodelay(true)?;
         // A peer whose machine has gone says nothing any more; its place shall not be lost.
         SockRef::from(&stream).set_tcp_keepalive(&TcpKeepalive::new().with_time(KEEPALIVE))?;
@@ -285,15 +325,24 @@ impl Network {
         let interest = Interest::READABLE | Interest::WRITABLE;
         self.poll.registry().register(&mut stream, token, interest)?;
         self.next += 1;
-        let connection = Connection { peer: Peer::new(stream), heard: now, queued: true };
+        let deadline = now + HANDSHAKE_TIME;
+        let connection = Connection {
+            peer: Peer::new(stream),
+            standing: Standing::new(address, now),
+            deadline: Some(deadline),
+            queued: true,
+        };
         self.peers.insert(token, connection);
         self.queue.push_back(token);
-        self.handshakes.push_back((now + HANDSHAKE_TIME, token));
+        self.deadlines.insert((deadline, token));
         Ok(())
     }
 
     fn end(&mut self, token: Token, end: &End) {
-        if let Some(Connection { mut peer, .. }) = self.peers.remove(&token) {
+        if let Some(Connection { mut peer, deadline, .. }) = self.peers.remove(&token) {
+            if let Some(deadline) = deadline {
+                self.deadlines.remove(&(deadline, token));
+            }
             // It is closed all the same, and with that forgotten by the system.
             let _ = self.poll.registry().deregister(peer.stream_mut());
             self.accept_again = None;

@@ -4,6 +4,7 @@ use std::io::{self, ErrorKind, Read, Write};
 
 use crate::ReplyBuffer;
 use crate::limits::{HANDSHAKE_TIME, MAX_WAITING_REPLY_BYTES};
+use crate::simulation::refuse;
 use crate::zmtp::{self, Decoder, Step, Violation};
 
 /// What is read at once, in bytes.
@@ -11,9 +12,6 @@ const READ_BYTES: usize = 4 * 1024;
 
 /// Frames of one peer that are looked at before it is the next one's turn.
 const TURN_FRAMES: usize = 64;
-
-/// Requests of one peer that are served before it is the next one's turn.
-const TURN_REQUESTS: usize = 8;
 
 /// A peer of a server.
 #[derive(Debug)]
@@ -37,9 +35,9 @@ pub(crate) struct Peer<S> {
 pub(crate) enum End {
     #[error("the peer has left")]
     Left,
-    #[error("another takes the place of one that was silent")]
-    Silent,
-    #[error("expected a handshake within {} s, found none", HANDSHAKE_TIME.as_secs())]
+    #[error("another peer takes its place")]
+    Evicted,
+    #[error("expected a handshake or a request within {} s, found none", HANDSHAKE_TIME.as_secs())]
     Late,
     #[error(transparent)]
     Violation(#[from] Violation),
@@ -75,14 +73,9 @@ impl<S: Read + Write> Peer<S> {
         &mut self.stream
     }
 
-    /// Whether the handshake is done.
+    /// Whether the handshake is done, and no frame over the limit has come since the last request.
     pub(crate) fn is_ready(&self) -> bool {
         self.decoder.is_ready()
-    }
-
-    /// Whether bytes have come that nobody has looked at.
-    pub(crate) fn has_unread(&self, peek: impl FnOnce(&S, &mut [u8]) -> io::Result<usize>) -> bool {
-        self.taken < self.input.len() || peek(&self.stream, &mut [0]).is_ok_and(|count| count > 0)
     }
 
     /// Whether something waits to be sent.
@@ -90,14 +83,15 @@ impl<S: Read + Write> Peer<S> {
         self.sent < self.output.len()
     }
 
-    /// Receives, lets some requests be answered, and sends the replies. `answer` is given a
-    /// request, or the last frame of one, with the number of its frames.
+    /// Receives, answers at most `in_a_row` requests, and sends the replies. `answer` gets a request,
+    /// or the last frame of one, with the number of its frames.
     pub(crate) fn turn(
         &mut self,
+        in_a_row: usize,
         mut answer: impl FnMut(&[u8], usize, &mut ReplyBuffer),
         reply: &mut ReplyBuffer,
     ) -> Result<Turn, End> {
-        let turn = self.take_turn(&mut answer, reply);
+        let turn = self.take_turn(in_a_row, &mut answer, reply);
         // What was right before something wrong is answered all the same.
         let sent = self.send();
         let turn = turn?;
@@ -107,11 +101,11 @@ impl<S: Read + Write> Peer<S> {
 
     fn take_turn(
         &mut self,
+        mut requests_left: usize,
         answer: &mut impl FnMut(&[u8], usize, &mut ReplyBuffer),
         reply: &mut ReplyBuffer,
     ) -> Result<Turn, End> {
-        let (mut frames_left, mut requests_left) = (TURN_FRAMES, TURN_REQUESTS);
-        while frames_left > 0 && requests_left > 0 {
+        for _ in 0..TURN_FRAMES {
             if self.output.len() - self.sent >= MAX_WAITING_REPLY_BYTES {
                 self.send()?;
                 if !self.writable {
@@ -140,9 +134,17 @@ impl<S: Read + Write> Peer<S> {
                     self.push_reply(reply);
                     requests_left -= 1;
                 }
+                Step::TooLong(violation) => {
+                    refuse(reply, violation);
+                    self.push_reply(reply);
+                }
             }
             self.taken += taken;
-            frames_left -= 1;
+            if requests_left == 0 {
+                self.send()?;
+                let has_input = self.taken < self.input.len() || self.receive()?;
+                return Ok(if has_input { Turn::Again } else { Turn::Idle });
+            }
         }
         Ok(Turn::Again)
     }
@@ -261,7 +263,7 @@ mod tests {
 
     /// Turns until the peer waits for its stream.
     fn until_idle(peer: &mut Peer<Wire>) -> Result<(), End> {
-        while peer.turn(echo, &mut Vec::new())? == Turn::Again {}
+        while peer.turn(8, echo, &mut Vec::new())? == Turn::Again {}
         Ok(())
     }
 
@@ -274,7 +276,7 @@ mod tests {
     fn requests_are_answered_in_order_a_few_in_a_turn() {
         let said = |from: u8, to: u8| (from..to).flat_map(|n| [1, 0, 0, 1, n]).collect::<Vec<_>>();
         let mut peer = peer(&said(0, 100));
-        assert_eq!(peer.turn(echo, &mut Vec::new()).unwrap(), Turn::Again);
+        assert_eq!(peer.turn(8, echo, &mut Vec::new()).unwrap(), Turn::Again);
         assert_eq!(replies(&peer), said(0, 8));
         until_idle(&mut peer).unwrap();
         assert_eq!(replies(&peer), said(0, 100));

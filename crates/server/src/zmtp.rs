@@ -37,8 +37,8 @@ pub(crate) enum Violation {
     SocketType,
     #[error("expected flags from 0 to 7 and no command in several frames, found {0:#04x}")]
     Flags(u8),
-    #[error("expected a frame of at most {most} bytes, found {found}")]
-    FrameTooLong { most: usize, found: u64 },
+    #[error("expected a frame of at most {max} bytes, found {found}")]
+    FrameTooLong { max: usize, found: u64 },
     #[error("expected an envelope of at most {MAX_ENVELOPE_BYTES} bytes, found more")]
     EnvelopeTooLong,
     #[error("expected a command with a name, found none")]
@@ -65,6 +65,8 @@ pub(crate) enum Step<'i> {
     Request { last: &'i [u8], frames: usize },
     /// The same with a last frame that is longer than is kept: its beginning, then zeros.
     LongRequest { last: Vec<u8>, frames: usize },
+    /// A request with a frame over the limit, to be answered at once; the rest of it is skipped.
+    TooLong(Violation),
 }
 
 /// Where a peer is in the protocol.
@@ -75,6 +77,8 @@ pub(crate) struct Decoder {
     envelope: Vec<u8>,
     /// The frame that is received and not kept.
     long: Option<LongFrame>,
+    /// Whether a frame over the limit has come since the last request.
+    is_oversized: bool,
 }
 
 /// A frame that is longer than any right one, and so is not kept.
@@ -99,6 +103,8 @@ enum Stage {
     Body {
         frames: usize,
     },
+    /// In the rest of a message that has been answered already.
+    Refused,
 }
 
 impl Default for Stage {
@@ -108,9 +114,9 @@ impl Default for Stage {
 }
 
 impl Decoder {
-    /// Whether the handshake is done.
+    /// Whether the handshake is done, and no frame over the limit has come since the last request.
     pub(crate) fn is_ready(&self) -> bool {
-        !matches!(self.stage, Stage::Handshake(_))
+        !matches!(self.stage, Stage::Handshake(_)) && !self.is_oversized
     }
 
     /// What a reply to the request just decoded begins with.
@@ -128,17 +134,20 @@ impl Decoder {
         if let Some(long) = self.long.take() {
             return Ok(self.skip(long, input));
         }
-        let most = |is_command| if is_command { MAX_COMMAND_BYTES } else { MAX_REQUEST_BYTES };
-        let Some(head) = Head::read(input, most)? else { return Ok((0, Step::More)) };
+        let max = |is_command| if is_command { MAX_COMMAND_BYTES } else { usize::MAX };
+        let Some(head) = Head::read(input, max)? else { return Ok((0, Step::More)) };
         if !head.is_command() && head.length > MAX_KEPT_BYTES {
-            self.begin_long(&head)?;
-            return Ok((head.bytes, Step::Nothing));
+            return Ok((head.bytes, self.begin_long(&head)?));
         }
         let Some(frame) = Frame::split(input, head) else { return Ok((0, Step::More)) };
         let step = match self.stage {
             _ if frame.is_command() => command(frame.body)?,
             Stage::Body { frames } => self.body(&frame, frames.saturating_add(1)),
             Stage::Envelope => self.address(&frame)?,
+            Stage::Refused => {
+                self.end_unless(frame.more());
+                Step::Nothing
+            }
             Stage::Idle | Stage::Handshake(_) => {
                 self.envelope.clear();
                 self.address(&frame)?
@@ -162,14 +171,24 @@ impl Decoder {
         Ok(Step::Nothing)
     }
 
-    fn begin_long(&mut self, head: &Head) -> Result<(), Violation> {
-        let in_envelope = !matches!(self.stage, Stage::Body { .. });
-        if in_envelope && head.more() {
-            return Err(Violation::EnvelopeTooLong);
-        }
+    fn begin_long(&mut self, head: &Head) -> Result<Step<'static>, Violation> {
         let (more, length) = (head.more(), head.length);
+        let is_oversized = length > MAX_REQUEST_BYTES;
+        let violation = Violation::FrameTooLong { max: MAX_REQUEST_BYTES, found: length as u64 };
+        let step = match self.stage {
+            Stage::Refused => Step::Nothing,
+            Stage::Body { .. } if is_oversized => {
+                self.is_oversized = true;
+                self.stage = Stage::Refused;
+                Step::TooLong(violation)
+            }
+            Stage::Body { .. } => Step::Nothing,
+            _ if is_oversized => return Err(violation),
+            _ if more => return Err(Violation::EnvelopeTooLong),
+            _ => Step::Nothing,
+        };
         self.long = Some(LongFrame { more, length, left: length, beginning: Vec::new() });
-        Ok(())
+        Ok(step)
     }
 
     /// Takes what has come of a long frame.
@@ -183,8 +202,8 @@ impl Decoder {
             return (taken, if taken == 0 { Step::More } else { Step::Nothing });
         }
         let Stage::Body { frames } = self.stage else {
-            // Without an empty frame and a body it is no request, and no reply is possible.
-            self.stage = Stage::Idle;
+            // Either the request is answered already, or the message is none: it ends in its envelope.
+            self.end_unless(long.more);
             return (taken, Step::Nothing);
         };
         let frames = frames.saturating_add(1);
@@ -192,9 +211,20 @@ impl Decoder {
             self.stage = Stage::Body { frames };
             return (taken, Step::Nothing);
         }
-        self.stage = Stage::Idle;
+        self.end_request();
         long.beginning.resize(long.length, 0);
         (taken, Step::LongRequest { last: long.beginning, frames })
+    }
+
+    fn end_request(&mut self) {
+        self.stage = Stage::Idle;
+        self.is_oversized = false;
+    }
+
+    fn end_unless(&mut self, more: bool) {
+        if !more {
+            self.stage = Stage::Idle;
+        }
     }
 
     fn body<'i>(&mut self, frame: &Frame<'i>, frames: usize) -> Step<'i> {
@@ -202,7 +232,7 @@ impl Decoder {
             self.stage = Stage::Body { frames };
             return Step::Nothing;
         }
-        self.stage = Stage::Idle;
+        self.end_request();
         Step::Request { last: frame.body, frames }
     }
 }
@@ -292,6 +322,39 @@ pub(crate) mod tests {
         let (said, decoder) = after_handshake(&[b"\x01\0".repeat(100_000), vec![0, 0]].concat());
         assert!(said.last().unwrap().ends_with("frames: 100000 }"));
         assert_eq!(decoder.envelope.len(), 2, "no frame but the last is kept");
+    }
+
+    #[test]
+    fn a_request_over_the_limit_is_refused_once_and_skipped() {
+        let found = MAX_REQUEST_BYTES as u64 + 1;
+        let refused = Step::TooLong(Violation::FrameTooLong { max: MAX_REQUEST_BYTES, found });
+        let refused = format!("{refused:?}");
+        let long = |flags: u8| [&[flags][..], &found.to_be_bytes(), &vec![7; 65_537]].concat();
+        let said = |bytes: &[u8]| {
+            let (mut said, decoder) = after_handshake(bytes);
+            said.retain(|step| step != "Nothing");
+            (said, decoder)
+        };
+        for (more, rest) in [(2, &b""[..]), (3, b"\0\x01x"), (3, b"\x01\x01x\0\x01x")] {
+            let message = [b"\x01\0", &long(more)[..], rest].concat();
+            let (steps, decoder) = said(&message);
+            assert_eq!(steps, [&*refused]);
+            assert!(!decoder.is_ready());
+            // It is answered before the rest of it has come.
+            assert_eq!(said(&message[..11]).0, [&*refused]);
+            // The next request is served as usual.
+            let (steps, decoder) = said(&[&message[..], b"\x01\0\0\x04ping"].concat());
+            let ping = format!("{:?}", Step::Request { last: b"ping", frames: 1 });
+            assert_eq!(steps, [&*refused, &*ping]);
+            assert!(decoder.is_ready());
+        }
+        let twice = [b"\x01\0", &long(3)[..], &long(2)].concat();
+        assert_eq!(said(&twice).0, [&*refused]);
+        // Without an envelope no reply is possible.
+        assert_eq!(
+            said(&long(2)).0,
+            [Violation::FrameTooLong { max: MAX_REQUEST_BYTES, found }.to_string()]
+        );
     }
 
     #[test]

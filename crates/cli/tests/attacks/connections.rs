@@ -1,5 +1,7 @@
 //! Connections: too many, idle, slow, and those that go in the middle of things.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use crate::*;
 
 #[test]
@@ -38,15 +40,15 @@ fn connections() {
         let mut all: Vec<_> = (1..MOST).map(|_| raw::greet(address)).collect();
         // However long that took, none of them has been silent for long.
         for peer in &mut all {
-            raw::ping(peer);
+            raw::walls(peer);
         }
         let further = 20 * force().min(20);
         let late: Vec<_> = (0..further).map(|_| raw::connect(address)).collect();
         let client = socket(&zmq::Context::new(), zmq::REQ, address);
         client.send("ping", 0).unwrap();
-        // Those within go on; those outside wait until some have left.
+        // Those within go on; newcomers are turned away until some have left.
         for peer in &mut all {
-            raw::ping(peer);
+            raw::walls(peer);
         }
         all.truncate(all.len() - further - 1);
         late.into_iter().for_each(raw::wait_until_cut_off);
@@ -77,6 +79,80 @@ fn connections() {
         // It takes the place of one that has been silent.
         assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
         drop(all);
+    });
+}
+
+/// Connections that keep sending this request while `meanwhile` runs, all at least once before. Those
+/// that are cut off connect again.
+fn while_sending(count: usize, address: &str, request: &[u8], meanwhile: impl FnOnce()) {
+    let hello = [raw::greeting(), raw::ready("REQ", 0), raw::request(request)].concat();
+    let connect = || {
+        let mut peer = raw::connect(address);
+        raw::send(&mut peer, &hello);
+        peer.set_nonblocking(true).unwrap();
+        peer
+    };
+    let (ended, mut peers) = (AtomicBool::new(false), Vec::new());
+    peers.resize_with(count, connect);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            while !ended.load(Ordering::Relaxed) {
+                for peer in &mut peers {
+                    let is_closed = matches!(peer.read(&mut [0; 4096]), Ok(0));
+                    if is_closed || peer.write_all(&raw::request(request)).is_err() {
+                        *peer = connect();
+                    }
+                }
+                thread::sleep(Duration::from_secs(1));
+            }
+        });
+        let _end = SetOnDrop(&ended);
+        meanwhile();
+    });
+}
+
+/// Sets a flag when it is dropped, also by a panic.
+struct SetOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for SetOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn a_mouse_that_thinks_keeps_its_place_among_connections_that_only_ping() {
+    let target = Target::start();
+    rlimit::increase_nofile_limit(4096).unwrap();
+    target.suffer("1,199 connections that only ping", |address| {
+        let mut mouse = raw::greet(address);
+        raw::walls(&mut mouse);
+        while_sending(1199, address, b"ping", || {
+            // Longer than the time for which a place is safe.
+            thread::sleep(mmsim_server::limits::SILENCE + Duration::from_secs(5));
+            raw::walls(&mut mouse);
+            // Another mouse finds a place as well.
+            let client = socket(&zmq::Context::new(), zmq::REQ, address);
+            client.send("W\0\0N", 0).unwrap();
+            assert_eq!(client.recv_bytes(0).unwrap().len(), 3);
+        });
+    });
+}
+
+/// Only Linux answers at all addresses of loopback.
+#[cfg(target_os = "linux")]
+#[test]
+fn one_address_does_not_take_all_places() {
+    let target = Target::start();
+    rlimit::increase_nofile_limit(4096).unwrap();
+    target.suffer("every place taken by busy clients of one address", |address| {
+        while_sending(1100, address, b"W\0\0N", || {
+            let address = address.replace("tcp://", "tcp://127.0.0.2:0;");
+            let client = socket(&zmq::Context::new(), zmq::REQ, &address);
+            for _ in 0..3 {
+                assert_served(&client);
+            }
+        });
     });
 }
 

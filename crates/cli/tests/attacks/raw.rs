@@ -75,6 +75,14 @@ pub(crate) fn ping(stream: &mut TcpStream) {
     assert_eq!(&reply, b"\x01\0\0\x04pong");
 }
 
+/// Asks for the walls at the start and gets them.
+pub(crate) fn walls(stream: &mut TcpStream) {
+    stream.write_all(&request(b"W\0\0N")).unwrap();
+    let mut reply = [0; 7];
+    stream.read_exact(&mut reply).unwrap();
+    assert_eq!(reply[..4], [1, 0, 0, 3]);
+}
+
 /// Sends as much as the other side takes until it closes.
 pub(crate) fn send(stream: &mut TcpStream, bytes: &[u8]) {
     if let Err(error) = stream.write_all(bytes) {

@@ -20,11 +20,11 @@ pub(crate) struct Head {
 }
 
 impl Head {
-    /// The head at the front, if all of it is there. `most` tells how long the body of a command,
-    /// or of any other frame, may be.
+    /// Reads the head at the front, if all of it is there. `max` returns the longest body in bytes of
+    /// a command (`true`) or of any other frame.
     pub(crate) fn read(
         input: &[u8],
-        most: impl FnOnce(bool) -> usize,
+        max: impl FnOnce(bool) -> usize,
     ) -> Result<Option<Self>, Violation> {
         let Some((&flags, rest)) = input.split_first() else { return Ok(None) };
         if flags > (MORE | LONG | COMMAND) || flags & (MORE | COMMAND) == (MORE | COMMAND) {
@@ -37,9 +37,9 @@ impl Head {
             let Some(length) = rest.first_chunk() else { return Ok(None) };
             (u64::from_be_bytes(*length), 9)
         };
-        let most = most(flags & COMMAND != 0);
-        let length = usize::try_from(found).ok().filter(|&length| length <= most);
-        let length = length.ok_or(Violation::FrameTooLong { most, found })?;
+        let max = max(flags & COMMAND != 0);
+        let length = usize::try_from(found).ok().filter(|&length| length <= max);
+        let length = length.ok_or(Violation::FrameTooLong { max, found })?;
         Ok(Some(Self { flags, bytes, length }))
     }
 
