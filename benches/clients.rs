@@ -6,11 +6,11 @@
 
 use std::collections::HashMap;
 use std::io::{ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpStream};
-use std::thread;
+use std::net::SocketAddr;
 use std::time::Instant;
+use std::{net, thread};
 
-use mio::net::TcpListener;
+use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token};
 use mmsim_benches::{bundled_maze, median, serve};
 
@@ -19,7 +19,7 @@ const CLIENTS: [usize; 3] = [1, 2, 10];
 
 /// Rounds in which both sides alternate, and requests of all clients in each.
 const ROUNDS: usize = 15;
-const REQUESTS: usize = 20_000;
+const REQUESTS: usize = 6000;
 
 /// The greeting of ZMTP 3.1 without the zeros at its end, and its length with them.
 const GREETING: &[u8] = b"\xff\0\0\0\0\0\0\0\0\x7f\x03\x01NULL";
@@ -66,20 +66,21 @@ fn plain_loop(mut listener: TcpListener) {
 
 /// A connection to our server after its handshake.
 fn greet(address: &str) -> TcpStream {
-    let mut stream = connect(address);
+    let mut stream = net::TcpStream::connect(address.trim_start_matches("tcp://")).unwrap();
     let zeros = [0; GREETING_BYTES - GREETING.len()];
     stream.write_all(&[GREETING, &zeros, READY].concat()).unwrap();
     let (mut theirs, mut head) = ([0; GREETING_BYTES], [0; 2]);
     stream.read_exact(&mut theirs).unwrap();
     stream.read_exact(&mut head).unwrap();
     stream.read_exact(&mut vec![0; head[1].into()]).unwrap();
-    stream
+    polled(stream)
 }
 
-fn connect(address: &str) -> TcpStream {
-    let stream = TcpStream::connect(address.trim_start_matches("tcp://")).unwrap();
+/// The same connection for a [`Poll`].
+fn polled(stream: net::TcpStream) -> TcpStream {
     stream.set_nodelay(true).unwrap();
-    stream
+    stream.set_nonblocking(true).unwrap();
+    TcpStream::from_std(stream)
 }
 
 /// What the clients of a round saw.
@@ -92,28 +93,40 @@ struct Round {
     rate: f64,
 }
 
+/// Lets all clients ask until there were so many requests. One thread does this for all of them:
+/// threads would measure how the system schedules them.
 fn round(clients: &mut [TcpStream], requests: usize) -> Round {
-    let each = requests / clients.len();
+    let (mut poll, mut events) = (Poll::new().unwrap(), Events::with_capacity(clients.len()));
+    let (mut times, mut reply) = (Vec::with_capacity(requests), [0; REPLY.len()]);
     let begin = Instant::now();
-    let mut times: Vec<f64> = thread::scope(|scope| {
-        let running: Vec<_> = clients
-            .iter_mut()
-            .map(|client| scope.spawn(move || (0..each).map(|_| ask(client)).collect::<Vec<_>>()))
-            .collect();
-        running.into_iter().flat_map(|client| client.join().unwrap()).collect()
-    });
+    let mut asked = vec![begin; clients.len()];
+    for (index, client) in clients.iter_mut().enumerate() {
+        poll.registry().register(client, Token(index), Interest::READABLE).unwrap();
+        client.write_all(REQUEST).unwrap();
+    }
+    let mut waiting = clients.len();
+    while waiting > 0 {
+        poll.poll(&mut events, None).unwrap();
+        for event in &events {
+            let Token(index) = event.token();
+            let client = &mut clients[index];
+            client.read_exact(&mut reply).unwrap();
+            assert_eq!(reply, REPLY);
+            times.push(asked[index].elapsed().as_secs_f64() * 1e6);
+            if times.len() + waiting > requests {
+                waiting -= 1;
+                continue;
+            }
+            asked[index] = Instant::now();
+            client.write_all(REQUEST).unwrap();
+        }
+    }
     let rate = times.len() as f64 / begin.elapsed().as_secs_f64();
+    for client in clients {
+        poll.registry().deregister(client).unwrap();
+    }
     times.sort_by(f64::total_cmp);
     Round { p50: times[times.len() / 2], p99: times[times.len() * 99 / 100], rate }
-}
-
-/// The microseconds until the reply has come.
-fn ask(client: &mut TcpStream) -> f64 {
-    let (begin, mut reply) = (Instant::now(), [0; REPLY.len()]);
-    client.write_all(REQUEST).unwrap();
-    client.read_exact(&mut reply).unwrap();
-    assert_eq!(reply, REPLY);
-    begin.elapsed().as_secs_f64() * 1e6
 }
 
 fn main() {
@@ -126,7 +139,8 @@ fn main() {
     println!("clients: medians of {rounds} rounds; mmsim, plain loop, median ratio");
     for count in CLIENTS {
         let mut ours: Vec<_> = (0..count).map(|_| greet(server.address())).collect();
-        let mut others: Vec<_> = (0..count).map(|_| connect(&plain)).collect();
+        let mut others: Vec<_> =
+            (0..count).map(|_| polled(net::TcpStream::connect(&plain).unwrap())).collect();
         let rounds: Vec<_> = (0..rounds)
             .map(|_| (round(&mut ours, requests), round(&mut others, requests)))
             .collect();
