@@ -251,7 +251,7 @@ impl Network {
         let mut turned_away = false;
         for _ in 0..ACCEPTED_AT_ONCE {
             if !self.may_accept(now) {
-                return;
+                break;
             }
             match self.listener.accept() {
                 Ok((stream, address)) => {
@@ -289,7 +289,7 @@ impl Network {
             }
         }
         if turned_away {
-            // Whoever is turned away comes again; that must not keep the server busy.
+            // Sockets that are turned away connect again at once, which must not keep the server busy.
             self.accept_again = Some(now + ACCEPT_AGAIN);
         }
     }
