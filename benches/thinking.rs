@@ -16,7 +16,7 @@ use rustix::time::{ClockId, clock_gettime};
 const THINKING_US: [u64; 6] = [0, 5, 20, 60, 100, 200];
 
 /// Rounds of each row, and requests in each round.
-const ROUNDS: usize = 9;
+const ROUNDS: usize = 5;
 const REQUESTS: u32 = 1000;
 
 const REQUEST: &[u8] = b"W\0\0N";
