@@ -79,7 +79,10 @@ pub fn connect(server: &Background, kind: zmq::SocketType) -> zmq::Socket {
 /// There is no reply within five seconds.
 pub fn ask(socket: &zmq::Socket, request: &[u8]) -> Vec<u8> {
     socket.send(request, 0).unwrap();
-    socket.recv_bytes(0).unwrap_or_else(|error| panic!("no reply to {request:?}: {error}"))
+    socket.recv_bytes(0).unwrap_or_else(|error| {
+        let start = request.get(..16).unwrap_or(request).escape_ascii();
+        panic!("no reply to {start} ({} bytes): {error}", request.len())
+    })
 }
 
 /// The code in the project's README compiles.
