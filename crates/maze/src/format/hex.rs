@@ -1,6 +1,10 @@
 //! Rows of hex digits, a digit a cell, of which nobody says how they lie and what their bits mean:
 //! it is found out by trying.
 
+mod faults;
+
+use faults::{Faults, is_start};
+
 use super::rows::{Item, MOST_ITEMS, items, table};
 use super::stated::{self, Stated};
 use super::{ParseError, Reading, quoted, unmarked};
@@ -178,18 +182,15 @@ pub(super) fn read(text: &str) -> Result<Reading, Vec<ParseError>> {
     let (rows, lines) = table(text, "hex digits", digits)?;
     let row = |row: &Vec<Item>| row.iter().map(parse_digit).collect::<Result<Vec<_>, _>>();
     let values: Vec<Vec<u8>> = rows.iter().map(row).collect::<Result<_, _>>()?;
-    let mut nearest: Option<(usize, Way)> = None;
+    let faults = Faults::count(&values, lines);
+    let mut nearest: Option<(u32, Way)> = None;
     let mut mazes: Vec<(Way, Maze)> = Vec::new();
     for way in Way::all() {
-        let size = way.lie.size(lines);
-        let sides = |cell| {
-            let (line, digit) = way.lie.place(size, cell);
-            way.sides(values[line][digit])
-        };
-        let fewest = nearest.map_or(usize::MAX, |(faults, _)| faults);
-        match faults(size, sides, fewest) {
-            0 => mazes.push((way, unmarked(stated_walls(&rows, &values, lines, way)?)?)),
-            faults if faults < fewest => nearest = Some((faults, way)),
+        match faults.for_way(way) {
+            0 => mazes.push((way, unmarked(walls(&values, lines, way))?)),
+            faults if nearest.is_none_or(|(fewest, _)| faults < fewest) => {
+                nearest = Some((faults, way));
+            }
             _ => {}
         }
     }
@@ -207,29 +208,18 @@ fn parse_digit(item: &Item) -> Result<u8, ParseError> {
     value(item).ok_or_else(|| item.error("a hex digit"))
 }
 
-/// How many walls and starts are not as they should be, unless that is more than there may be.
-fn faults(size: MazeSize, sides: impl Fn(Cell) -> Sides, most: usize) -> usize {
-    let start = usize::from(!is_start(sides(Cell::new(0, 0))));
-    let mut count = start;
-    for here in size.cells() {
-        let said = sides(here);
-        for heading in Heading::ALL {
-            let agrees = match size.neighbour(here, heading) {
-                None => said.has(heading),
-                Some(there) => said.has(heading) == sides(there).has(heading.back()),
-            };
-            count += usize::from(!agrees);
-        }
-        if count > most {
-            break;
+/// The walls of digits that do not contradict each other.
+fn walls(values: &[Vec<u8>], lines: MazeSize, way: Way) -> Walls {
+    let size = way.lie.size(lines);
+    let mut walls = Walls::open(size);
+    for cell in size.cells() {
+        let (line, digit) = way.lie.place(size, cell);
+        let sides = way.sides(values[line][digit]);
+        for heading in [Heading::North, Heading::East] {
+            walls.set(cell, heading, sides.has(heading));
         }
     }
-    count
-}
-
-/// Walls west, south and east and none north.
-fn is_start(sides: Sides) -> bool {
-    Heading::ALL.into_iter().all(|heading| sides.has(heading) != (heading == Heading::North))
+    walls
 }
 
 /// What is wrong with the digits in the way in which the least is wrong.
@@ -241,9 +231,9 @@ fn miss(rows: &[Vec<Item>], values: &[Vec<u8>], lines: MazeSize, way: Way) -> Ve
         let expected = format!("the start cell {start} closed but to the north");
         errors.push(rows[line][digit].error(expected).of_cell(start));
     }
+    let nearest = format!(", in the nearest of all ways to read it: {}", way.words());
     for error in &mut errors {
-        error.found =
-            format!("{}, in the nearest of all ways to read it: {}", error.found, way.words());
+        error.found += &nearest;
     }
     errors
 }
@@ -376,17 +366,9 @@ mod tests {
     #[test]
     fn of_several_mazes_that_one_is_taken_whose_goal_can_be_reached() {
         let digits = "d3b\nb82\nec6\n";
-        let values: Vec<Vec<u8>> = [vec![13, 3, 11], vec![11, 8, 2], vec![14, 12, 6]].into();
-        let size = MazeSize::new(3, 3).unwrap();
-        let sides = |way: Way| {
-            let values = values.clone();
-            move |cell| {
-                let (line, digit) = way.lie.place(size, cell);
-                way.sides(values[line][digit])
-            }
-        };
-        let fitting = Way::all().filter(|&way| faults(size, sides(way), usize::MAX) == 0);
-        assert_eq!(fitting.count(), 3);
+        let values = [vec![13, 3, 11], vec![11, 8, 2], vec![14, 12, 6]];
+        let faults = Faults::count(&values, MazeSize::new(3, 3).unwrap());
+        assert_eq!(Way::all().filter(|&way| faults.for_way(way) == 0).count(), 3);
         insta::assert_snapshot!(read(digits), @"
         o---o---o---o
         |           |

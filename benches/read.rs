@@ -1,0 +1,50 @@
+//! Maze files read: hex digits, whose layout and bits have to be inferred, beside text.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use mmsim_benches::Noise;
+use mmsim_generator::{Style, generate};
+use mmsim_maze::{Cell, Heading, Maze, MazeSize};
+
+/// A maze as hex digits, the rows from the north, `bits` being the headings of 1, 2, 4 and 8.
+fn hex(maze: &Maze, bits: [Heading; 4]) -> String {
+    let digit = |x, y| {
+        let sides = maze.walls().sides(Cell::new(x, y));
+        let value: u32 = (0..).zip(bits).map(|(bit, of)| u32::from(sides.has(of)) << bit).sum();
+        char::from_digit(value, 16).unwrap()
+    };
+    let size = maze.size();
+    let row = |y| (0..size.width()).map(|x| digit(x, y)).chain(['\n']).collect::<String>();
+    (0..size.height()).rev().map(row).collect()
+}
+
+fn read(criterion: &mut Criterion) {
+    for (size, name) in [(MazeSize::CLASSIC, "16x16"), (MazeSize::HALF_SIZE, "32x32")] {
+        let maze = generate(size, 1, Style::Contest);
+        let usual = hex(&maze, Heading::ALL);
+        let rare = hex(&maze, [Heading::South, Heading::West, Heading::East, Heading::North]);
+        let mut noise = Noise::new(1);
+        let mut random = |_| char::from_digit(u32::try_from(noise.below(16)).unwrap(), 16).unwrap();
+        let random = usual.chars().map(|c| if c == '\n' { c } else { random(c) }).collect();
+        let closed = usual.replace(|c| c != '\n', "f");
+        let mut group = criterion.benchmark_group(format!("read/{name}"));
+        for (row, text, is_maze) in [
+            ("text", maze.to_string(), true),
+            ("hex, usual bits", usual, true),
+            ("hex, rare bits", rare, true),
+            ("hex, closed cells", closed, false),
+            ("hex, random digits", random, false),
+        ] {
+            assert_eq!(
+                text.parse::<Maze>().is_ok_and(|read| read.walls() == maze.walls()),
+                is_maze
+            );
+            group.bench_function(row, |b| b.iter(|| black_box(&text).parse::<Maze>()));
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, read);
+criterion_main!(benches);
