@@ -1,7 +1,8 @@
 //! Ctrl-C and the signals that ask a process to end.
 
+use std::error::Error;
 use std::io::{self, IsTerminal};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
 
 use crate::output::say;
@@ -9,23 +10,27 @@ use crate::output::say;
 /// Told once the user wants the command to end.
 pub(crate) struct Interrupt {
     told: Receiver<()>,
+    /// Keeps the channel open where every signal is ignored.
+    _open: Sender<()>,
 }
 
 impl Interrupt {
     /// The exit code of a command that was interrupted, where it passes on another's.
     pub(crate) const CODE: i32 = 130;
 
-    /// From now on SIGINT and SIGTERM end nothing but are told here. Once in a process.
-    pub(crate) fn catch() -> Result<Self, ctrlc::Error> {
+    /// From now on SIGINT, SIGTERM and SIGHUP end nothing but are told here. Those that the process
+    /// was started to ignore stay ignored. Once in a process.
+    pub(crate) fn catch() -> Result<Self, Box<dyn Error>> {
         let (tell, told) = mpsc::channel();
-        ctrlc::set_handler(move || {
+        let open = tell.clone();
+        on_signal(move || {
             if io::stderr().is_terminal() {
                 // Past the ^C that the terminal shows.
                 say("");
             }
             let _ = tell.send(());
         })?;
-        Ok(Self { told })
+        Ok(Self { told, _open: open })
     }
 
     /// Waits until the command shall end.
@@ -36,5 +41,49 @@ impl Interrupt {
     /// Waits this long; `true` if the command shall end.
     pub(crate) fn wait_for(&self, pause: Duration) -> bool {
         !matches!(self.told.recv_timeout(pause), Err(RecvTimeoutError::Timeout))
+    }
+}
+
+/// Calls `tell` on each of the signals, except for ignored ones: `nohup` ignores SIGHUP, and a shell
+/// ignores SIGINT for the background jobs of a script.
+#[cfg(target_os = "linux")]
+fn on_signal(tell: impl Fn() + Send + 'static) -> io::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+
+    let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |status| ignored(&status));
+    let signals = [SIGINT, SIGTERM, SIGHUP].into_iter();
+    let mut signals = Signals::new(signals.filter(|signal| ignored >> (signal - 1) & 1 == 0))?;
+    std::thread::spawn(move || signals.forever().for_each(|_| tell()));
+    Ok(())
+}
+
+/// Returns the ignored signals from the status of a process: bit n - 1 is signal n. Without `unsafe`
+/// there is no asking `sigaction`.
+#[cfg(target_os = "linux")]
+fn ignored(status: &str) -> u64 {
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
+}
+
+/// The same on systems that do not list ignored signals. If one is ignored, none is caught there: the
+/// others end the process at once, which loses no state.
+#[cfg(not(target_os = "linux"))]
+fn on_signal(tell: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
+    match ctrlc::try_set_handler(tell) {
+        Err(ctrlc::Error::MultipleHandlers) => Ok(()),
+        result => result,
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ignored_signals_are_read_from_the_status() {
+        let status = "Name:\tmmsim\nSigBlk:\tffffffffffffffff\nSigIgn:\t0000000000001001\n";
+        assert_eq!(ignored(status), 1 | 1 << 12, "SIGHUP and SIGPIPE");
+        assert_eq!(ignored(""), 0);
     }
 }

@@ -90,7 +90,7 @@ fn serving_others_than_this_machine_is_asked_for_and_said() {
 #[cfg(unix)]
 #[test]
 fn signals_end_it_cleanly() {
-    for signal in ["INT", "TERM"] {
+    for signal in ["INT", "TERM", "HUP"] {
         let home = Home::new();
         let mut server = home.serve(&["--port", "0"]);
         assert_eq!(home.run(&["solve", "flood-fill", "--connect", &server.address]).code, Some(0));

@@ -1,0 +1,83 @@
+//! Signals that a command was started to ignore, as by `nohup` or in the background of a script.
+#![cfg(target_os = "linux")]
+
+mod harness;
+
+use std::fs;
+use std::process::Command;
+
+use harness::{Home, Serving};
+
+const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
+
+/// Numbers of signals, which are bits of masks.
+const HUP: u32 = 1;
+const INT: u32 = 2;
+const TERM: u32 = 15;
+
+/// Starts a command, once it has said `text`, with these signals ignored, by their names without SIG.
+fn start(home: &Home, ignored: &str, arguments: &[&str], text: &str) -> Serving {
+    let command = home.command(arguments);
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &format!("trap '' {ignored}; exec \"$0\" \"$@\"")]);
+    shell.arg(command.get_program()).args(command.get_args()).current_dir(home.path());
+    shell.env("HOME", home.path()).env_remove("RUST_LOG");
+    Serving::start(shell, text)
+}
+
+/// Whether a signal is in a mask of the status of a process.
+fn is_in(server: &Serving, mask: &str, signal: u32) -> bool {
+    let status = fs::read_to_string(format!("/proc/{}/status", server.id())).unwrap();
+    let mask = status.lines().find_map(|line| line.strip_prefix(mask)).unwrap();
+    u64::from_str_radix(mask.trim(), 16).unwrap() >> (signal - 1) & 1 == 1
+}
+
+/// Asserts that a signal is ignored, although it comes, and that SIGTERM ends the command cleanly.
+fn check(mut server: Serving, name: &str, number: u32, others: &[u32]) {
+    assert!(is_in(&server, "SigIgn:", number) && !is_in(&server, "SigCgt:", number), "{name}");
+    for other in others {
+        assert!(is_in(&server, "SigCgt:", *other), "{name}: {other}");
+    }
+    server.signal(name);
+    server.signal("TERM");
+    let (status, said) = server.wait();
+    assert_eq!(status.code(), Some(0), "{said}");
+}
+
+#[test]
+fn what_is_ignored_at_the_start_stays_ignored_in_every_command_that_serves() {
+    let home = Home::new();
+    home.write("small.txt", MAZE);
+    let once = home.run(&["demo", "small.txt", "--once", "--port", "0", "--record", "records"]);
+    assert_eq!(once.code, Some(0), "{once:?}");
+    let mut records = fs::read_dir(home.path().join("records")).unwrap();
+    let record = records.next().unwrap().unwrap().path();
+    let record = record.to_str().unwrap();
+    let (serving, own) = (["--port", "0", "--no-viewer"], "still serving");
+    for (arguments, text) in [
+        ([&["small.txt"], &serving[..]].concat(), "serving"),
+        ([&["demo", "small.txt"], &serving[..]].concat(), own),
+        ([&["trial", "small.txt", "--serve"], &serving[..]].concat(), own),
+        ([&["mms", "small.txt", "--stay"], &serving[..], &["--", "true"]].concat(), own),
+        (vec!["replay", record, "--serve", "--viewer-port", "0"], "watch at"),
+    ] {
+        check(start(&home, "HUP", &arguments, text), "HUP", HUP, &[INT, TERM]);
+        check(start(&home, "INT", &arguments, text), "INT", INT, &[HUP, TERM]);
+    }
+}
+
+#[test]
+fn a_server_that_ignores_every_signal_goes_on_serving() {
+    let home = Home::new();
+    home.write("small.txt", MAZE);
+    let arguments = ["small.txt", "--port", "0", "--no-viewer"];
+    let server = start(&home, "HUP INT TERM", &arguments, "tcp://");
+    for signal in ["HUP", "INT", "TERM"] {
+        server.signal(signal);
+    }
+    let solve = ["solve", "flood-fill", "--goal", "server", "--timeout", "30"];
+    for _ in 0..3 {
+        let ended = home.run(&[&solve[..], &["--connect", &server.address]].concat());
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+    }
+}
