@@ -1,6 +1,6 @@
 //! Requests and the replies they call for, one by one.
 
-use mmsim_maze::{Cell, KnownMaze, Pose, WallsAround};
+use mmsim_maze::{Cell, Escaped, KnownMaze, Pose, WallsAround};
 use mmsim_protocol::{
     BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, Order, Reply, Request, encode_state,
 };
@@ -108,7 +108,9 @@ impl<T: Transport> Exchange<T> {
         self.requests += 1;
         self.transport.exchange(&self.request[..length], &mut self.reply)?;
         match Reply::decode(&self.reply)? {
-            Reply::Error(reason) => Err(RunError::Refused { request, reason: printable(reason) }),
+            Reply::Error(reason) => {
+                Err(RunError::Refused { request, reason: Escaped(reason).to_string() })
+            }
             reply => expected(reply)
                 .ok_or_else(|| RunError::WrongReply { request, found: Excerpt::of(&self.reply) }),
         }
@@ -117,11 +119,4 @@ impl<T: Transport> Exchange<T> {
 
 fn is_ok(reply: Reply<'_>) -> Option<()> {
     (reply == Reply::Ok).then_some(())
-}
-
-/// The words of somebody else, without what a terminal would obey.
-fn printable(text: &str) -> String {
-    text.chars()
-        .flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] })
-        .collect()
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mmsim_maze::Maze;
+use mmsim_maze::{Escaped, Maze};
 use mmsim_protocol::Info;
 
 use super::{
@@ -78,7 +78,7 @@ impl Recording {
                 Some(Err(McapError::UnexpectedEof)) => break Ending::Cut { whole, length },
                 Some(Err(McapError::BadMagic)) if whole == 0 => return Err(NoRecording::NoMcap),
                 Some(Err(error)) => {
-                    break Ending::Damaged { whole, reason: in_one_line(&error.to_string()) };
+                    break Ending::Damaged { whole, reason: Escaped(error).to_string() };
                 }
             }
         };
@@ -157,24 +157,10 @@ impl Assembly {
                 return Ok(recording.add(&data, header.log_time));
             }
             (Ok(_), _) => {}
-            (Err(error), _) => return Ok(Err(in_one_line(&error.to_string()))),
+            (Err(error), _) => return Ok(Err(Escaped(error).to_string())),
         }
         Ok(Ok(()))
     }
-}
-
-/// A text from the file, or one that may hold pieces of it: with no character in it that a terminal
-/// obeys.
-fn in_one_line(text: &str) -> String {
-    let mut line = String::new();
-    for character in text.chars() {
-        if character.is_control() {
-            line.extend(character.escape_default());
-        } else {
-            line.push(character);
-        }
-    }
-    line
 }
 
 /// Whether each string in a record of metadata or a channel ends inside of the record. For one
@@ -232,7 +218,7 @@ fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Recording, NoRecor
     if let Some(other) = maze.as_ref().map(Maze::size).filter(|&other| other != size) {
         return Err(wrong(format!("the maze has {other} cells, but the states have {size}")));
     }
-    let info = Info { name: in_one_line(&info.name), ..info };
+    let info = Info { name: Escaped(&info.name).to_string(), ..info };
     let (history, ending) = (History::new(size), Ending::Closed);
     Ok(Recording { info, size, maze, history, times: Vec::new(), ending })
 }

@@ -1,0 +1,63 @@
+//! Text from elsewhere, fit for a terminal.
+
+use core::fmt::{self, Display, Formatter, Write};
+
+/// Displays text that others chose, such as a file name, on one line: control characters and those
+/// that change the direction of text are escaped as in Rust.
+///
+/// A terminal would obey them, and could be made to show anything. All other characters stay, the
+/// backslash too, so escaping twice is escaping once.
+///
+/// ```
+/// use mmsim_maze::Escaped;
+/// assert_eq!(Escaped("ä\n\u{1b}[2J.txt").to_string(), r"ä\n\u{1b}[2J.txt");
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Escaped<T>(pub T);
+
+impl<T: Display> Display for Escaped<T> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(Escaping(f), "{}", self.0)
+    }
+}
+
+struct Escaping<'a, 'b>(&'a mut Formatter<'b>);
+
+impl Write for Escaping<'_, '_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        text.chars().try_for_each(|c| match c {
+            _ if !needs_escape(c) => self.0.write_char(c),
+            _ => write!(self.0, "{}", c.escape_default()),
+        })
+    }
+}
+
+/// Whether [`Escaped`] escapes this character, since a terminal obeys it instead of showing it.
+pub fn needs_escape(c: char) -> bool {
+    let ends_line = matches!(c, '\u{2028}' | '\u{2029}');
+    // Marks, embeddings, overrides and isolates of the Unicode bidirectional algorithm.
+    let turns_text = matches!(
+        c,
+        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
+    );
+    c.is_control() || ends_line || turns_text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_obeys_is_escaped() {
+        let text = "\0\u{7}\t\n\r\u{1b}[2J\u{7f}\u{85}\u{9b}31m\u{2028}\u{202e}\u{2066}\u{200f}";
+        let escaped = Escaped(text).to_string();
+        insta::assert_snapshot!(escaped, @r"\u{0}\u{7}\t\n\r\u{1b}[2J\u{7f}\u{85}\u{9b}31m\u{2028}\u{202e}\u{2066}\u{200f}");
+        assert_eq!(Escaped(&escaped).to_string(), escaped);
+    }
+
+    #[test]
+    fn what_people_write_stays() {
+        let text = "\"ä\" \\ 'ß' 全日本\u{3000}2013 👩\u{200d}💻 e\u{301}";
+        assert_eq!(Escaped(text).to_string(), text);
+    }
+}
