@@ -8,7 +8,7 @@ use std::time::Duration;
 use clap::builder::PossibleValue;
 use clap::error::ErrorKind;
 use clap::{ArgAction, Args, CommandFactory, Parser, Subcommand, ValueEnum};
-use mmsim_maze::{Cell, MazeSize};
+use mmsim_maze::{Cell, Escaped, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::Bundled;
 
@@ -75,7 +75,9 @@ impl Cli {
                 let expected = "expected a command, or a file or folder of mazes";
                 wrong_usage("", &format!("{expected}, found {word:?}{}", was.unwrap_or_default()));
             }
-            error.exit()
+            // Of the command line it may quote what a terminal would obey.
+            let escaped = arguments.iter().map(|argument| Escaped(argument.display()).to_string());
+            Self::try_parse_from(escaped).err().unwrap_or(error).exit()
         })
     }
 
@@ -334,7 +336,7 @@ pub(crate) fn wrong_usage(command: &str, message: &str) -> ! {
     let mut cli = Cli::command();
     cli.build();
     let command = cli.find_subcommand(command).cloned();
-    command.unwrap_or(cli).error(ErrorKind::ValueValidation, message).exit()
+    command.unwrap_or(cli).error(ErrorKind::ValueValidation, Escaped(message)).exit()
 }
 
 /// Two numbers parted by a character.

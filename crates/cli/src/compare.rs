@@ -18,7 +18,7 @@ use search::{Figures, Search};
 use crate::Outcome;
 use crate::given::Given;
 use crate::grid::aligned;
-use crate::output::{print, progress};
+use crate::output::{print, print_json, progress};
 use crate::selection::Selected;
 
 /// A strategy that is to search a maze.
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &CompareArgs) -> Outcome {
     let Given { mazes, are_all } = Given::read_or_default(&args.mazes);
     let reports = compare(&args.strategies(), &mazes, args.jobs)?;
     if args.json {
-        print(&(serde_json::to_string_pretty(&reports)? + "\n"))?;
+        print_json(&serde_json::to_string_pretty(&reports)?)?;
     } else if args.csv {
         let mut csv = csv::Writer::from_writer(Vec::new());
         reports.iter().try_for_each(|report| report.write_csv(&mut csv))?;

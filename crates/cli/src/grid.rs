@@ -2,16 +2,20 @@
 
 use std::fmt::Write as _;
 
-/// The rows with each column as wide as it must be: the first is flush left, the others are flush
-/// right.
+use mmsim_maze::Escaped;
+
+/// The rows, escaped, with each column as wide as it must be: the first is flush left, the others are
+/// flush right.
 pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
+    let escaped = |row: &Vec<String>| row.iter().map(|cell| Escaped(cell).to_string()).collect();
+    let rows: Vec<Vec<String>> = rows.iter().map(escaped).collect();
     let width = |column: usize| {
         let cells = rows.iter().filter_map(|row| row.get(column));
         cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
     };
     let widths: Vec<usize> = (0..rows.iter().map(Vec::len).max().unwrap_or(0)).map(width).collect();
     let mut text = String::new();
-    for row in rows {
+    for row in &rows {
         for (column, (cell, &width)) in row.iter().zip(&widths).enumerate() {
             // Writing to a string cannot fail.
             let _ = match column {
@@ -35,5 +39,6 @@ mod tests {
         let rows = rows.map(|row| row.into_iter().map(String::from).collect());
         assert_eq!(aligned(&rows), "ä     1\nbcd  22  x\ne\n");
         assert_eq!(aligned(&[]), "");
+        assert_eq!(aligned(&[vec!["a\nb".into(), "1".into()]]), "a\\nb  1\n");
     }
 }

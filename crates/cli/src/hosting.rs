@@ -11,7 +11,7 @@ use crate::interrupt::Interrupt;
 use crate::output::say;
 use crate::selection::Selected;
 use crate::serve::{announce, bind};
-use crate::{keep, watching};
+use crate::{keep, stderr, watching};
 
 /// Only this machine's own mouse and browser come.
 pub(crate) const HOST: &str = "127.0.0.1";
@@ -25,6 +25,7 @@ pub(crate) fn begin(
     keep: &KeepArgs,
     viewer: Option<&ViewerArgs>,
 ) -> Result<(Background, Interrupt), Box<dyn Error>> {
+    stderr::write_in_background();
     let recorder = keep::recorder(keep)?;
     let server = bind(HOST, port)?;
     let page = viewer.map(|args| watching::bind(args, HOST)).transpose()?.flatten();

@@ -24,17 +24,24 @@ mod screen;
 mod selection;
 mod serve;
 mod solve;
+mod stderr;
 mod trial;
 mod watching;
 
 use std::env;
 use std::error::Error;
+use std::fmt::{self, Debug};
 use std::io::{self, IsTerminal};
 use std::process::{self, ExitCode};
 
 use args::{Cli, Command, TalkArgs};
+use mmsim_maze::Escaped;
 use output::complain;
+use stderr::Stderr;
+use tracing::field::Field;
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::field::MakeExt as _;
+use tracing_subscriber::fmt::format::{Writer, debug_fn};
 
 /// Whether the work was done: the goal reached, every maze valid. An error says why it could not
 /// even be tried.
@@ -53,18 +60,23 @@ fn main() -> ExitCode {
         Some(Command::Trial(args)) => trial::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
         // Other systems have exit codes beyond those of an `ExitCode`.
-        Some(Command::Mms(args)) => mms::run(&args).map(|code| process::exit(code)),
+        Some(Command::Mms(args)) => mms::run(&args).map(|code| {
+            stderr::flush();
+            process::exit(code)
+        }),
         Some(Command::Completions(args)) => manual::complete(&args),
         Some(Command::Man(args)) => manual::run(&args),
     };
-    match outcome {
+    let code = match outcome {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
             complain(format_args!("mmsim: {error}"));
             ExitCode::FAILURE
         }
-    }
+    };
+    stderr::flush();
+    code
 }
 
 /// How much is said from now on. What the command line says of it counts more than `RUST_LOG`.
@@ -83,11 +95,21 @@ fn listen_to(talk: TalkArgs) {
     let is_colourless = env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer(io::stderr)
+        .with_writer(|| Stderr)
+        .fmt_fields(debug_fn(write_field).delimited(" "))
         .with_ansi(io::stderr().is_terminal() && !is_colourless)
         .with_target(false)
         // A log that cannot be written shall not end a server.
         .log_internal_errors(false)
         .without_time()
         .init();
+}
+
+/// Writes a field of a log line. Its text may come from a file or a client.
+fn write_field(line: &mut Writer<'_>, field: &Field, value: &dyn Debug) -> fmt::Result {
+    let value = Escaped(format_args!("{value:?}"));
+    match field.name() {
+        "message" => write!(line, "{value}"),
+        name => write!(line, "{name}={value}"),
+    }
 }

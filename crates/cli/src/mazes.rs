@@ -19,7 +19,7 @@ use row::{Row, print_rows};
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::output::print;
+use crate::output::{print, print_json};
 use crate::selection::{Collection, Selected};
 
 pub(crate) fn run(args: &MazesArgs) -> Outcome {
@@ -61,7 +61,7 @@ fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) ->
             maze: String,
         }
         let shown = Shown { row, maze: maze.to_string() };
-        print(&format!("{}\n", serde_json::to_string(&shown)?))?;
+        print_json(&serde_json::to_string(&shown)?)?;
     } else {
         let distances = Distances::flood(maze.walls(), maze.goals());
         let distance = |cell| distances.at(cell);

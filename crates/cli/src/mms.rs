@@ -22,7 +22,7 @@ use simulator::{Simulator, Stop};
 use crate::args::wrong_usage;
 use crate::hosting;
 use crate::interrupt::Interrupt;
-use crate::output::{complain, print, say};
+use crate::output::{complain, print, print_json, say};
 use crate::selection::Collection;
 use crate::solve::{ask_goals, endpoint, explain, say_waiting, told_goals};
 
@@ -114,7 +114,7 @@ fn search(
         say(ended.summary());
     }
     if args.json {
-        print(&(serde_json::to_string(&ended.report())? + "\n"))?;
+        print_json(&serde_json::to_string(&ended.report())?)?;
     } else if args.score && was_started {
         print(&ended.scores())?;
     }

@@ -1,6 +1,6 @@
 //! What the command says: data on stdout, messages on stderr.
 
-use std::fmt::Display;
+use std::fmt::{Display, Write as _};
 use std::fs::{File, Permissions};
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
@@ -8,6 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::{env, fs, process};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use mmsim_maze::{Escaped, needs_escape};
+
+use crate::stderr::Stderr;
 
 /// Prints data. A reader that has read enough, as `head` does, is no failure.
 pub(crate) fn print(text: &str) -> io::Result<()> {
@@ -16,6 +19,23 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         result => result,
     }
+}
+
+/// Prints JSON as a line of its own. Characters that a terminal would obey are escaped, though JSON
+/// permits most of them in strings.
+pub(crate) fn print_json(json: &str) -> io::Result<()> {
+    let mut line = String::with_capacity(json.len() + 1);
+    for c in json.chars() {
+        // Line ends stand only between values.
+        if needs_escape(c) && c != '\n' {
+            // Writing to a string cannot fail.
+            let _ = write!(line, "\\u{:04x}", u32::from(c));
+        } else {
+            line.push(c);
+        }
+    }
+    line.push('\n');
+    print(&line)
 }
 
 /// Whether `--quiet` was given.
@@ -45,9 +65,10 @@ pub(crate) fn progress(bar: ProgressBar, template: &str) -> ProgressBar {
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Tells what went wrong, or may. If nobody listens, the work goes on all the same.
+/// Tells what went wrong, or may, in one line. If nobody listens, the work goes on all the same.
 pub(crate) fn complain(text: impl Display) {
-    let _ = writeln!(io::stderr(), "{text}");
+    // In one piece, since others write there, too.
+    let _ = Stderr.write(format!("{}\n", Escaped(text)).as_bytes());
 }
 
 /// Writes a file, in place of the one that may be there or that a link there leads to. Should that
@@ -109,5 +130,5 @@ pub(crate) fn goal_away(shortest_path: Option<u16>) -> String {
 pub(crate) fn own_command(arguments: &str) -> String {
     let is_cargo = env::var_os("CARGO_MANIFEST_DIR").is_some();
     let run = if is_cargo { "cargo run --release --" } else { "mmsim" };
-    format!("`{}`", format!("{run} {arguments}").trim_end())
+    format!("`{}`", Escaped(format!("{run} {arguments}").trim_end()))
 }

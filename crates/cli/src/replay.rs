@@ -4,7 +4,7 @@ use std::path::Path;
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, WallState};
+use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, WallState};
 use mmsim_protocol::{Info, Matrix, Request, State};
 use mmsim_server::{Ending, Recording};
 use mmsim_solvers::MazeFacts;
@@ -14,9 +14,9 @@ use serde::Serialize;
 use crate::Outcome;
 use crate::args::{ReplayArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
-use crate::output::{complain, counted, goal_away, print};
+use crate::output::{complain, counted, goal_away, print, print_json};
 use crate::screen::{still, still_maze};
-use crate::watching;
+use crate::{stderr, watching};
 
 pub(crate) fn run(args: &ReplayArgs) -> Outcome {
     let recording = Recording::open(&args.file)?;
@@ -31,7 +31,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Outcome {
     };
     if args.json {
         let report = Report::new(args, &recording, shown)?;
-        print(&(serde_json::to_string(&report)? + "\n"))?;
+        print_json(&serde_json::to_string(&report)?)?;
     } else {
         print(&text(args, &recording, shown.as_ref()))?;
     }
@@ -62,6 +62,7 @@ fn serve(args: &ReplayArgs, recording: Recording) -> Outcome {
     let viewer_args = ViewerArgs { viewer_port, open: args.open, no_viewer: false };
     let viewer = watching::bind(&viewer_args, "127.0.0.1")?;
     let interrupt = Interrupt::catch()?;
+    stderr::write_in_background();
     print(&text(args, &recording, None))?;
     let title = args.file.file_name().unwrap_or_default().to_string_lossy().to_string();
     let show = Show::default().with_recording(&title, recording);
@@ -70,8 +71,8 @@ fn serve(args: &ReplayArgs, recording: Recording) -> Outcome {
     Ok(true)
 }
 
-fn file(args: &ReplayArgs) -> std::path::Display<'_> {
-    args.file.display()
+fn file(args: &ReplayArgs) -> Escaped<std::path::Display<'_>> {
+    Escaped(args.file.display())
 }
 
 /// What is told without `--json`: of what it is a recording, the maze, and one state.

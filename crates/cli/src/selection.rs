@@ -3,7 +3,7 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
-use mmsim_maze::{Catalogue, CatalogueError, Maze, ReadError};
+use mmsim_maze::{Catalogue, CatalogueError, Escaped, Maze, ReadError};
 use mmsim_solvers::MazeFacts;
 use tracing::info;
 
@@ -37,9 +37,9 @@ pub(crate) struct Selected {
 }
 
 impl Selected {
-    /// The path as it is told.
+    /// The path as people are shown it.
     pub(crate) fn shown_path(&self) -> String {
-        self.path.display().to_string()
+        Escaped(self.path.display()).to_string()
     }
 }
 

@@ -14,9 +14,9 @@ use crate::Outcome;
 use crate::args::{Cli, ServeArgs, options_before};
 use crate::interrupt::Interrupt;
 use crate::meant::meant;
-use crate::output::{complain, goal_away, print, say};
+use crate::output::{complain, goal_away, print_json, say};
 use crate::selection::{Collection, Selected, SelectionError};
-use crate::{keep, watching};
+use crate::{keep, stderr, watching};
 
 /// Files that may be open at the same time: all connections, and some more.
 const DESCRIPTORS: u64 = (MAX_CONNECTIONS + MAX_VIEWER_CONNECTIONS) as u64 + 100;
@@ -31,6 +31,7 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
     }
     let collection = Collection::at(args.mazes.as_deref()).map_err(|error| hint(error, args))?;
     let selected = collection.select(&args.maze.words.join(" "))?;
+    stderr::write_in_background();
     let recorder = keep::recorder(&args.keep)?;
     let server = bind(&args.host, args.port)?;
     let viewer = watching::bind(&args.viewer, &args.host)?;
@@ -48,7 +49,7 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
     let page = watching::begin(viewer, show, &args.viewer)?;
     if args.json {
         let place = Place { address: server.address(), page, maze: simulation.info() };
-        print(&(serde_json::to_string(&place)? + "\n"))?;
+        print_json(&serde_json::to_string(&place)?)?;
     }
     std::thread::spawn(move || {
         interrupt.wait();

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::Outcome;
 use crate::args::{Goal, SolveArgs, ToldArgs, wrong_usage};
-use crate::output::{complain, own_command, print};
+use crate::output::{complain, own_command, print_json};
 use crate::recorded::Recorded;
 use crate::screen::{Screen, ending};
 
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
         Err(error) if args.json => {
             let report =
                 Report { strategy: strategy.name(), error: Some(error), ..Report::default() };
-            print(&(serde_json::to_string(&report)? + "\n"))?;
+            print_json(&serde_json::to_string(&report)?)?;
             return Ok(false);
         }
         Err(error) => return Err(error.into()),
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
     if args.json {
         let error = error.as_ref().map(ToString::to_string).or_else(|| recorded.clone().err());
         let report = Report::new(strategy.name(), &run, &mouse, error);
-        print(&(serde_json::to_string(&report)? + "\n"))?;
+        print_json(&serde_json::to_string(&report)?)?;
     } else if run.states > 0 {
         screen.finish(&mouse, &run, ending(&run))?;
     }

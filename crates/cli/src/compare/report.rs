@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use mmsim_maze::Escaped;
 use mmsim_solvers::Bundled;
 use serde::Serialize;
 
@@ -9,7 +10,7 @@ use super::search::Figures;
 use crate::selection::Selected;
 
 /// One search. The names are the keys of JSON and CSV.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub(crate) struct SearchReport {
     path: String,
     name: String,
@@ -42,7 +43,7 @@ impl SearchReport {
             error,
         } = figures;
         Self {
-            path: given.shown_path(),
+            path: given.path.display().to_string(),
             name: given.name.clone(),
             width: size.width(),
             height: size.height(),
@@ -58,6 +59,12 @@ impl SearchReport {
             error,
             is_rightly_given_up,
         }
+    }
+
+    fn escaped(&self) -> Self {
+        let escaped = |text: &String| Escaped(text).to_string();
+        let (path, name) = (escaped(&self.path), escaped(&self.name));
+        Self { path, name, error: self.error.as_ref().map(escaped), ..self.clone() }
     }
 }
 
@@ -141,14 +148,15 @@ impl StrategyReport {
         ]
     }
 
-    /// Its searches as lines of CSV, with the header if they are the first.
+    /// Its searches as lines of CSV, with the header if they are the first. Text is escaped, so that each
+    /// search is one line.
     pub(crate) fn write_csv<W: std::io::Write>(&self, csv: &mut csv::Writer<W>) -> csv::Result<()> {
         #[derive(Serialize)]
         struct Of {
             strategy: &'static str,
         }
         let of = Of { strategy: self.strategy };
-        self.mazes.iter().try_for_each(|search| csv.serialize((&of, search)))
+        self.mazes.iter().try_for_each(|search| csv.serialize((&of, search.escaped())))
     }
 }
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::finding::{Finding, Severity, lines};
 use super::row::Row;
 use crate::Outcome;
-use crate::output::print;
+use crate::output::{print, print_json};
 
 /// What there is to say of a file. The names are those of the JSON.
 #[derive(Serialize)]
@@ -38,7 +38,7 @@ pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> Outc
         }
     }
     if json {
-        print(&(serde_json::to_string_pretty(&files)? + "\n"))?;
+        print_json(&serde_json::to_string_pretty(&files)?)?;
     } else {
         print(&files.iter().map(Checked::text).collect::<String>())?;
     }

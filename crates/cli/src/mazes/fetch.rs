@@ -10,12 +10,12 @@ use std::path::Path;
 
 use archive::{Contents, Files};
 use folder::Placed;
-use mmsim_maze::Maze;
+use mmsim_maze::{Escaped, Maze};
 use serde::Serialize;
 
 use super::args::FetchArgs;
 use crate::Outcome;
-use crate::output::{counted, own_command, print, say};
+use crate::output::{counted, own_command, print, print_json, say};
 use crate::selection::home_folder;
 
 /// What was fetched. The names are those of the JSON.
@@ -74,14 +74,15 @@ pub(super) fn run(args: &FetchArgs) -> Outcome {
             kept,
             passed_over,
         };
-        print(&(serde_json::to_string_pretty(&report)? + "\n"))?;
+        print_json(&serde_json::to_string_pretty(&report)?)?;
     } else {
         let count = counted(mazes as u64, "maze");
+        let shown = Escaped(shown);
         print(&format!(
             "{count} in {shown} (files: {new} new, {replaced} replaced, {unchanged} unchanged, \
              {removed} removed, {passed_over} passed over)\n"
         ))?;
-        let place = args.folder.as_ref().map(|_| shown + " ").unwrap_or_default();
+        let place = args.folder.as_ref().map(|_| format!("{shown} ")).unwrap_or_default();
         let serve = own_command(&format!("{place}--maze {:?}", words(&files)));
         print(&format!("{serve} serves one of them\n"))?;
     }

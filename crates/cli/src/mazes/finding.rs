@@ -1,6 +1,6 @@
 //! What is to be said against a maze file.
 
-use mmsim_maze::{Cell, CellSet, ParseError, ParseErrorKind, Place, Reading};
+use mmsim_maze::{Cell, CellSet, Escaped, ParseError, ParseErrorKind, Place, Reading};
 use mmsim_solvers::Distances;
 use serde::Serialize;
 
@@ -127,7 +127,7 @@ pub(super) fn lines(findings: &[Finding]) -> String {
     let same_kind = |a: &Finding, b: &Finding| a.kind == b.kind;
     let line = |group: &[Finding]| match group {
         [] => String::new(),
-        [one] => format!("  {}: {}\n", one.severity.name(), one.message),
+        [one] => format!("  {}: {}\n", one.severity.name(), Escaped(&one.message)),
         [first, ..] => format!("  {}: {}\n", first.severity.name(), summary(group, first.kind)),
     };
     findings.chunk_by(same_kind).map(line).collect()

@@ -11,7 +11,7 @@ use serde::{Serialize, Serializer};
 use super::args::GenerateArgs;
 use super::convert::format_by_ending;
 use crate::Outcome;
-use crate::output::{counted, is_file, own_command, print, replace, say};
+use crate::output::{counted, is_file, own_command, print, print_json, replace, say};
 
 /// A maze with what it is made from. The names are those of the JSON.
 #[derive(Serialize)]
@@ -43,7 +43,7 @@ pub(super) fn run(args: &GenerateArgs) -> Outcome {
         Some(output) => write(mazes, output, args)?,
         None if args.json => {
             let mazes: Vec<Generated> = mazes.collect();
-            print(&(serde_json::to_string_pretty(&mazes)? + "\n"))?;
+            print_json(&serde_json::to_string_pretty(&mazes)?)?;
         }
         None => {
             for (number, generated) in mazes.enumerate() {

@@ -4,11 +4,11 @@ use std::fmt::Display;
 use std::io;
 use std::path::Path;
 
-use mmsim_maze::{Entry, Maze};
+use mmsim_maze::{Entry, Escaped, Maze};
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
-use crate::output::{counted, goal_away, print};
+use crate::output::{counted, goal_away, print, print_json};
 
 /// What there is to say of a file. The names are those of the JSON.
 #[derive(Serialize)]
@@ -55,11 +55,11 @@ impl Row {
         }
     }
 
-    /// The row as text: the error names the file itself.
+    /// The row as text, escaped: the error names the file itself.
     pub(super) fn line(&self) -> String {
         let Self { path, width: Some(width), height: Some(height), goals: Some(goals), .. } = self
         else {
-            return self.error.clone().unwrap_or_default();
+            return Escaped(self.error.as_deref().unwrap_or_default()).to_string();
         };
         let size = format!("{width}x{height}");
         let goal = goal_away(self.shortest_path);
@@ -69,13 +69,13 @@ impl Row {
             closed => format!(", {} cannot be reached", counted(closed as u64, "cell")),
         };
         let goals = counted(goals.len() as u64, "goal cell");
-        format!("{path}: {size}, {goals}, {goal}{closed}")
+        format!("{}: {size}, {goals}, {goal}{closed}", Escaped(path))
     }
 }
 
 pub(super) fn print_rows(rows: &[Row], json: bool) -> io::Result<()> {
     if json {
-        return print(&(serde_json::to_string_pretty(rows)? + "\n"));
+        return print_json(&serde_json::to_string_pretty(rows)?);
     }
     print(&rows.iter().map(|row| row.line() + "\n").collect::<String>())
 }

@@ -14,7 +14,7 @@ use super::tried::{Contender, Tried};
 use super::{TrialArgs, stand_trial};
 use crate::Outcome;
 use crate::grid::aligned;
-use crate::output::{counted, print, replace, say};
+use crate::output::{counted, print, print_json, replace, say};
 use crate::selection::Selected;
 
 /// With more mazes than that, only means are told.
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> Outcome {
     let tables = tables(args);
     let trials = Trials::of(&tables, mazes);
     if args.json {
-        print(&(serde_json::to_string_pretty(&trials.reports(&tables))? + "\n"))?;
+        print_json(&serde_json::to_string_pretty(&trials.reports(&tables))?)?;
     } else if !mazes.is_empty() {
         let texts = tables.iter().map(|table| trials.text(table));
         print(&texts.collect::<Vec<_>>().join("\n"))?;

@@ -28,7 +28,7 @@ impl Report {
     pub(crate) fn of(given: &Selected, contender: &Contender, tried: &Tried) -> Self {
         let Tried { ending, explore_steps, race_steps, race_optimum, .. } = *tried;
         Self {
-            maze: given.shown_path(),
+            maze: given.path.display().to_string(),
             robot: contender.robot.name(),
             ending: match ending {
                 Ending::Scored(_) => "scored",

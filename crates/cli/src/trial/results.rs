@@ -8,7 +8,7 @@ use super::table::{Table, summary};
 use super::tried::Tried;
 use super::{Job, TrialArgs};
 use crate::Outcome;
-use crate::output::print;
+use crate::output::{print, print_json};
 use crate::screen::wide_or_compact;
 
 /// Prints each line as soon as it is there; where drawings are asked for those, and the table at the
@@ -50,7 +50,7 @@ impl<'a> Results<'a> {
                 let report = Report::of(given, contender, tried);
                 if args.path { report.with_path(tried) } else { report }
             });
-            print(&(serde_json::to_string_pretty(&reports.collect::<Vec<_>>())? + "\n"))?;
+            print_json(&serde_json::to_string_pretty(&reports.collect::<Vec<_>>())?)?;
         } else if !jobs.is_empty() {
             print(&(lines + &summary(jobs, &tried)))?;
         }

@@ -1,0 +1,176 @@
+//! Writing to stderr, for which a server must never wait: whoever should read it may not.
+
+use std::io::{self, Write};
+use std::mem;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+/// The most that waits to be written, in bytes, besides what is being written.
+const MAX_WAITING_BYTES: usize = 1 << 20;
+
+/// How long the end of the process waits for the rest to be written.
+const LINGER: Duration = Duration::from_millis(500);
+
+/// Messages for the thread that writes them.
+static BACKLOG: Backlog = Backlog::new();
+
+/// Whether there is that thread.
+static IS_IN_BACKGROUND: AtomicBool = AtomicBool::new(false);
+
+/// Starts a thread that writes all further messages, once in a process. A message that finds too many
+/// waiting is lost, and counted.
+pub(crate) fn write_in_background() {
+    // Without a thread each message is written at once, as before.
+    if thread::Builder::new().spawn(|| BACKLOG.write_to(io::stderr())).is_ok() {
+        IS_IN_BACKGROUND.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Waits until all messages are written, but not for long.
+pub(crate) fn flush() {
+    BACKLOG.flush(LINGER);
+}
+
+/// Writes messages to stderr, each in one call. If nobody reads them, the work goes on all the same.
+pub(crate) struct Stderr;
+
+impl Write for Stderr {
+    fn write(&mut self, message: &[u8]) -> io::Result<usize> {
+        if IS_IN_BACKGROUND.load(Ordering::Relaxed) {
+            BACKLOG.push(message);
+        } else {
+            let _ = io::stderr().write_all(message);
+        }
+        Ok(message.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Messages between those who have something to say and the thread that writes.
+struct Backlog {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+struct State {
+    waiting: Vec<u8>,
+    /// How many messages found no room after these.
+    lost: u64,
+    is_writing: bool,
+}
+
+impl State {
+    const fn is_empty(&self) -> bool {
+        self.waiting.is_empty() && self.lost == 0
+    }
+}
+
+impl Backlog {
+    const fn new() -> Self {
+        let state = State { waiting: Vec::new(), lost: 0, is_writing: false };
+        Self { state: Mutex::new(state), changed: Condvar::new() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes a message in, or loses it.
+    fn push(&self, message: &[u8]) {
+        let mut state = self.lock();
+        if state.lost == 0 && state.waiting.len() + message.len() <= MAX_WAITING_BYTES {
+            state.waiting.extend_from_slice(message);
+        } else {
+            state.lost += 1;
+        }
+        self.changed.notify_all();
+    }
+
+    /// Writes all messages, for ever.
+    fn write_to(&self, mut out: impl Write) -> ! {
+        loop {
+            let state = self.changed.wait_while(self.lock(), |state| state.is_empty());
+            let mut state = state.unwrap_or_else(PoisonError::into_inner);
+            let (mut messages, lost) = (mem::take(&mut state.waiting), mem::take(&mut state.lost));
+            state.is_writing = true;
+            drop(state);
+            if lost > 0 {
+                let report = format!("{lost} messages lost: stderr was not read in time\n");
+                messages.extend(report.bytes());
+            }
+            // Nobody is left to be told of a failure.
+            let _ = out.write_all(&messages);
+            self.lock().is_writing = false;
+            self.changed.notify_all();
+        }
+    }
+
+    /// Waits until all messages are written, or this long.
+    fn flush(&self, patience: Duration) {
+        let is_busy = |state: &mut State| state.is_writing || !state.is_empty();
+        let _ = self.changed.wait_timeout_while(self.lock(), patience, is_busy);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{self, Receiver, Sender};
+
+    use super::*;
+
+    /// A pipe that takes what is written once somebody reads.
+    struct Pipe {
+        begun: Sender<()>,
+        read: Receiver<()>,
+        written: Sender<String>,
+    }
+
+    impl Write for Pipe {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.begun.send(()).unwrap();
+            self.read.recv().map_err(|_| io::ErrorKind::BrokenPipe)?;
+            self.written.send(String::from_utf8_lossy(bytes).into()).unwrap();
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_pipe_that_nobody_reads_loses_messages_and_holds_up_nobody() {
+        let backlog: &Backlog = Box::leak(Box::new(Backlog::new()));
+        let ((begun, has_begun), (read, reads)) = (mpsc::channel(), mpsc::channel());
+        let (written, text) = mpsc::channel();
+        thread::spawn(move || backlog.write_to(Pipe { begun, read: reads, written }));
+        backlog.push(b"first\n");
+        has_begun.recv().unwrap();
+        // The thread waits, and all that comes meanwhile either has room or is lost.
+        let message = [&[b'x'; 99][..], b"\n"].concat();
+        let (room, lost) = (MAX_WAITING_BYTES / message.len(), 1000);
+        for _ in 0..room + lost {
+            backlog.push(&message);
+        }
+        backlog.flush(Duration::ZERO);
+        read.send(()).unwrap();
+        assert_eq!(text.recv().unwrap(), "first\n");
+        read.send(()).unwrap();
+        let rest = text.recv().unwrap();
+        assert_eq!(rest.lines().filter(|line| line.starts_with('x')).count(), room);
+        assert!(rest.ends_with("\n1000 messages lost: stderr was not read in time\n"));
+        backlog.push(b"last\n");
+        read.send(()).unwrap();
+        backlog.flush(Duration::MAX);
+        assert_eq!(text.recv().unwrap(), "last\n");
+        // What cannot be written ends nothing.
+        drop(read);
+        backlog.push(b"to nobody\n");
+        backlog.flush(Duration::MAX);
+    }
+}

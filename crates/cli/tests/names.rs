@@ -1,0 +1,186 @@
+//! Names of files, and texts of other programs, that a terminal would obey: no command prints them as
+//! they are.
+#![cfg(unix)]
+
+mod harness;
+
+use std::fs;
+use std::thread;
+
+use harness::{Ended, Home};
+
+const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
+/// Hex digits that other mazes fit as well.
+const AMBIGUOUS: &str = "9153\nec7e\n";
+
+/// Clears the screen, sets a title, breaks the line, sets a colour by a single character, turns the
+/// direction of what follows.
+const EVIL: &str = "\u{1b}[2J\u{1b}]0;x\u{7}\r\n\u{9b}31m\u{202e}\u{7f}";
+
+/// Asserts that nothing of the evil name was printed as it is.
+fn check(what: &str, text: &str) {
+    let is_obeyed = |c: char| c.is_control() && c != '\n' || ('\u{202a}'..='\u{202e}').contains(&c);
+    assert!(!text.contains(is_obeyed), "{what}: {text:?}");
+}
+
+fn check_ended(arguments: &[&str], ended: &Ended) {
+    check(&format!("{arguments:?}"), &(ended.stdout.clone() + &ended.stderr));
+    assert!([Some(0), Some(1), Some(2)].contains(&ended.code), "{arguments:?}: {ended:?}");
+}
+
+/// A home with files of evil names: mazes, one twice, one closed, one ambiguous; something else; a
+/// folder; a recording.
+fn evil_home() -> (Home, String) {
+    let home = Home::new();
+    let folder = format!("mazes{EVIL}");
+    for (name, content) in [
+        ("a", MAZE),
+        ("b", MAZE),
+        ("closed", "o---o---o\n| S | G |\no---o---o\n"),
+        ("hex", AMBIGUOUS),
+        ("rubbish", "\u{1b}[2Jrubbish\u{9b}"),
+    ] {
+        home.write(&format!("{folder}/{name}{EVIL}.txt"), content);
+    }
+    let recorded = home.run(&["demo", &folder, "--once", "--port", "0", "--record", "records"]);
+    check_ended(&["demo"], &recorded);
+    let record = fs::read_dir(home.path().join("records")).unwrap().next().unwrap().unwrap();
+    fs::rename(record.path(), home.path().join(format!("run{EVIL}.mcap"))).unwrap();
+    home.write(&format!("cut{EVIL}.mcap"), "\u{89}MCAP0\r\n\u{1b}[2J");
+    (home, folder)
+}
+
+#[test]
+fn no_command_prints_what_a_terminal_would_obey() {
+    let (home, folder) = evil_home();
+    let file = |name: &str| format!("{folder}/{name}{EVIL}.txt");
+    let [a, hex, closed, rubbish] = ["a", "hex", "closed", "rubbish"].map(file);
+    let (run, cut) = (format!("run{EVIL}.mcap"), format!("cut{EVIL}.mcap"));
+    let (picture, new) = (format!("{EVIL}.svg"), format!("new{EVIL}"));
+    let none = format!("none {EVIL}");
+    let (folder, once) = (&folder[..], ["--once", "--port", "0"]);
+    let solve = ["solve", "swing", "--timeout", "0.1", "--connect"];
+    let robots = ["--robot", "random"];
+    let commands: &[&[&str]] = &[
+        &["mazes", "list", folder],
+        &["mazes", "list", folder, "--json"],
+        &["mazes", "list", &new],
+        &["mazes", "show", &a],
+        &["mazes", "show", &a, "--json"],
+        &["mazes", "show", EVIL],
+        &["mazes", "show", &rubbish, "--format", "csv"],
+        &["mazes", "check", folder, &new],
+        &["mazes", "check", folder, &new, "--json"],
+        &["mazes", "convert", &hex, "-"],
+        &["mazes", "convert", &rubbish, "-"],
+        &["mazes", "convert", &a, &new],
+        &["mazes", "convert", folder, "-"],
+        &["mazes", "fetch", folder, "--from", &rubbish],
+        &["mazes", "fetch", folder, "--from", &new],
+        &["mazes", "fetch", folder, "--from", &format!("http://127.0.0.1:1/{EVIL}")],
+        &["mazes", "generate", "-o", &a],
+        &["mazes", "generate", "-o", &format!("{new}/")],
+        &["compare", folder, EVIL, "--strategies", "swing"],
+        &["compare", folder, "--csv"],
+        &["compare", folder, "--json"],
+        &[&["trial", folder], &robots[..]].concat(),
+        &[&["trial", folder, "--path"], &robots[..]].concat(),
+        &[&["trial", folder, "--json"], &robots[..]].concat(),
+        &["trial", &a, EVIL, "--compare"],
+        &[&["trial", &a, "--serve"], &once[..], &robots].concat(),
+        &[&["demo", folder], &once[..]].concat(),
+        &[&["demo", &closed], &once[..]].concat(),
+        &[&["demo", folder, "--maze", &none], &once[..]].concat(),
+        &["replay", &run],
+        &["replay", &run, "--json"],
+        &["replay", &cut],
+        &["replay", &a],
+        &["render", &run, "-o", &picture],
+        &["render", &run, "--at", "999", "-o", &picture],
+        &["render", &a, "-o", &format!("{EVIL}.gif")],
+        &["render", &a, "-o", EVIL],
+        &["render", EVIL, "-o", &picture],
+        &["mms", folder, "--port", "0", "--no-viewer", "--", "true"],
+        &["mms", folder, "--port", "0", "--no-viewer", "--", EVIL],
+        &["mms", folder, "--port", "0", "--no-viewer", "--", "echo", EVIL],
+        &[&solve[..], &["tcp://127.0.0.1:1"], &["--record", &run]].concat(),
+        &[&solve[..], &[EVIL]].concat(),
+        &["man", EVIL],
+        &["man", "-o", &a],
+        &["completions", EVIL],
+        &[EVIL],
+        &["--port", "0", "--maze", &none, folder],
+        &["--port", EVIL],
+        &[&format!("--{EVIL}")],
+        &["solve", EVIL],
+        &["-v", "mazes", "show", "rubbish", "--mazes", folder],
+        &["help", EVIL],
+    ];
+    for arguments in commands {
+        check_ended(arguments, &home.run(arguments));
+    }
+    let help = home.run(&["help"]).stdout;
+    let (_, listed) = help.split_once("Commands:\n").unwrap();
+    for line in listed.lines().take_while(|line| !line.is_empty()) {
+        let Some(name) = line.split_whitespace().next().filter(|_| !line.starts_with("     "))
+        else {
+            continue;
+        };
+        assert!(commands.iter().any(|arguments| arguments[0] == name), "{name} is missing here");
+    }
+}
+
+#[test]
+fn no_server_says_what_a_terminal_would_obey() {
+    let (home, folder) = evil_home();
+    let run = format!("run{EVIL}.mcap");
+    for (arguments, until) in [
+        (&[&*folder, "--port", "0", "--record", EVIL, "-vv", "--json"][..], "recording to"),
+        (&["replay", &run, "--serve", "--viewer-port", "0"], "watch at"),
+    ] {
+        let mut server = home.serve_until(arguments, until);
+        server.signal("TERM");
+        check(&format!("{arguments:?}"), &server.wait().1);
+        check(&format!("{arguments:?}"), &server.stdout());
+    }
+}
+
+/// A simulator of somebody else, whose name of the maze and reasons are evil.
+#[test]
+fn what_another_simulator_says_is_escaped() {
+    let home = Home::new();
+    let answers = [
+        format!("error: {EVIL}"),
+        format!("{{\"name\": {EVIL:?}"),
+        serde_json::json!({
+            "name": EVIL, "width": 0, "height": 1, "start": [0, 0], "heading": "N", "goals": [],
+            "states": 0, "protocol": 1,
+        })
+        .to_string(),
+        EVIL.into(),
+    ];
+    for answer in answers {
+        let simulator = zmq::Context::new().socket(zmq::REP).unwrap();
+        simulator.bind("tcp://127.0.0.1:*").unwrap();
+        simulator.set_rcvtimeo(10_000).unwrap();
+        let endpoint = simulator.get_last_endpoint().unwrap().unwrap();
+        // Each of the commands asks once or twice before it gives up.
+        let serving = thread::spawn(move || {
+            while simulator.recv_bytes(0).is_ok_and(|request| request != b"end") {
+                simulator.send(&answer, 0).unwrap();
+            }
+        });
+        for goal in [&["--goal", "server"][..], &[]] {
+            for command in [&["solve", "swing"][..], &["mms"]] {
+                let mouse: &[&str] =
+                    if command == ["mms"] { &["--", "echo", "mazeWidth"] } else { &[] };
+                let arguments = [command, &["--connect", &endpoint], goal, mouse].concat();
+                check_ended(&arguments, &home.run(&arguments));
+            }
+        }
+        let end = zmq::Context::new().socket(zmq::REQ).unwrap();
+        end.connect(&endpoint).unwrap();
+        end.send("end", 0).unwrap();
+        serving.join().unwrap();
+    }
+}
