@@ -1,17 +1,16 @@
 //! `mmsim compare`: strategies in whole collections of mazes.
 
 mod args;
+mod cpu_time;
 mod report;
 mod search;
 
 pub(crate) use args::CompareArgs;
 
-use std::time::Instant;
-
+use cpu_time::measure;
 use indicatif::ProgressBar;
 use mmsim_solvers::Bundled;
 use rayon::ThreadPoolBuilder;
-use rayon::prelude::*;
 use report::{SearchReport, StrategyReport};
 use search::{Figures, Search};
 
@@ -19,6 +18,7 @@ use crate::Outcome;
 use crate::given::Given;
 use crate::grid::aligned;
 use crate::output::{print, print_json, progress};
+use crate::parallel::map_each;
 use crate::selection::Selected;
 
 /// A strategy that is to search a maze.
@@ -54,21 +54,25 @@ fn compare(
     let threads = threads.map_or(0, |threads| usize::from(threads).min(jobs.len().max(1)));
     let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
     let bar = progress(ProgressBar::new(jobs.len() as u64), "{wide_bar} {pos} of {len} searches");
-    let searches: Vec<SearchReport> =
-        pool.install(|| jobs.par_iter().map(search).inspect(|_| bar.inc(1)).collect());
+    let searches = pool.install(|| {
+        map_each(&jobs, |job| {
+            let report = search(job);
+            bar.inc(1);
+            report
+        })
+    });
     bar.finish_and_clear();
     let mut searches = searches.into_iter();
     let mut of_next = || searches.by_ref().take(mazes.len()).collect();
     Ok(strategies.iter().map(|&strategy| StrategyReport::of(strategy, of_next())).collect())
 }
 
-/// Lets a strategy search a maze. The time is that of all there is to a search, from the making of
-/// mouse and strategy to the last decision; what figures are made from it is not.
+/// Lets a strategy search a maze. The time is the processor time of all there is to a search, from the
+/// making of mouse and strategy to the last decision; what figures are made from it is not.
 fn search(&(strategy, given): &Job<'_>) -> SearchReport {
-    let begin = Instant::now();
     let max_states = strategy.max_states();
-    let (search, mouse) = Search::begin(&given.maze, strategy.strategy(), max_states);
-    let time = begin.elapsed();
+    let ((search, mouse), time) =
+        measure(|| Search::begin(&given.maze, strategy.strategy(), max_states));
     let search = search.finish(&given.maze, mouse, max_states);
     SearchReport::of(given, Figures::of(&given.maze, &search), time)
 }

@@ -17,6 +17,7 @@ mod mazes;
 mod meant;
 mod mms;
 mod output;
+mod parallel;
 mod recorded;
 mod render;
 mod replay;

@@ -10,13 +10,13 @@ mod tried;
 
 pub(crate) use args::TrialArgs;
 
-use rayon::prelude::*;
 use results::Results;
 use tried::{Contender, Tried};
 
 use crate::Outcome;
 use crate::args::wrong_usage;
 use crate::given::Given;
+use crate::parallel::map_each;
 use crate::selection::Selected;
 
 /// How many trials run before what came of them is printed.
@@ -54,5 +54,5 @@ fn try_all(args: &TrialArgs, mazes: &[Selected]) -> Outcome {
 
 /// Runs trials on all processors; gives what came of them in the same order.
 fn stand_trial(jobs: &[Job<'_>]) -> Vec<Tried> {
-    jobs.par_iter().map(|(given, contender)| contender.stand_trial(&given.maze)).collect()
+    map_each(jobs, |(given, contender)| contender.stand_trial(&given.maze))
 }

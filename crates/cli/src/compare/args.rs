@@ -25,7 +25,7 @@ Columns:
   path       steps of the shortest path over what was known at the end
   shortest   steps of the shortest path that there is
   found      in how many mazes these two are the same
-  µs         time of the search, in microseconds
+  µs         processor time of the search, in microseconds
 
 The numbers with a decimal are means over the mazes in which the strategy reached the goal.
 
@@ -46,8 +46,8 @@ pub(crate) struct CompareArgs {
         value_parser = strategies()
     )]
     strategies: Vec<Strategies>,
-    /// Search in this many threads, at least 1; what they find is the same, but times get longer
-    /// where threads outnumber processors [default: as many as there are processors]
+    /// Search in this many threads, at least 1; the results are the same [default: the number of
+    /// processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
     /// Print CSV: a header, and a line for each search
