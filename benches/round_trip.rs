@@ -37,6 +37,7 @@ fn exchanges() -> [Exchange; 2] {
 fn connect(address: &str) -> zmq::Socket {
     let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
     socket.set_linger(0).unwrap();
+    socket.set_rcvtimeo(60_000).unwrap();
     socket.connect(address).unwrap();
     socket
 }

@@ -4,7 +4,7 @@
 use mmsim_maze::{Maze, MazeSize, Walls};
 use mmsim_protocol::Cell;
 use mmsim_server::limits::MAX_REQUEST_BYTES;
-use mmsim_tests::{ask, connect, good_state, malformed_requests, serve};
+use mmsim_tests::{PATIENCE_MS, ask, connect, good_state, malformed_requests, serve, stop};
 
 fn open_maze(cells: usize) -> Maze {
     let size = MazeSize::new(cells, cells).unwrap();
@@ -37,7 +37,7 @@ fn each_gets_one_error_and_changes_nothing() {
         check_error(&ask(&client, &request), &name);
         check_well(&client, &other, &name);
     }
-    let simulation = server.stop().unwrap();
+    let simulation = stop(server);
     assert_eq!(simulation.history().get(0), Some(good_state()));
     assert_eq!(simulation.history().len(), 1);
 }
@@ -67,7 +67,7 @@ fn several_frames_get_one_error() {
     client.send_multipart(many, 0).unwrap();
     check_error(&client.recv_bytes(0).unwrap(), "1000 frames");
     check_well(&client, &other, "1000 frames");
-    server.stop().unwrap();
+    stop(server);
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn a_request_over_the_limit_gets_one_error() {
         check_error(&large.recv_bytes(0).unwrap(), "a long frame");
         check_well(&large, &other, "a long frame");
     }
-    server.stop().unwrap();
+    stop(server);
 }
 
 #[test]
@@ -97,10 +97,10 @@ fn a_dealer_without_the_empty_frame_gets_no_reply_and_does_no_harm() {
     }
     assert_eq!(dealer.recv_bytes(0), Err(zmq::Error::EAGAIN));
     check_well(&other, &connect(&server, zmq::REQ), "a dealer");
-    dealer.set_rcvtimeo(5000).unwrap();
+    dealer.set_rcvtimeo(PATIENCE_MS).unwrap();
     dealer.send_multipart([&b""[..], b"ping"], 0).unwrap();
     assert_eq!(dealer.recv_multipart(0).unwrap(), [b"".to_vec(), b"pong".to_vec()]);
-    server.stop().unwrap();
+    stop(server);
 }
 
 #[test]
@@ -118,6 +118,6 @@ fn larger_mazes_have_their_own_bounds() {
         let reply = String::from_utf8(reply).unwrap();
         let length = 6 + 2 * usize::from(side) * usize::from(side);
         assert!(reply.contains(&length.to_string()) && reply.contains("518"), "{reply}");
-        assert!(server.stop().unwrap().history().is_empty());
+        assert!(stop(server).history().is_empty());
     }
 }

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::fs;
 use std::ops::ControlFlow;
 use std::thread;
-use std::time::Duration;
 
 use mmsim_client::{Zmq, ask_info, search_run};
 use mmsim_maze::{Catalogue, Cell, KnownMaze, Maze, Unknown};
@@ -12,7 +11,7 @@ use mmsim_protocol::{MazeSize, Request};
 use mmsim_server::{Server, Simulation};
 use mmsim_solvers::MazeFacts;
 use mmsim_solvers::{Bundled, Distances, Mouse, Move, SearchError, ShortestPathSearch, Swing};
-use mmsim_tests::{bundled_mazes, known_distance, serve, shared};
+use mmsim_tests::{PATIENCE, bundled_mazes, known_distance, serve, shared, stop, within};
 
 fn mazes() -> Vec<(String, Maze)> {
     let catalogue = Catalogue::of_path(&bundled_mazes()).unwrap();
@@ -23,7 +22,7 @@ fn mazes() -> Vec<(String, Maze)> {
 fn flood_fill_reaches_every_goal_that_can_be_reached() {
     for (name, maze) in mazes() {
         let server = serve(maze.clone());
-        let mut transport = Zmq::connect(server.address(), None, |_| {}).unwrap();
+        let mut transport = Zmq::connect(server.address(), Some(PATIENCE), |_| {}).unwrap();
         let info = ask_info(&mut transport).unwrap();
         let (size, start) = (info.size().unwrap(), info.start_pose().unwrap());
         let map = KnownMaze::new(size, start.cell, info.goal_cells());
@@ -32,7 +31,7 @@ fn flood_fill_reaches_every_goal_that_can_be_reached() {
         let result =
             search_run(&mut transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(()));
         let shortest = MazeFacts::of(&maze).shortest_path;
-        let simulation = server.stop().unwrap();
+        let simulation = stop(server);
         let last = simulation.history().iter().last().unwrap();
         let Ok(Request::State(last)) = Request::decode(&last, size) else { panic!("{name}") };
         assert_eq!(last.pose(), mouse.pose(), "{name}");
@@ -61,16 +60,16 @@ fn a_client_may_start_before_its_server() {
     let start = maze.start();
     let client = thread::spawn(move || {
         let notice = |_: mmsim_client::Waiting<'_>| told.send(()).unwrap();
-        let mut transport = Zmq::connect(&endpoint, None, notice).unwrap();
+        let mut transport = Zmq::connect(&endpoint, Some(PATIENCE), notice).unwrap();
         let mut mouse = Mouse::new(Bundled::FloodFill.strategy(), map, start);
         search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(())).unwrap()
     });
-    was_told.recv_timeout(Duration::from_secs(10)).unwrap();
+    was_told.recv_timeout(PATIENCE).unwrap();
     let server = Server::bind("127.0.0.1", port).unwrap();
     let server = server.spawn(Simulation::new("late", maze));
-    let run = client.join().unwrap();
+    let run = within("the search to end", || client.join()).unwrap();
     assert!(run.goal_reached);
-    assert_eq!(server.stop().unwrap().history().len(), run.states as usize);
+    assert_eq!(stop(server).history().len(), run.states as usize);
 }
 
 #[test]
@@ -82,7 +81,7 @@ fn two_clients_each_get_their_own_replies() {
         for strategy in [Bundled::FloodFill, Bundled::WeightIncrement, Bundled::LeftWall] {
             let (maze, address) = (&maze, server.address());
             scope.spawn(move || {
-                let mut transport = Zmq::connect(address, None, |_| {}).unwrap();
+                let mut transport = Zmq::connect(address, Some(PATIENCE), |_| {}).unwrap();
                 let map = KnownMaze::before(maze);
                 let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
                 search_run(&mut transport, &mut mouse, 500, |_, _| ControlFlow::Continue(()))
@@ -96,7 +95,7 @@ fn two_clients_each_get_their_own_replies() {
             });
         }
     });
-    server.stop().unwrap();
+    stop(server);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use mmsim_client::{InMemory, search_run};
 use mmsim_maze::Maze;
 use mmsim_server::Simulation;
 use mmsim_solvers::{Bundled, Mouse};
-use mmsim_tests::{ask, classic_map, connect, json_lines, serve, shared};
+use mmsim_tests::{ask, classic_map, connect, json_lines, serve, shared, stop};
 use serde::{Deserialize, Deserializer};
 
 const MAZES: [&str; 2] = ["alljapan-045-2024-exp-fin", "apec2018"];
@@ -52,7 +52,7 @@ fn the_server_replies_as_the_reference_did() {
                     states.push(req);
                 }
             }
-            let simulation = server.stop().unwrap();
+            let simulation = stop(server);
             assert!(simulation.history().iter().eq(states), "{client} on {name}");
         }
     }

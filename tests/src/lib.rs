@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod malformed;
+mod wait;
 
 use std::fs;
 use std::io::Write;
@@ -13,6 +14,7 @@ use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::Distances;
 
 pub use malformed::{good_state, malformed_requests};
+pub use wait::{PATIENCE, PATIENCE_MS, exit_of, output, output_of, stop, wait_for, within};
 
 /// The folder of real mazes and transcripts beside the project. They carry no licence, so they are
 /// no part of it: where the folder is absent, this says so and the test has nothing to do.
@@ -61,27 +63,37 @@ pub fn serve(maze: Maze) -> Background {
     server.spawn(Simulation::new("served", maze))
 }
 
-/// A socket of this kind, connected to the server, that gives up after five seconds.
+/// A socket of this kind, connected to the server, that gives up after [`PATIENCE`].
 ///
 /// # Panics
-/// ZeroMQ has no socket left.
+/// `ZeroMQ` has no socket left.
 pub fn connect(server: &Background, kind: zmq::SocketType) -> zmq::Socket {
+    connect_to(server.address(), kind)
+}
+
+/// The same for a server of which only the address is known.
+///
+/// # Panics
+/// `ZeroMQ` has no socket left.
+pub fn connect_to(address: &str, kind: zmq::SocketType) -> zmq::Socket {
     let socket = zmq::Context::new().socket(kind).unwrap();
-    socket.set_rcvtimeo(5000).unwrap();
     socket.set_linger(0).unwrap();
-    socket.connect(server.address()).unwrap();
+    socket.set_rcvtimeo(PATIENCE_MS).unwrap();
+    socket.set_sndtimeo(PATIENCE_MS).unwrap();
+    socket.connect(address).unwrap();
     socket
 }
 
 /// Sends a request and waits for its reply.
 ///
 /// # Panics
-/// There is no reply within five seconds.
+/// There is no reply within [`PATIENCE`].
+#[track_caller]
 pub fn ask(socket: &zmq::Socket, request: &[u8]) -> Vec<u8> {
-    socket.send(request, 0).unwrap();
-    socket.recv_bytes(0).unwrap_or_else(|error| {
-        let start = request.get(..16).unwrap_or(request).escape_ascii();
-        panic!("no reply to {start} ({} bytes): {error}", request.len())
+    let asked = socket.send(request, 0).and_then(|()| socket.recv_bytes(0));
+    asked.unwrap_or_else(|error| {
+        let start = request.get(..8).unwrap_or(request).escape_ascii();
+        panic!("waited {PATIENCE:?} for a reply to {start}: {error}")
     })
 }
 

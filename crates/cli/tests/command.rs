@@ -5,6 +5,7 @@ mod harness;
 use std::fs;
 
 use harness::Home;
+use mmsim_tests::output;
 use serde_json::json;
 
 /// Names of commands, those of commands below them parted by blanks.
@@ -145,7 +146,7 @@ fn a_terminal_gets_colours_unless_it_wants_none() {
         let lines = format!("{mmsim} -v mazes show harbour; {mmsim} --nonsense");
         let mut script = std::process::Command::new("script");
         let script = script.args(["-qc", &lines, "/dev/null"]).env("NO_COLOR", no_colour);
-        let output = script.env("HOME", home.path()).env("TERM", "xterm").output().unwrap();
+        let output = output(script.env("HOME", home.path()).env("TERM", "xterm"));
         String::from_utf8_lossy(&output.stdout).into_owned()
     };
     assert!(on_terminal("").contains('\u{1b}'));

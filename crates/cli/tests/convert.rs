@@ -7,6 +7,7 @@ use std::io::Write;
 use std::process::Stdio;
 
 use harness::Home;
+use mmsim_tests::{output, output_of, within};
 
 /// Its goal is the centre, which is all of it.
 const SMALL: &str = "o---o---o\n| G   G |\no   o---o\n|SG   G |\no---o---o\n";
@@ -43,7 +44,7 @@ fn bytes_go_through_pipes() {
         let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = pipes.spawn().unwrap();
         child.stdin.take().unwrap().write_all(input).unwrap();
-        let output = child.wait_with_output().unwrap();
+        let output = output_of(child);
         assert!(output.status.success());
         output.stdout
     };
@@ -108,12 +109,12 @@ fn what_is_no_file_is_not_replaced_by_one() {
         ended.stdout
     };
 
-    assert!(Command::new("mkfifo").arg(path("pipe")).status().unwrap().success());
+    assert!(output(Command::new("mkfifo").arg(path("pipe"))).status.success());
     let pipe = path("pipe");
     let reader = thread::spawn(move || fs::read_to_string(pipe).unwrap());
     convert("pipe");
     assert!(fs::metadata(path("pipe")).unwrap().file_type().is_fifo());
-    assert_eq!(reader.join().unwrap(), NUM);
+    assert_eq!(within("the end of the pipe", || reader.join()).unwrap(), NUM);
     symlink("/dev/stdout", path("out")).unwrap();
     assert_eq!(convert("out"), NUM);
     let folder = home.run(&["mazes", "convert", "small.txt", ".", "--to", "num"]);

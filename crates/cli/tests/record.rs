@@ -11,6 +11,7 @@ use std::{fs, thread};
 
 use harness::{Home, Serving};
 use mmsim_server::{Ending, Recording};
+use mmsim_tests::{ask, connect_to, wait_for};
 
 const MAZE: &str = "hedgerow";
 
@@ -30,20 +31,6 @@ fn state(number: u64) -> Vec<u8> {
     state
 }
 
-/// A socket that gives up after this time, in milliseconds.
-fn connect(address: &str, kind: zmq::SocketType, patience: i32) -> zmq::Socket {
-    let socket = zmq::Context::new().socket(kind).unwrap();
-    socket.set_linger(0).unwrap();
-    socket.set_rcvtimeo(patience).unwrap();
-    socket.connect(address).unwrap();
-    socket
-}
-
-fn ask(socket: &zmq::Socket, request: &[u8]) -> Vec<u8> {
-    socket.send(request, 0).unwrap();
-    socket.recv_bytes(0).unwrap()
-}
-
 /// The recordings in a folder, in the order in which they were begun. A file that was only just
 /// created is none.
 fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
@@ -59,45 +46,61 @@ fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
     files.into_iter().filter_map(read).collect()
 }
 
+/// Receives a reply; gives up once the server is killed.
+fn receive(socket: &zmq::Socket, killed: &AtomicBool) -> Option<Vec<Vec<u8>>> {
+    socket.set_rcvtimeo(20).unwrap();
+    wait_for("a reply, or the server to be killed", || {
+        // Looked at first, so that a reply from before the kill still counts.
+        let over = killed.load(Ordering::Relaxed);
+        match socket.recv_multipart(0) {
+            Ok(reply) => Some(Some(reply)),
+            Err(zmq::Error::EAGAIN) => over.then_some(None),
+            Err(error) => panic!("{error}"),
+        }
+    })
+}
+
 /// Sends states one by one, with a reset now and then, and counts those that are acknowledged.
-fn send_one_by_one(address: &str, acknowledged: &AtomicU64) {
-    let socket = connect(address, zmq::REQ, 200);
+fn send_one_by_one(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool) {
+    let socket = connect_to(address, zmq::REQ);
     for number in 0.. {
-        if number % 300 == 299 {
-            let asked = socket.send("reset", 0).and_then(|()| socket.recv_bytes(0));
-            if asked.as_deref() != Ok(b"ok") {
-                return;
-            }
+        for request in [(number % 300 == 299).then(|| b"reset".to_vec()), Some(state(number))] {
+            let Some(request) = request else { continue };
+            socket.send(request, 0).unwrap();
+            let Some(reply) = receive(&socket, killed) else { return };
+            assert_eq!(reply, [b"ok"]);
         }
-        let asked = socket.send(state(number), 0).and_then(|()| socket.recv_bytes(0));
-        match asked.as_deref() {
-            Ok(b"ok") => acknowledged.store(number + 1, Ordering::Relaxed),
-            Ok(other) => panic!("{}", other.escape_ascii()),
-            Err(_) => return,
-        }
+        acknowledged.store(number + 1, Ordering::Relaxed);
     }
 }
 
 /// Sends states without waiting for replies, and counts those that are acknowledged.
 fn send_in_advance(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool) {
-    let socket = connect(address, zmq::DEALER, 200);
+    let socket = connect_to(address, zmq::DEALER);
     let (mut sent, mut answered) = (0, 0);
     loop {
         while sent < answered + AHEAD && !killed.load(Ordering::Relaxed) {
             socket.send_multipart([b"".to_vec(), state(sent)], 0).unwrap();
             sent += 1;
         }
-        match socket.recv_multipart(0).as_deref() {
-            Ok([_, reply]) if reply == b"ok" => answered += 1,
-            Ok(other) => panic!("{other:?}"),
-            Err(_) => return,
-        }
+        let Some(reply) = receive(&socket, killed) else { return };
+        assert_eq!(reply, [&b""[..], b"ok"]);
+        answered += 1;
         acknowledged.store(answered, Ordering::Relaxed);
     }
 }
 
 /// How many states are sent before the first of them is acknowledged.
 const AHEAD: u64 = 100;
+
+/// Tells the sender that the server is killed, even if the test fails before.
+struct SetAtTheEnd<'a>(&'a AtomicBool);
+
+impl Drop for SetAtTheEnd<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
 
 /// Kills the server at fifty moments while it is given states as fast as it takes them.
 #[test]
@@ -112,18 +115,20 @@ fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
         thread::scope(|scope| {
             scope.spawn(|| {
                 if one_by_one {
-                    send_one_by_one(&address, &acknowledged);
+                    send_one_by_one(&address, &acknowledged, &killed);
                 } else {
                     send_in_advance(&address, &acknowledged, &killed);
                 }
             });
+            let killed = SetAtTheEnd(&killed);
             // Some are killed at the very beginning, most in the middle of things.
-            while round % 5 != 0 && acknowledged.load(Ordering::Relaxed) == 0 {
-                thread::sleep(Duration::from_millis(1));
+            if round % 5 != 0 {
+                let is_acknowledged = || acknowledged.load(Ordering::Relaxed) > 0;
+                wait_for("the first acknowledged state", || is_acknowledged().then_some(()));
             }
             thread::sleep(Duration::from_micros(RandomState::new().hash_one(round) % 70_000));
             server.kill();
-            killed.store(true, Ordering::Relaxed);
+            drop(killed);
         });
         server.wait();
         let recorded: Vec<Vec<u8>> = recordings(&home.path().join("recordings"))
@@ -249,7 +254,7 @@ fn a_recording_that_was_cut_off_shows_its_whole_states() {
 fn a_full_history_refuses_states_and_a_reset_makes_room() {
     let home = Home::new();
     let server = home.serve(&["-p", "0", "--maze", MAZE, "--history-limit", "1", "--record", "r"]);
-    let socket = connect(&server.address, zmq::REQ, 5000);
+    let socket = connect_to(&server.address, zmq::REQ);
     let states = (0..10_000).take_while(|&number| ask(&socket, &state(number)) == b"ok").count();
     assert!((1900..2100).contains(&states), "{states} states of noise in a mebibyte");
     let reply = String::from_utf8(ask(&socket, &state(0))).unwrap();
@@ -266,7 +271,7 @@ fn a_full_history_refuses_states_and_a_reset_makes_room() {
 fn a_lost_folder_refuses_states_until_reset() {
     let home = Home::new();
     let server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
-    let socket = connect(&server.address, zmq::REQ, 5000);
+    let socket = connect_to(&server.address, zmq::REQ);
     assert_eq!(ask(&socket, &state(0)), b"ok");
     fs::rename(home.path().join("r"), home.path().join("moved")).unwrap();
     for _ in 0..3 {
@@ -304,7 +309,7 @@ fn fill_disk(limit: usize) {
     command.args(["-c", &script]).arg(mmsim.get_program()).args(mmsim.get_args());
     command.current_dir(home.path());
     let server = Serving::start(command, "tcp://");
-    let socket = connect(&server.address, zmq::REQ, 5000);
+    let socket = connect_to(&server.address, zmq::REQ);
     let states = (0..10_000).take_while(|&number| ask(&socket, &state(number)) == b"ok").count();
     assert!((limit / 2..2 * limit).contains(&states), "{states} states in {limit} blocks");
     for _ in 0..3 {

@@ -5,6 +5,7 @@ mod harness;
 use std::process::Stdio;
 
 use harness::{Ended, Home};
+use mmsim_tests::{ask, connect_to, output_of};
 use serde_json::{Value, json};
 
 const MAZE: &str = "\
@@ -234,10 +235,8 @@ fn a_trial_is_watched_until_it_is_interrupted() {
         ["trial", "a.txt", "--robot", "random", "--serve", "--port", "0", "--viewer-port", "0"];
     let mut server = harness::Serving::start(home.command(&trial), "still serving");
     assert!(server.said.contains("watch at http://127.0.0.1:"), "{}", server.said);
-    let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
-    socket.connect(&server.address).unwrap();
-    socket.send("info", 0).unwrap();
-    let info: Value = serde_json::from_slice(&socket.recv_bytes(0).unwrap()).unwrap();
+    let reply = ask(&connect_to(&server.address, zmq::REQ), b"info");
+    let info: Value = serde_json::from_slice(&reply).unwrap();
     assert_eq!((&info["name"], &info["states"]), (&json!("a"), &json!(16)));
     #[cfg(unix)]
     {
@@ -282,6 +281,6 @@ fn output_that_nobody_reads_to_the_end_is_no_failure() {
     let mut command = home.command(&["trial", "a.txt", "--robot", "random"]);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
-    let output = child.wait_with_output().unwrap();
+    let output = output_of(child);
     assert_eq!((output.stderr, output.status.code()), (Vec::new(), Some(0)));
 }

@@ -6,13 +6,21 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 
 use harness::Home;
+use mmsim_tests::PATIENCE;
 
-/// The reply to `GET /` where a server said that the page is.
-fn page(said: &str) -> String {
+/// A connection to the page where a server said that it is, and its host.
+fn connect(said: &str) -> (TcpStream, String) {
     let address = said.split("watch at http://").nth(1).unwrap().lines().next().unwrap();
     let (host, _) = address.split_once('/').unwrap_or((address, ""));
     let port = host.rsplit(':').next().unwrap();
-    let mut stream = TcpStream::connect(format!("127.0.0.1:{port}")).unwrap();
+    let stream = TcpStream::connect(format!("127.0.0.1:{port}")).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    (stream, host.into())
+}
+
+/// The reply to `GET /`.
+fn page(said: &str) -> String {
+    let (mut stream, host) = connect(said);
     write!(stream, "GET / HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n").unwrap();
     let mut reply = String::new();
     stream.read_to_string(&mut reply).unwrap();

@@ -135,6 +135,7 @@ mod tests {
     #[test]
     fn after_a_reply_that_did_not_come_the_next_request_is_served() {
         let simulator = zmq::Context::new().socket(zmq::REP).unwrap();
+        simulator.set_rcvtimeo(60_000).unwrap();
         simulator.bind("tcp://127.0.0.1:*").unwrap();
         let endpoint = simulator.get_last_endpoint().unwrap().unwrap();
         let patience = Some(Duration::from_millis(300));
@@ -148,7 +149,7 @@ mod tests {
                 simulator.send(expected, 0).unwrap();
             }
         });
-        transport.timeout = None;
+        transport.timeout = Some(Duration::from_secs(60));
         transport.exchange(b"ping", &mut reply).unwrap();
         assert_eq!(reply, b"ping", "not the late reply");
         answering.join().unwrap();

@@ -208,6 +208,7 @@ mod tests {
     use std::thread;
 
     use mmsim_maze::Maze;
+    use mmsim_tests::{PATIENCE_MS, connect_to, within};
 
     use super::*;
 
@@ -246,18 +247,15 @@ mod tests {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         let clients: Vec<zmq::Socket> = (0..20)
             .map(|_| {
-                let client = zmq::Context::new().socket(zmq::REQ).unwrap();
-                client.set_rcvtimeo(5000).unwrap();
-                client.connect(server.address()).unwrap();
+                let client = connect_to(server.address(), zmq::REQ);
                 client.send("ping", 0).unwrap();
                 client
             })
             .collect();
         let stop = server.stop_handle();
-        thread::scope(|scope| {
-            scope.spawn(|| stop.stop());
-            server.run(&mut simulation()).unwrap();
-        });
+        let stopping = thread::spawn(move || stop.stop());
+        within("the server to stop", move || server.run(&mut simulation())).unwrap();
+        stopping.join().unwrap();
         for client in clients {
             assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
         }
@@ -269,24 +267,22 @@ mod tests {
         for _ in 0..50 {
             let client = zmq::Context::new().socket(zmq::REQ).unwrap();
             client.set_identity(b"mouse").unwrap();
-            client.set_rcvtimeo(5000).unwrap();
+            client.set_rcvtimeo(PATIENCE_MS).unwrap();
             client.set_linger(0).unwrap();
             client.connect(server.address()).unwrap();
             client.send("ping", 0).unwrap();
             assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
         }
-        server.stop().unwrap();
+        within("the server to stop", || server.stop()).unwrap();
     }
 
     #[test]
     fn a_waiting_server_stops_and_one_that_has_ended_does_not_mind() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         let (stop, late) = (server.stop_handle(), server.stop_handle());
-        thread::scope(|scope| {
-            let running = scope.spawn(move || server.run(&mut simulation()));
-            stop.stop();
-            running.join().unwrap().unwrap();
-        });
+        let running = thread::spawn(move || server.run(&mut simulation()));
+        stop.stop();
+        within("the server to stop", || running.join()).unwrap().unwrap();
         late.stop();
     }
 }

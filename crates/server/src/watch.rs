@@ -126,6 +126,8 @@ impl Watch {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_tests::within;
+
     use super::*;
     use crate::{Server, Simulation};
 
@@ -141,12 +143,8 @@ mod tests {
         let watch = server.watch();
         assert_eq!(watch.status(), Status { run: 0, states: 0 });
         let server = server.spawn(Simulation::new("small", maze()));
-        let client = zmq::Context::new().socket(zmq::REQ).unwrap();
-        client.connect(server.address()).unwrap();
-        let ask = |request: &[u8]| {
-            client.send(request, 0).unwrap();
-            client.recv_bytes(0).unwrap()
-        };
+        let client = mmsim_tests::connect_to(server.address(), zmq::REQ);
+        let ask = |request: &[u8]| mmsim_tests::ask(&client, request);
         let states = 2 * Block::STATES + 3;
         for _ in 0..states {
             assert_eq!(ask(STATE), b"ok");
@@ -169,7 +167,7 @@ mod tests {
         assert_eq!(watch.serve("other", other), Ok(Status { run: 3, states: 0 }));
         assert!(ask(STATE).starts_with(b"error: expected S of 8 bytes for a maze of 1x1 cells"));
         assert!(ask(b"info").starts_with(br#"{"name":"other","width":1"#));
-        server.stop().unwrap();
+        within("the server to stop", || server.stop()).unwrap();
         assert_eq!(watch.served().unwrap_err(), WatchError::Ended);
     }
 

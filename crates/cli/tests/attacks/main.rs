@@ -24,7 +24,7 @@ use harness::{Home, Serving};
 use measure::Held;
 use mmsim_maze::{Cell, Heading, Pose};
 use mmsim_protocol::Reply;
-use mmsim_tests::malformed_requests;
+use mmsim_tests::{PATIENCE_MS, malformed_requests, wait_for};
 use searcher::while_searching;
 
 /// How often each thing is done, where once is usual.
@@ -58,12 +58,12 @@ impl Target {
     }
 }
 
-/// A socket of ZeroMQ, connected, that gives up after a time that is always enough.
+/// A socket of `ZeroMQ`, connected, that gives up after a time that is always enough.
 fn socket(context: &zmq::Context, kind: zmq::SocketType, address: &str) -> zmq::Socket {
     let socket = context.socket(kind).unwrap();
     socket.set_linger(0).unwrap();
-    socket.set_rcvtimeo(60_000).unwrap();
-    socket.set_sndtimeo(60_000).unwrap();
+    socket.set_rcvtimeo(PATIENCE_MS).unwrap();
+    socket.set_sndtimeo(PATIENCE_MS).unwrap();
     socket.connect(address).unwrap();
     socket
 }
@@ -190,8 +190,8 @@ fn dealers() {
         let mut peer = raw::greet(address);
         peer.set_write_timeout(Some(Duration::from_millis(500))).unwrap();
         let requests = raw::request(b"info").repeat(1 << 13);
-        // Until the server takes no more.
-        while peer.write_all(&requests).is_ok() {}
+        let is_full = || peer.write_all(&requests).is_err().then_some(());
+        wait_for("the server to take no more", is_full);
         assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
         // No reply is lost when it reads after all.
         for _ in 0..1000 {
@@ -392,7 +392,7 @@ fn many_clients_at_once() {
                 client.set_heartbeat_timeout(60_000).unwrap();
             }
             client.set_linger(0).unwrap();
-            client.set_rcvtimeo(60_000).unwrap();
+            client.set_rcvtimeo(PATIENCE_MS).unwrap();
             client.connect(address).unwrap();
             client
         });

@@ -1,16 +1,14 @@
 //! What a process holds, as Linux tells it.
 
 use std::fs;
-use std::time::{Duration, Instant};
+
+use mmsim_tests::wait_for;
 
 /// After an attack no more memory may be held than this beyond what was held before, in KiB.
 const MORE_MEMORY: u64 = 32 * 1024;
 
 /// Nor may there have been more than this at any time while the attacks went on, in KiB.
 const MORE_AT_ITS_PEAK: u64 = 64 * 1024;
-
-/// How long a server may take until it has given everything back: some handshake times.
-const GIVE_UP: Duration = Duration::from_secs(30);
 
 /// What a process holds at a moment.
 #[derive(Clone, Copy, Debug)]
@@ -41,19 +39,14 @@ impl Held {
 
     /// Waits until the process holds no more than it did at this moment.
     pub(crate) fn wait_until_back(&self, process: u32) {
-        let begun = Instant::now();
-        loop {
+        let what = format!("the server to hold no more than {self:?}");
+        wait_for(&what, || {
             let now = Self::by(process).expect("the server has ended");
             assert!(now.peak <= self.memory + MORE_AT_ITS_PEAK, "from {self:?} to {now:?}");
             let back = now.memory <= self.memory + MORE_MEMORY
                 && now.threads == self.threads
                 && now.descriptors == self.descriptors;
-            if back {
-                println!("  before {self:?}\n  after  {now:?}");
-                return;
-            }
-            assert!(begun.elapsed() < GIVE_UP, "expected no more than {self:?}, found {now:?}");
-            std::thread::sleep(Duration::from_millis(10));
-        }
+            back.then(|| println!("  before {self:?}\n  after  {now:?}"))
+        });
     }
 }

@@ -4,6 +4,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
+use mmsim_tests::PATIENCE;
 use socket2::SockRef;
 
 /// The greeting of ZMTP 3.1 with the mechanism NULL.
@@ -48,8 +49,8 @@ pub(crate) fn command(name: &str, rest: &[u8]) -> Vec<u8> {
 /// A connection on which nothing has been said; gives up after a time that is always enough.
 pub(crate) fn connect(address: &str) -> TcpStream {
     let stream = TcpStream::connect(address.strip_prefix("tcp://").unwrap()).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
-    stream.set_write_timeout(Some(Duration::from_secs(30))).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.set_write_timeout(Some(PATIENCE)).unwrap();
     stream.set_nodelay(true).unwrap();
     stream
 }

@@ -9,13 +9,10 @@ use mmsim_client::{InMemory, SearchRun, Transport, Zmq, ask_info, search_run};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_server::Simulation;
 use mmsim_solvers::{FloodFill, Mouse};
-use mmsim_tests::bundled_mazes;
+use mmsim_tests::{PATIENCE, bundled_mazes};
 
 /// The maze that is served.
 pub(crate) const MAZE: &str = "01-harbour";
-
-/// A reply that takes longer is none.
-const GIVE_UP: Duration = Duration::from_secs(60);
 
 /// The maze that is served.
 pub(crate) fn maze() -> Maze {
@@ -71,7 +68,7 @@ fn search_on(address: &str, searches: &AtomicU32, enough: &AtomicBool) {
     let in_memory =
         search(&mut InMemory::new(|request, reply| simulation.handle(request, reply)), &maze);
     assert!(in_memory.goal_reached);
-    let mut transport = Zmq::connect(address, Some(GIVE_UP), |_| {}).unwrap();
+    let mut transport = Zmq::connect(address, Some(PATIENCE), |_| {}).unwrap();
     while !enough.load(Ordering::Acquire) {
         assert_eq!(search(&mut transport, &maze), in_memory);
         let kept = ask_info(&mut transport).unwrap().states;

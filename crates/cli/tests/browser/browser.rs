@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use std::{fs, path::PathBuf};
 
 use fantoccini::actions::{InputSource, KeyAction, KeyActions};
@@ -10,20 +10,17 @@ use fantoccini::elements::Element;
 use fantoccini::error::CmdError;
 use fantoccini::key::Key;
 use fantoccini::{Client, Locator};
+use mmsim_tests::PATIENCE;
+pub(crate) use mmsim_tests::wait_for;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use tokio::runtime::{self, Runtime};
+use tokio::time::timeout;
 
 use crate::driver::{Driver, missing};
 use crate::http;
 use crate::simulator::Simulator;
-
-/// A condition that does not come true in this time never will.
-const PATIENCE: Duration = Duration::from_secs(20);
-
-/// Between two looks at a condition.
-const LOOK: Duration = Duration::from_millis(10);
 
 /// A laptop's screen.
 pub(crate) const USUAL: (u32, u32) = (1280, 860);
@@ -85,8 +82,9 @@ impl Browser {
         let runtime = runtime::Builder::new_current_thread().enable_all().build().unwrap();
         let driver = Driver::start()?;
         let client = driver.open(&runtime, USUAL)?;
-        let session = runtime.block_on(client.session_id()).unwrap().unwrap();
-        Some(Self { client, runtime, driver, session })
+        let mut browser = Self { client, runtime, driver, session: String::new() };
+        browser.session = browser.wait(browser.client.session_id()).unwrap();
+        Some(browser)
     }
 
     /// Begins a test: a tab of its own, and nothing of the test before.
@@ -105,8 +103,15 @@ impl Browser {
         }
     }
 
+    #[track_caller]
     fn wait<T, E: std::fmt::Display>(&self, answer: impl Future<Output = Result<T, E>>) -> T {
-        self.runtime.block_on(answer).unwrap_or_else(|error| panic!("{error}"))
+        self.try_wait(answer).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    #[track_caller]
+    fn try_wait<T>(&self, answer: impl Future<Output = T>) -> T {
+        let answer = self.runtime.block_on(async { timeout(PATIENCE, answer).await });
+        answer.unwrap_or_else(|_| panic!("waited {PATIENCE:?} for the browser to answer"))
     }
 
     pub(crate) fn open(&self, address: &str) {
@@ -140,7 +145,7 @@ impl Browser {
     }
 
     pub(crate) fn click(&self, selector: &str) {
-        wait_for(selector, || match self.runtime.block_on(self.find(selector).click()) {
+        wait_for(selector, || match self.try_wait(self.find(selector).click()) {
             Ok(()) => Some(()),
             // It has been made anew.
             Err(error) if error.is_stale_element_reference() => None,
@@ -240,11 +245,11 @@ impl Browser {
         self.runtime.block_on(async {
             let limit = Duration::from_secs(5);
             let shown = "return [location.href, document.body.innerText]";
-            let asked = tokio::time::timeout(limit, self.client.execute(shown, Vec::new()));
+            let asked = timeout(limit, self.client.execute(shown, Vec::new()));
             let shown = asked.await.ok()?.ok()?;
             eprintln!("the page {} showed:\n{}", shown[0].as_str()?, shown[1].as_str()?);
             eprintln!("the console had {:#?}", self.said("browser"));
-            let picture = tokio::time::timeout(limit, self.client.screenshot()).await.ok()?.ok()?;
+            let picture = timeout(limit, self.client.screenshot()).await.ok()?.ok()?;
             let name = thread::current().name()?.replace("::", "-");
             let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
             let file = folder.join(format!("{name}.png"));
@@ -262,20 +267,6 @@ impl Drop for Browser {
         }
         // Then the driver is ended in any case.
         let closing = self.client.clone().close();
-        let _ = self
-            .runtime
-            .block_on(async { tokio::time::timeout(Duration::from_secs(10), closing).await });
-    }
-}
-
-/// Waits until there is something, looking again and again.
-pub(crate) fn wait_for<T>(what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
-    let begun = Instant::now();
-    loop {
-        if let Some(value) = condition() {
-            return value;
-        }
-        assert!(begun.elapsed() < PATIENCE, "waited in vain for {what}");
-        thread::sleep(LOOK);
+        let _ = self.runtime.block_on(async { timeout(Duration::from_secs(10), closing).await });
     }
 }

@@ -8,9 +8,11 @@ use fantoccini::error::NewSessionError;
 use fantoccini::wd::Capabilities;
 use fantoccini::{Client, ClientBuilder};
 use hyper_util::client::legacy::connect::HttpConnector;
+use mmsim_tests::{PATIENCE, within};
 use serde_json::json;
 use tempfile::TempDir;
 use tokio::runtime::Runtime;
+use tokio::time::timeout;
 
 /// No name but those of this machine leads anywhere, and names of examples lead to it.
 const NAMES: &str =
@@ -34,13 +36,15 @@ impl Driver {
         command.arg("--port=0").stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut process = command.spawn().ok()?;
         let mut said = BufReader::new(process.stdout.take().unwrap());
-        let port = loop {
-            let mut line = String::new();
-            assert_ne!(said.read_line(&mut line).unwrap(), 0, "chromedriver has ended");
-            if let Some(rest) = line.trim().split("successfully on port ").nth(1) {
-                break rest.trim_end_matches('.').to_string();
+        let (port, said) = within("the port of chromedriver", || {
+            loop {
+                let mut line = String::new();
+                assert_ne!(said.read_line(&mut line).unwrap(), 0, "chromedriver has ended");
+                if let Some(rest) = line.trim().split("successfully on port ").nth(1) {
+                    break (rest.trim_end_matches('.').to_string(), said);
+                }
             }
-        };
+        });
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("downloads")).unwrap();
         Some(Self { process, address: format!("http://127.0.0.1:{port}"), _said: said, folder })
@@ -74,7 +78,9 @@ impl Driver {
         let capabilities: Capabilities = serde_json::from_value(capabilities).unwrap();
         let mut builder = ClientBuilder::new(HttpConnector::new());
         builder.capabilities(capabilities);
-        match runtime.block_on(builder.connect(&self.address)) {
+        let connected =
+            runtime.block_on(async { timeout(PATIENCE, builder.connect(&self.address)).await });
+        match connected.expect("a browser opens within a minute") {
             Ok(client) => Some(client),
             Err(NewSessionError::SessionNotCreated(error))
                 if ["cannot find", "binary"].iter().all(|part| error.message.contains(part)) =>

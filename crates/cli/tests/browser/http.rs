@@ -3,10 +3,8 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
-use std::time::Duration;
 
-/// A reply that takes longer is none.
-const PATIENCE: Duration = Duration::from_secs(30);
+use mmsim_tests::PATIENCE;
 
 /// What came back.
 #[derive(Debug)]

@@ -36,7 +36,7 @@ fn stream(
 ) -> usize {
     let socket = zmq::Context::new().socket(zmq::DEALER).unwrap();
     socket.set_linger(0).unwrap();
-    socket.set_rcvtimeo(20_000).unwrap();
+    socket.set_rcvtimeo(mmsim_tests::PATIENCE_MS).unwrap();
     socket.connect(address).unwrap();
     let (begun, mut sent, mut acknowledged) = (Instant::now(), 0_usize, 0);
     let mut messages = messages.iter().cycle();

@@ -8,14 +8,11 @@ use mmsim_client::{Transport, TransportError, Zmq, search_run};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::Info;
 use mmsim_solvers::{Bundled, Mouse};
-use mmsim_tests::bundled_mazes;
+use mmsim_tests::{PATIENCE, bundled_mazes, connect_to};
 
 use crate::harness::{Home, Serving};
 use crate::http;
 use crate::told::Told;
-
-/// Replies take no longer than this, in milliseconds.
-const PATIENCE: i32 = 20_000;
 
 /// A bundled maze, by the name of its file.
 pub(crate) fn bundled(name: &str) -> Maze {
@@ -50,8 +47,7 @@ impl Simulator {
     }
 
     pub(crate) fn ask(&self, request: &[u8]) -> Vec<u8> {
-        self.socket.send(request, 0).unwrap();
-        self.socket.recv_bytes(0).unwrap()
+        mmsim_tests::ask(&self.socket, request)
     }
 
     /// Sends a message that must be accepted.
@@ -76,7 +72,7 @@ impl Simulator {
 
     /// Lets a bundled mouse search, and gives all that it has told.
     pub(crate) fn search(&self, maze: &Maze, strategy: Bundled) -> Vec<Told> {
-        let zmq = Zmq::connect(&self.serving.address, None, |_| {}).unwrap();
+        let zmq = Zmq::connect(&self.serving.address, Some(PATIENCE), |_| {}).unwrap();
         let mut heard = Heard { zmq, states: Vec::new() };
         let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::before(maze), maze.start());
         search_run(&mut heard, &mut mouse, 10_000, |_, _| ControlFlow::Continue(())).unwrap();
@@ -97,11 +93,7 @@ pub(crate) fn page_address(serving: &Serving) -> String {
 
 /// A socket that gives up after some time.
 pub(crate) fn connect(address: &str) -> zmq::Socket {
-    let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
-    socket.set_linger(0).unwrap();
-    socket.set_rcvtimeo(PATIENCE).unwrap();
-    socket.connect(address).unwrap();
-    socket
+    connect_to(address, zmq::REQ)
 }
 
 /// Hears which states a client sends.

@@ -5,6 +5,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use mmsim_tests::{exit_of, output};
+
 use crate::harness::Home;
 
 /// As strict as a firmware's compiler may be.
@@ -45,7 +47,7 @@ pub(crate) fn c(home: &Home) -> Option<Command> {
         return None;
     }
     let mut compiler = compiler("cc", &file("examples/c/flood_fill.c"), home);
-    assert!(compiler.args(FLAGS).args(["-std=c99", "-lzmq"]).status().unwrap().success());
+    assert!(output(compiler.args(FLAGS).args(["-std=c99", "-lzmq"])).status.success());
     Some(Command::new(built(home)))
 }
 
@@ -60,7 +62,7 @@ pub(crate) fn with_codec(name: &str, language: [&str; 2], home: &Home) -> Option
     let mut compiler = Command::new(name);
     compiler.args(FLAGS).args(language).arg("-I").arg(file("examples/c")).arg("-o");
     compiler.args([built(home), file("crates/cli/tests/examples/codec.c")]);
-    assert!(compiler.status().unwrap().success());
+    assert!(output(&mut compiler).status.success());
     Some(Command::new(built(home)))
 }
 
@@ -77,7 +79,7 @@ fn built(home: &Home) -> PathBuf {
 
 fn succeeds(command: &mut Command) -> bool {
     let quiet = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    quiet.status().is_ok_and(|status| status.success())
+    quiet.spawn().is_ok_and(|mut child| exit_of(&mut child).success())
 }
 
 /// What to do where something is missing: to say so, or to fail where it is required.

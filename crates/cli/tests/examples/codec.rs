@@ -7,6 +7,7 @@ use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, WallState};
 use mmsim_protocol::{
     CellWalls, MAX_STATE_BYTES, Order, Reply, Request, encode_state, state_bytes,
 };
+use mmsim_tests::output_of;
 
 use crate::client;
 use crate::harness::Home;
@@ -64,7 +65,7 @@ impl Tasks {
             let home = Home::new();
             let Some(mut program) = client::with_codec(name, language, &home) else { continue };
             let input = File::open(home.write("tasks", &self.input)).unwrap();
-            let output = program.stdin(input).stderr(Stdio::inherit()).output().unwrap();
+            let output = output_of(program.stdin(input).stdout(Stdio::piped()).spawn().unwrap());
             assert!(output.status.success());
             assert!(output.stdout == self.expected, "other bytes by {name}");
         }

@@ -1,8 +1,10 @@
 //! The clients search as `mmsim solve flood-fill` does, and say what is wrong where they cannot.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::time::Duration;
+
+use mmsim_tests::output;
 
 use crate::client::{self, file};
 use crate::harness::Home;
@@ -17,7 +19,7 @@ struct Searched {
 impl Searched {
     /// Runs a client, with the endpoint as its last argument.
     fn new(client: &mut Command, simulator: Simulator) -> Self {
-        let output = client.arg(&simulator.endpoint).stdin(Stdio::null()).output().unwrap();
+        let output = output(client.arg(&simulator.endpoint));
         Self { output, requests: simulator.requests() }
     }
 
@@ -63,7 +65,7 @@ fn check(client: impl Fn() -> Command) {
     assert_eq!(searched.said(), (Some(1), String::new(), told));
     assert_eq!(searched.requests.len(), 20);
 
-    let output = client().arg("nowhere").output().unwrap();
+    let output = output(client().arg("nowhere"));
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
     assert!(said.starts_with("cannot reach nowhere, expected tcp://HOST:PORT: "), "{said}");

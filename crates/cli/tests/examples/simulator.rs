@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use mmsim_maze::Maze;
 use mmsim_server::{ReplyBuffer, Simulation};
-use mmsim_tests::bundled_mazes;
+use mmsim_tests::{bundled_mazes, within};
 
 /// The file of a bundled maze.
 pub(crate) fn bundled(name: &str) -> PathBuf {
@@ -64,6 +64,6 @@ impl Simulator {
         socket.connect(&self.endpoint).unwrap();
         // Where it has ended already, nobody receives that.
         socket.send(END, 0).unwrap();
-        self.thread.join().unwrap()
+        within("the simulator to end", || self.thread.join()).unwrap()
     }
 }

@@ -188,12 +188,9 @@ fn a_full_disk_changes_nothing() {
     let before = all_of(home.path());
     let program = home.command(&[]).get_program().to_owned();
     let limited = "trap '' XFSZ; ulimit -f 8; exec \"$0\" mazes fetch mazes --from new.tar.gz";
-    let ended = Command::new("sh")
-        .args(["-c", limited])
-        .arg(program)
-        .current_dir(home.path())
-        .output()
-        .unwrap();
+    let mut command = Command::new("sh");
+    command.args(["-c", limited]).arg(program).current_dir(home.path());
+    let ended = mmsim_tests::output(&mut command);
     let error = String::from_utf8(ended.stderr).unwrap();
     assert_eq!(ended.status.code(), Some(1), "{error}");
     assert!(error.starts_with("mmsim: mazes: cannot be written: "), "{error}");

@@ -178,12 +178,8 @@ fn a_system_without_certificates_is_no_obstacle() {
     let home = home_with_mazes();
     let none = home.write("none.pem", "");
     let address = format!("https://{}/a.zip", serve(b"no TLS".repeat(100)));
-    let output = home
-        .command(&["mazes", "fetch", "mazes", "--from", &address])
-        .env("SSL_CERT_FILE", none)
-        .env_remove("SSL_CERT_DIR")
-        .output()
-        .unwrap();
-    let error = String::from_utf8(output.stderr).unwrap();
+    let mut command = home.command(&["mazes", "fetch", "mazes", "--from", &address]);
+    command.env("SSL_CERT_FILE", none).env_remove("SSL_CERT_DIR");
+    let error = String::from_utf8(mmsim_tests::output(&mut command).stderr).unwrap();
     assert!(error.contains("cannot be downloaded: received corrupt message"), "{error}");
 }

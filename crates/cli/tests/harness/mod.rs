@@ -4,8 +4,10 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{self, Receiver};
 use std::{fs, thread};
+
+use mmsim_tests::{PATIENCE, exit_of, output, within};
 
 /// A folder that is the user's home while a test runs, with files of its own.
 pub struct Home(tempfile::TempDir);
@@ -44,7 +46,7 @@ impl Home {
 
     /// Runs the command to its end.
     pub fn run(&self, arguments: &[&str]) -> Ended {
-        let output = self.command(arguments).stdin(Stdio::null()).output().unwrap();
+        let output = output(&mut self.command(arguments));
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().replace("\r\n", "\n");
         Ended {
             code: output.status.code(),
@@ -75,18 +77,23 @@ impl Home {
     /// Starts the command as a server and closes its stderr once it has said where it serves.
     pub fn serve_unheard(&self, arguments: &[&str]) -> Serving {
         let mut child = self.server(arguments).stderr(Stdio::piped()).spawn().unwrap();
-        let (_, said) = read_until(child.stderr.take().unwrap(), "tcp://");
-        Serving { child, address: address(&said), said, rest: None }
+        let (stderr, mut serving) = (child.stderr.take().unwrap(), Serving::new(child));
+        serving.has_said(read_until(stderr, "tcp://").1);
+        serving
     }
 }
 
 /// Reads until this was said; gives what was said by then.
+#[track_caller]
 pub fn read_until(stderr: ChildStderr, text: &str) -> (BufReader<ChildStderr>, String) {
-    let (mut stderr, mut said) = (BufReader::new(stderr), String::new());
-    while !said.contains(text) {
-        assert_ne!(stderr.read_line(&mut said).unwrap(), 0, "it has ended: {said}");
-    }
-    (stderr, said)
+    let expected = text.to_string();
+    within(&format!("the command to say {text:?}"), move || {
+        let (mut stderr, mut said) = (BufReader::new(stderr), String::new());
+        while !said.contains(&expected) {
+            assert_ne!(stderr.read_line(&mut said).unwrap(), 0, "it has ended: {said}");
+        }
+        (stderr, said)
+    })
 }
 
 /// Where it serves; nothing for a command that does not.
@@ -115,21 +122,34 @@ pub struct Serving {
     pub address: String,
     /// What it said until it served.
     pub said: String,
-    rest: Option<JoinHandle<String>>,
+    rest: Option<Receiver<String>>,
 }
 
 impl Serving {
+    fn new(child: Child) -> Self {
+        Self { child, address: String::new(), said: String::new(), rest: None }
+    }
+
+    fn has_said(&mut self, said: String) {
+        (self.address, self.said) = (address(&said), said);
+    }
+
     /// Starts a command that serves and waits until it has said this.
     pub fn start(mut command: Command, text: &str) -> Self {
         let pipes = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = pipes.spawn().unwrap();
-        let (mut stderr, said) = read_until(child.stderr.take().unwrap(), text);
-        let rest = thread::spawn(move || {
+        // Ends with this, even if it does not say that.
+        let (stderr, mut serving) = (child.stderr.take().unwrap(), Self::new(child));
+        let (mut stderr, said) = read_until(stderr, text);
+        serving.has_said(said);
+        let (send, rest) = mpsc::channel();
+        serving.rest = Some(rest);
+        thread::spawn(move || {
             let mut rest = String::new();
             stderr.read_to_string(&mut rest).unwrap();
-            rest
+            let _ = send.send(rest);
         });
-        Self { child, address: address(&said), said, rest: Some(rest) }
+        serving
     }
 
     /// Kills it, as `kill -9` does.
@@ -144,14 +164,18 @@ impl Serving {
 
     /// Waits until it has ended; gives its exit status and all that it said.
     pub fn wait(&mut self) -> (ExitStatus, String) {
-        let status = self.child.wait().unwrap();
-        (status, self.said.clone() + &self.rest.take().unwrap().join().unwrap())
+        let status = exit_of(&mut self.child);
+        let rest = self.rest.take().unwrap().recv_timeout(PATIENCE).expect("its stderr closes");
+        (status, self.said.clone() + &rest)
     }
 
     pub fn stdout(&mut self) -> String {
-        let mut text = String::new();
-        self.child.stdout.take().unwrap().read_to_string(&mut text).unwrap();
-        text
+        let mut stdout = self.child.stdout.take().unwrap();
+        within("the end of stdout", move || {
+            let mut text = String::new();
+            stdout.read_to_string(&mut text).unwrap();
+            text
+        })
     }
 
     /// Sends a signal, by its name without SIG.
@@ -159,7 +183,7 @@ impl Serving {
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         let kill = format!("kill -s {name} {id}");
-        assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+        assert!(output(Command::new("sh").args(["-c", &kill])).status.success());
     }
 }
 

@@ -88,7 +88,7 @@ fn in_the_background_of_a_terminal_it_runs_to_the_end() {
     home.write("run.sh", lines.join("\n"));
     let mut script = Command::new("script");
     let script = script.args(["-qc", "bash run.sh", "/dev/null"]).current_dir(home.path());
-    let output = script.env("HOME", home.path()).output().unwrap();
+    let output = output(script.env("HOME", home.path()));
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(said.contains("status 5"), "{said}");
     assert!(!said.contains("Enter presses"), "{said}");
@@ -148,7 +148,7 @@ fn an_interrupt_ends_the_mouse() {
         let (status, said) = serving.wait();
         assert_eq!(status.code(), Some(130), "{said}");
         assert!(said.contains("the mouse was ended by Ctrl-C"), "{said}");
-        let is_there = Command::new("sh").args(["-c", &format!("kill -0 {mouse} 2>&-")]).status();
-        assert!(!is_there.unwrap().success(), "{mouse} lives on");
+        let is_there = output(Command::new("sh").args(["-c", &format!("kill -0 {mouse} 2>&-")]));
+        assert!(!is_there.status.success(), "{mouse} lives on");
     }
 }

@@ -15,6 +15,7 @@ use harness::{Ended, Home, Serving};
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use mmsim_protocol::{Request, State};
 use mmsim_server::Recording;
+use mmsim_tests::{ask, connect_to, exit_of, output};
 use serde_json::json;
 
 /// What every mouse in Python begins with.
@@ -34,8 +35,8 @@ def ask(line):
 fn python() -> Option<&'static str> {
     let works = |name: &&str| {
         let quiet = || Stdio::null();
-        let command = Command::new(name).arg("--version").stdout(quiet()).stderr(quiet()).status();
-        command.is_ok_and(|status| status.success())
+        let command = Command::new(name).arg("--version").stdout(quiet()).stderr(quiet()).spawn();
+        command.is_ok_and(|mut child| exit_of(&mut child).success())
     };
     let found = ["python3", "python"].into_iter().find(works);
     if found.is_none() {
@@ -325,7 +326,7 @@ assert ask('wallBack') == 'true'
     let said = harness::read_until(child.stderr.take().unwrap(), "ready").1;
     assert!(!said.contains("Enter presses"), "that is for terminals");
     stdin.write_all(b"\n").unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert_eq!(exit_of(&mut child).code(), Some(0));
 }
 
 #[test]
@@ -358,9 +359,7 @@ sys.exit(int(width))
 }
 
 fn states_of(address: &str) -> u64 {
-    let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
-    socket.connect(address).unwrap();
-    socket.send("info", 0).unwrap();
-    let info: serde_json::Value = serde_json::from_slice(&socket.recv_bytes(0).unwrap()).unwrap();
+    let reply = ask(&connect_to(address, zmq::REQ), b"info");
+    let info: serde_json::Value = serde_json::from_slice(&reply).unwrap();
     info["states"].as_u64().unwrap()
 }
