@@ -1,8 +1,8 @@
 //! What it costs to be watched, without a browser: a follower that asks as a page does, sixty times
-//! a second. Then a history of a million states: how long any of them takes to come, and all that a
-//! page needs to open it.
+//! a second, and pages that each wait for a GIF. Then a history of a million states: how long any of
+//! them takes to come, and all that a page needs to open it.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -15,9 +15,9 @@ use mmsim_server::{Server, Simulation};
 use mmsim_viewer::{Show, Viewer};
 use serde_json::Value;
 
-/// Rounds of the comparison and round trips in each; the two sides take turns.
-const ROUNDS: usize = 15;
-const TRIPS: usize = 40_000;
+/// Rounds of a comparison and round trips in each; the two sides take turns.
+const ROUNDS: usize = 61;
+const TRIPS: usize = 2_000;
 
 /// How often a page draws.
 const FRAME: Duration = Duration::from_micros(16_667);
@@ -30,6 +30,7 @@ impl Page {
         let host = address.strip_prefix("http://").unwrap().to_string();
         let stream = TcpStream::connect(&host).unwrap();
         stream.set_nodelay(true).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
         Self(BufReader::new(stream), host)
     }
 
@@ -75,13 +76,49 @@ fn follow(address: &str, watch: &mmsim_server::Watch, stop: &AtomicBool) -> usiz
     drawn
 }
 
+/// Connections that ask for a GIF at the same time.
+const GIFS: usize = 2;
+
+/// Asks for GIFs of the run until told to stop; returns the number of requests.
+fn ask_for_gifs(address: &str, watch: &mmsim_server::Watch, stop: &AtomicBool) -> usize {
+    let (host, run) = (address.strip_prefix("http://").unwrap(), watch.status().run);
+    let path = format!("/api/sources/live/animation.gif?run={run}");
+    let request = format!("GET {path} HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n");
+    let ask = || {
+        let mut asked = 0;
+        while !stop.load(Ordering::Relaxed) {
+            let mut stream = TcpStream::connect(host).unwrap();
+            stream.set_read_timeout(Some(Duration::from_millis(10))).unwrap();
+            stream.write_all(request.as_bytes()).unwrap();
+            asked += 1;
+            let mut buffer = [0; 1 << 12];
+            while !stop.load(Ordering::Relaxed) {
+                match stream.read(&mut buffer) {
+                    Ok(0) => break,
+                    Ok(_) => {}
+                    Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                    Err(error) => panic!("{error}"),
+                }
+            }
+        }
+        asked
+    };
+    thread::scope(|scope| {
+        let asking = [ask; GIFS].map(|ask| scope.spawn(ask));
+        asking.into_iter().map(|asking| asking.join().unwrap()).sum()
+    })
+}
+
+/// Does something beside a client until told to stop; returns how often it did.
+type Beside = fn(&str, &mmsim_server::Watch, &AtomicBool) -> usize;
+
 fn median(mut values: Vec<f64>) -> (f64, f64, f64) {
     values.sort_by(f64::total_cmp);
     (values[values.len() / 2], values[0], values[values.len() - 1])
 }
 
-/// The rate of `S` with a follower as a part of that without one.
-fn compare(trips: usize, rounds: usize) -> (f64, f64, f64) {
+/// The rate of `S` beside something as a part of that without it.
+fn compare(trips: usize, rounds: usize, beside: Beside) -> (f64, f64, f64) {
     let maze = bundled_maze("01-harbour");
     let (map, start) = (KnownMaze::before(&maze), maze.start());
     let mut state = vec![0; state_bytes(MazeSize::CLASSIC)];
@@ -92,6 +129,8 @@ fn compare(trips: usize, rounds: usize) -> (f64, f64, f64) {
     let server = server.spawn(Simulation::new("served", maze));
     let viewer = Viewer::bind("127.0.0.1", 0).unwrap().spawn(show).unwrap();
     let client = zmq::Context::new().socket(zmq::REQ).unwrap();
+    client.set_linger(0).unwrap();
+    client.set_rcvtimeo(60_000).unwrap();
     client.connect(server.address()).unwrap();
     let (mut reply, mut number) = (zmq::Message::new(), 0_u32);
     let mut time = || {
@@ -109,10 +148,10 @@ fn compare(trips: usize, rounds: usize) -> (f64, f64, f64) {
         let alone = time();
         let stop = AtomicBool::new(false);
         thread::scope(|scope| {
-            let follower = scope.spawn(|| follow(viewer.address(), &watch, &stop));
+            let doing = scope.spawn(|| beside(viewer.address(), &watch, &stop));
             let watched = time();
             stop.store(true, Ordering::Relaxed);
-            assert!(follower.join().unwrap() > 0);
+            assert!(doing.join().unwrap() > 0);
             alone / watched
         })
     });
@@ -169,12 +208,14 @@ fn scrub(mazes: &[Maze], count: usize) {
 fn main() {
     let is_test = std::env::args().any(|argument| argument == "--test");
     let (trips, rounds, count) = if is_test { (500, 1, 5000) } else { (TRIPS, ROUNDS, 1_000_000) };
-    let (middle, least, most) = compare(trips, rounds);
-    if !is_test {
-        println!(
-            "watched/S: {middle:.3} of the rate with nobody watching \
-             (median of {rounds} rounds, {least:.3} to {most:.3}; at least 0.9)"
-        );
+    for (row, beside) in [("S", follow as Beside), ("S while GIFs are drawn", ask_for_gifs)] {
+        let (middle, least, most) = compare(trips, rounds, beside);
+        if !is_test {
+            println!(
+                "watched/{row}: {middle:.3} of the rate with nobody watching \
+                 (median of {rounds} rounds, {least:.3} to {most:.3}; at least 0.9)"
+            );
+        }
     }
     scrub(&classic_mazes(), count);
 }

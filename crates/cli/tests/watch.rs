@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 
 use harness::Home;
-use mmsim_tests::PATIENCE;
+use mmsim_tests::{PATIENCE, wait_for};
 
 /// A connection to the page where a server said that it is, and its host.
 fn connect(said: &str) -> (TcpStream, String) {
@@ -100,4 +100,61 @@ fn a_recording_is_shown_on_the_page() {
     assert!(replay.stdout().starts_with("own.mcap: "));
     assert_eq!(home.run(&["replay", "own.mcap", "--viewer-port", "0"]).code, Some(2));
     assert_eq!(home.run(&["replay", "own.mcap", "--serve", "--at", "1"]).code, Some(2));
+}
+
+/// The system tells which files a process has open, and what its threads do.
+#[cfg(target_os = "linux")]
+mod on_linux {
+    use std::fs;
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn a_server_that_is_killed_leaves_nothing_of_an_upload() {
+        let (home, temporary) = (Home::new(), Home::new());
+        let mut command = home.command(&["--port", "0", "--viewer-port", "0"]);
+        command.env("TMPDIR", temporary.path());
+        let mut server = harness::Serving::start(command, "watch at http://");
+        let (mut stream, host) = connect(&server.said);
+        write!(
+            stream,
+            "POST /api/recordings?name=a.mcap HTTP/1.1\r\nhost: {host}\r\norigin: http://{host}\r\n\
+             content-length: 1000000\r\n\r\nwhat is left of it?"
+        )
+        .unwrap();
+        let descriptors = format!("/proc/{}/fd", server.id());
+        wait_for("the upload to be written to a file", || {
+            let is_temporary = |path: &Path| path.starts_with(temporary.path());
+            let mut files = fs::read_dir(&descriptors).unwrap().flatten();
+            files
+                .any(|file| fs::read_link(file.path()).is_ok_and(|path| is_temporary(&path)))
+                .then_some(())
+        });
+        server.kill();
+        server.wait();
+        assert_eq!(fs::read_dir(temporary.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn pictures_are_drawn_when_nothing_else_is_to_be_done() {
+        let home = Home::new();
+        let server = home.serve_until(&["--port", "0", "--viewer-port", "0"], "watch at http://");
+        let arguments = ["solve", "flood-fill", "--connect", &server.address];
+        assert_eq!(home.run(&arguments).code, Some(0));
+        let (mut stream, host) = connect(&server.said);
+        let animation = "/api/sources/live/animation.gif";
+        write!(stream, "GET {animation}?run=2 HTTP/1.1\r\nhost: {host}\r\n\r\n").unwrap();
+        wait_for("a thread that draws at the lowest priority", || {
+            let tasks = fs::read_dir(format!("/proc/{}/task", server.id())).unwrap().flatten();
+            let mut stats = tasks.flat_map(|task| fs::read_to_string(task.path().join("stat")));
+            stats
+                .any(|stat| {
+                    let (name, fields) = stat.rsplit_once(") ").unwrap();
+                    // The 41st field is the policy, of which 5 is the lowest.
+                    name.ends_with("(pictures") && fields.split(' ').nth(41 - 3) == Some("5")
+                })
+                .then_some(())
+        });
+    }
 }

@@ -78,19 +78,23 @@ export class RecordingList {
     const stem = name.replace(/\.mcap$/, "");
     write(item, ".name", NAME.exec(stem)?.[1] ?? stem);
     button.title = name;
-    button.onclick = () => this.#open(api.openRecording(name));
+    button.onclick = () => {
+      clearProblem();
+      this.#open(api.openRecording(name));
+    };
     this.#items.set(name, item);
     return item;
   }
 
   /** @param {FileList | null | undefined} files */
-  #load(files) {
-    for (const file of files ?? []) this.#open(api.loadRecording(file));
+  async #load(files) {
+    clearProblem();
+    // One after the other, since the server receives few at the same time. The list empties with its field.
+    for (const file of [...(files ?? [])]) await this.#open(api.loadRecording(file));
   }
 
   /** @param {Promise<string>} opening */
   #open(opening) {
-    clearProblem();
-    opening.then(this.#show).catch(report);
+    return opening.then(this.#show).catch(report);
   }
 }

@@ -1,45 +1,31 @@
 //! What the page can ask for.
 
-use std::io::Write;
+use std::io::{Seek, Write};
 use std::sync::Arc;
-use std::time::Duration;
 
 use axum::body::Body;
-use axum::extract::{DefaultBodyLimit, Path, Query, State};
+use axum::extract::{Path, Query, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use axum::{Json, Router};
-use futures_util::StreamExt;
+use axum::{Json, Router, middleware};
 use mmsim_drawing::thumbnail;
 use mmsim_server::{Block, Ending, Recording};
 use mmsim_solvers::{Bundled, MazeFacts};
 use serde::{Deserialize, Serialize};
-use tokio::sync::Semaphore;
-use tokio::time::timeout;
 
 use crate::costs::Costs;
 use crate::desk::Desk;
+use crate::limits::MAX_RECORDING_BYTES;
 use crate::moment::Moment;
 use crate::pictures::{self, Look};
 use crate::refusal::Refusal;
 use crate::source::Source;
-use crate::work::{long_work, work};
+use crate::transfer::{receive, receive_first};
+use crate::work::work;
 use crate::{assets, events, mazes, recordings};
 
 const SVG: &str = "image/svg+xml";
-
-/// The longest body of a request that is no recording, in bytes.
-const MAX_BODY_BYTES: usize = 64 * 1024;
-
-/// The largest recording that a page may bring, in bytes: two million states, not packed.
-const MAX_RECORDING_BYTES: usize = 1 << 30;
-
-/// How long a piece of one may take to come.
-const PIECE_TIME: Duration = Duration::from_secs(30);
-
-/// Recordings that are brought at the same time; further ones wait.
-static BRINGING: Semaphore = Semaphore::const_new(2);
 
 pub(crate) fn router(desk: Arc<Desk>) -> Router {
     Router::new()
@@ -62,8 +48,8 @@ pub(crate) fn router(desk: Arc<Desk>) -> Router {
         .route("/api/recordings/close", post(close))
         .route("/api/mouse/run", post(run))
         .route("/api/mouse/stop", post(stop))
-        .layer(DefaultBodyLimit::max(MAX_BODY_BYTES))
-        .route("/api/recordings", post(bring).layer(DefaultBodyLimit::max(MAX_RECORDING_BYTES)))
+        .layer(middleware::from_fn_with_state(Arc::clone(&desk), receive_first))
+        .route("/api/recordings", post(bring))
         .with_state(desk)
         .merge(assets::router())
 }
@@ -301,12 +287,14 @@ async fn png(
     Query(Picture { run, at }): Query<Picture>,
     Query(look): Query<Look>,
 ) -> Answer<Response> {
-    long_work(move |_| {
-        let source = desk.source(&id)?;
-        let png = pictures::png(&source, run, at, look)?;
-        Ok(download(&file_name(&source, run, "png")?, "image/png", png.into()))
-    })
-    .await
+    Arc::clone(&desk)
+        .pictures
+        .work(move |_| {
+            let source = desk.source(&id)?;
+            let png = pictures::png(&source, run, at, look)?;
+            Ok(download(&file_name(&source, run, "png")?, "image/png", png.into()))
+        })
+        .await
 }
 
 async fn gif(
@@ -315,12 +303,14 @@ async fn gif(
     Query(OfRun { run }): Query<OfRun>,
     Query(look): Query<Look>,
 ) -> Answer<Response> {
-    long_work(move |wanted| {
-        let source = desk.source(&id)?;
-        let gif = pictures::gif(&source, run, look, wanted)?;
-        Ok(download(&file_name(&source, run, "gif")?, "image/gif", gif.into()))
-    })
-    .await
+    Arc::clone(&desk)
+        .pictures
+        .work(move |wanted| {
+            let source = desk.source(&id)?;
+            let gif = pictures::gif(&source, run, look, wanted)?;
+            Ok(download(&file_name(&source, run, "gif")?, "image/gif", gif.into()))
+        })
+        .await
 }
 
 async fn save(
@@ -328,11 +318,13 @@ async fn save(
     Path(id): Path<String>,
     Query(OfRun { run }): Query<OfRun>,
 ) -> Answer<Response> {
-    let (name, file) = long_work(move |wanted| {
-        let source = desk.source(&id)?;
-        Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run, wanted)?))
-    })
-    .await?;
+    let (name, file) = Arc::clone(&desk)
+        .recording_jobs
+        .work(move |wanted| {
+            let source = desk.source(&id)?;
+            Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run, wanted)?))
+        })
+        .await?;
     let content = Body::from_stream(crate::stream::of_file(file));
     Ok(download(&name, "application/octet-stream", content))
 }
@@ -375,7 +367,10 @@ struct Id {
 }
 
 async fn open(State(desk): AtDesk, Json(OfName { name }): Json<OfName>) -> Answer<Json<Id>> {
-    long_work(move |_| Ok(Json(Id { id: recordings::open_listed(&desk, &name)? }))).await
+    Arc::clone(&desk)
+        .recording_jobs
+        .work(move |_| Ok(Json(Id { id: recordings::open_listed(&desk, &name)? })))
+        .await
 }
 
 async fn close(State(desk): AtDesk, Json(Id { id }): Json<Id>) -> Answer<StatusCode> {
@@ -390,26 +385,22 @@ async fn bring(
     body: Body,
 ) -> Answer<Json<Id>> {
     desk.check_room()?;
-    let _turn = BRINGING.acquire().await.map_err(Refusal::failed)?;
-    let mut file = tempfile::NamedTempFile::new().map_err(Refusal::failed)?;
-    let (mut pieces, mut length) = (body.into_data_stream(), 0);
-    while let Some(piece) = timeout(PIECE_TIME, pieces.next()).await.map_err(Refusal::bad)? {
-        let piece = piece.map_err(Refusal::bad)?;
-        length += piece.len();
-        if length > MAX_RECORDING_BYTES {
-            let text = format!("expected a recording of at most {MAX_RECORDING_BYTES} bytes");
-            return Err(Refusal::new(StatusCode::PAYLOAD_TOO_LARGE, text));
-        }
-        file.write_all(&piece).map_err(Refusal::failed)?;
-    }
-    long_work(move |_| {
-        let file = std::io::BufReader::new(file.reopen().map_err(Refusal::failed)?);
-        let title = recordings::title(&name);
-        let recording =
-            Recording::read(file).map_err(|error| Refusal::bad(format!("{title}: {error}")))?;
-        Ok(Json(Id { id: desk.open(&title, recording)? }))
-    })
-    .await
+    let turn = desk.uploads.turn().await?;
+    // Without a name, so that nothing is left of it however the server ends.
+    let mut file = tempfile::tempfile().map_err(Refusal::failed)?;
+    receive(body, MAX_RECORDING_BYTES, desk.limits, |piece| file.write_all(&piece)).await?;
+    Arc::clone(&desk)
+        .recording_jobs
+        .work(move |_| {
+            let _turn = turn;
+            file.rewind().map_err(Refusal::failed)?;
+            let file = std::io::BufReader::new(file);
+            let title = recordings::title(&name);
+            let recording =
+                Recording::read(file).map_err(|error| Refusal::bad(format!("{title}: {error}")))?;
+            Ok(Json(Id { id: desk.open(&title, recording)? }))
+        })
+        .await
 }
 
 #[derive(Deserialize)]

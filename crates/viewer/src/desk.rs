@@ -9,10 +9,12 @@ use mmsim_maze::{Catalogue, Maze};
 use mmsim_server::{Recording, Server, Watch};
 use mmsim_solvers::Bundled;
 
+use crate::limits::{Limits, MAX_RECORDING_JOBS, MAX_UPLOADS};
 use crate::mazes::Listed;
 use crate::mouse::Runner;
 use crate::refusal::Refusal;
 use crate::source::Source;
+use crate::work::Queue;
 
 /// How many recordings may be open at the same time.
 const MOST_RECORDINGS: usize = 8;
@@ -52,8 +54,8 @@ impl Show {
         self
     }
 
-    pub(crate) fn into_desk(self) -> Desk {
-        let desk = Desk::new(self.live, self.recordings, self.mazes);
+    pub(crate) fn into_desk(self, limits: Limits) -> Desk {
+        let desk = Desk::new(self.live, self.recordings, self.mazes, limits);
         for (title, recording) in self.opened {
             let source = Arc::new(Source::recording(&title, recording));
             desk.opened().insert(&title, source);
@@ -71,6 +73,12 @@ pub(crate) struct Desk {
     pub(crate) recordings: Option<PathBuf>,
     pub(crate) catalogue: Catalogue,
     pub(crate) listed: OnceLock<Vec<Listed>>,
+    pub(crate) limits: Limits,
+    /// Pictures that take pixels, drawn one at a time.
+    pub(crate) pictures: Queue,
+    /// Recordings that are read or written.
+    pub(crate) recording_jobs: Queue,
+    pub(crate) uploads: Queue,
     opened: Mutex<Opened>,
 }
 
@@ -99,10 +107,21 @@ impl Desk {
         live: Option<Live>,
         recordings: Option<PathBuf>,
         catalogue: Catalogue,
+        limits: Limits,
     ) -> Self {
-        let server = format!("{:x}", Timestamp::now().as_nanosecond());
-        let (listed, opened) = (OnceLock::new(), Mutex::default());
-        Self { server, live, recordings, catalogue, listed, opened }
+        let queue = |kind, turns| Queue::new(kind, turns, limits.queue_time);
+        Self {
+            server: format!("{:x}", Timestamp::now().as_nanosecond()),
+            live,
+            recordings,
+            catalogue,
+            listed: OnceLock::new(),
+            limits,
+            pictures: queue("pictures", 1),
+            recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
+            uploads: queue("uploads", MAX_UPLOADS),
+            opened: Mutex::default(),
+        }
     }
 
     /// The simulation that is served.

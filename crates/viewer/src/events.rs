@@ -14,9 +14,9 @@ use tokio::sync::Semaphore;
 use tokio::time::sleep;
 
 use crate::desk::{Desk, Live};
+use crate::limits::MAX_LISTENERS;
 use crate::mouse::Told;
 use crate::refusal::Refusal;
-use crate::viewer::MAX_VIEWER_CONNECTIONS;
 
 /// Between two looks while something happens: an eye takes it for at once, and a browser that hears
 /// more often has less time to draw.
@@ -35,9 +35,7 @@ const QUIET: Duration = Duration::from_secs(2);
 /// Something is said at least so often, so that both sides learn if the other has gone.
 const PULSE: Duration = Duration::from_secs(10);
 
-/// How many pages may listen at the same time: connections have to be left for what they ask.
-const MOST_LISTENERS: usize = MAX_VIEWER_CONNECTIONS / 2;
-static LISTENERS: Semaphore = Semaphore::const_new(MOST_LISTENERS);
+static LISTENERS: Semaphore = Semaphore::const_new(MAX_LISTENERS);
 
 /// What there is.
 #[derive(Debug, PartialEq, Eq, Serialize)]
@@ -83,7 +81,7 @@ pub(crate) fn stream(
     desk: Arc<Desk>,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Refusal> {
     let place = LISTENERS.try_acquire().map_err(|_| {
-        let text = format!("expected at most {MOST_LISTENERS} pages, found one more");
+        let text = format!("expected at most {MAX_LISTENERS} pages, found one more");
         Refusal::new(StatusCode::SERVICE_UNAVAILABLE, text)
     })?;
     let untold: Option<Last> = None;

@@ -15,6 +15,7 @@ mod assets;
 mod costs;
 mod desk;
 mod events;
+mod limits;
 mod mazes;
 mod moment;
 mod mouse;
@@ -23,11 +24,13 @@ mod recordings;
 mod refusal;
 mod source;
 mod stream;
+mod transfer;
 mod viewer;
 mod work;
 
 pub use desk::Show;
-pub use viewer::{MAX_VIEWER_CONNECTIONS, Serving, Viewer};
+pub use limits::{Limits, MAX_VIEWER_CONNECTIONS};
+pub use viewer::{Serving, Viewer};
 
 /// The port on which the page is, unless told otherwise.
 pub const DEFAULT_VIEWER_PORT: u16 = 6575;

@@ -62,6 +62,7 @@ mod tests {
     use axum::http::StatusCode;
 
     use super::*;
+    use crate::limits::Limits;
 
     #[test]
     fn mazes_are_listed_with_their_facts_or_faults() {
@@ -70,7 +71,7 @@ mod tests {
             ("a/closed.txt", "o---o---o\n| S | G |\no---o---o\n"),
             ("rubbish.txt", "rubbish"),
         ]);
-        let desk = Desk::new(None, None, catalogue);
+        let desk = Desk::new(None, None, catalogue, Limits::default());
         let [open, closed, rubbish] = list(&desk) else { panic!() };
         assert_eq!((open.path.as_str(), open.name.as_str()), ("a/open.txt", "open"));
         assert_eq!((open.width, open.height, open.shortest_path), (Some(2), Some(1), Some(1)));

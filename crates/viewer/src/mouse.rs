@@ -155,6 +155,7 @@ impl Shared {
 #[cfg(test)]
 mod tests {
     use mmsim_server::{Server, Simulation};
+    use mmsim_tests::{stop, wait_for};
 
     use super::*;
 
@@ -166,13 +167,7 @@ mod tests {
     }
 
     fn wait(runner: &Runner) -> String {
-        for _ in 0..1000 {
-            match runner.told() {
-                Some(told) if !told.running => return told.says,
-                _ => thread::sleep(Duration::from_millis(10)),
-            }
-        }
-        panic!("it runs on");
+        wait_for("the mouse to end", || Some(runner.told().filter(|told| !told.running)?.says))
     }
 
     #[test]
@@ -183,7 +178,7 @@ mod tests {
             runner.start(Bundled::FloodFill, 0).unwrap();
             assert_eq!(wait(&runner), "goal reached after 1 steps, 2 cells visited");
         }
-        assert_eq!(server.stop().unwrap().history().len(), 2);
+        assert_eq!(stop(server).history().len(), 2);
     }
 
     #[test]
@@ -204,7 +199,7 @@ mod tests {
         runner.start(Bundled::FloodFill, 0).unwrap();
         runner.stop();
         wait(&runner);
-        server.stop().unwrap();
+        stop(server);
         runner.start(Bundled::FloodFill, 0).unwrap();
         runner.shared.lock().stop = true;
     }

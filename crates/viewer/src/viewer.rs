@@ -23,14 +23,8 @@ use tower_http::compression::predicate::{
 use tracing::{debug, warn};
 
 use crate::access::{Access, guard};
-use crate::{Show, api, work};
-
-/// How many browsers and programs may be connected at the same time. A browser takes up to six
-/// connections; the files that a process may open are there for mice first.
-pub const MAX_VIEWER_CONNECTIONS: usize = 64;
-
-/// How long a request may take to come in, and a connection be silent between two of them.
-const REQUEST_TIME: Duration = Duration::from_secs(30);
+use crate::transfer::Connection;
+use crate::{Limits, Show, api, work};
 
 /// What is shorter is not worth packing, in bytes: figures that are asked for all the time.
 const WORTH_PACKING: u64 = 4096;
@@ -59,6 +53,7 @@ pub struct Viewer {
     listener: std::net::TcpListener,
     access: Access,
     local: SocketAddr,
+    limits: Limits,
 }
 
 /// A web server on a thread of its own, which serves until it is stopped or the process ends.
@@ -82,7 +77,12 @@ impl Viewer {
         let is_loopback = local.ip().to_canonical().is_loopback();
         let token = if is_loopback { None } else { Some(token().map_err(failed)?) };
         let access = Access::new(token, local.port());
-        Ok(Self { listener, access, local })
+        Ok(Self { listener, access, local, limits: Limits::default() })
+    }
+
+    /// Replaces the limits.
+    pub fn with_limits(self, limits: Limits) -> Self {
+        Self { limits, ..self }
     }
 
     /// Where the page is, such as `http://127.0.0.1:6575`, with the token if there is one.
@@ -104,14 +104,14 @@ impl Viewer {
             .enable_all()
             .max_blocking_threads(work::THREADS)
             .build()?;
-        let app = app(show, self.access);
+        let (app, limits) = (app(show, self.access, self.limits), self.limits);
         let listener = {
             let _inside = runtime.enter();
             TcpListener::from_std(self.listener)?
         };
         let thread = thread::Builder::new()
             .name("viewer".into())
-            .spawn(move || run(runtime, listener, app, stopped))?;
+            .spawn(move || run(runtime, listener, app, limits, stopped))?;
         Ok(Serving { address, stop, thread })
     }
 }
@@ -130,19 +130,25 @@ impl Serving {
     }
 }
 
-fn app(show: Show, access: Access) -> Router {
+fn app(show: Show, access: Access, limits: Limits) -> Router {
     let packed = DefaultPredicate::new()
         .and(SizeAbove::new(WORTH_PACKING))
         .and(NotForContentType::const_new("application/octet-stream"));
-    api::router(Arc::new(show.into_desk()))
+    api::router(Arc::new(show.into_desk(limits)))
         .layer(CompressionLayer::new().compress_when(packed))
         .layer(middleware::from_fn_with_state(Arc::new(access), guard))
 }
 
-fn run(runtime: Runtime, listener: TcpListener, app: Router, stopped: oneshot::Receiver<()>) {
+fn run(
+    runtime: Runtime,
+    listener: TcpListener,
+    app: Router,
+    limits: Limits,
+    stopped: oneshot::Receiver<()>,
+) {
     runtime.block_on(async {
         tokio::select! {
-            () = accept(listener, app) => {}
+            () = accept(listener, app, limits) => {}
             // Nobody can stop it any more once the other end is dropped.
             Ok(()) = stopped => {}
         }
@@ -152,8 +158,8 @@ fn run(runtime: Runtime, listener: TcpListener, app: Router, stopped: oneshot::R
 }
 
 /// Accepts connections as there is room, each served in its turn.
-async fn accept(listener: TcpListener, app: Router) {
-    let room = Arc::new(Semaphore::new(MAX_VIEWER_CONNECTIONS));
+async fn accept(listener: TcpListener, app: Router, limits: Limits) {
+    let room = Arc::new(Semaphore::new(limits.connections));
     loop {
         let Ok(place) = Arc::clone(&room).acquire_owned().await else { return };
         let stream = match listener.accept().await {
@@ -170,8 +176,8 @@ async fn accept(listener: TcpListener, app: Router) {
         tokio::spawn(async move {
             let connection = http1::Builder::new()
                 .timer(TokioTimer::new())
-                .header_read_timeout(REQUEST_TIME)
-                .serve_connection(TokioIo::new(stream), service);
+                .header_read_timeout(limits.header_time)
+                .serve_connection(TokioIo::new(Connection::new(stream, limits)), service);
             if let Err(error) = connection.await {
                 debug!("a viewer's connection ended: {error}");
             }

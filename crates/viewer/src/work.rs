@@ -2,39 +2,96 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 
 use axum::http::StatusCode;
-use tokio::sync::Semaphore;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
+use tokio::time::timeout;
+use tracing::debug;
 
 use crate::refusal::Refusal;
 
-/// Threads for all of it.
+/// Threads for what takes milliseconds.
 pub(crate) const THREADS: usize = 4;
 
-/// How much of what takes seconds is done at the same time: there is always somebody for the rest.
-static LONG: Semaphore = Semaphore::const_new(THREADS / 2);
-
-/// Does what may take a while, where it does not hold up others.
+/// Does what takes milliseconds, where it does not hold up others.
 pub(crate) async fn work<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
     tokio::task::spawn_blocking(work).await.map_err(Refusal::failed)?
 }
 
-/// Does what takes seconds, once it has its turn. It has to look now and then whether it is still
-/// wanted: whoever asked may have gone.
-pub(crate) async fn long_work<T: Send + 'static>(
-    long: impl FnOnce(&Wanted) -> Result<T, Refusal> + Send + 'static,
-) -> Result<T, Refusal> {
-    let turn = LONG.acquire().await.map_err(Refusal::failed)?;
-    let asked = Asked(Arc::default());
-    let wanted = Wanted(Arc::clone(&asked.0));
-    work(move || {
-        // Given up when the work has ended, not when whoever asked has gone.
-        let _turn = turn;
-        long(&wanted)
-    })
-    .await
+/// A queue for work of one kind that takes seconds, with a limited number of turns at a time.
+pub(crate) struct Queue {
+    /// What is worked on, in the plural.
+    kind: &'static str,
+    turns: Arc<Semaphore>,
+    max_wait: Duration,
+}
+
+impl Queue {
+    pub(crate) fn new(kind: &'static str, turns: usize, max_wait: Duration) -> Self {
+        Self { kind, turns: Arc::new(Semaphore::new(turns)), max_wait }
+    }
+
+    /// Waits for a turn, which ends when it is dropped.
+    pub(crate) async fn turn(&self) -> Result<OwnedSemaphorePermit, Refusal> {
+        let turn = timeout(self.max_wait, Arc::clone(&self.turns).acquire_owned()).await;
+        let busy = |_| {
+            let text = format!("the server is busy with other {} (try again later)", self.kind);
+            Refusal::new(StatusCode::SERVICE_UNAVAILABLE, text)
+        };
+        turn.map_err(busy)?.map_err(Refusal::failed)
+    }
+
+    /// Waits for a turn and runs the work on a thread of the lowest priority, so that it does not
+    /// slow a search. Each piece of work has a thread of its own, since a thread may not raise its
+    /// priority again. The work has to check now and then whether its client still waits.
+    pub(crate) async fn work<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Wanted) -> Result<T, Refusal> + Send + 'static,
+    ) -> Result<T, Refusal> {
+        let turn = self.turn().await?;
+        let asked = Asked(Arc::default());
+        let wanted = Wanted(Arc::clone(&asked.0));
+        let (answer, answered) = oneshot::channel();
+        let run = move || {
+            // Ends with the work, not when whoever asked has gone.
+            let _turn = turn;
+            if let Err(error) = lower_priority() {
+                debug!("the priority of work stays as it is: {error}");
+            }
+            // Nobody may wait for it any more.
+            let _ = answer.send(work(&wanted));
+        };
+        thread::Builder::new().name(self.kind.into()).spawn(run).map_err(Refusal::failed)?;
+        answered.await.map_err(Refusal::failed)?
+    }
+}
+
+/// Gives this thread the lowest priority there is.
+#[cfg(target_os = "linux")]
+fn lower_priority() -> Result<(), thread_priority::Error> {
+    use thread_priority::{
+        NormalThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
+        set_thread_priority_and_policy, thread_native_id,
+    };
+    // Unlike a thread that is only nice, it makes way at once when another one wakes up.
+    let idle = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle);
+    set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, idle)
+}
+
+/// Gives this thread the lowest priority there is.
+#[cfg(any(target_os = "macos", windows))]
+fn lower_priority() -> Result<(), thread_priority::Error> {
+    thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Min)
+}
+
+/// Does nothing: elsewhere a priority is that of the whole process.
+#[cfg(not(any(target_os = "linux", target_os = "macos", windows)))]
+fn lower_priority() -> Result<(), thread_priority::Error> {
+    Ok(())
 }
 
 /// Dropped by who asked when they have their answer, or go.
@@ -61,36 +118,95 @@ impl Wanted {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicUsize;
     use std::sync::mpsc;
-    use std::thread;
-    use std::time::{Duration, Instant};
+    use std::time::Instant;
 
+    use futures_util::future::join3;
+    use mmsim_tests::PATIENCE;
     use tokio::runtime;
-    use tokio::time::timeout;
 
     use super::*;
 
+    fn run<T>(test: impl Future<Output = T>) -> T {
+        runtime::Builder::new_current_thread().enable_time().build().unwrap().block_on(test)
+    }
+
+    /// Works until nobody waits for it; returns whether that was so.
+    fn work_on(wanted: &Wanted) -> bool {
+        let begun = Instant::now();
+        while wanted.check().is_ok() && begun.elapsed() < PATIENCE {
+            thread::sleep(Duration::from_millis(1));
+        }
+        wanted.check().is_err()
+    }
+
     #[test]
     fn work_that_nobody_waits_for_ends_and_leaves_room() {
-        let runtime = runtime::Builder::new_current_thread().enable_time().build().unwrap();
-        runtime.block_on(async {
+        run(async {
+            let queue = Queue::new("tests", 2, PATIENCE);
             let (tell, told) = mpsc::channel();
-            for _ in 0..3 * THREADS {
+            for _ in 0..6 {
                 let tell = tell.clone();
-                let endless = long_work(move |wanted| {
-                    let begun = Instant::now();
-                    while wanted.check().is_ok() && begun.elapsed() < Duration::from_secs(20) {
-                        thread::sleep(Duration::from_millis(1));
-                    }
-                    let _ = tell.send(begun.elapsed());
+                let endless = queue.work(move |wanted| {
+                    let _ = tell.send(work_on(wanted));
                     wanted.check()
                 });
-                // Whoever asked goes.
+                // Whoever asked goes, from the queue or while the work is done.
                 assert!(timeout(Duration::from_millis(20), endless).await.is_err());
             }
-            assert_eq!(long_work(|wanted| wanted.check().map(|()| 7)).await.ok(), Some(7));
+            assert_eq!(queue.work(|wanted| wanted.check().map(|()| 7)).await.ok(), Some(7));
             drop(tell);
-            assert!(told.iter().all(|time| time < Duration::from_secs(10)));
+            assert!(told.iter().all(|given_up| given_up));
         });
+    }
+
+    #[test]
+    fn a_client_that_leaves_the_queue_gets_no_turn() {
+        run(async {
+            let queue = Queue::new("tests", 1, PATIENCE);
+            let turn = queue.turn().await.unwrap();
+            let left = queue.work(|_| -> Result<(), Refusal> { panic!("nobody waits for it") });
+            assert!(timeout(Duration::from_millis(20), left).await.is_err());
+            drop(turn);
+            assert_eq!(queue.work(|_| Ok(7)).await.unwrap(), 7);
+        });
+    }
+
+    #[test]
+    fn turns_are_limited_and_so_is_the_wait_for_one() {
+        static NOW: AtomicUsize = AtomicUsize::new(0);
+        let busy = |_: &Wanted| {
+            assert_eq!(NOW.fetch_add(1, Ordering::SeqCst), 0, "one at a time");
+            thread::sleep(Duration::from_millis(10));
+            NOW.fetch_sub(1, Ordering::SeqCst);
+            Ok(())
+        };
+        run(async {
+            let queue = Queue::new("tests", 1, PATIENCE);
+            let (a, b, c) = join3(queue.work(busy), queue.work(busy), queue.work(busy)).await;
+            a.and(b).and(c).unwrap();
+            let queue = Queue::new("tests", 1, Duration::ZERO);
+            let turn = queue.turn().await.unwrap();
+            let refusal = queue.turn().await.unwrap_err();
+            assert_eq!(refusal.status, StatusCode::SERVICE_UNAVAILABLE);
+            assert_eq!(refusal.text, "the server is busy with other tests (try again later)");
+            drop(turn);
+            assert!(queue.turn().await.is_ok());
+        });
+    }
+
+    /// The number of this policy is 5: such a thread runs when no other one would.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn work_has_the_lowest_priority() {
+        fn policy() -> String {
+            let stat = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
+            // The 41st field; the 3rd follows the name in brackets.
+            stat.rsplit(") ").next().unwrap().split(' ').nth(41 - 3).unwrap().into()
+        }
+        let queue = Queue::new("tests", 1, PATIENCE);
+        assert_eq!(run(queue.work(|_| Ok(policy()))).unwrap(), "5");
+        assert_eq!(policy(), "0", "that of others stays as it is");
     }
 }

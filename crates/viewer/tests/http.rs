@@ -1,155 +1,13 @@
 //! The page's requests, as a program makes them.
 
+mod harness;
+
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::path::Path;
-use std::time::{Duration, Instant};
 
-use mmsim_maze::{Catalogue, Cell, Maze};
-use mmsim_protocol::{Order, encode_state};
-use mmsim_server::{Background, Recorder, Server, Simulation};
-use mmsim_viewer::{Serving, Show, Viewer};
-use serde_json::{Value, json};
-
-const SMALL: &str = "o---o---o---o\n|           |\no   o---o   o\n| S |     G |\no---o---o---o\n";
-const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
-
-/// A server that is watched.
-struct Watched {
-    server: Background,
-    viewer: Serving,
-    host: String,
-}
-
-impl Watched {
-    fn new(host: &str, recordings: Option<&Path>) -> Self {
-        let server = Server::bind("127.0.0.1", 0).unwrap();
-        let viewer = Viewer::bind(host, 0).unwrap();
-        let mazes = Catalogue::of_texts(&[
-            ("a/small.txt", SMALL),
-            ("closed.txt", CLOSED),
-            ("rubbish.txt", "?"),
-        ]);
-        let show = Show::default()
-            .with_live(&server, "a/small.txt".as_ref())
-            .with_mazes(mazes)
-            .with_recordings(recordings.map(Path::to_path_buf));
-        let recorder = recordings.map(|folder| Recorder::new(folder).unwrap());
-        let server = server.with_recorder(recorder).spawn(Simulation::new("small", maze()));
-        let viewer = viewer.spawn(show).unwrap();
-        let port = viewer.address().split(':').nth(2).unwrap();
-        let port = port.split('/').next().unwrap().to_string();
-        Self { server, viewer, host: format!("127.0.0.1:{port}") }
-    }
-
-    /// Sends a request with these headers and gives the status, the head and the body of the reply.
-    fn send(&self, method: &str, path: &str, headers: &[&str], body: &[u8]) -> Reply {
-        let Self { host, .. } = self;
-        let mut stream = TcpStream::connect(host).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
-        let length = format!("content-length: {}", body.len());
-        let host = format!("host: {host}");
-        let own = if headers.iter().any(|header| header.starts_with("host:")) { "" } else { &host };
-        let request = format!("{method} {path} HTTP/1.1");
-        let lines = [&[request.as_str(), "connection: close", &length, own], headers].concat();
-        let lines: Vec<_> = lines.into_iter().filter(|line| !line.is_empty()).collect();
-        let head = lines.join("\r\n") + "\r\n";
-        stream.write_all(&[head.as_bytes(), b"\r\n", body].concat()).unwrap();
-        Reply::read(stream)
-    }
-
-    fn get(&self, path: &str) -> Reply {
-        self.send("GET", path, &[], b"")
-    }
-
-    fn post(&self, path: &str, body: &Value) -> Reply {
-        let origin = format!("origin: http://{}", self.host);
-        self.send(
-            "POST",
-            path,
-            &[&origin, "content-type: application/json"],
-            body.to_string().as_bytes(),
-        )
-    }
-
-    /// Sends states as a client does; each visits another cell.
-    fn states(&self, count: usize) -> Vec<Vec<u8>> {
-        let client = zmq::Context::new().socket(zmq::REQ).unwrap();
-        client.connect(self.server.address()).unwrap();
-        (0..count)
-            .map(|number| {
-                let state = state(number);
-                client.send(&state, 0).unwrap();
-                assert_eq!(client.recv_bytes(0).unwrap(), b"ok");
-                state
-            })
-            .collect()
-    }
-
-    fn stop(self) {
-        self.viewer.stop();
-        self.server.stop().unwrap();
-    }
-}
-
-struct Reply {
-    status: u16,
-    head: String,
-    body: Vec<u8>,
-}
-
-impl Reply {
-    fn read(mut stream: TcpStream) -> Self {
-        let mut bytes = Vec::new();
-        stream.read_to_end(&mut bytes).unwrap();
-        let end = bytes.windows(4).position(|end| end == b"\r\n\r\n").unwrap();
-        let head = String::from_utf8(bytes[..end].to_vec()).unwrap().to_lowercase();
-        let status = head.split(' ').nth(1).unwrap().parse().unwrap();
-        let mut body = bytes[end + 4..].to_vec();
-        if head.contains("transfer-encoding: chunked") {
-            body = unchunked(&body);
-        }
-        Self { status, head, body }
-    }
-
-    fn text(&self) -> &str {
-        std::str::from_utf8(&self.body).unwrap()
-    }
-
-    fn json(&self) -> Value {
-        serde_json::from_str(self.text()).unwrap_or_else(|_| panic!("{}", self.text()))
-    }
-}
-
-fn unchunked(mut body: &[u8]) -> Vec<u8> {
-    let mut whole = Vec::new();
-    while let Some(line) = body.windows(2).position(|end| end == b"\r\n") {
-        let length =
-            usize::from_str_radix(std::str::from_utf8(&body[..line]).unwrap(), 16).unwrap();
-        whole.extend_from_slice(&body[line + 2..line + 2 + length]);
-        body = &body[line + 4 + length..];
-    }
-    whole
-}
-
-fn maze() -> Maze {
-    SMALL.parse().unwrap()
-}
-
-fn state(number: usize) -> Vec<u8> {
-    let cells = [(0, 0), (0, 1), (1, 1), (2, 1)];
-    let (x, y) = cells[number % cells.len()];
-    let mut pose = maze().start();
-    pose.cell = Cell::new(x, y);
-    let map = mmsim_maze::KnownMaze::before(&maze());
-    let mut buffer = [0; 64];
-    let weight = |cell: Cell| u16::try_from(number % 100).unwrap() + u16::from(cell.x);
-    let length = encode_state(&mut buffer, pose, &map, weight, Order::C).unwrap();
-    let mut state = buffer[..length].to_vec();
-    // All walls of the start: east, west, south, visited.
-    state[length - 6] = 1 | 2 | 4 | 8;
-    state
-}
+use harness::{Watched, stop_viewer};
+use mmsim_tests::{stop, wait_for};
+use serde_json::json;
 
 #[test]
 fn states_come_as_they_were_sent() {
@@ -297,8 +155,8 @@ fn another_maze_is_served_by_its_path_in_the_list() {
         (&source["title"], &source["states"], &source["shortest_path"]),
         (&json!("closed"), &json!(0), &json!(null))
     );
-    assert_eq!(watched.server.stop().unwrap().name(), "closed");
-    watched.viewer.stop();
+    stop_viewer(watched.viewer);
+    assert_eq!(stop(watched.server).name(), "closed");
 }
 
 #[test]
@@ -356,10 +214,9 @@ fn a_bundled_mouse_runs_through_the_door_of_all() {
         watched.post("/api/mouse/run", &json!({"strategy": strategy, "pace_ms": pace_ms}))
     };
     assert_eq!(run("flood-fill", 0).status, 204);
-    let begun = Instant::now();
-    while watched.get("/api/sources/live").json()["states"] != 5 {
-        assert!(begun.elapsed() < Duration::from_secs(10));
-    }
+    wait_for("the search to end", || {
+        (watched.get("/api/sources/live").json()["states"] == 5).then_some(())
+    });
     assert_eq!(run("flood-fill", 5000).status, 204);
     let twice = run("left-wall", 0);
     assert_eq!((twice.status, twice.text()), (409, "flood-fill is still running; stop it first"));
@@ -373,13 +230,13 @@ fn a_bundled_mouse_runs_through_the_door_of_all() {
 #[test]
 fn the_stream_of_events_tells_what_changes() {
     let watched = Watched::new("127.0.0.1", None);
-    let mut stream = TcpStream::connect(&watched.host).unwrap();
+    let mut stream = watched.connect();
     write!(stream, "GET /events HTTP/1.1\r\nhost: {}\r\n\r\n", watched.host).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
     let (mut heard, mut buffer) = (String::new(), [0; 4096]);
     let mut hear = |text: &str| {
         while !heard.contains(text) {
             let count = stream.read(&mut buffer).unwrap();
+            assert_ne!(count, 0, "expected {text}, found the end of {heard}");
             heard += std::str::from_utf8(&buffer[..count]).unwrap();
         }
     };
