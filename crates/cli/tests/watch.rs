@@ -137,6 +137,22 @@ mod on_linux {
     }
 
     #[test]
+    fn a_lack_of_descriptors_is_reported_once() {
+        let home = Home::new();
+        let mut command = std::process::Command::new("sh");
+        let limited = "ulimit -n 40 && exec \"$0\" --port 0 --viewer-port 0";
+        command.args(["-c", limited, env!("CARGO_BIN_EXE_mmsim")]).env("HOME", home.path());
+        let mut server = harness::Serving::start(command, "watch at http://");
+        let page = server.said.split("http://").nth(1).unwrap().split('/').next().unwrap();
+        let _all: Vec<_> = (0..60).map(|_| TcpStream::connect(page.trim()).unwrap()).collect();
+        // Time for several more attempts; on a slow machine there are fewer, and none may be reported.
+        std::thread::sleep(std::time::Duration::from_secs(2));
+        server.kill();
+        let (_, said) = server.wait();
+        assert_eq!(said.matches("cannot accept a connection").count(), 1, "{said}");
+    }
+
+    #[test]
     fn pictures_are_drawn_when_nothing_else_is_to_be_done() {
         let home = Home::new();
         let server = home.serve_until(&["--port", "0", "--viewer-port", "0"], "watch at http://");

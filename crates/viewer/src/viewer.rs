@@ -160,12 +160,16 @@ fn run(
 /// Accepts connections as there is room, each served in its turn.
 async fn accept(listener: TcpListener, app: Router, limits: Limits) {
     let room = Arc::new(Semaphore::new(limits.connections));
+    let mut warned = false;
     loop {
         let Ok(place) = Arc::clone(&room).acquire_owned().await else { return };
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
             Err(error) => {
-                warn!("the viewer cannot accept a connection: {error}");
+                // Once is enough for whoever reads it: without descriptors this comes again and again.
+                if !std::mem::replace(&mut warned, true) {
+                    warn!("cannot accept a connection to the page: {error}");
+                }
                 sleep(ACCEPT_AGAIN).await;
                 continue;
             }
