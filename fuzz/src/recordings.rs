@@ -86,7 +86,7 @@ fn check(result: &Result<Recording, NoRecording>, length: usize) {
 fn check_alike(recording: &Recording, other: &Recording) {
     assert_eq!(recording.info(), other.info());
     assert_eq!(recording.maze(), other.maze());
-    assert_eq!(recording.times(), other.times());
+    assert!(recording.times().iter().eq(other.times().iter()));
     assert!(recording.history().iter().eq(other.history().iter()));
 }
 

@@ -193,14 +193,24 @@ pub(crate) struct ViewerArgs {
     pub(crate) open: bool,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(crate) struct KeepArgs {
     /// Record each simulation, from reset to reset, into a file of its own in this folder; `mmsim
     /// replay` reads it
     #[arg(long, value_name = "DIR")]
     pub(crate) record: Option<PathBuf>,
-    /// Keep at most so many mebibytes of states, and refuse further ones until reset; a mebibyte
-    /// has room for some 100,000 states [default: half of the free memory]
+    /// Limit the history to MIB mebibytes, about 100,000 states each, and refuse further states until
+    /// reset; the recordings that are open on the page may take as much again [default: half of the
+    /// free memory, for recordings a quarter]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) history_limit: Option<u64>,
+}
+
+/// What a command that reads recordings may hold in memory.
+#[derive(Debug, Args)]
+pub(crate) struct ReadingArgs {
+    /// Limit the memory for open recordings to MIB mebibytes, about 100,000 states each, and refuse
+    /// to open larger ones [default: half of the free memory]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) history_limit: Option<u64>,
 }
@@ -285,6 +295,8 @@ pub(crate) struct ReplayArgs {
     /// it [default: the last one]
     #[arg(long, value_name = "N")]
     pub(crate) at: Option<usize>,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
     /// Print a JSON object
     #[arg(long)]
     pub(crate) json: bool,

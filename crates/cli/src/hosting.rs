@@ -26,6 +26,7 @@ pub(crate) fn begin(
     viewer: Option<&ViewerArgs>,
 ) -> Result<(Background, Interrupt), Box<dyn Error>> {
     stderr::write_in_background();
+    let limits = keep::Limits::new(keep);
     let recorder = keep::recorder(keep)?;
     let server = bind(HOST, port)?;
     let page = viewer.map(|args| watching::bind(args, HOST)).transpose()?.flatten();
@@ -34,8 +35,9 @@ pub(crate) fn begin(
     let show = Show::default()
         .with_live(&server, &selected.path)
         .with_mazes(mazes)
-        .with_recordings(keep.record.clone());
-    let simulation = keep::simulation(selected, keep);
+        .with_recordings(keep.record.clone())
+        .with_budget(limits.recordings.clone());
+    let simulation = limits.simulation(selected);
     keep::announce(keep, &simulation);
     let server = server.with_recorder(recorder).spawn(simulation);
     if let Some(args) = viewer {

@@ -15,6 +15,7 @@ mod keep;
 mod manual;
 mod mazes;
 mod meant;
+mod memory;
 mod mms;
 mod output;
 mod parallel;
@@ -49,6 +50,7 @@ use tracing_subscriber::fmt::format::{Writer, debug_fn};
 type Outcome = Result<bool, Box<dyn Error>>;
 
 fn main() -> ExitCode {
+    outlive_file_size_limit();
     let cli = Cli::read();
     listen_to(cli.talk);
     let outcome = match cli.command {
@@ -79,6 +81,17 @@ fn main() -> ExitCode {
     stderr::flush();
     code
 }
+
+/// Lets a write beyond `ulimit -f` fail, as on a full disk, where the signal would end the process.
+/// Unlike an ignored signal, a handler is not inherited by the commands that are run.
+#[cfg(unix)]
+fn outlive_file_size_limit() {
+    let noticed = std::sync::Arc::<std::sync::atomic::AtomicBool>::default();
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, noticed);
+}
+
+#[cfg(not(unix))]
+const fn outlive_file_size_limit() {}
 
 /// How much is said from now on. What the command line says of it counts more than `RUST_LOG`.
 fn listen_to(talk: TalkArgs) {

@@ -1,14 +1,15 @@
 //! What the command says: data on stdout, messages on stderr.
 
-use std::fmt::{Display, Write as _};
+use std::fmt::Display;
 use std::fs::{File, Permissions};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, StdoutLock, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{env, fs, process};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mmsim_maze::{Escaped, needs_escape};
+use serde::Serialize;
 
 use crate::stderr::Stderr;
 
@@ -21,21 +22,46 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
     }
 }
 
-/// Prints JSON as a line of its own. Characters that a terminal would obey are escaped, though JSON
-/// permits most of them in strings.
+/// Prints JSON as a line of its own.
 pub(crate) fn print_json(json: &str) -> io::Result<()> {
-    let mut line = String::with_capacity(json.len() + 1);
-    for c in json.chars() {
-        // Line ends stand only between values.
-        if needs_escape(c) && c != '\n' {
-            // Writing to a string cannot fail.
-            let _ = write!(line, "\\u{:04x}", u32::from(c));
-        } else {
-            line.push(c);
-        }
+    write_json(|out| out.write_all(json.as_bytes()))
+}
+
+/// Prints a value as a line of JSON piece by piece: that of a long recording may not fit into memory.
+pub(crate) fn stream_json(value: &impl Serialize) -> io::Result<()> {
+    write_json(|out| Ok(serde_json::to_writer(out, value)?))
+}
+
+fn write_json(
+    write: impl FnOnce(&mut EscapedJson<BufWriter<StdoutLock<'_>>>) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut out = EscapedJson(BufWriter::new(io::stdout().lock()));
+    match write(&mut out).and_then(|()| writeln!(out)).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        result => result,
     }
-    line.push('\n');
-    print(&line)
+}
+
+/// Escapes characters that a terminal would obey, though JSON permits most of them in strings. Each
+/// write is whole UTF-8.
+struct EscapedJson<W>(W);
+
+impl<W: Write> Write for EscapedJson<W> {
+    fn write(&mut self, json: &[u8]) -> io::Result<usize> {
+        let mut rest = str::from_utf8(json).map_err(io::Error::other)?;
+        // Line ends stand only between values.
+        let needs_escape = |c| needs_escape(c) && c != '\n';
+        while let Some((at, c)) = rest.char_indices().find(|&(_, c)| needs_escape(c)) {
+            write!(self.0, "{}\\u{:04x}", &rest[..at], u32::from(c))?;
+            rest = &rest[at + c.len_utf8()..];
+        }
+        self.0.write_all(rest.as_bytes())?;
+        Ok(json.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
 }
 
 /// Whether `--quiet` was given.

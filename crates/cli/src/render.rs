@@ -7,13 +7,17 @@ pub(crate) use args::RenderArgs;
 use std::path::Path;
 
 use args::{PictureFormat, ThemeArg};
-use mmsim_drawing::{Animation, FRAME_MS, Layers, MOST_FRAMES, Scene, Theme, frame_indices};
-use mmsim_maze::{Cell, KnownMaze, Maze};
+use mmsim_drawing::{
+    Animation, FRAME_MS, Layers, MOST_FRAMES, Scene, TRAIL_CELLS, Theme, frame_indices,
+};
+use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::State;
-use mmsim_server::{HistoryReader, Recording};
+use mmsim_server::NoRecording::NoMcap;
+use mmsim_server::{HistoryReader, Recording, RecordingError};
 use mmsim_solvers::Distances;
 
 use crate::Outcome;
+use crate::keep;
 use crate::output::{replace, say};
 use crate::replay::{decode, is_whole, no_state};
 use crate::selection::{Collection, Selected};
@@ -23,7 +27,7 @@ const SIDE_PX: u32 = 640;
 
 pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let source = args.source.join(" ");
-    let (picture, is_good) = match recording(Path::new(&source))? {
+    let (picture, is_good) = match recording(args, Path::new(&source))? {
         Some(recording) => {
             let file = Path::new(&source);
             let picture = if args.output.format == PictureFormat::Gif {
@@ -40,12 +44,19 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
 }
 
 /// The recording in this file. A file that is none and is not called one is taken for a maze.
-fn recording(file: &Path) -> Result<Option<Recording>, Box<dyn std::error::Error>> {
+fn recording(
+    args: &RenderArgs,
+    file: &Path,
+) -> Result<Option<Recording>, Box<dyn std::error::Error>> {
     let is_called_one = file.extension().is_some_and(|extension| extension == "mcap");
-    match Recording::open(file) {
+    match Recording::open_within(file, &keep::budget(&args.reading)) {
         Ok(recording) => Ok(Some(recording)),
-        Err(error) if is_called_one => Err(error.into()),
-        Err(_) => Ok(None),
+        Err(RecordingError::Io { .. } | RecordingError::Content { source: NoMcap, .. })
+            if !is_called_one =>
+        {
+            Ok(None)
+        }
+        Err(error) => Err(error.into()),
     }
 }
 
@@ -128,8 +139,6 @@ struct Search<'a> {
     truth: Option<&'a Maze>,
     /// What a client knows before its first state, with the start and the goals.
     before: KnownMaze,
-    /// Where the mouse was in each state up to the last.
-    cells: Vec<Cell>,
     /// The last state to be drawn.
     last: Option<usize>,
     layers: Layers,
@@ -138,7 +147,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn of(args: &RenderArgs, file: &'a Path, recording: &'a Recording) -> Result<Self, String> {
-        let (info, size, states) = (recording.info(), recording.size(), recording.history().len());
+        let (info, states) = (recording.info(), recording.history().len());
         if args.distances {
             let file = file.display();
             return Err(format!("{file}: expected a maze for --distances, found a recording"));
@@ -147,13 +156,9 @@ impl<'a> Search<'a> {
             return Err(no_state(file, recording, index));
         }
         let last = args.at.or(states.checked_sub(1));
-        let messages = recording.history().iter().take(last.map_or(0, |last| last + 1));
-        let cells = messages.map(|message| Some(decode(&message, size)?.pose().cell));
-        let cells: Option<Vec<Cell>> = cells.collect();
         Ok(Self {
             truth: recording.maze(),
             before: info.known_maze().ok_or_else(|| unreadable(file))?,
-            cells: cells.ok_or_else(|| unreadable(file))?,
             last,
             layers: Layers { numbers: !args.no_numbers, heat: args.heat, trail: !args.no_trail },
             file,
@@ -167,6 +172,11 @@ impl<'a> Search<'a> {
         index: usize,
         draw: impl FnOnce(Scene<'_>) -> T,
     ) -> Result<T, String> {
+        let mut trail = Vec::new();
+        for index in index.saturating_sub(TRAIL_CELLS - 1)..=index {
+            let state = reader.get(index).and_then(|message| decode(message, self.before.size()));
+            trail.push(state.ok_or_else(|| unreadable(self.file))?.pose().cell);
+        }
         let message = reader.get(index).ok_or_else(|| unreadable(self.file))?;
         let state: State<'_> =
             decode(message, self.before.size()).ok_or_else(|| unreadable(self.file))?;
@@ -175,7 +185,7 @@ impl<'a> Search<'a> {
             .with_truth(self.truth)
             .with_mouse(state.pose())
             .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
-            .with_trail(&self.cells[..=index])
+            .with_trail(&trail)
             .with_layers(self.layers);
         Ok(draw(scene))
     }

@@ -1,27 +1,29 @@
 //! `mmsim replay`: show a recording.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, WallState};
 use mmsim_protocol::{Info, Matrix, Request, State};
-use mmsim_server::{Ending, Recording};
+use mmsim_server::{Ending, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, Show};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::Outcome;
 use crate::args::{ReplayArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
-use crate::output::{complain, counted, goal_away, print, print_json};
+use crate::output::{complain, counted, goal_away, print, stream_json};
 use crate::screen::{still, still_maze};
-use crate::{stderr, watching};
+use crate::{keep, stderr, watching};
 
 pub(crate) fn run(args: &ReplayArgs) -> Outcome {
-    let recording = Recording::open(&args.file)?;
+    let budget = keep::budget(&args.reading);
+    let recording = Recording::open_within(&args.file, &budget)?;
     if args.serve {
-        return serve(args, recording);
+        return serve(args, recording, budget);
     }
     let shown = match (args.at, recording.history().len().checked_sub(1)) {
         (Some(index), _) => Some(
@@ -30,8 +32,8 @@ pub(crate) fn run(args: &ReplayArgs) -> Outcome {
         (None, last) => last.and_then(|last| Shown::of(&recording, last)),
     };
     if args.json {
-        let report = Report::new(args, &recording, shown)?;
-        print_json(&serde_json::to_string(&report)?)?;
+        let report = Report::new(args, &recording, shown);
+        stream_json(&report)?;
     } else {
         print(&text(args, &recording, shown.as_ref()))?;
     }
@@ -57,7 +59,7 @@ pub(crate) fn is_whole(file: &Path, recording: &Recording) -> bool {
 }
 
 /// Shows the recording in a browser.
-fn serve(args: &ReplayArgs, recording: Recording) -> Outcome {
+fn serve(args: &ReplayArgs, recording: Recording, budget: Arc<MemoryBudget>) -> Outcome {
     let viewer_port = Some(args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT));
     let viewer_args = ViewerArgs { viewer_port, open: args.open, no_viewer: false };
     let viewer = watching::bind(&viewer_args, "127.0.0.1")?;
@@ -65,7 +67,7 @@ fn serve(args: &ReplayArgs, recording: Recording) -> Outcome {
     stderr::write_in_background();
     print(&text(args, &recording, None))?;
     let title = args.file.file_name().unwrap_or_default().to_string_lossy().to_string();
-    let show = Show::default().with_recording(&title, recording);
+    let show = Show::default().with_budget(budget).with_recording(&title, recording);
     watching::begin(viewer, show, &viewer_args)?;
     interrupt.wait();
     Ok(true)
@@ -89,7 +91,7 @@ fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&Shown>) -> Stri
 /// How many states there are, since when, and how the file ends.
 fn summary(recording: &Recording) -> String {
     let states = counted(recording.history().len() as u64, "state");
-    let time = began(recording).zip(recording.times().last()).map(|(began, &last)| {
+    let time = began(recording).zip(recording.times().last()).map(|(began, last)| {
         let local = began.to_zoned(TimeZone::system()).strftime("%Y-%m-%d %H:%M:%S");
         format!(" in {:.3} s, from {local}", milliseconds(recording, last) / 1e3)
     });
@@ -104,13 +106,13 @@ fn summary(recording: &Recording) -> String {
 }
 
 fn began(recording: &Recording) -> Option<Timestamp> {
-    Timestamp::from_nanosecond((*recording.times().first()?).into()).ok()
+    Timestamp::from_nanosecond(recording.times().iter().next()?.into()).ok()
 }
 
 /// Time since the first state.
 #[expect(clippy::cast_precision_loss, reason = "no search takes so long that it matters")]
 fn milliseconds(recording: &Recording, time: u64) -> f64 {
-    let first = recording.times().first().copied().unwrap_or(time);
+    let first = recording.times().iter().next().unwrap_or(time);
     time.saturating_sub(first) as f64 / 1e6
 }
 
@@ -141,7 +143,7 @@ impl Shown {
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
         Some(Self {
             index,
-            ms: milliseconds(recording, *recording.times().get(index)?),
+            ms: milliseconds(recording, recording.times().iter().nth(index)?),
             cell: [pose.cell.x, pose.cell.y],
             heading: pose.heading.letter(),
             visited_cells: map.visited().len(),
@@ -207,9 +209,24 @@ struct Report<'a> {
     maze: Option<String>,
     /// Where the mouse was in each state, unless one of them is asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
-    poses: Option<Vec<PoseAt>>,
+    poses: Option<Poses<'a>>,
     /// The state that is asked for, else the last.
     state: Option<Shown>,
+}
+
+/// The poses of all states, each made only when it is printed.
+struct Poses<'a>(&'a Recording);
+
+impl Serialize for Poses<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self(recording) = self;
+        let (history, times) = (recording.history(), recording.times());
+        serializer.collect_seq(history.iter().zip(times.iter()).map_while(|(message, time)| {
+            let pose = decode(&message, recording.size())?.pose();
+            let (ms, heading) = (milliseconds(recording, time), pose.heading.letter());
+            Some(PoseAt { ms, cell: [pose.cell.x, pose.cell.y], heading })
+        }))
+    }
 }
 
 #[derive(Serialize)]
@@ -220,30 +237,21 @@ struct PoseAt {
 }
 
 impl<'a> Report<'a> {
-    fn new(
-        args: &'a ReplayArgs,
-        recording: &'a Recording,
-        state: Option<Shown>,
-    ) -> Result<Self, String> {
+    fn new(args: &'a ReplayArgs, recording: &'a Recording, state: Option<Shown>) -> Self {
         let (ending, whole_bytes) = match recording.ending() {
             Ending::Closed => ("closed", None),
             Ending::Cut { whole, .. } => ("cut", Some(*whole)),
             Ending::Damaged { whole, .. } => ("damaged", Some(*whole)),
         };
-        let poses = recording.history().iter().zip(recording.times()).map(|(message, &time)| {
-            let pose = decode(&message, recording.size()).ok_or("expected a state")?.pose();
-            let (ms, heading) = (milliseconds(recording, time), pose.heading.letter());
-            Ok(PoseAt { ms, cell: [pose.cell.x, pose.cell.y], heading })
-        });
-        Ok(Self {
+        Self {
             path: &args.file,
             info: recording.info(),
             began: began(recording).map(|began| began.to_string()),
             ending,
             whole_bytes,
             maze: recording.maze().map(ToString::to_string),
-            poses: args.at.is_none().then(|| poses.collect::<Result<_, String>>()).transpose()?,
+            poses: args.at.is_none().then_some(Poses(recording)),
             state,
-        })
+        }
     }
 }

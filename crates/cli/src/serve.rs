@@ -32,6 +32,7 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
     let collection = Collection::at(args.mazes.as_deref()).map_err(|error| hint(error, args))?;
     let selected = collection.select(&args.maze.words.join(" "))?;
     stderr::write_in_background();
+    let limits = keep::Limits::new(&args.keep);
     let recorder = keep::recorder(&args.keep)?;
     let server = bind(&args.host, args.port)?;
     let viewer = watching::bind(&args.viewer, &args.host)?;
@@ -43,8 +44,9 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
     let show = Show::default()
         .with_live(&server, &selected.path)
         .with_mazes(collection.catalogue)
-        .with_recordings(args.keep.record.clone());
-    let mut simulation = keep::simulation(selected, &args.keep);
+        .with_recordings(args.keep.record.clone())
+        .with_budget(limits.recordings.clone());
+    let mut simulation = limits.simulation(selected);
     keep::announce(&args.keep, &simulation);
     let page = watching::begin(viewer, show, &args.viewer)?;
     if args.json {

@@ -4,7 +4,6 @@ use std::error::Error;
 
 use mmsim_server::BindError;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, Show, Viewer};
-use sysinfo::System;
 
 use crate::args::ViewerArgs;
 use crate::output::{complain, say};
@@ -36,8 +35,9 @@ pub(crate) fn begin(
     args: &ViewerArgs,
 ) -> Result<Option<String>, Box<dyn Error>> {
     let Some(viewer) = viewer else { return Ok(None) };
+    let serving = viewer.spawn(show).map_err(|error| format!("cannot serve the page: {error}"))?;
     // It serves until the process ends.
-    let address = reachable(viewer.spawn(show)?.address());
+    let address = reachable(serving.address());
     say(format_args!("watch at {address}"));
     if args.open
         && let Err(error) = opener::open_browser(&address)
@@ -49,10 +49,18 @@ pub(crate) fn begin(
 
 /// The address by a name that others can use: a server that listens everywhere has none.
 fn reachable(address: &str) -> String {
-    let host = System::host_name().unwrap_or_else(|| "localhost".into());
+    let host = host_name().unwrap_or_else(|| "localhost".into());
     ["//0.0.0.0:", "//[::]:"].iter().fold(address.to_string(), |address, everywhere| {
         address.replace(everywhere, &format!("//{host}:"))
     })
+}
+
+fn host_name() -> Option<String> {
+    #[cfg(unix)]
+    let name = rustix::system::uname().nodename().to_str().ok().map(String::from);
+    #[cfg(not(unix))]
+    let name = sysinfo::System::host_name();
+    name
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! A part of a history that can be taken elsewhere, to be read without holding up the server.
 
-use zstd::bulk;
+use zstd::bulk::Decompressor;
 
 use crate::history::BLOCK_STATES;
+use crate::memory::reserve;
 use crate::tally::{self, Tally};
 
 /// Up to 256 states of a [`History`](crate::History) that follow one another, as they are kept.
@@ -31,11 +32,12 @@ impl Block {
     /// The states; `None` if the machine has no memory left for that.
     pub fn unpack(self) -> Option<States> {
         let Self { first, tally, state_bytes, states, packed } = self;
-        let bytes = if packed {
-            bulk::decompress(&states, Self::STATES * state_bytes).ok()?
-        } else {
-            states
-        };
+        if !packed {
+            return Some(States { first, tally, state_bytes, bytes: states });
+        }
+        let mut bytes = Vec::new();
+        reserve(&mut bytes, Self::STATES * state_bytes).ok()?;
+        Decompressor::new().ok()?.decompress_to_buffer(&states, &mut bytes).ok()?;
         Some(States { first, tally, state_bytes, bytes })
     }
 }

@@ -1,5 +1,6 @@
 //! Every state of a search, in the order in which they came.
 
+use std::collections::TryReserveError;
 use std::fmt;
 
 use mmsim_maze::MazeSize;
@@ -7,6 +8,7 @@ use mmsim_protocol::state_bytes;
 use zstd::bulk::{Compressor, Decompressor};
 
 use crate::block::Block;
+use crate::memory::reserve;
 use crate::slabs::Slabs;
 use crate::tally::{self, Tally};
 
@@ -60,8 +62,8 @@ struct Newest {
 /// A history that has no room for another state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "expected room for a state in a history of at most {} MiB, found it full with {states} states; \
-     reset empties it",
+    "cannot keep another state: the {states} so far take the {} MiB of the history; reset empties it \
+     (--history-limit allows more)",
     limit >> 20
 )]
 pub struct Full {
@@ -82,9 +84,15 @@ pub enum PushError {
         /// That of the message.
         found: usize,
     },
-    /// There is no room for it.
+    /// The history is as large as it may be.
     #[error(transparent)]
     Full(#[from] Full),
+    /// The system has no memory left for it.
+    #[error("cannot keep another state: out of memory after {states}; reset empties the history")]
+    OutOfMemory {
+        /// How many states are held.
+        states: usize,
+    },
 }
 
 impl History {
@@ -132,22 +140,24 @@ impl History {
     /// Adds a state.
     ///
     /// # Errors
-    /// The message has not the length of a state, or there is no room for it. Nothing changes then.
+    /// The message has not the length of a state, or there is no room for it. No state changes then.
     pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
         if state.len() != self.state_bytes {
             return Err(PushError::Length { expected: self.state_bytes, found: state.len() });
         }
+        let states = self.len();
+        let out_of_memory = |_: TryReserveError| PushError::OutOfMemory { states };
         if self.open.len() == self.block_bytes() {
-            self.pack();
+            self.pack().map_err(out_of_memory)?;
         }
         let begins_block = self.open.is_empty();
         let bytes = if begins_block { size_of::<Tally>() } else { 0 } + state.len();
         if self.bytes().saturating_add(bytes) > self.limit {
-            return Err(Full { limit: self.limit, states: self.len() }.into());
+            return Err(Full { limit: self.limit, states }.into());
         }
-        if self.open.capacity() == 0 {
-            self.open.reserve_exact(self.block_bytes());
-        }
+        let room = self.block_bytes() - self.open.len();
+        reserve(&mut self.open, room).map_err(out_of_memory)?;
+        reserve(&mut self.tallies, 1).map_err(out_of_memory)?;
         self.open.extend_from_slice(state);
         self.before = self.newest;
         self.newest.follow(state);
@@ -177,17 +187,21 @@ impl History {
 
     /// The block with this index, for others to read: state `n` is in block `n / 256`. This copies
     /// the block as it is kept, so it is quick; unpacking it takes its time wherever it is done.
+    /// `None` if there is no such block, or no memory left for a copy of it.
     pub fn block(&self, index: usize) -> Option<Block> {
         let (states, packed) = match self.packed.get(index) {
             Some(packed) => (packed, packed.len() != self.block_bytes()),
             None if index == self.packed.len() && !self.open.is_empty() => (&*self.open, false),
             None => return None,
         };
+        let mut copy = Vec::new();
+        reserve(&mut copy, states.len()).ok()?;
+        copy.extend_from_slice(states);
         Some(Block {
             first: index * BLOCK_STATES,
             tally: *self.tallies.get(index)?,
             state_bytes: self.state_bytes,
-            states: states.to_vec(),
+            states: copy,
             packed,
         })
     }
@@ -216,9 +230,10 @@ impl History {
     }
 
     /// Makes a block of the open states.
-    fn pack(&mut self) {
-        self.packed.push(self.packer.pack(&self.open));
+    fn pack(&mut self) -> Result<(), TryReserveError> {
+        self.packed.push(self.packer.pack(&self.open))?;
         self.open.clear();
+        Ok(())
     }
 }
 
@@ -253,7 +268,8 @@ impl Packer {
 
     fn try_pack(&mut self, block: &[u8]) -> Option<&[u8]> {
         if self.0.is_none() {
-            let room = Vec::with_capacity(zstd::zstd_safe::compress_bound(block.len()));
+            let mut room = Vec::new();
+            reserve(&mut room, zstd::zstd_safe::compress_bound(block.len())).ok()?;
             self.0 = Some((Compressor::new(LEVEL).ok()?, room));
         }
         let (compressor, room) = self.0.as_mut()?;
@@ -296,8 +312,8 @@ impl Reader<'_> {
     fn unpack(&mut self, packed: &[u8]) -> Option<()> {
         self.block = None;
         if self.unpacker.is_none() {
+            reserve(&mut self.states, self.history.block_bytes()).ok()?;
             self.unpacker = Some(Decompressor::new().ok()?);
-            self.states = Vec::with_capacity(self.history.block_bytes());
         }
         self.unpacker.as_mut()?.decompress_to_buffer(packed, &mut self.states).ok().map(|_| ())
     }
@@ -369,7 +385,7 @@ mod tests {
         let states = history.len();
         assert!((2000..=limit / 518).contains(&states), "{states} states");
         assert_eq!(error, Full { limit, states }.into());
-        insta::assert_snapshot!(Full { limit, states: 7 }, @"expected room for a state in a history of at most 1 MiB, found it full with 7 states; reset empties it");
+        insta::assert_snapshot!(Full { limit, states: 7 }, @"cannot keep another state: the 7 so far take the 1 MiB of the history; reset empties it (--history-limit allows more)");
         assert!(history.push(&noise(0)).is_err());
         assert!(history.iter().enumerate().all(|(index, kept)| kept == noise(index as u64)));
         assert_eq!(history.len(), states);

@@ -1,6 +1,5 @@
 //! What the thread of a server works on: the simulation and all that follows it.
 
-use std::fmt::Display;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -8,14 +7,16 @@ use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, RequestError};
 use tracing::{debug, info, warn};
 
+use crate::clock::Clock;
 use crate::simulation::refuse;
 use crate::times::Times;
-use crate::{Change, HistoryFull, Recorder, ReplyBuffer, Simulation};
+use crate::{Change, HistoryFull, PushError, Recorder, ReplyBuffer, Simulation};
 
 /// A simulation, served.
 pub(crate) struct Host<'s> {
     simulation: &'s mut Simulation,
     recorder: Option<Recorder>,
+    clock: Clock,
     times: Times,
     run: u32,
     board: Arc<Board>,
@@ -37,6 +38,9 @@ pub struct Status {
 
 /// Bits for the number of states, which leaves 24 for that of the run.
 const STATES_BITS: u32 = 40;
+
+/// Live times are kept to the microsecond, in nanoseconds.
+const TICK_NS: u64 = 1000;
 
 /// The largest number of a run; the next one is 1 again.
 const LAST_RUN: u32 = (1 << (64 - STATES_BITS)) - 1;
@@ -62,7 +66,8 @@ impl<'s> Host<'s> {
         recorder: Option<Recorder>,
         board: Arc<Board>,
     ) -> Self {
-        let host = Self { simulation, recorder, times: Times::new(), run: 1, board, refused: 0 };
+        let (clock, times) = (Clock::start(), Times::new(TICK_NS));
+        let host = Self { simulation, recorder, clock, times, run: 1, board, refused: 0 };
         host.tell();
         host
     }
@@ -111,6 +116,9 @@ impl<'s> Host<'s> {
     /// Ends what follows the simulation.
     pub(crate) fn end(mut self) {
         self.close_recording();
+        if let Some(recorder) = self.recorder {
+            recorder.finish();
+        }
         let states = self.simulation.history().len();
         info!(states, refused = self.refused, "stopped");
     }
@@ -121,38 +129,39 @@ impl<'s> Host<'s> {
             Change::Nothing => {}
             Change::Reset => self.begin_run(),
             Change::State => {
-                self.times.push();
-                if let Some(full) = self.full() {
-                    self.take_back(reply, full);
-                    return;
-                }
-                let recorder = self.recorder.as_mut();
-                let result = recorder
-                    .map_or(Ok(()), |recorder| recorder.follow(change, request, self.simulation));
-                if let Err(error) = result {
-                    self.take_back(reply, error);
+                if let Err(reason) = self.follow_state(request) {
+                    self.simulation.take_back();
+                    refuse(reply, reason);
                 }
                 self.tell();
             }
         }
     }
 
-    /// Whether the newest state is one too many, with the times counted in.
-    fn full(&self) -> Option<HistoryFull> {
+    /// Keeps the time of the newest state and records it, or says why it cannot stay.
+    fn follow_state(&mut self, request: &[u8]) -> Result<(), String> {
         let history = self.simulation.history();
-        let (bytes, limit) = (history.bytes() + self.times.bytes(), history.limit());
-        (bytes > limit).then(|| HistoryFull { limit, states: history.len() - 1 })
-    }
-
-    fn take_back(&mut self, reply: &mut ReplyBuffer, reason: impl Display) {
-        self.simulation.take_back();
-        self.times.take_back();
-        refuse(reply, reason);
+        let (states, limit) = (history.len() - 1, history.limit());
+        if self.times.push(self.clock.now()).is_err() {
+            return Err(PushError::OutOfMemory { states }.to_string());
+        }
+        let kept = if history.bytes() + self.times.bytes() > limit {
+            Err(HistoryFull { limit, states }.to_string())
+        } else {
+            let follow = |recorder: &mut Recorder| {
+                recorder.follow(Change::State, request, self.simulation).map_err(|e| e.to_string())
+            };
+            self.recorder.as_mut().map_or(Ok(()), follow)
+        };
+        if kept.is_err() {
+            self.times.take_back();
+        }
+        kept
     }
 
     fn begin_run(&mut self) {
         self.close_recording();
-        self.times = Times::new();
+        self.times = Times::new(TICK_NS);
         self.run = if self.run == LAST_RUN { 1 } else { self.run + 1 };
         info!(run = self.run, "reset");
         self.tell();
@@ -160,7 +169,7 @@ impl<'s> Host<'s> {
 
     fn close_recording(&mut self) {
         if let Some(Err(error)) = self.recorder.as_mut().map(Recorder::close) {
-            warn!("a recording is not closed, but whole: {error}");
+            warn!("cannot close a recording, whose states can be read nevertheless: {error}");
         }
     }
 
@@ -205,9 +214,9 @@ mod tests {
         });
         let kept = kept.count();
         assert!((10_000..100_000).contains(&kept), "{kept} states");
-        assert!(reply.starts_with(b"error: expected room for a state in a history of at most"));
+        assert!(reply.starts_with(b"error: cannot keep another state: the "));
         assert_eq!(board.read(), Status { run: 1, states: kept });
-        assert_eq!(host.times().all().len(), kept);
+        assert_eq!(host.times().len(), kept);
         host.answer(b"reset", 1, &mut reply);
         host.answer(state, 1, &mut reply);
         assert_eq!(reply, b"ok");
@@ -223,10 +232,10 @@ mod tests {
         host.answer(b"ping", 1, &mut reply);
         host.answer(state, 2, &mut reply);
         assert_eq!(board.read(), Status { run: 1, states: 1 });
-        assert_eq!(host.times().all().len(), 1);
+        assert_eq!(host.times().len(), 1);
         host.answer(b"reset", 1, &mut reply);
         assert_eq!(board.read(), Status { run: 2, states: 0 });
-        assert_eq!(host.times().all().len(), 0);
+        assert_eq!(host.times().len(), 0);
         host.answer(state, 1, &mut reply);
         assert_eq!(host.serve("other", maze), Status { run: 3, states: 0 });
         assert_eq!(host.simulation().name(), "other");

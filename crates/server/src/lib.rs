@@ -24,9 +24,12 @@
 mod background;
 mod bind;
 mod block;
+mod budget;
+mod clock;
 mod history;
 mod host;
 pub mod limits;
+mod memory;
 mod network;
 mod peer;
 mod recording;
@@ -42,6 +45,7 @@ mod zmtp;
 pub use background::Background;
 pub use bind::{BindError, listen};
 pub use block::{Block, States};
+pub use budget::MemoryBudget;
 pub use history::{Full as HistoryFull, History, PushError, Reader as HistoryReader};
 pub use host::Status;
 pub use recording::{
@@ -51,6 +55,7 @@ pub use recording::{
 pub use server::{ServeError, Server, Stop};
 pub use simulation::{Change, ReplyBuffer, Simulation};
 pub use tally::Tally;
+pub use times::Times;
 pub use watch::{Served, Watch, WatchError};
 
 /// The code in the README of this crate runs.

@@ -4,18 +4,23 @@
 //! state and opens in other tools. docs/recordings.md says what is in it.
 
 mod chunk;
+mod pack;
 mod reader;
 mod recorder;
 mod save;
 mod writer;
 
-use std::io;
+use std::fs::File;
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use mmsim_maze::Maze;
-use mmsim_protocol::{Info, MazeSize, Request, State};
+use mmsim_protocol::{Info, MazeSize};
 
-use crate::History;
+use crate::budget::Share;
+use crate::{History, MemoryBudget, PushError, Times};
+use reader::{Description, STEP_BYTES, read_states};
 
 pub use recorder::Recorder;
 pub use save::save;
@@ -30,16 +35,18 @@ const INFO: &str = "info";
 /// Its key under which the version of the protocol stands by itself, for other tools.
 const PROTOCOL: &str = "protocol";
 
-/// Its key under which the true maze stands as text. A client does not know it.
+/// Its key under which the true maze stands as text in recordings of earlier versions.
 const MAZE: &str = "maze";
 
-/// The topic of the channel of states.
-const TOPIC: &str = "/state";
+/// The topic of the channel of states, and the encoding of its messages: the protocol's own, as `S`
+/// is sent.
+const STATES: [&str; 2] = ["/state", "mmsim-state"];
 
-/// The encoding of the messages in it: the protocol's own, as `S` is sent.
-const ENCODING: &str = "mmsim-state";
+/// The topic of the channel that has the true maze as its only message, and the encoding of that: a
+/// drawing. A client does not know it. Metadata would not be packed.
+const MAZES: [&str; 2] = ["/maze", "mmsim-maze"];
 
-/// A recording, read from a file.
+/// A recording, read from a file into memory.
 ///
 /// ```
 /// use mmsim_server::{Ending, Recording, RecordingWriter, Simulation};
@@ -62,9 +69,16 @@ pub struct Recording {
     info: Info,
     size: MazeSize,
     maze: Option<Maze>,
-    history: History,
-    times: Vec<u64>,
+    kept: Kept,
     ending: Ending,
+}
+
+/// What is kept of the states of a recording.
+#[derive(Debug)]
+struct Kept {
+    history: History,
+    times: Times,
+    share: Share,
 }
 
 /// How the file of a recording ends. In any case all states before the end are whole.
@@ -110,7 +124,7 @@ pub enum RecordingError {
     },
 }
 
-/// Bytes that are no recording.
+/// Bytes of which no recording can be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NoRecording {
@@ -131,37 +145,92 @@ pub enum NoRecording {
     /// They say so in a way that makes no sense.
     #[error("expected a recording's description of its maze, found one in which {0}")]
     Description(String),
+    /// Its states take more memory than the budget has left.
+    #[error(
+        "cannot be opened: its first {states} states take all that is left of {} MiB for open \
+         recordings ({}--history-limit allows more)",
+        limit >> 20,
+        if *others > 0 { "close another one first; " } else { "" }
+    )]
+    TooLarge {
+        /// How many states there was room for.
+        states: usize,
+        /// How many bytes all open recordings may take.
+        limit: usize,
+        /// How many of them other recordings take.
+        others: usize,
+    },
+    /// The system has no memory left for it.
+    #[error("cannot be opened: out of memory")]
+    OutOfMemory,
 }
 
-/// Why a state was not recorded. What was written before stays readable.
+/// Why a state was not recorded, or a recording not closed. What was written before stays readable.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum RecordError {
-    /// The file cannot be created or written.
-    #[error("expected to record in {}, found: {source}", path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the operating system says.
-        source: io::Error,
-    },
-    /// The file has gone.
-    #[error(
-        "expected to record in {}, found the file has gone; reset begins a new one", path.display()
-    )]
-    Gone {
-        /// The file.
-        path: PathBuf,
-    },
+#[error("cannot record in {}: {source}", path.display())]
+pub struct RecordError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What the operating system says, or what has happened to the file.
+    pub source: io::Error,
 }
 
 impl RecordError {
-    fn io(path: &Path, error: impl Into<io::Error>) -> Self {
-        Self::Io { path: path.into(), source: error.into() }
+    fn new(path: &Path, error: impl Into<io::Error>) -> Self {
+        Self { path: path.into(), source: error.into() }
     }
 }
 
 impl Recording {
+    /// Reads a recording from a file, however much memory that takes.
+    ///
+    /// # Errors
+    /// The file cannot be read or holds no recording. One that is cut off or damaged somewhere
+    /// behind its description is no error: [`ending`](Self::ending) tells of it.
+    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        Self::open_within(path, &Arc::default())
+    }
+
+    /// Reads a recording from a file, if its states fit into what the budget has left.
+    ///
+    /// # Errors
+    /// As for [`open`](Self::open), or there is not enough memory. So what is open is always whole:
+    /// the last state that is shown is the last of the file.
+    pub fn open_within(path: &Path, budget: &Arc<MemoryBudget>) -> Result<Self, RecordingError> {
+        let file =
+            File::open(path).map_err(|source| RecordingError::Io { path: path.into(), source })?;
+        let read = Self::read_within(BufReader::with_capacity(STEP_BYTES, file), budget);
+        read.map_err(|error| match error {
+            NoRecording::Io(source) => RecordingError::Io { path: path.into(), source },
+            source => RecordingError::Content { path: path.into(), source },
+        })
+    }
+
+    /// Reads a recording from its bytes, however much memory that takes. Many small pieces are asked
+    /// for.
+    ///
+    /// # Errors
+    /// As for [`open`](Self::open).
+    pub fn read(source: impl Read) -> Result<Self, NoRecording> {
+        Self::read_within(source, &Arc::default())
+    }
+
+    /// Reads a recording from its bytes, if its states fit into what the budget has left. Many small
+    /// pieces are asked for.
+    ///
+    /// # Errors
+    /// As for [`open_within`](Self::open_within).
+    pub fn read_within(source: impl Read, budget: &Arc<MemoryBudget>) -> Result<Self, NoRecording> {
+        let mut kept = None;
+        let (description, ending) = read_states(source, |description, message, time| {
+            kept.get_or_insert_with(|| Kept::new(description.size, budget)).add(message, time)
+        })?;
+        let Description { info, size, maze } = description;
+        let kept = kept.unwrap_or_else(|| Kept::new(size, budget));
+        let info = Info { states: kept.history.len(), ..info };
+        Ok(Self { info, size, maze, kept, ending })
+    }
+
     /// What `info` would tell of the simulation, with as many states as were recorded.
     pub const fn info(&self) -> &Info {
         &self.info
@@ -179,12 +248,12 @@ impl Recording {
 
     /// The states.
     pub const fn history(&self) -> &History {
-        &self.history
+        &self.kept.history
     }
 
-    /// When each state was recorded, in nanoseconds since the beginning of 1970 (UTC).
-    pub fn times(&self) -> &[u64] {
-        &self.times
+    /// When each state was recorded.
+    pub const fn times(&self) -> &Times {
+        &self.kept.times
     }
 
     /// How the file ends.
@@ -193,11 +262,26 @@ impl Recording {
     }
 }
 
-/// The state in a message, if it is one of a maze of this size.
-fn state(message: &[u8], size: MazeSize) -> Result<State<'_>, String> {
-    match Request::decode(message, size) {
-        Ok(Request::State(state)) => Ok(state),
-        Ok(_) => Err("expected a state, found another request".into()),
-        Err(error) => Err(error.to_string()),
+impl Kept {
+    fn new(size: MazeSize, budget: &Arc<MemoryBudget>) -> Self {
+        let (history, times) = (History::new(size), Times::new(1));
+        Self { history, times, share: Share::new(budget) }
+    }
+
+    /// Adds a state and the nanoseconds since 1970 at which it was recorded.
+    fn add(&mut self, state: &[u8], time: u64) -> Result<(), NoRecording> {
+        let Self { history, times, share } = self;
+        let states = history.len();
+        history.push(state).map_err(|error| match error {
+            PushError::OutOfMemory { .. } => NoRecording::OutOfMemory,
+            // It has the length of a state, and there is no other limit.
+            error => NoRecording::Description(error.to_string()),
+        })?;
+        times.push(time).map_err(|_| NoRecording::OutOfMemory)?;
+        if !share.grow_to(history.bytes() + times.bytes()) {
+            let (limit, others) = (share.budget().limit(), share.others());
+            return Err(NoRecording::TooLarge { states, limit, others });
+        }
+        Ok(())
     }
 }

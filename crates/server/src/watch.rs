@@ -6,9 +6,9 @@ use std::sync::mpsc::{self, Sender};
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 
-use crate::Block;
 use crate::host::{Board, Host, Status};
 use crate::server::Shared;
+use crate::{Block, Times};
 
 /// What a watcher wants to know, answered by the server's thread between two requests.
 pub(crate) type Question = Box<dyn FnOnce(&mut Host<'_>) + Send>;
@@ -84,12 +84,12 @@ impl Watch {
         self.ask_of(run, move |host| host.simulation().history().block(index))
     }
 
-    /// When each state of a run came, in nanoseconds since the beginning of 1970 (UTC).
+    /// When each state of a run came.
     ///
     /// # Errors
     /// The run is over, or the server has ended.
-    pub fn times(&self, run: u32) -> Result<Vec<u64>, WatchError> {
-        self.ask_of(run, |host| host.times().clone()).map(|times| times.all())
+    pub fn times(&self, run: u32) -> Result<Times, WatchError> {
+        self.ask_of(run, |host| host.times().clone())
     }
 
     /// Serves another maze from now on, with an empty history.
@@ -158,7 +158,7 @@ mod tests {
             assert_eq!(block.len(), if index == 2 { 3 } else { Block::STATES });
         }
         assert!(watch.block(1, 3).unwrap().is_none());
-        assert!(watch.times(1).unwrap().is_sorted());
+        assert!(watch.times(1).unwrap().iter().is_sorted());
         assert_eq!(watch.times(1).unwrap().len(), states);
 
         ask(b"reset");

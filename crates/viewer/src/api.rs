@@ -396,8 +396,8 @@ async fn bring(
             file.rewind().map_err(Refusal::failed)?;
             let file = std::io::BufReader::new(file);
             let title = recordings::title(&name);
-            let recording =
-                Recording::read(file).map_err(|error| Refusal::bad(format!("{title}: {error}")))?;
+            let recording = Recording::read_within(file, &desk.budget)
+                .map_err(|error| Refusal::bad(format!("{title}: {error}")))?;
             Ok(Json(Id { id: desk.open(&title, recording)? }))
         })
         .await

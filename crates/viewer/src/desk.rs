@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use jiff::Timestamp;
 use mmsim_maze::{Catalogue, Maze};
-use mmsim_server::{Recording, Server, Watch};
+use mmsim_server::{MemoryBudget, Recording, Server, Watch};
 use mmsim_solvers::Bundled;
 
 use crate::limits::{Limits, MAX_RECORDING_JOBS, MAX_UPLOADS};
@@ -26,6 +26,7 @@ pub struct Show {
     recordings: Option<PathBuf>,
     mazes: Catalogue,
     opened: Vec<(String, Recording)>,
+    budget: Arc<MemoryBudget>,
 }
 
 impl Show {
@@ -48,6 +49,12 @@ impl Show {
         self
     }
 
+    /// The memory for all recordings that are open at the same time, without which there is no limit.
+    pub fn with_budget(mut self, budget: Arc<MemoryBudget>) -> Self {
+        self.budget = budget;
+        self
+    }
+
     /// A recording that is open from the beginning, and its title.
     pub fn with_recording(mut self, title: &str, recording: Recording) -> Self {
         self.opened.push((title.into(), recording));
@@ -55,7 +62,7 @@ impl Show {
     }
 
     pub(crate) fn into_desk(self, limits: Limits) -> Desk {
-        let desk = Desk::new(self.live, self.recordings, self.mazes, limits);
+        let desk = Desk::new(self.live, self.recordings, self.mazes, self.budget, limits);
         for (title, recording) in self.opened {
             let source = Arc::new(Source::recording(&title, recording));
             desk.opened().insert(&title, source);
@@ -79,6 +86,8 @@ pub(crate) struct Desk {
     /// Recordings that are read or written.
     pub(crate) recording_jobs: Queue,
     pub(crate) uploads: Queue,
+    /// For the recordings that are open.
+    pub(crate) budget: Arc<MemoryBudget>,
     opened: Mutex<Opened>,
 }
 
@@ -107,6 +116,7 @@ impl Desk {
         live: Option<Live>,
         recordings: Option<PathBuf>,
         catalogue: Catalogue,
+        budget: Arc<MemoryBudget>,
         limits: Limits,
     ) -> Self {
         let queue = |kind, turns| Queue::new(kind, turns, limits.queue_time);
@@ -120,6 +130,7 @@ impl Desk {
             pictures: queue("pictures", 1),
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
             uploads: queue("uploads", MAX_UPLOADS),
+            budget,
             opened: Mutex::default(),
         }
     }

@@ -59,6 +59,8 @@ fn path(entry: &Entry) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use axum::http::StatusCode;
 
     use super::*;
@@ -71,7 +73,7 @@ mod tests {
             ("a/closed.txt", "o---o---o\n| S | G |\no---o---o\n"),
             ("rubbish.txt", "rubbish"),
         ]);
-        let desk = Desk::new(None, None, catalogue, Limits::default());
+        let desk = Desk::new(None, None, catalogue, Arc::default(), Limits::default());
         let [open, closed, rubbish] = list(&desk) else { panic!() };
         assert_eq!((open.path.as_str(), open.name.as_str()), ("a/open.txt", "open"));
         assert_eq!((open.width, open.height, open.shortest_path), (Some(2), Some(1), Some(1)));

@@ -48,7 +48,7 @@ pub(crate) fn list(folder: &Path) -> Result<Vec<Listed>, Refusal> {
 pub(crate) fn open_listed(desk: &Desk, name: &str) -> Result<String, Refusal> {
     desk.check_room()?;
     let path = find(desk.recordings.as_deref(), name)?;
-    let recording = Recording::open(&path).map_err(Refusal::bad)?;
+    let recording = Recording::open_within(&path, &desk.budget).map_err(Refusal::bad)?;
     desk.open(name, recording)
 }
 
@@ -76,7 +76,7 @@ pub(crate) fn save(source: &Source, run: u32, wanted: &Wanted) -> Result<fs::Fil
             (first..first + states.len()).map_while(|index| states.get(index).map(Vec::from));
         messages.collect::<Vec<_>>()
     });
-    let states = times.iter().copied().zip(states);
+    let states = times.iter().zip(states);
     save_recording(
         io::BufWriter::new(&mut file),
         &described.info,

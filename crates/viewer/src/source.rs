@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use axum::http::StatusCode;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, Request, State};
-use mmsim_server::{Block, Ending, Recording, States, Status, Watch, WatchError};
+use mmsim_server::{Block, Ending, Recording, States, Status, Times, Watch, WatchError};
 
 use crate::costs::Costs;
 use crate::refusal::Refusal;
@@ -139,11 +139,11 @@ impl Source {
         }
     }
 
-    /// When each state of a run came, in nanoseconds since the beginning of 1970 (UTC).
-    pub(crate) fn times(&self, run: u32) -> Result<Vec<u64>, Refusal> {
+    /// When each state of a run came.
+    pub(crate) fn times(&self, run: u32) -> Result<Times, Refusal> {
         match &self.origin {
             Origin::Live(watch) => Ok(watch.times(run)?),
-            Origin::Recording { recording, .. } => Ok(recording.times().to_vec()),
+            Origin::Recording { recording, .. } => Ok(recording.times().clone()),
         }
     }
 

@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use mmsim_drawing::WIDTH_PX;
 
+use crate::args::ReadingArgs;
+
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
     /// A recording, a maze file, or words of the path of a maze
@@ -39,6 +41,8 @@ pub(crate) struct RenderArgs {
     /// How many pixels a .png or .gif is wide [default: 640 on its longer side]
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(width_range()))]
     pub(crate) width: Option<u32>,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
 }
 
 /// Where a picture goes, and what it shall be.

@@ -1,6 +1,8 @@
 //! Runs the command as its users do.
 #![allow(dead_code, unreachable_pub, missing_docs)] // each test file uses its part
 
+pub mod noise;
+
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
@@ -81,6 +83,22 @@ impl Home {
         serving.has_said(read_until(stderr, "tcp://").1);
         serving
     }
+}
+
+/// The same command under this limit of the shell, such as `-v 1000`.
+#[cfg(unix)]
+pub fn limited(command: &Command, limit: &str) -> Command {
+    let mut limited = Command::new("bash");
+    limited.args(["-c", &format!("ulimit {limit}; exec \"$0\" \"$@\"")]);
+    limited.arg(command.get_program()).args(command.get_args());
+    limited.current_dir(command.get_current_dir().unwrap());
+    for (key, value) in command.get_envs() {
+        match value {
+            Some(value) => limited.env(key, value),
+            None => limited.env_remove(key),
+        };
+    }
+    limited
 }
 
 /// Reads until this was said; gives what was said by then.

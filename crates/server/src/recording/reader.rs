@@ -1,21 +1,16 @@
 //! Reads a recording as far as it is whole.
 
 use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::{BufReader, Read};
-use std::path::Path;
+use std::io::Read;
 
 use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mmsim_maze::{Escaped, Maze};
-use mmsim_protocol::Info;
+use mmsim_maze::{Escaped, Maze, MazeSize};
+use mmsim_protocol::{Info, Request};
 
-use super::{
-    ENCODING, Ending, INFO, MAZE, METADATA, NoRecording, Recording, RecordingError, TOPIC, chunk,
-    state,
-};
-use crate::History;
+use super::{Ending, INFO, MAZE, MAZES, METADATA, NoRecording, STATES, chunk};
+use crate::memory;
 
 /// The longest record that is read, in bytes, and the most that is unpacked from one. A state takes
 /// 2,085 at most and a maze less than 10,000, but other tools pack records into chunks of some MiB.
@@ -27,91 +22,102 @@ const MAX_CHUNK_BYTES: usize = 16 << 20;
 const MAX_UNPACKED_BYTES: u64 = 2 << 30;
 const MAX_UNPACKED_FOR_EACH: u64 = 200;
 
+/// The longest description that is read, in bytes. With the largest maze it takes less than 12,000,
+/// and all of it is kept.
+const MAX_DESCRIPTION_BYTES: usize = 64 << 10;
+
 /// The most that is read at once: as much as is asked for at a time is not promised to be there.
-const STEP_BYTES: usize = 64 * 1024;
+pub(super) const STEP_BYTES: usize = 64 * 1024;
 
-impl Recording {
-    /// Reads a recording from a file.
-    ///
-    /// # Errors
-    /// The file cannot be read or holds no recording. One that is cut off or damaged somewhere
-    /// behind its description is no error: [`ending`](Self::ending) tells of it.
-    pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let file =
-            File::open(path).map_err(|source| RecordingError::Io { path: path.into(), source })?;
-        Self::read(BufReader::with_capacity(STEP_BYTES, file)).map_err(|error| match error {
-            NoRecording::Io(source) => RecordingError::Io { path: path.into(), source },
-            source => RecordingError::Content { path: path.into(), source },
-        })
-    }
-
-    /// Reads a recording from its bytes. Many small pieces are asked for.
-    ///
-    /// # Errors
-    /// As for [`open`](Self::open).
-    pub fn read(mut source: impl Read) -> Result<Self, NoRecording> {
-        let options = LinearReaderOptions::default()
-            .with_record_length_limit(MAX_CHUNK_BYTES)
-            // A chunk that contradicts itself makes mcap 0.26 panic, so they are unpacked here.
-            .with_emit_chunks(true)
-            .with_validate_data_section_crc(true);
-        let mut reader = LinearReader::new_with_options(options);
-        let mut assembly = Assembly::default();
-        // Bytes read, and how many of them are records that make sense. No more is ever read than
-        // what the next record needs.
-        let (mut length, mut whole) = (0, 0);
-        let ending = loop {
-            match reader.next_event() {
-                None => break Ending::Closed,
-                Some(Ok(LinearReadEvent::ReadRequest(need))) => {
-                    let count = source.read(reader.insert(need.min(STEP_BYTES)))?;
-                    reader.notify_read(count);
-                    length += count as u64;
-                    assembly.read = length;
-                }
-                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                    if let Err(reason) = assembly.take(opcode, data)? {
-                        break Ending::Damaged { whole, reason };
-                    }
-                    whole = length;
-                }
-                Some(Err(McapError::UnexpectedEof)) => break Ending::Cut { whole, length },
-                Some(Err(McapError::BadMagic)) if whole == 0 => return Err(NoRecording::NoMcap),
-                Some(Err(error)) => {
-                    break Ending::Damaged { whole, reason: Escaped(error).to_string() };
-                }
-            }
-        };
-        let Some(mut recording) = assembly.recording else {
-            let (at, found) = match ending {
-                Ending::Closed | Ending::Cut { .. } => (length, "the end of the file".into()),
-                Ending::Damaged { whole, reason } => (whole, reason),
-            };
-            return Err(NoRecording::NoDescription { at, found });
-        };
-        recording.info.states = recording.history.len();
-        recording.ending = ending;
-        Ok(recording)
-    }
+/// What a recording says of its simulation.
+#[derive(Clone, Debug)]
+pub(super) struct Description {
+    /// Without states.
+    pub(super) info: Info,
+    pub(super) size: MazeSize,
+    pub(super) maze: Option<Maze>,
 }
 
-/// A recording that is put together record by record.
-#[derive(Default)]
-struct Assembly {
-    recording: Option<Recording>,
-    /// The channels that carry states.
-    channels: BTreeSet<u16>,
+/// Reads a recording as far as it is whole. `take` is given each state with the nanoseconds since
+/// 1970 at which it was recorded; its error ends the reading.
+pub(super) fn read_states(
+    mut source: impl Read,
+    take: impl FnMut(&Description, &[u8], u64) -> Result<(), NoRecording>,
+) -> Result<(Description, Ending), NoRecording> {
+    let options = LinearReaderOptions::default()
+        .with_record_length_limit(MAX_CHUNK_BYTES)
+        // A chunk that contradicts itself makes mcap 0.26 panic, so they are unpacked here.
+        .with_emit_chunks(true)
+        .with_validate_data_section_crc(true);
+    let mut reader = LinearReader::new_with_options(options);
+    let mut assembly = Assembly {
+        description: None,
+        states: BTreeSet::new(),
+        mazes: BTreeSet::new(),
+        unpacked: 0,
+        read: 0,
+        take,
+    };
+    // Bytes read, and how many of them are records that make sense. No more is ever read than
+    // what the next record needs.
+    let (mut length, mut whole) = (0, 0);
+    let ending = loop {
+        match reader.next_event() {
+            None => break Ending::Closed,
+            Some(Ok(LinearReadEvent::ReadRequest(need))) => {
+                // The buffer grows with what has come, up to twice what is needed.
+                if need > STEP_BYTES && !memory::is_available(2 * need) {
+                    return Err(NoRecording::OutOfMemory);
+                }
+                let count = source.read(reader.insert(need.min(STEP_BYTES)))?;
+                reader.notify_read(count);
+                length += count as u64;
+                assembly.read = length;
+            }
+            Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                if let Err(reason) = assembly.take(opcode, data)? {
+                    break Ending::Damaged { whole, reason };
+                }
+                whole = length;
+            }
+            Some(Err(McapError::UnexpectedEof)) => break Ending::Cut { whole, length },
+            Some(Err(McapError::BadMagic)) if whole == 0 => return Err(NoRecording::NoMcap),
+            Some(Err(error)) => {
+                break Ending::Damaged { whole, reason: Escaped(error).to_string() };
+            }
+        }
+    };
+    let Some(description) = assembly.description else {
+        let (at, found) = match ending {
+            Ending::Closed | Ending::Cut { .. } => (length, "the end of the file".into()),
+            Ending::Damaged { whole, reason } => (whole, reason),
+        };
+        return Err(NoRecording::NoDescription { at, found });
+    };
+    Ok((description, ending))
+}
+
+/// A recording that is read record by record.
+struct Assembly<T> {
+    description: Option<Description>,
+    /// The channels that carry states, and those that carry the maze.
+    states: BTreeSet<u16>,
+    mazes: BTreeSet<u16>,
     /// How many bytes were unpacked from chunks.
     unpacked: u64,
     /// How many bytes of the file were read.
     read: u64,
+    take: T,
 }
 
-impl Assembly {
+impl<T: FnMut(&Description, &[u8], u64) -> Result<(), NoRecording>> Assembly<T> {
     /// Takes a record of any kind; the inner error says what is wrong with it.
     fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, NoRecording> {
         if opcode != op::CHUNK {
             return self.take_plain(opcode, body);
+        }
+        if !memory::is_available(MAX_CHUNK_BYTES) {
+            return Err(NoRecording::OutOfMemory);
         }
         let records = match chunk::unpack(body, MAX_CHUNK_BYTES) {
             Ok(records) => records,
@@ -135,26 +141,46 @@ impl Assembly {
     /// Takes a record that is no chunk.
     fn take_plain(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, NoRecording> {
         // Of the other kinds nothing is needed.
-        if !matches!(opcode, op::METADATA | op::CHANNEL | op::MESSAGE) {
+        let most = match opcode {
+            op::METADATA | op::CHANNEL => MAX_DESCRIPTION_BYTES,
+            op::MESSAGE => MAX_CHUNK_BYTES,
+            _ => return Ok(Ok(())),
+        };
+        if body.len() > most {
             return Ok(Ok(()));
         }
         if !strings_fit(opcode, body) {
             return Ok(Err("a length goes beyond the end of its record".into()));
         }
-        match (mcap::parse_record(opcode, body), &mut self.recording) {
+        match (mcap::parse_record(opcode, body), &mut self.description) {
             (Ok(Record::Metadata(record)), None) if record.name == METADATA => {
                 let get = |key| record.metadata.get(key).map(String::as_str);
-                self.recording = Some(describe(get(INFO), get(MAZE))?);
+                self.description = Some(describe(get(INFO), get(MAZE))?);
             }
-            (Ok(Record::Channel(channel)), _)
-                if channel.topic == TOPIC && channel.message_encoding == ENCODING =>
-            {
-                self.channels.insert(channel.id);
+            (Ok(Record::Channel(channel)), _) => {
+                match [&*channel.topic, &*channel.message_encoding] {
+                    STATES => self.states.insert(channel.id),
+                    MAZES => self.mazes.insert(channel.id),
+                    _ => false,
+                };
             }
-            (Ok(Record::Message { header, data }), Some(recording))
-                if self.channels.contains(&header.channel_id) =>
+            (Ok(Record::Message { header, data }), Some(description))
+                if self.mazes.contains(&header.channel_id)
+                    && description.maze.is_none()
+                    && data.len() <= MAX_DESCRIPTION_BYTES =>
             {
-                return Ok(recording.add(&data, header.log_time));
+                description.maze = Some(read_maze(&data, description.size)?);
+            }
+            (Ok(Record::Message { header, data }), Some(description))
+                if self.states.contains(&header.channel_id) =>
+            {
+                match Request::decode(&data, description.size) {
+                    Ok(Request::State(_)) => {
+                        (self.take)(description, &data, header.log_time)?;
+                    }
+                    Ok(_) => return Ok(Err("expected a state, found another request".into())),
+                    Err(error) => return Ok(Err(error.to_string())),
+                }
             }
             (Ok(_), _) => {}
             (Err(error), _) => return Ok(Err(Escaped(error).to_string())),
@@ -189,17 +215,8 @@ fn after_string(bytes: &[u8]) -> Option<&[u8]> {
     rest.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)
 }
 
-impl Recording {
-    fn add(&mut self, message: &[u8], time: u64) -> Result<(), String> {
-        state(message, self.size)?;
-        self.history.push(message).map_err(|error| error.to_string())?;
-        self.times.push(time);
-        Ok(())
-    }
-}
-
-/// A recording without a state, of what its description says.
-fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Recording, NoRecording> {
+/// Reads what a recording says of its simulation.
+fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, NoRecording> {
     let wrong = |what: String| NoRecording::Description(what);
     let info = info.ok_or_else(|| wrong("info is missing".into()))?;
     let info: Info =
@@ -211,16 +228,20 @@ fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Recording, NoRecor
     if info.start_pose().is_none_or(|start| !size.contains(start.cell)) {
         return Err(wrong(format!("the start is none in a maze of {size} cells")));
     }
-    let maze = maze
-        .map(|text| Maze::parse(text.as_bytes()))
-        .transpose()
-        .map_err(|error| wrong(format!("the maze is none: {error}")))?;
-    if let Some(other) = maze.as_ref().map(Maze::size).filter(|&other| other != size) {
+    let maze = maze.map(|text| read_maze(text.as_bytes(), size)).transpose()?;
+    let info = Info { name: Escaped(&info.name).to_string(), ..info };
+    Ok(Description { info, size, maze })
+}
+
+/// Reads a maze, drawn, of which the states have this size.
+fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, NoRecording> {
+    let wrong = |what: String| NoRecording::Description(what);
+    let maze = Maze::parse(text).map_err(|error| wrong(format!("the maze is none: {error}")))?;
+    if maze.size() != size {
+        let other = maze.size();
         return Err(wrong(format!("the maze has {other} cells, but the states have {size}")));
     }
-    let info = Info { name: Escaped(&info.name).to_string(), ..info };
-    let (history, ending) = (History::new(size), Ending::Closed);
-    Ok(Recording { info, size, maze, history, times: Vec::new(), ending })
+    Ok(maze)
 }
 
 #[cfg(test)]
@@ -231,7 +252,7 @@ mod tests {
     use mmsim_protocol::MazeSize;
 
     use super::*;
-    use crate::{RecordingWriter, Simulation};
+    use crate::{Recording, RecordingWriter, Simulation};
 
     const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
@@ -261,7 +282,7 @@ mod tests {
         assert_eq!((recording.info().states, recording.size()), (200, size));
         assert_eq!(recording.info().name, "small");
         assert!(recording.history().iter().eq((0..200).map(state)));
-        assert!(recording.times().is_sorted() && recording.times().len() == 200);
+        assert!(recording.times().iter().is_sorted() && recording.times().len() == 200);
         assert_eq!(*recording.ending(), Ending::Closed);
     }
 
@@ -388,8 +409,9 @@ mod tests {
         let info = serde_json::to_string(&simulation.info()).unwrap();
         let metadata = [(INFO.into(), info)].into();
         mcap.write_metadata(&mcap::records::Metadata { name: METADATA.into(), metadata }).unwrap();
-        let channel_id = mcap.add_channel(0, TOPIC, ENCODING, &[].into()).unwrap();
-        let other = mcap.add_channel(0, "/other", ENCODING, &[].into()).unwrap();
+        let [topic, encoding] = STATES;
+        let channel_id = mcap.add_channel(0, topic, encoding, &[].into()).unwrap();
+        let other = mcap.add_channel(0, "/other", encoding, &[].into()).unwrap();
         for number in 0..100 {
             let time = 7 + u64::from(number);
             let sequence = number.into();
@@ -401,7 +423,7 @@ mod tests {
         mcap.finish().unwrap();
         let recording = Recording::read(&mcap.into_inner().into_inner()[..]).unwrap();
         assert!(recording.history().iter().eq((0..100).map(state)));
-        assert_eq!((recording.times()[99], recording.maze()), (106, None));
+        assert_eq!((recording.times().last(), recording.maze()), (Some(106), None));
         assert_eq!(*recording.ending(), Ending::Closed);
     }
 }

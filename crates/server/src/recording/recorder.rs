@@ -3,6 +3,9 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
+use tracing::debug;
+
+use super::pack::{Packer, remove_unfinished};
 use super::{RecordError, RecordingWriter};
 use crate::{Change, Simulation};
 
@@ -13,7 +16,7 @@ const NAMES: u32 = 10_000;
 const MAX_NAME_BYTES: usize = 100;
 
 /// Records simulations into a folder: each, from reset to reset, is a file of its own, begun with
-/// its first state.
+/// its first state. Once it is closed it is packed in the background.
 ///
 /// A file is named after the local time of its first state, the maze, and a number that counts the
 /// files of this recorder, such as `2026-11-21_18-19-49_harbour_0001.mcap`.
@@ -25,6 +28,8 @@ pub struct Recorder {
     /// Holds the place of the next file among those that the system lets a process open, else
     /// connections could take all of them.
     spare: Option<File>,
+    /// `None` until a recording is closed.
+    packer: Option<Packer>,
 }
 
 impl Recorder {
@@ -33,10 +38,19 @@ impl Recorder {
     /// # Errors
     /// The folder cannot be created, or no file in it.
     pub fn new(folder: &Path) -> Result<Self, RecordError> {
-        let failed = |error| RecordError::io(folder, error);
+        let failed = |error| RecordError::new(folder, error);
         fs::create_dir_all(folder).map_err(failed)?;
+        if let Err(error) = remove_unfinished(folder) {
+            debug!("{}: cannot be cleaned up: {error}", folder.display());
+        }
         let spare = tempfile::tempfile_in(folder).map_err(failed)?;
-        Ok(Self { folder: folder.into(), number: 0, current: None, spare: Some(spare) })
+        Ok(Self {
+            folder: folder.into(),
+            number: 0,
+            current: None,
+            spare: Some(spare),
+            packer: None,
+        })
     }
 
     /// Records what a request has changed in a simulation: the newest state of its history, or that
@@ -67,14 +81,29 @@ impl Recorder {
         }
     }
 
-    /// Closes the file that is being written, if there is one.
+    /// Closes the file that is being written, if there is one, and has it packed.
     ///
     /// # Errors
     /// What closes it cannot be written. All its states can be read nevertheless.
     pub fn close(&mut self) -> Result<(), RecordError> {
-        let closed = self.current.take().map_or(Ok(()), RecordingWriter::close);
+        let Some(current) = self.current.take() else { return Ok(()) };
+        let (unpacked, closed) = current.close_unpacked();
         self.hold_place();
+        if self.packer.is_none() {
+            self.packer = Packer::start().ok();
+        }
+        if let Some(packer) = &self.packer {
+            packer.pack(unpacked);
+        }
         closed
+    }
+
+    /// Waits until the files that are closed are packed, for a second. Those that are not by then
+    /// stay as they are: whole, but larger.
+    pub fn finish(self) {
+        if let Some(packer) = self.packer {
+            packer.finish();
+        }
     }
 
     fn hold_place(&mut self) {
@@ -84,7 +113,7 @@ impl Recorder {
     }
 
     fn begin(&mut self, simulation: &Simulation) -> Result<RecordingWriter, RecordError> {
-        fs::create_dir_all(&self.folder).map_err(|error| RecordError::io(&self.folder, error))?;
+        fs::create_dir_all(&self.folder).map_err(|error| RecordError::new(&self.folder, error))?;
         let time = jiff::Zoned::now().strftime("%Y-%m-%d_%H-%M-%S");
         let maze = file_name(simulation.name());
         loop {
@@ -92,7 +121,7 @@ impl Recorder {
             let path = self.folder.join(format!("{time}_{maze}_{:04}.mcap", self.number));
             match RecordingWriter::create(&path, &simulation.info(), Some(simulation.maze())) {
                 // That of another server, or of one that ran a moment ago.
-                Err(RecordError::Io { source, .. })
+                Err(RecordError { source, .. })
                     if source.kind() == std::io::ErrorKind::AlreadyExists
                         && !self.number.is_multiple_of(NAMES) => {}
                 result => return result,
@@ -173,7 +202,7 @@ mod tests {
         let change = simulation.handle(STATES[1], &mut ReplyBuffer::new());
         for _ in 0..2 {
             let error = recorder.follow(change, STATES[1], &simulation).unwrap_err().to_string();
-            assert!(error.ends_with("found the file has gone; reset begins a new one"), "{error}");
+            assert!(error.ends_with(": the file has gone; reset begins a new one"), "{error}");
         }
         follow(&mut recorder, &mut simulation, b"reset");
         follow(&mut recorder, &mut simulation, STATES[0]);
@@ -187,10 +216,7 @@ mod tests {
         let file = folder.path().join("file");
         fs::write(&file, "").unwrap();
         let error = Recorder::new(&file.join("folder")).err().unwrap().to_string();
-        assert!(
-            error.starts_with("expected to record in ") && error.contains(", found: "),
-            "{error}"
-        );
+        assert!(error.starts_with("cannot record in "), "{error}");
     }
 
     #[test]

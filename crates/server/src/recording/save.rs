@@ -1,4 +1,4 @@
-//! Writes a recording of states that are there already, packed.
+//! Writes a packed recording, of states that are kept elsewhere until it is whole.
 
 use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
@@ -8,17 +8,70 @@ use mcap::{Compression, McapError, WriteOptions};
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 
-use super::{ENCODING, INFO, MAZE, METADATA, PROTOCOL, TOPIC};
+use super::{INFO, MAZES, METADATA, PROTOCOL, STATES};
 
 /// Bytes of states that are packed together.
 const CHUNK_BYTES: u64 = 1 << 20;
+
+/// How hard they are packed. Higher levels take much longer for little, 3 takes a tenth more bytes.
+const LEVEL: u32 = 8;
+
+/// A recording in which states are packed. Until it is finished, states may be missing from the file.
+pub(super) struct PackedWriter<W: Write + Seek> {
+    mcap: mcap::Writer<W>,
+    /// To be written before the first state.
+    maze: Option<String>,
+    channel_id: u16,
+    states: u32,
+}
+
+impl<W: Write + Seek> PackedWriter<W> {
+    pub(super) fn new(to: W, info: &Info, maze: Option<&Maze>) -> Result<Self, McapError> {
+        let options = options()
+            .chunk_size(Some(CHUNK_BYTES))
+            .compression(Some(Compression::Zstd))
+            .compression_level(LEVEL)
+            // As much as the states take. Without both, readers read from the beginning to the end.
+            .emit_message_indexes(false)
+            .emit_chunk_indexes(false);
+        // Threads of its own would be in the way of a search.
+        let mut mcap = options.compression_threads(0).create(to)?;
+        let channel_id = describe(&mut mcap, info)?;
+        Ok(Self { mcap, maze: maze.map(Maze::to_string), channel_id, states: 0 })
+    }
+
+    /// Adds a state and the nanoseconds since 1970 at which it came.
+    pub(super) fn write(&mut self, time: u64, state: &[u8]) -> Result<(), McapError> {
+        self.write_maze(time)?;
+        let Self { mcap, channel_id, states, .. } = self;
+        let header = MessageHeader {
+            channel_id: *channel_id,
+            sequence: *states,
+            log_time: time,
+            publish_time: time,
+        };
+        *states = states.wrapping_add(1);
+        mcap.write_to_known_channel(&header, state)
+    }
+
+    fn write_maze(&mut self, time: u64) -> Result<(), McapError> {
+        self.maze.take().map_or(Ok(()), |maze| write_maze(&mut self.mcap, &maze, time))
+    }
+
+    pub(super) fn finish(mut self) -> Result<W, McapError> {
+        self.write_maze(0)?;
+        self.mcap.finish()?;
+        let mut to = self.mcap.into_inner();
+        to.flush()?;
+        Ok(to)
+    }
+}
 
 /// Writes a recording of these states, each with the nanoseconds since the beginning of 1970 (UTC)
 /// at which it came. `info` tells of what simulation, and the true maze belongs into it where it is
 /// known.
 ///
-/// Unlike what [`RecordingWriter`](super::RecordingWriter) writes state by state, the states are
-/// packed, and take some thirty bytes each, half of them for other tools to find them by their time.
+/// The states are packed, and take some twenty bytes each.
 ///
 /// # Errors
 /// What is written to fails.
@@ -28,18 +81,14 @@ pub fn save<S: AsRef<[u8]>>(
     maze: Option<&Maze>,
     states: impl IntoIterator<Item = (u64, S)>,
 ) -> io::Result<()> {
-    let options = options().chunk_size(Some(CHUNK_BYTES)).compression(Some(Compression::Zstd));
-    let written = || -> Result<(), McapError> {
-        let mut mcap = options.create(to)?;
-        let channel_id = describe(&mut mcap, info, maze)?;
-        for (sequence, (time, state)) in (0..).zip(states) {
-            let header = MessageHeader { channel_id, sequence, log_time: time, publish_time: time };
-            mcap.write_to_known_channel(&header, state.as_ref())?;
+    let written = || {
+        let mut writer = PackedWriter::new(to, info, maze)?;
+        for (time, state) in states {
+            writer.write(time, state.as_ref())?;
         }
-        mcap.finish()?;
-        Ok(mcap.into_inner().flush()?)
+        writer.finish()
     };
-    written().map_err(cause)
+    written().map(|_| ()).map_err(cause)
 }
 
 /// How all recordings are written.
@@ -51,16 +100,27 @@ pub(super) fn options() -> WriteOptions {
 pub(super) fn describe(
     mcap: &mut mcap::Writer<impl Write + Seek>,
     info: &Info,
-    maze: Option<&Maze>,
 ) -> Result<u16, McapError> {
     let json = serde_json::to_string(&Info { states: 0, ..info.clone() });
-    let mut description = BTreeMap::from([
+    let metadata = BTreeMap::from([
         (INFO.into(), json.map_err(io::Error::other)?),
         (PROTOCOL.into(), info.protocol.to_string()),
     ]);
-    description.extend(maze.map(|maze| (MAZE.into(), maze.to_string())));
-    mcap.write_metadata(&Metadata { name: METADATA.into(), metadata: description })?;
-    mcap.add_channel(0, TOPIC, ENCODING, &BTreeMap::new())
+    mcap.write_metadata(&Metadata { name: METADATA.into(), metadata })?;
+    let [topic, encoding] = STATES;
+    mcap.add_channel(0, topic, encoding, &BTreeMap::new())
+}
+
+/// Writes the true maze, drawn, with the time of the recording's beginning.
+pub(super) fn write_maze(
+    mcap: &mut mcap::Writer<impl Write + Seek>,
+    maze: &str,
+    time: u64,
+) -> Result<(), McapError> {
+    let [topic, encoding] = MAZES;
+    let channel_id = mcap.add_channel(0, topic, encoding, &BTreeMap::new())?;
+    let header = MessageHeader { channel_id, sequence: 0, log_time: time, publish_time: time };
+    mcap.write_to_known_channel(&header, maze.as_bytes())
 }
 
 /// What the operating system says.
@@ -93,7 +153,7 @@ mod tests {
             assert_eq!(*recording.ending(), Ending::Closed);
             assert_eq!(recording.maze(), Some(maze));
             assert_eq!(recording.history().len() as u64, count);
-            let read = recording.times().iter().copied().zip(recording.history().iter());
+            let read = recording.times().iter().zip(recording.history().iter());
             assert!(read.eq((0..count).map(state)));
             assert!(bytes.len() < 2_000 + 30 * usize::try_from(count).unwrap());
         }

@@ -3,29 +3,31 @@
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::sync::atomic::AtomicBool;
 
 use mcap::McapError;
 use mcap::records::MessageHeader;
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
+use tracing::debug;
 
 use super::RecordError;
-use super::save::{cause, describe, options};
+use super::pack::Unpacked;
+use super::save::{cause, describe, options, write_maze};
+use crate::clock::Clock;
 
 /// Writes a recording. Each state is handed to the operating system before [`write`](Self::write)
 /// returns, so it survives the end of the process in any way, though not that of the machine.
 ///
-/// Closed when dropped, but only [`close`](Self::close) tells whether that went well. A recording
-/// that is not closed can be read all the same.
+/// Closed when dropped, but only [`close`](Self::close) tells whether that went well, and packs the
+/// states. A recording that is not closed can be read all the same.
 pub struct RecordingWriter {
     path: PathBuf,
-    /// Which file that was when it was created.
-    identity: (u64, u64),
+    identity: Identity,
     /// `None` once it is closed.
-    mcap: Option<mcap::Writer<Sink<File>>>,
+    mcap: Option<mcap::Writer<Sink<RecordingFile>>>,
     channel: u16,
-    began: (Instant, u64),
+    clock: Clock,
     states: u32,
     /// Whether a state was refused. The counts that close a file would be wrong then, so it is left
     /// as it is.
@@ -39,44 +41,36 @@ impl RecordingWriter {
     /// # Errors
     /// The file exists, or cannot be created or written.
     pub fn create(path: &Path, info: &Info, maze: Option<&Maze>) -> Result<Self, RecordError> {
-        let file = File::create_new(path).map_err(|error| RecordError::io(path, error))?;
+        let file = create(path).map_err(|error| RecordError::new(path, error))?;
         Self::begin(file, path, info, maze).map_err(|error| {
             // It holds nothing.
             let _ = fs::remove_file(path);
-            RecordError::io(path, cause(error))
+            RecordError::new(path, cause(error))
         })
     }
 
     fn begin(file: File, path: &Path, info: &Info, maze: Option<&Maze>) -> Result<Self, McapError> {
         // A chunk would hold states back until it is full.
         let options = options().use_chunks(false).compression(None);
-        let identity = identity(&file.metadata()?);
-        let mut mcap = options.create(Sink::new(file))?;
-        let channel = describe(&mut mcap, info, maze)?;
+        let (path, identity) = (path.to_path_buf(), identity(&file.metadata()?));
+        let mut mcap =
+            options.create(Sink::new(RecordingFile { file, path: path.clone(), identity }))?;
+        let (channel, clock) = (describe(&mut mcap, info)?, Clock::start());
+        if let Some(maze) = maze {
+            write_maze(&mut mcap, &maze.to_string(), clock.now())?;
+        }
         mcap.flush()?;
-        let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let began = (Instant::now(), u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX));
-        let path = path.into();
-        Ok(Self { path, identity, mcap: Some(mcap), channel, began, states: 0, refused: false })
+        let mcap = Some(mcap);
+        Ok(Self { path, identity, mcap, channel, clock, states: 0, refused: false })
     }
 
     /// Records a state, the bytes of its message, with the time.
     ///
     /// # Errors
-    /// The file has gone, or cannot be written; the state is not in it then, and those before it
-    /// are. A later one may be recorded again.
+    /// The file cannot be written, has gone, or was changed by another program; the state is not in
+    /// it then. A later one may be recorded again.
     pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
-        // A file that is deleted can still be written, and nobody would ever see it.
-        let gone = match fs::metadata(&self.path) {
-            Ok(metadata) => identity(&metadata) != self.identity,
-            Err(error) => error.kind() == io::ErrorKind::NotFound,
-        };
-        if gone {
-            return Err(RecordError::Gone { path: self.path.clone() });
-        }
-        let (since, began) = self.began;
-        let nanoseconds = u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        let time = began.saturating_add(nanoseconds);
+        let time = self.clock.now();
         let header = MessageHeader {
             channel_id: self.channel,
             sequence: self.states,
@@ -86,17 +80,29 @@ impl RecordingWriter {
         let Some(mcap) = &mut self.mcap else { return Ok(()) };
         let written = mcap.write_to_known_channel(&header, state).and_then(|()| mcap.flush());
         self.refused |= written.is_err();
-        written.map_err(|error| RecordError::io(&self.path, cause(error)))?;
+        written.map_err(|error| RecordError::new(&self.path, cause(error)))?;
         self.states = self.states.wrapping_add(1);
         Ok(())
     }
 
-    /// Closes the recording, with the summary that makes it quick to open.
+    /// Closes the recording, with the summary that makes it quick to open, and packs its states,
+    /// which takes about a second for a million. Where that fails they stay as they are.
     ///
     /// # Errors
     /// The summary cannot be written. All states can be read nevertheless.
-    pub fn close(mut self) -> Result<(), RecordError> {
-        self.finish().map_err(|error| RecordError::io(&self.path, cause(error)))
+    pub fn close(self) -> Result<(), RecordError> {
+        let (unpacked, closed) = self.close_unpacked();
+        if let Err(error) = unpacked.pack(&AtomicBool::new(false)) {
+            debug!("a recording stays unpacked: {error}");
+        }
+        closed
+    }
+
+    /// Closes the recording, whose states may be packed later.
+    pub(super) fn close_unpacked(mut self) -> (Unpacked, Result<(), RecordError>) {
+        let closed = self.finish().map_err(|error| RecordError::new(&self.path, cause(error)));
+        let (path, identity) = (self.path.clone(), self.identity);
+        (Unpacked { path, identity, states: self.states }, closed)
     }
 
     fn finish(&mut self) -> Result<(), McapError> {
@@ -121,57 +127,131 @@ impl Drop for RecordingWriter {
     }
 }
 
+/// Creates the file. Where the system can do so, each record is appended to whatever is there by
+/// then, so that the length afterwards tells whether another program has cut off something.
+fn create(path: &Path) -> io::Result<File> {
+    let mut options = File::options();
+    // Windows does not cut off a file that is open for appending.
+    options.write(true).append(cfg!(unix)).create_new(true).open(path)
+}
+
 /// What tells a file from another of the same name, where the system has such a thing.
+pub(super) type Identity = (u64, u64);
+
 #[cfg(unix)]
-fn identity(metadata: &fs::Metadata) -> (u64, u64) {
+pub(super) fn identity(metadata: &fs::Metadata) -> Identity {
     use std::os::unix::fs::MetadataExt;
     (metadata.dev(), metadata.ino())
 }
 
 #[cfg(not(unix))]
-fn identity(_: &fs::Metadata) -> (u64, u64) {
+pub(super) fn identity(_: &fs::Metadata) -> Identity {
     (0, 0)
 }
 
 /// What can be written, and cut off again.
 trait Storage: Write {
-    /// Leaves only the first `length` bytes and writes on after them.
-    fn cut(&mut self, length: u64) -> io::Result<()>;
+    /// Returns the length in bytes, if what is written can be found where it belongs.
+    fn length(&self) -> io::Result<u64>;
+
+    /// Cuts off this many bytes at the end and writes on there.
+    fn cut(&mut self, bytes: u64) -> io::Result<()>;
 }
 
-impl Storage for File {
-    fn cut(&mut self, length: u64) -> io::Result<()> {
-        self.set_len(length)?;
-        self.seek(SeekFrom::Start(length)).map(|_| ())
+/// The file of a recording, which others can remove, replace and change.
+struct RecordingFile {
+    file: File,
+    path: PathBuf,
+    /// Which file that was when it was created.
+    identity: Identity,
+}
+
+impl Write for RecordingFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
     }
 }
 
+impl Storage for RecordingFile {
+    fn length(&self) -> io::Result<u64> {
+        // A file that is deleted can still be written, and nobody would ever see it.
+        match fs::metadata(&self.path) {
+            Ok(metadata) if identity(&metadata) == self.identity => Ok(metadata.len()),
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Ok(self.file.metadata()?.len())
+            }
+            _ => Err(io::Error::other("the file has gone; reset begins a new one")),
+        }
+    }
+
+    fn cut(&mut self, bytes: u64) -> io::Result<()> {
+        let length = self.file.metadata()?.len().saturating_sub(bytes);
+        self.file.set_len(length)?;
+        self.file.seek(SeekFrom::Start(length)).map(|_| ())
+    }
+}
 /// Gathers what is written until it is flushed, then writes all of it or nothing.
 struct Sink<S> {
     storage: S,
     /// Bytes in the storage that count.
     whole: u64,
     gathered: Vec<u8>,
-    /// Whether the storage has bytes that do not count and could not be cut off.
-    torn: bool,
+    /// Bytes behind them that do not count, or not yet.
+    torn: u64,
 }
 
 impl<S: Storage> Sink<S> {
     const fn new(storage: S) -> Self {
-        Self { storage, whole: 0, gathered: Vec::new(), torn: false }
+        Self { storage, whole: 0, gathered: Vec::new(), torn: 0 }
     }
 
     fn write_gathered(&mut self) -> io::Result<()> {
-        if self.torn {
-            self.storage.cut(self.whole)?;
-            self.torn = false;
-        }
-        let written = self.storage.write_all(&self.gathered);
-        match &written {
-            Ok(()) => self.whole += self.gathered.len() as u64,
-            Err(_) => self.torn = self.storage.cut(self.whole).is_err(),
+        self.cut_torn()?;
+        let written = self.append().and_then(|()| self.check());
+        match written {
+            Ok(()) => (self.whole, self.torn) = (self.whole + self.torn, 0),
+            // If it cannot be cut off now, then before the next record.
+            Err(_) => drop(self.cut_torn()),
         }
         written
+    }
+
+    fn append(&mut self) -> io::Result<()> {
+        let mut rest = &self.gathered[..];
+        while !rest.is_empty() {
+            match self.storage.write(rest) {
+                Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+                Ok(count) => {
+                    rest = &rest[count..];
+                    self.torn += count as u64;
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses what was written if anything before it is missing, or more is there.
+    fn check(&self) -> io::Result<()> {
+        let (expected, found) = (self.whole + self.torn, self.storage.length()?);
+        if found == expected {
+            return Ok(());
+        }
+        let change = format!("{found} bytes in place of {expected}; reset begins a new one");
+        Err(io::Error::other(format!("another program has changed the file, which has {change}")))
+    }
+
+    fn cut_torn(&mut self) -> io::Result<()> {
+        if self.torn > 0 {
+            self.storage.cut(self.torn)?;
+            self.torn = 0;
+        }
+        Ok(())
     }
 }
 
@@ -225,22 +305,27 @@ mod tests {
     }
 
     impl Storage for Disk {
-        fn cut(&mut self, length: u64) -> io::Result<()> {
+        fn length(&self) -> io::Result<u64> {
+            Ok(self.bytes.len() as u64)
+        }
+
+        fn cut(&mut self, bytes: u64) -> io::Result<()> {
             if self.stuck {
                 return Err(io::ErrorKind::Other.into());
             }
-            self.bytes.truncate(usize::try_from(length).unwrap());
+            self.bytes.truncate(self.bytes.len() - usize::try_from(bytes).unwrap());
             Ok(())
         }
+    }
+
+    fn put(sink: &mut Sink<Disk>, bytes: &[u8]) -> io::Result<()> {
+        sink.write_all(bytes).unwrap();
+        sink.flush()
     }
 
     #[test]
     fn what_does_not_fit_leaves_no_trace() {
         let mut sink = Sink::new(Disk { bytes: Vec::new(), room: 10, stuck: false });
-        let put = |sink: &mut Sink<Disk>, bytes: &[u8]| {
-            sink.write_all(bytes).unwrap();
-            sink.flush()
-        };
         put(&mut sink, b"abcdef").unwrap();
         assert!(put(&mut sink, b"ghijkl").is_err());
         assert_eq!(sink.stream_position().unwrap(), 6);
@@ -255,5 +340,23 @@ mod tests {
         sink.storage.room = 20;
         put(&mut sink, b"vwxyz!").unwrap();
         assert_eq!((sink.storage.bytes.len(), sink.stream_position().unwrap()), (14, 14));
+    }
+
+    #[test]
+    fn what_another_program_changes_is_noticed_and_not_added_to() {
+        let mut sink = Sink::new(Disk { bytes: Vec::new(), room: 100, stuck: false });
+        put(&mut sink, b"abcdef").unwrap();
+        for changed in [&b"abc"[..], b"", b"abcdef?"] {
+            sink.storage.bytes = changed.into();
+            for _ in 0..2 {
+                let error = put(&mut sink, b"ghi").unwrap_err().to_string();
+                let found = format!("{} bytes in place of 9; reset", changed.len() + 3);
+                assert!(error.contains(&found), "{error}");
+                assert_eq!(sink.storage.bytes, changed);
+            }
+        }
+        sink.storage.bytes = b"abcdef".into();
+        put(&mut sink, b"ghi").unwrap();
+        assert_eq!(sink.storage.bytes, b"abcdefghi");
     }
 }

@@ -1,0 +1,171 @@
+//! How much memory this process may still take.
+
+/// Returns the bytes that are free for this process: those of the machine, and of each limit that
+/// it or a group to which it belongs has. `None` where the system does not tell.
+pub(crate) fn free() -> Option<u64> {
+    system::free()
+}
+
+#[cfg(target_os = "linux")]
+mod system {
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    use rlimit::Resource;
+
+    /// Where the groups are that a process may belong to, the paths of the files that say how much
+    /// memory one may take and takes, and what of that the system takes away first: pages of files.
+    const GROUPS: [Group; 3] = [
+        Group {
+            folder: "sys/fs/cgroup",
+            limit: "memory.max",
+            used: "memory.current",
+            reclaimable: "inactive_file ",
+        },
+        Group {
+            folder: "sys/fs/cgroup/unified",
+            limit: "memory.max",
+            used: "memory.current",
+            reclaimable: "inactive_file ",
+        },
+        Group {
+            folder: "sys/fs/cgroup/memory",
+            limit: "memory.limit_in_bytes",
+            used: "memory.usage_in_bytes",
+            reclaimable: "total_inactive_file ",
+        },
+    ];
+
+    struct Group {
+        folder: &'static str,
+        limit: &'static str,
+        used: &'static str,
+        reclaimable: &'static str,
+    }
+
+    pub(super) fn free() -> Option<u64> {
+        let root = Path::new("/");
+        let limits =
+            [process(root, Resource::AS, "VmSize:"), process(root, Resource::DATA, "VmData:")];
+        limits.into_iter().chain([machine(root), groups(root)]).flatten().min()
+    }
+
+    /// What the machine has free.
+    fn machine(root: &Path) -> Option<u64> {
+        kibibytes(&read(root.join("proc/meminfo"))?, "MemAvailable:")
+    }
+
+    /// What a limit of this process leaves, such as that of `ulimit -v`.
+    fn process(root: &Path, limit: Resource, used: &str) -> Option<u64> {
+        let (limit, _) = limit.get().ok().filter(|&(limit, _)| limit != rlimit::INFINITY)?;
+        Some(limit.saturating_sub(kibibytes(&read(root.join("proc/self/status"))?, used)?))
+    }
+
+    /// What the groups leave to which this process belongs, each with all those above it.
+    fn groups(root: &Path) -> Option<u64> {
+        let groups = read(root.join("proc/self/cgroup"))?;
+        let own =
+            |line: &str| Some(line.splitn(3, ':').nth(2)?.trim_start_matches('/').to_string());
+        let paths: Vec<String> = groups.lines().filter_map(own).collect();
+        let free = GROUPS.iter().flat_map(|group| {
+            let folder = root.join(group.folder);
+            let with_parents = paths.iter().flat_map(|path| Path::new(path).ancestors());
+            with_parents.filter_map(move |path| group.free(&folder.join(path))).collect::<Vec<_>>()
+        });
+        free.min()
+    }
+
+    impl Group {
+        fn free(&self, folder: &Path) -> Option<u64> {
+            let number = |name| read(folder.join(name))?.trim().parse().ok();
+            // Without a limit it is no number.
+            let (limit, used): (u64, u64) = (number(self.limit)?, number(self.used)?);
+            let statistics = read(folder.join("memory.stat")).unwrap_or_default();
+            let reclaimable = after(&statistics, self.reclaimable).unwrap_or_default();
+            Some(limit.saturating_sub(used.saturating_sub(reclaimable)))
+        }
+    }
+
+    fn read(path: PathBuf) -> Option<String> {
+        fs::read_to_string(path).ok()
+    }
+
+    fn kibibytes(text: &str, key: &str) -> Option<u64> {
+        after(text, key)?.checked_mul(1024)
+    }
+
+    /// The number behind a key at the beginning of a line.
+    fn after(text: &str, key: &str) -> Option<u64> {
+        text.lines()
+            .find_map(|line| line.strip_prefix(key)?.split_whitespace().next()?.parse().ok())
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+
+        /// A root folder with these files.
+        fn root(files: &[(&str, &str)]) -> tempfile::TempDir {
+            let root = tempfile::tempdir().unwrap();
+            for (path, content) in files {
+                let path = root.path().join(path);
+                fs::create_dir_all(path.parent().unwrap()).unwrap();
+                fs::write(path, content).unwrap();
+            }
+            root
+        }
+
+        #[test]
+        fn the_least_of_a_group_and_those_above_it_counts() {
+            let new = root(&[
+                ("proc/self/cgroup", "0::/user/mouse\n"),
+                ("sys/fs/cgroup/user/mouse/memory.max", "max\n"),
+                ("sys/fs/cgroup/user/mouse/memory.current", "100\n"),
+                ("sys/fs/cgroup/user/memory.max", "1000\n"),
+                ("sys/fs/cgroup/user/memory.current", "700\n"),
+                ("sys/fs/cgroup/user/memory.stat", "anon 400\ninactive_file 250\n"),
+                ("sys/fs/cgroup/memory.max", "5000\n"),
+                ("sys/fs/cgroup/memory.current", "100\n"),
+            ]);
+            assert_eq!(groups(new.path()), Some(550));
+            let old = root(&[
+                ("proc/self/cgroup", "9:name=systemd:/\n4:memory:/mouse/run\n0::/\n"),
+                ("sys/fs/cgroup/memory/mouse/run/memory.limit_in_bytes", "900\n"),
+                ("sys/fs/cgroup/memory/mouse/run/memory.usage_in_bytes", "500\n"),
+                ("sys/fs/cgroup/memory/mouse/run/memory.stat", "total_inactive_file 50\n"),
+                ("sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n"),
+                ("sys/fs/cgroup/memory/memory.usage_in_bytes", "2000\n"),
+            ]);
+            assert_eq!(groups(old.path()), Some(450));
+            // In a container the path may be that of the machine.
+            let container = root(&[
+                ("proc/self/cgroup", "0::/docker/0123\n"),
+                ("sys/fs/cgroup/memory.max", "300\n"),
+                ("sys/fs/cgroup/memory.current", "400\n"),
+            ]);
+            assert_eq!(groups(container.path()), Some(0));
+            assert_eq!(groups(root(&[("proc/self/cgroup", "0::/\n")]).path()), None);
+            assert_eq!(groups(root(&[]).path()), None);
+        }
+
+        #[test]
+        fn what_is_free_is_read() {
+            let root = root(&[("proc/meminfo", "MemTotal: 90 kB\nMemAvailable:   70 kB\n")]);
+            assert_eq!(machine(root.path()), Some(70 * 1024));
+            assert_eq!(machine(Path::new("/no such folder")), None);
+            let all = kibibytes(&read("/proc/meminfo".into()).unwrap(), "MemTotal:").unwrap();
+            assert!((1..=all).contains(&free().unwrap()));
+        }
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod system {
+    use sysinfo::{MemoryRefreshKind, System};
+
+    pub(super) fn free() -> Option<u64> {
+        let mut system = System::new();
+        system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
+        Some(system.available_memory()).filter(|&free| free > 0)
+    }
+}

@@ -1,0 +1,42 @@
+//! A mouse that sends states which do not get smaller when they are packed.
+
+use mmsim_tests::connect_to;
+
+/// A state of a classic maze that no other number has.
+pub fn state(number: u64) -> Vec<u8> {
+    let mut seed = number;
+    let mut noise = || {
+        // splitmix64
+        seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (seed ^ seed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed.to_be_bytes()[0]
+    };
+    let mut state = vec![0; 518];
+    state.fill_with(&mut noise);
+    state[..5].copy_from_slice(&[b'S', noise() % 16, noise() % 16, b'N', b'C']);
+    state[261] = b'F';
+    state
+}
+
+/// Sends states from this number on, many at a time, until one is refused or there are so many;
+/// gives how many were acknowledged, and the first refusal.
+pub fn send_until_refused(address: &str, from: u64, most: u64) -> (u64, Option<String>) {
+    let socket = connect_to(address, zmq::DEALER);
+    let (mut sent, mut acknowledged, mut refusal) = (from, 0, None);
+    for answered in from..from + most {
+        while refusal.is_none() && sent < (answered + 100).min(from + most) {
+            socket.send_multipart([Vec::new(), state(sent)], 0).unwrap();
+            sent += 1;
+        }
+        if answered == sent {
+            break;
+        }
+        let reply = socket.recv_multipart(0).unwrap().swap_remove(1);
+        if reply == b"ok" {
+            acknowledged += 1;
+        } else if refusal.is_none() {
+            refusal = Some(String::from_utf8(reply).unwrap());
+        }
+    }
+    (acknowledged, refusal)
+}

@@ -1,0 +1,218 @@
+//! What happens at the limits of the system: memory, files, and how much a small file may unpack to.
+#![cfg(target_os = "linux")]
+
+mod harness;
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+use std::{fs, thread};
+
+use harness::noise::{send_until_refused, state};
+use harness::{Home, Serving, limited};
+use mcap::records::{MessageHeader, Metadata};
+use mmsim_tests::{ask, connect_to};
+
+const MIB: u64 = 1 << 20;
+
+/// A figure of a process in bytes, such as `VmHWM`, the most that it ever held in memory.
+fn figure(process: u32, key: &str) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().unwrap() * 1024)
+}
+
+/// A server that may take this many bytes of addresses more than it has when it starts.
+fn server_within(home: &Home, more: u64, arguments: &[&str]) -> Serving {
+    let arguments = [&["-p", "0", "--maze", "hedgerow"], arguments].concat();
+    let taken = figure(home.serve(&arguments).id(), "VmSize").unwrap();
+    let limit = format!("-v {}", (taken + more) / 1024);
+    Serving::start(limited(&home.server(&arguments), &limit), "states")
+}
+
+#[test]
+fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
+    let home = Home::new();
+    let more = 48 * MIB;
+    // More than the system gives, so that an allocation fails.
+    let options = ["--history-limit", "100000", "--record", "r"];
+    let server = server_within(&home, more, &options);
+    let most = more / 518;
+    for _ in 0..2 {
+        let (acknowledged, refusal) = send_until_refused(&server.address, 0, most);
+        let refusal = refusal.unwrap_or_else(|| panic!("{acknowledged} states fit"));
+        let expected = format!(
+            "error: cannot keep another state: out of memory after {acknowledged}; reset empties the history"
+        );
+        assert_eq!(refusal, expected);
+        assert!(acknowledged > most / 4, "{acknowledged} states in {more} bytes");
+        let socket = connect_to(&server.address, zmq::REQ);
+        for _ in 0..1000 {
+            assert_eq!(ask(&socket, &state(7)), expected.as_bytes());
+        }
+        assert_eq!(ask(&socket, b"ping"), b"pong");
+        let info = String::from_utf8(ask(&socket, b"info")).unwrap();
+        assert!(info.contains(&format!("\"states\":{acknowledged},")), "{info}");
+        assert_eq!(ask(&socket, b"reset"), b"ok");
+    }
+    assert_eq!(send_until_refused(&server.address, 0, 1000), (1000, None));
+}
+
+#[test]
+fn the_default_limit_is_below_that_of_the_process() {
+    let home = Home::new();
+    let server = home.server(&["-p", "0", "--maze", "hedgerow"]);
+    for option in ["-v", "-d"] {
+        let limited = limited(&server, &format!("{option} {}", 1 << 20));
+        let said = Serving::start(limited, "states").said.clone();
+        let limit = said.split("keeping up to ").nth(1).unwrap().split(' ').next().unwrap();
+        let limit: u64 = limit.parse().unwrap();
+        assert!((1..=512).contains(&limit), "{limit} MiB under `ulimit {option}` of 1024");
+    }
+}
+
+#[test]
+fn a_process_that_may_open_few_files_says_so() {
+    let home = Home::new();
+    // With fewer, not even the libraries can be loaded.
+    for files in 6..20 {
+        let server = home.server(&["-p", "0", "--record", "r", "--viewer-port", "0"]);
+        let mut child = limited(&server, &format!("-n {files}"))
+            .stdin(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let (mut said, mut stderr) = (String::new(), child.stderr.take().unwrap());
+        let mut piece = [0; 1000];
+        while !said.contains("recording to ") {
+            let count = stderr.read(&mut piece).unwrap();
+            if count == 0 {
+                break;
+            }
+            said += &String::from_utf8_lossy(&piece[..count]);
+        }
+        let _ = child.kill();
+        stderr.read_to_string(&mut said).unwrap();
+        child.wait().unwrap();
+        assert!(!said.contains("panicked"), "{files} files: {said}");
+        assert!(said.contains("recording to ") || said.contains("open files"), "{files}: {said}");
+    }
+}
+
+/// A recording of so many times 10,000 states, all the same, so that it takes few bytes: a chunk
+/// again and again, without an end.
+fn bomb(home: &Home, name: &str, chunks: usize) -> PathBuf {
+    const CHUNK: u8 = 6;
+    let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
+    let info = r#"{"name":"small","width":1,"height":1,"start":[0,0],"heading":"N","goals":[],"states":0,"protocol":1}"#;
+    let metadata = [("info".to_string(), info.to_string())].into();
+    mcap.write_metadata(&Metadata { name: "mmsim".into(), metadata }).unwrap();
+    let channel_id = mcap.add_channel(0, "/state", "mmsim-state", &[].into()).unwrap();
+    let header = MessageHeader { channel_id, sequence: 0, log_time: 7, publish_time: 7 };
+    for _ in 0..10_000 {
+        mcap.write_to_known_channel(&header, b"S\0\0NC\x01C\x0d").unwrap();
+    }
+    mcap.finish().unwrap();
+    let bytes = mcap.into_inner().into_inner();
+    let mut at = mcap::MAGIC.len();
+    let length = |at: usize| {
+        9 + usize::try_from(u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap())).unwrap()
+    };
+    while bytes[at] != CHUNK {
+        at += length(at);
+    }
+    let chunk = &bytes[at..at + length(at)];
+    let path = home.write(name, [&bytes[..at], &chunk.repeat(chunks)].concat());
+    assert!(fs::metadata(&path).unwrap().len() < MIB);
+    path
+}
+
+/// Waits for a process; gives the most that it held in memory, its exit code, and what it said.
+fn run_measured(mut command: Command) -> (u64, Option<i32>, String) {
+    let mut child: Child =
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut most = 0;
+    let status = loop {
+        most = figure(child.id(), "VmHWM").unwrap_or(0).max(most);
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        thread::sleep(Duration::from_millis(1));
+    };
+    let mut said = String::new();
+    child.stderr.unwrap().read_to_string(&mut said).unwrap();
+    (most, status.code(), said)
+}
+
+#[test]
+fn a_small_file_with_many_states_takes_no_more_memory_than_the_limit() {
+    let home = Home::new();
+    let bomb = bomb(&home, "bomb.mcap", 1000);
+    let named = home.path().join("named like a maze.txt");
+    fs::copy(&bomb, &named).unwrap();
+    let (bomb, named) = (bomb.to_str().unwrap(), named.to_str().unwrap());
+    for arguments in [
+        &["render", bomb, "-o", "bomb.svg"][..],
+        &["render", bomb, "-o", "bomb.gif"],
+        &["render", named, "-o", "bomb.svg"],
+        &["replay", bomb],
+        &["replay", bomb, "--json"],
+    ] {
+        let command = home.command(&[arguments, &["--history-limit", "1"]].concat());
+        let (most, code, said) = run_measured(command);
+        assert_eq!(code, Some(1), "{said}");
+        assert!(
+            said.contains("states take all that is left of 1 MiB for open recordings (--history-limit allows more)"),
+            "{said}"
+        );
+        assert!(most < 64 * MIB, "{arguments:?}: {most} bytes");
+        assert!(!home.path().join("bomb.svg").exists());
+    }
+}
+
+/// Asks the page for something; gives the status and the body.
+fn post(page: &str, path: &str, body: &str) -> (u16, String) {
+    let mut stream = TcpStream::connect(page).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    write!(
+        stream,
+        "POST {path} HTTP/1.1\r\nhost: {page}\r\norigin: http://{page}\r\nconnection: close\r\n\
+         content-type: application/json\r\ncontent-length: {}\r\n\r\n{body}",
+        body.len()
+    )
+    .unwrap();
+    let mut reply = String::new();
+    stream.read_to_string(&mut reply).unwrap();
+    let (head, body) = reply.split_once("\r\n\r\n").unwrap();
+    (head.split(' ').nth(1).unwrap().parse().unwrap(), body.into())
+}
+
+#[test]
+fn all_that_is_open_on_the_page_shares_the_limit() {
+    let home = Home::new();
+    for name in ["r/a.mcap", "r/b.mcap"] {
+        // Between half a mebibyte and a whole one.
+        bomb(&home, name, 60);
+    }
+    let arguments = ["-p", "0", "--record", "r", "--history-limit", "1", "--viewer-port", "0"];
+    let server = home.serve_until(&arguments, "watch at http://");
+    let page = server.said.split("watch at http://").nth(1).unwrap().trim();
+    let open = |name: &str| post(page, "/api/recordings/open", &format!("{{\"name\":\"{name}\"}}"));
+    let (status, body) = open("a.mcap");
+    assert_eq!(status, 200, "{body}");
+    let before = figure(server.id(), "VmHWM").unwrap();
+    for _ in 0..10 {
+        let (status, refusal) = open("b.mcap");
+        assert_eq!(status, 400, "{refusal}");
+        let expected =
+            "of 1 MiB for open recordings (close another one first; --history-limit allows more)";
+        assert!(refusal.ends_with(expected), "{refusal}");
+    }
+    let grown = figure(server.id(), "VmHWM").unwrap() - before;
+    assert!(grown < 32 * MIB, "{grown} bytes");
+    assert_eq!(post(page, "/api/recordings/close", &body).0, 204);
+    let (status, body) = open("b.mcap");
+    assert_eq!(status, 200, "{body}");
+}

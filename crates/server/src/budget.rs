@@ -1,0 +1,104 @@
+//! Memory that several recordings share.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Limits how much memory all recordings together take that are read within it. A recording gives
+/// its share back when it is dropped.
+///
+/// ```
+/// use std::sync::Arc;
+/// use mmsim_server::{MemoryBudget, Recording};
+/// let budget = Arc::new(MemoryBudget::new(100 << 20));
+/// let error = Recording::open_within("no-such.mcap".as_ref(), &budget).unwrap_err();
+/// assert!(error.to_string().starts_with("no-such.mcap: cannot be read: "));
+/// ```
+#[derive(Debug)]
+pub struct MemoryBudget {
+    limit: usize,
+    used: AtomicUsize,
+}
+
+impl MemoryBudget {
+    /// Room for this many bytes.
+    pub const fn new(limit: usize) -> Self {
+        Self { limit, used: AtomicUsize::new(0) }
+    }
+
+    /// Returns how many bytes there is room for in all.
+    pub const fn limit(&self) -> usize {
+        self.limit
+    }
+
+    /// Returns how many bytes are taken.
+    pub fn used(&self) -> usize {
+        self.used.load(Ordering::Relaxed)
+    }
+}
+
+impl Default for MemoryBudget {
+    /// No limit but the memory of the machine.
+    fn default() -> Self {
+        Self::new(usize::MAX)
+    }
+}
+
+/// A share of a budget, given back when it is dropped.
+#[derive(Debug)]
+pub(crate) struct Share {
+    budget: Arc<MemoryBudget>,
+    bytes: usize,
+}
+
+impl Share {
+    /// Nothing yet.
+    pub(crate) fn new(budget: &Arc<MemoryBudget>) -> Self {
+        Self { budget: Arc::clone(budget), bytes: 0 }
+    }
+
+    pub(crate) fn budget(&self) -> &MemoryBudget {
+        &self.budget
+    }
+
+    /// Takes this many bytes in all, if there is room for them.
+    pub(crate) fn grow_to(&mut self, bytes: usize) -> bool {
+        let more = bytes.saturating_sub(self.bytes);
+        let grow = |used: usize| used.checked_add(more).filter(|&used| used <= self.budget.limit);
+        let used = &self.budget.used;
+        let has_room = used.fetch_update(Ordering::Relaxed, Ordering::Relaxed, grow).is_ok();
+        if has_room {
+            self.bytes += more;
+        }
+        has_room
+    }
+
+    /// Returns how many bytes others have taken.
+    pub(crate) fn others(&self) -> usize {
+        self.budget.used().saturating_sub(self.bytes)
+    }
+}
+
+impl Drop for Share {
+    fn drop(&mut self) {
+        self.budget.used.fetch_sub(self.bytes, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_fill_the_budget_and_give_room_back() {
+        let budget = Arc::new(MemoryBudget::new(100));
+        let (mut one, mut other) = (Share::new(&budget), Share::new(&budget));
+        assert!(one.grow_to(60) && one.grow_to(50), "a share never shrinks");
+        assert!(!other.grow_to(41) && other.grow_to(40));
+        assert!(!one.grow_to(61) && !one.grow_to(usize::MAX));
+        assert_eq!((budget.used(), one.others(), other.others()), (100, 40, 60));
+        drop(one);
+        assert!(other.grow_to(100));
+        drop(other);
+        assert_eq!((budget.used(), budget.limit()), (0, 100));
+    }
+}
