@@ -16,6 +16,7 @@ use serde::Serialize;
 use super::args::FetchArgs;
 use crate::Outcome;
 use crate::output::{counted, own_command, print, print_json, say};
+use crate::parallel::map_each;
 use crate::selection::home_folder;
 
 /// What was fetched. The names are those of the JSON.
@@ -113,21 +114,19 @@ impl Collection {
         if !is_all_hidden {
             leave_top_folder_out(&mut files);
         }
+        let files: Vec<(String, Vec<u8>)> = files.into_iter().collect();
+        let are_mazes =
+            map_each(&files, |(path, content)| !is_text(path) && Maze::parse(content).is_ok());
         let files: Files = files
             .into_iter()
-            .filter_map(|(path, content)| {
-                let has_ending = |ending| {
-                    Path::new(&path)
-                        .extension()
-                        .is_some_and(|found| found.eq_ignore_ascii_case(ending))
-                };
-                let is_text = has_ending("md") || has_ending("json");
-                if !is_text && Maze::parse(&content).is_ok() {
+            .zip(are_mazes)
+            .filter_map(|((path, content), is_maze)| {
+                if is_maze {
                     mazes += 1;
                     return Some((path, content));
                 }
                 // With this ending nobody takes it for a maze.
-                let path = if is_text { path } else { path.clone() + ".md" };
+                let path = if is_text(&path) { path } else { path + ".md" };
                 is_about(&path).then_some((path, content))
             })
             .collect();
@@ -145,6 +144,12 @@ impl Collection {
 /// Whether this is no file to its user: macOS puts what it knows of each file into `__MACOSX`.
 fn is_hidden(path: &str) -> bool {
     path.split('/').any(|name| name.starts_with('.') || name == "__MACOSX")
+}
+
+/// Whether this file counts as text, whatever is in it: a collection of mazes skips it.
+fn is_text(path: &str) -> bool {
+    let ending = Path::new(path).extension().unwrap_or_default();
+    ["md", "json"].iter().any(|text| ending.eq_ignore_ascii_case(text))
 }
 
 /// Takes the one folder away that all files are in, if there is one.
