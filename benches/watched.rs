@@ -208,7 +208,12 @@ fn scrub(mazes: &[Maze], count: usize) {
 fn main() {
     let is_test = std::env::args().any(|argument| argument == "--test");
     let (trips, rounds, count) = if is_test { (500, 1, 5000) } else { (TRIPS, ROUNDS, 1_000_000) };
+    let wanted = std::env::args().skip(1).find(|argument| !argument.starts_with("--"));
+    let is_wanted = |row: &str| wanted.as_ref().is_none_or(|wanted| row.contains(wanted));
     for (row, beside) in [("S", follow as Beside), ("S while GIFs are drawn", ask_for_gifs)] {
+        if !is_wanted(row) {
+            continue;
+        }
         let (middle, least, most) = compare(trips, rounds, beside);
         if !is_test {
             println!(
@@ -217,5 +222,7 @@ fn main() {
             );
         }
     }
-    scrub(&classic_mazes(), count);
+    if is_wanted("open scrub") {
+        scrub(&classic_mazes(), count);
+    }
 }

@@ -44,39 +44,37 @@ impl Interrupt {
     }
 }
 
-/// Calls `tell` on each of the signals, except for ignored ones: `nohup` ignores SIGHUP, and a shell
+/// Calls `notify` on each of the signals, except for ignored ones: `nohup` ignores SIGHUP, and a shell
 /// ignores SIGINT for the background jobs of a script.
-#[cfg(target_os = "linux")]
-fn on_signal(tell: impl Fn() + Send + 'static) -> io::Result<()> {
+#[cfg(unix)]
+fn on_signal(notify: impl Fn() + Send + 'static) -> io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
 
-    let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |status| ignored(&status));
+    // Without `unsafe` nobody can ask `sigaction`, and only Linux has the status in a file. Elsewhere
+    // SIGHUP is never caught, so that `nohup` works there, too.
+    let status = std::fs::read_to_string("/proc/self/status").ok();
+    let ignored = status.map_or(1 << (SIGHUP - 1), |status| ignored(&status));
     let signals = [SIGINT, SIGTERM, SIGHUP].into_iter();
     let mut signals = Signals::new(signals.filter(|signal| ignored >> (signal - 1) & 1 == 0))?;
-    std::thread::spawn(move || signals.forever().for_each(|_| tell()));
+    std::thread::spawn(move || signals.forever().for_each(|_| notify()));
     Ok(())
 }
 
-/// Returns the ignored signals from the status of a process: bit n - 1 is signal n. Without `unsafe`
-/// there is no asking `sigaction`.
-#[cfg(target_os = "linux")]
+/// Returns the ignored signals from the status of a process: bit n - 1 is signal n.
+#[cfg(unix)]
 fn ignored(status: &str) -> u64 {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
 }
 
-/// The same on systems that do not list ignored signals. If one is ignored, none is caught there: the
-/// others end the process at once, which loses no state.
-#[cfg(not(target_os = "linux"))]
-fn on_signal(tell: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
-    match ctrlc::try_set_handler(tell) {
-        Err(ctrlc::Error::MultipleHandlers) => Ok(()),
-        result => result,
-    }
+/// Calls `notify` on Ctrl-C and its like.
+#[cfg(not(unix))]
+fn on_signal(notify: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(notify)
 }
 
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
 

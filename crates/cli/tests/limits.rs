@@ -24,33 +24,29 @@ fn figure(process: u32, key: &str) -> Option<u64> {
     Some(line.split_whitespace().next()?.parse::<u64>().unwrap() * 1024)
 }
 
-/// A server that may take this many bytes of addresses more than it has when it starts.
-fn server_within(home: &Home, more: u64, arguments: &[&str]) -> Serving {
-    let arguments = [&["-p", "0", "--maze", "hedgerow"], arguments].concat();
-    let taken = figure(home.serve(&arguments).id(), "VmSize").unwrap();
-    let limit = format!("-v {}", (taken + more) / 1024);
-    Serving::start(limited(&home.server(&arguments), &limit), "states")
-}
-
 #[test]
 fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
     let home = Home::new();
-    let more = 48 * MIB;
-    // More than the system gives, so that an allocation fails.
-    let options = ["--history-limit", "100000", "--record", "r"];
-    let server = server_within(&home, more, &options);
-    let most = more / 518;
+    // A limit for the history that is more than the system gives, so that an allocation fails.
+    let options = ["-p", "0", "--maze", "hedgerow", "--history-limit", "100000", "--record", "r"];
+    // What it takes when it starts, and 48 MiB.
+    let taken = figure(home.serve(&options).id(), "VmSize").unwrap() + 48 * MIB;
+    let limit = format!("-v {}", taken / 1024);
+    let server = Serving::start(limited(&home.server(&options), &limit), "states");
     for _ in 0..2 {
-        let (acknowledged, refusal) = send_until_refused(&server.address, 0, most);
+        let (mut acknowledged, refusal) = send_until_refused(&server.address, 0, taken / 518);
         let refusal = refusal.unwrap_or_else(|| panic!("{acknowledged} states fit"));
-        let expected = format!(
-            "error: cannot keep another state: out of memory after {acknowledged}; reset empties the history"
-        );
-        assert_eq!(refusal, expected);
-        assert!(acknowledged > most / 4, "{acknowledged} states in {more} bytes");
+        let expected = "error: cannot keep another state: out of memory after ";
+        assert!(refusal.starts_with(expected), "{refusal}");
+        assert!(refusal.ends_with("; reset empties the history"), "{refusal}");
+        assert!(acknowledged > 16 * MIB / 518, "{acknowledged} states");
         let socket = connect_to(&server.address, zmq::REQ);
-        for _ in 0..1000 {
-            assert_eq!(ask(&socket, &state(7)), expected.as_bytes());
+        for number in 0..1000 {
+            // What others free meanwhile may have room for some.
+            match ask(&socket, &state(number)).as_slice() {
+                b"ok" => acknowledged += 1,
+                refusal => assert!(refusal.starts_with(expected.as_bytes())),
+            }
         }
         assert_eq!(ask(&socket, b"ping"), b"pong");
         let info = String::from_utf8(ask(&socket, b"info")).unwrap();

@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStderr, Stdio};
 use std::sync::mpsc::{self, Receiver};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use harness::{Home, read_until};
 
@@ -84,7 +84,7 @@ fn a_server_that_logs_into_a_pipe_nobody_reads_ends_on_request() {
     let mut server = Unread::start(&Home::new());
     let kill = format!("kill -s TERM {}", server.child.id());
     assert!(std::process::Command::new("sh").args(["-c", &kill]).status().unwrap().success());
-    let begun = Instant::now();
+    let begun = std::time::Instant::now();
     while server.child.try_wait().unwrap().is_none() {
         assert!(begun.elapsed() < Duration::from_secs(60), "it has not ended");
         thread::sleep(Duration::from_millis(10));

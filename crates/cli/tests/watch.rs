@@ -153,7 +153,7 @@ mod on_linux {
     }
 
     #[test]
-    fn pictures_are_drawn_when_nothing_else_is_to_be_done() {
+    fn animations_are_drawn_in_the_background() {
         let home = Home::new();
         let server = home.serve_until(&["--port", "0", "--viewer-port", "0"], "watch at http://");
         let arguments = ["solve", "flood-fill", "--connect", &server.address];
@@ -168,7 +168,7 @@ mod on_linux {
                 .any(|stat| {
                     let (name, fields) = stat.rsplit_once(") ").unwrap();
                     // The 41st field is the policy, of which 5 is the lowest.
-                    name.ends_with("(pictures") && fields.split(' ').nth(41 - 3) == Some("5")
+                    name.ends_with("(animations") && fields.split(' ').nth(41 - 3) == Some("5")
                 })
                 .then_some(())
         });

@@ -304,7 +304,7 @@ async fn gif(
     Query(look): Query<Look>,
 ) -> Answer<Response> {
     Arc::clone(&desk)
-        .pictures
+        .animations
         .work(move |wanted| {
             let source = desk.source(&id)?;
             let gif = pictures::gif(&source, run, look, wanted)?;

@@ -81,8 +81,10 @@ pub(crate) struct Desk {
     pub(crate) catalogue: Catalogue,
     pub(crate) listed: OnceLock<Vec<Listed>>,
     pub(crate) limits: Limits,
-    /// Pictures that take pixels, drawn one at a time.
+    /// Pictures in pixels, drawn one at a time.
     pub(crate) pictures: Queue,
+    /// GIFs: some hundred pictures each.
+    pub(crate) animations: Queue,
     /// Recordings that are read or written.
     pub(crate) recording_jobs: Queue,
     pub(crate) uploads: Queue,
@@ -128,6 +130,7 @@ impl Desk {
             listed: OnceLock::new(),
             limits,
             pictures: queue("pictures", 1),
+            animations: queue("animations", 1).in_background(),
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
             uploads: queue("uploads", MAX_UPLOADS),
             budget,

@@ -172,3 +172,34 @@ impl AsyncWrite for Connection {
         Pin::new(&mut self.stream).poll_shutdown(cx)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_move_the_deadline_and_a_burst_does_not_allow_a_longer_lag() {
+        let (second, limits) = (Duration::from_secs(1), Limits::default());
+        let mut pace = Pace::new(limits);
+        pace.deadline -= 5 * second;
+        let before = pace.deadline;
+        pace.advance(2 * MIN_RATE as usize);
+        assert_eq!(pace.deadline - before, 2 * second);
+        pace.advance(1000 * MIN_RATE as usize);
+        assert!(pace.deadline <= Instant::now() + limits.max_lag);
+        assert!(pace.deadline > before + 2 * second);
+    }
+
+    #[test]
+    fn time_without_anything_to_transfer_does_not_count() {
+        let (second, mut pace) = (Duration::from_secs(1), Pace::new(Limits::default()));
+        let before = pace.deadline;
+        pace.paused = Instant::now().checked_sub(second);
+        pace.pause();
+        pace.resume();
+        assert!(pace.deadline >= before + second);
+        let after = pace.deadline;
+        pace.resume();
+        assert_eq!(pace.deadline, after);
+    }
+}

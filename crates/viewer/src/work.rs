@@ -28,11 +28,19 @@ pub(crate) struct Queue {
     kind: &'static str,
     turns: Arc<Semaphore>,
     max_wait: Duration,
+    in_background: bool,
 }
 
 impl Queue {
     pub(crate) fn new(kind: &'static str, turns: usize, max_wait: Duration) -> Self {
-        Self { kind, turns: Arc::new(Semaphore::new(turns)), max_wait }
+        let turns = Arc::new(Semaphore::new(turns));
+        Self { kind, turns, max_wait, in_background: false }
+    }
+
+    /// Runs the work at the lowest priority, so that it does not slow a search. On a busy machine it
+    /// takes long then.
+    pub(crate) fn in_background(self) -> Self {
+        Self { in_background: true, ..self }
     }
 
     /// Waits for a turn, which ends when it is dropped.
@@ -45,9 +53,8 @@ impl Queue {
         turn.map_err(busy)?.map_err(Refusal::failed)
     }
 
-    /// Waits for a turn and runs the work on a thread of the lowest priority, so that it does not
-    /// slow a search. Each piece of work has a thread of its own, since a thread may not raise its
-    /// priority again. The work has to check now and then whether its client still waits.
+    /// Waits for a turn and runs the work on a thread of its own: one that has lowered its priority
+    /// may not raise it again. The work has to check now and then whether its client still waits.
     pub(crate) async fn work<T: Send + 'static>(
         &self,
         work: impl FnOnce(&Wanted) -> Result<T, Refusal> + Send + 'static,
@@ -56,10 +63,11 @@ impl Queue {
         let asked = Asked(Arc::default());
         let wanted = Wanted(Arc::clone(&asked.0));
         let (answer, answered) = oneshot::channel();
+        let in_background = self.in_background;
         let run = move || {
             // Ends with the work, not when whoever asked has gone.
             let _turn = turn;
-            if let Err(error) = lower_priority() {
+            if in_background && let Err(error) = lower_priority() {
                 debug!("the priority of work stays as it is: {error}");
             }
             // Nobody may wait for it any more.
@@ -199,13 +207,15 @@ mod tests {
     /// The number of this policy is 5: such a thread runs when no other one would.
     #[cfg(target_os = "linux")]
     #[test]
-    fn work_has_the_lowest_priority() {
+    fn work_in_the_background_has_the_lowest_priority() {
         fn policy() -> String {
             let stat = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
             // The 41st field; the 3rd follows the name in brackets.
             stat.rsplit(") ").next().unwrap().split(' ').nth(41 - 3).unwrap().into()
         }
         let queue = Queue::new("tests", 1, PATIENCE);
+        assert_eq!(run(queue.work(|_| Ok(policy()))).unwrap(), "0");
+        let queue = queue.in_background();
         assert_eq!(run(queue.work(|_| Ok(policy()))).unwrap(), "5");
         assert_eq!(policy(), "0", "that of others stays as it is");
     }

@@ -192,6 +192,7 @@ mod tests {
     use mmsim_maze::{Maze, MazeSize, Walls};
     use mmsim_protocol::{Cell, state_bytes};
 
+    use super::super::reader::MAX_UNPACKED_FOR_EACH;
     use super::*;
     use crate::{Recording, RecordingWriter, Simulation};
 
@@ -273,6 +274,23 @@ mod tests {
             }
         }
         assert_eq!(states, 5000);
+    }
+
+    /// The most that packing can gain must not look like a file that was made to fill memory.
+    #[test]
+    fn the_same_state_again_and_again_is_read_however_well_it_is_packed() {
+        let size = MazeSize::HALF_SIZE;
+        let maze = Maze::new(Walls::open(size), Cell::new(0, 0), size.central_cells()).unwrap();
+        let mut state = vec![7; state_bytes(size)];
+        state[..5].copy_from_slice(b"S\0\0NC");
+        state[5 + size.area()] = b'F';
+        let (info, count) = (Simulation::new("", maze).info(), 20_000_u64);
+        let mut file = io::Cursor::new(Vec::new());
+        let states = (0..count).map(|number| (1 << 60 | number << 14, &state));
+        crate::save_recording(&mut file, &info, None, states).unwrap();
+        let bytes = file.into_inner().len() as u64;
+        let unpacked = count * (state.len() as u64 + 31);
+        assert!(unpacked / bytes < MAX_UNPACKED_FOR_EACH, "{} times smaller", unpacked / bytes);
     }
 
     #[test]

@@ -17,10 +17,10 @@ use crate::memory;
 const MAX_CHUNK_BYTES: usize = 16 << 20;
 
 /// The most that is unpacked from the chunks of a file, in bytes, and how much more for each byte of
-/// the file: a small file could hold states without end otherwise. What we save ourselves has 16
-/// bytes beside each state, which takes 2,084 at most, so it is always below that.
+/// the file: a small file could hold states without end otherwise. What we pack ourselves gets at most
+/// some 400 times smaller.
 const MAX_UNPACKED_BYTES: u64 = 2 << 30;
-const MAX_UNPACKED_FOR_EACH: u64 = 200;
+pub(super) const MAX_UNPACKED_FOR_EACH: u64 = 1000;
 
 /// The longest description that is read, in bytes. With the largest maze it takes less than 12,000,
 /// and all of it is kept.
