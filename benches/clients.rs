@@ -121,7 +121,7 @@ fn round(clients: &mut [TcpStream], requests: usize) -> Round {
             client.write_all(REQUEST).unwrap();
         }
     }
-    let rate = times.len() as f64 / begin.elapsed().as_secs_f64();
+    let rate = f64::from(u32::try_from(times.len()).unwrap()) / begin.elapsed().as_secs_f64();
     for client in clients {
         poll.registry().deregister(client).unwrap();
     }

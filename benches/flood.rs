@@ -196,6 +196,8 @@ impl Prepared {
             let flooded = Distances::flood_with(instructions, walls, goals);
             assert_eq!(flooded, ours, "{instructions:?}");
         }
+        let sum: u32 = textbook.iter().filter(|&&steps| steps != FAR).copied().map(u32::from).sum();
+        assert_eq!([sum_of_rows(&ours), sum_of_cells(&ours, maze.size())], [sum; 2]);
         let downhill = Downhill::flood(walls, goals);
         for cell in maze.size().cells() {
             let steps = Some(textbook[index(cell)]).filter(|&steps| steps != FAR);
@@ -241,6 +243,48 @@ fn peers() -> [Row<'static, Prepared>; 4] {
         }),
         Row::new("pathfinding bfs, start to goal", |prepared: &Prepared| {
             black_box(prepared.by_pathfinding());
+        }),
+    ]
+}
+
+/// Sums up all distances, row by row.
+fn sum_of_rows(distances: &Distances) -> u32 {
+    let mut sum = 0;
+    for row in distances.rows() {
+        for steps in row {
+            sum += u32::from(steps.unwrap_or(0));
+        }
+    }
+    sum
+}
+
+/// Sums up all distances, cell by cell.
+fn sum_of_cells(distances: &Distances, size: MazeSize) -> u32 {
+    let mut sum = 0;
+    for y in 0..size.height() {
+        for x in 0..size.width() {
+            sum += u32::from(distances.at(Cell::new(x, y)).unwrap_or(0));
+        }
+    }
+    sum
+}
+
+/// A flood, and all its distances read.
+fn floods_and_reads() -> [Row<'static, Prepared>; 4] {
+    let flood = |maze: &Maze| Distances::flood(maze.walls(), maze.goals());
+    [
+        Row::new("mmsim, flood alone", move |Prepared { maze, .. }: &Prepared| {
+            black_box(&flood(maze));
+        }),
+        Row::new("mmsim, flood and rows", move |Prepared { maze, .. }| {
+            black_box(sum_of_rows(&flood(maze)));
+        }),
+        Row::new("mmsim, flood and at", move |Prepared { maze, .. }| {
+            black_box(sum_of_cells(&flood(maze), maze.size()));
+        }),
+        Row::new("good queue and sum", |Prepared { nibbles, .. }| {
+            let distances = nibbles.flood::<256, u8>();
+            black_box(distances.iter().copied().map(u32::from).sum::<u32>());
         }),
     ]
 }
@@ -294,6 +338,7 @@ fn main() {
     compare(&mut criterion, "flood/mixed", &classic, &all());
     compare(&mut criterion, "flood/hot", &classic[..1], &all());
     compare(&mut criterion, "flood/32x32", &large, &all());
+    compare(&mut criterion, "flood-and-read/mixed", &classic, &floods_and_reads());
     let start_goal = [
         Row::new("mmsim, steps between", |Prepared { maze, .. }: &Prepared| {
             black_box(steps_between(maze.walls(), maze.start().cell, maze.goals()));

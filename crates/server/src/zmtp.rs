@@ -176,13 +176,12 @@ impl Decoder {
         let is_oversized = length > MAX_REQUEST_BYTES;
         let violation = Violation::FrameTooLong { max: MAX_REQUEST_BYTES, found: length as u64 };
         let step = match self.stage {
-            Stage::Refused => Step::Nothing,
             Stage::Body { .. } if is_oversized => {
                 self.is_oversized = true;
                 self.stage = Stage::Refused;
                 Step::TooLong(violation)
             }
-            Stage::Body { .. } => Step::Nothing,
+            Stage::Body { .. } | Stage::Refused => Step::Nothing,
             _ if is_oversized => return Err(violation),
             _ if more => return Err(Violation::EnvelopeTooLong),
             _ => Step::Nothing,

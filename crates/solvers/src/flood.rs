@@ -19,7 +19,6 @@ mod x86;
 
 pub use between::steps_between;
 use board::{Board, Chequered};
-use bytes::Line;
 pub use downhill::Downhill;
 use half::Half;
 pub use processor::Instructions;
@@ -56,7 +55,7 @@ enum Steps {
 
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct SmallSteps {
-    lines: [[Line; 8]; 2],
+    bytes: [u8; SMALL_SIDE * SMALL_SIDE],
     /// Whether `UNREACHABLE_BYTE` is a distance: where one is so long, the way passes through all
     /// cells.
     all_reached: bool,
@@ -72,9 +71,9 @@ const UNREACHABLE_BYTE: u8 = u8::MAX;
 impl Distances {
     /// Distances nowhere known: no target can be reached from any cell.
     pub const fn unreachable(size: MazeSize) -> Self {
-        let lines = [[[UNREACHABLE_BYTE; SMALL_SIDE]; 8]; 2];
         let steps = if is_small(size) {
-            Steps::Small(SmallSteps { lines, all_reached: false })
+            let bytes = [UNREACHABLE_BYTE; SMALL_SIDE * SMALL_SIDE];
+            Steps::Small(SmallSteps { bytes, all_reached: false })
         } else {
             Steps::Large([UNREACHABLE; MazeSize::MAX_AREA])
         };
@@ -84,9 +83,7 @@ impl Distances {
     /// Floods the maze from its targets outwards, a breadth-first search. Targets outside of the
     /// maze do not count.
     pub fn flood(walls: &Walls, targets: &CellSet) -> Self {
-        let mut distances = Self::unreachable(walls.size());
-        run(Flood { walls, targets, distances: &mut distances }, walls.size());
-        distances
+        run(Flood { walls, targets }, walls.size())
     }
 
     /// Floods what a mouse knows from some targets outwards, with unknown walls taken as open and as
@@ -102,33 +99,64 @@ impl Distances {
     /// assert_eq!((open.at(start), closed.at(start)), (Some(14), None));
     /// ```
     pub fn flood_both(map: &KnownMaze, targets: &CellSet) -> [Self; 2] {
-        let mut both = [Self::unreachable(map.size()), Self::unreachable(map.size())];
-        for (distances, unknown) in both.iter_mut().zip([Unknown::Open, Unknown::Closed]) {
-            distances.refill(map.walls(unknown), targets);
-        }
-        both
+        [Unknown::Open, Unknown::Closed].map(|unknown| Self::flood(map.walls(unknown), targets))
     }
 
-    /// Floods anew, in the same place.
+    /// Floods anew, in the same place: an assignment would copy 2 KiB.
     pub(crate) fn refill(&mut self, walls: &Walls, targets: &CellSet) {
-        if self.size != walls.size() {
-            *self = Self::unreachable(walls.size());
+        if self.size == walls.size() {
+            run(Refill { flood: Flood { walls, targets }, steps: &mut self.steps }, self.size);
+        } else {
+            *self = Self::flood(walls, targets);
         }
-        run(Flood { walls, targets, distances: self }, walls.size());
     }
 
     /// Steps from `cell` to the nearest target, `None` where there is no way and outside of the
-    /// maze.
+    /// maze. To read all cells, [`rows`](Self::rows) is faster.
+    #[inline]
     pub fn at(&self, cell: Cell) -> Option<u16> {
         Some(self.raw(cell)).filter(|&steps| steps != UNREACHABLE)
     }
 
-    /// The same, but [`UNREACHABLE`] for `None`.
+    /// Returns the distances of all cells: rows from the south, the cells of each row from the west.
+    ///
+    /// ```
+    /// use mmsim_maze::{MazeSize, Walls};
+    /// use mmsim_solvers::Distances;
+    /// let walls = Walls::open(MazeSize::CLASSIC);
+    /// let distances = Distances::flood(&walls, &MazeSize::CLASSIC.central_cells());
+    /// let mut farthest = None;
+    /// for row in distances.rows() {
+    ///     for steps in row {
+    ///         farthest = farthest.max(steps);
+    ///     }
+    /// }
+    /// assert_eq!(farthest, Some(14));
+    /// ```
+    #[inline]
+    pub fn rows(
+        &self,
+    ) -> impl DoubleEndedIterator<Item = impl DoubleEndedIterator<Item = Option<u16>>> {
+        // An index in place of a slice of either kind: the compiler moves the question which kind it
+        // is out of a loop over the row.
+        let steps = move |y, x| Some(self.raw_inside(x, y)).filter(|&steps| steps != UNREACHABLE);
+        (0..self.size.height())
+            .map(move |y| (0..self.size.width()).map(move |x| steps(y.into(), x.into())))
+    }
+
+    /// The same as [`at`](Self::at), but [`UNREACHABLE`] for `None`.
+    #[inline]
     pub(crate) fn raw(&self, cell: Cell) -> u16 {
-        if !self.size.contains(cell) {
-            return UNREACHABLE;
+        if self.size.contains(cell) {
+            self.raw_inside(cell.x.into(), cell.y.into())
+        } else {
+            UNREACHABLE
         }
-        let (x, y) = (usize::from(cell.x), usize::from(cell.y));
+    }
+
+    /// The same for a cell inside the maze.
+    #[inline]
+    fn raw_inside(&self, x: usize, y: usize) -> u16 {
         match &self.steps {
             Steps::Small(steps) => steps.raw(y * SMALL_SIDE + x),
             Steps::Large(steps) => steps[(y * SIDE + x) % steps.len()],
@@ -152,15 +180,22 @@ impl Distances {
 
     /// How many cells have a way to a target.
     pub fn reachable_cells(&self) -> usize {
-        self.size.cells().filter(|&cell| self.at(cell).is_some()).count()
+        self.rows().map(|row| row.flatten().count()).sum()
     }
 }
 
 impl SmallSteps {
+    #[inline(always)]
+    fn of<const N: usize, H: Half<N>>(flooded: &Flooded<H>) -> Self {
+        let mut bytes = [0; SMALL_SIDE * SMALL_SIDE];
+        bytes::write(flooded, 0, &mut bytes);
+        Self { bytes, all_reached: flooded.is_full() }
+    }
+
     /// Of the cell at this place, counted row by row: steps, or [`UNREACHABLE`].
+    #[inline]
     fn raw(&self, place: usize) -> u16 {
-        let steps = self.lines.as_flattened().as_flattened();
-        let steps = steps[place % steps.len()];
+        let steps = self.bytes[place % self.bytes.len()];
         let is_reached = steps != UNREACHABLE_BYTE || self.all_reached;
         if is_reached { steps.into() } else { UNREACHABLE }
     }
@@ -178,43 +213,60 @@ const fn is_small(size: MazeSize) -> bool {
 struct Flood<'a> {
     walls: &'a Walls,
     targets: &'a CellSet,
-    /// Of the same size.
-    distances: &'a mut Distances,
+}
+
+impl Flood<'_> {
+    #[inline(always)]
+    fn waves<const N: usize, H: Half<N>>(&self) -> Flooded<H> {
+        let targets = Chequered::of(self.targets).inside(self.walls.size());
+        waves::flood(&Board::of(self.walls), targets)
+    }
 }
 
 impl Task for Flood<'_> {
+    type Output = Distances;
+
+    #[inline(always)]
+    fn run<const N: usize, H: Half<N>>(self) -> Distances {
+        let flooded = self.waves::<N, H>();
+        let steps = if N == 2 {
+            Steps::Small(SmallSteps::of(&flooded))
+        } else {
+            Steps::Large(large_steps(&flooded))
+        };
+        Distances { size: self.walls.size(), steps }
+    }
+}
+
+struct Refill<'a> {
+    flood: Flood<'a>,
+    /// Those of a maze of the same size.
+    steps: &'a mut Steps,
+}
+
+impl Task for Refill<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<const N: usize, H: Half<N>>(self) {
-        let Self { walls, targets, distances } = self;
-        let targets = Chequered::of(targets).inside(walls.size());
-        distances.write(&waves::flood(&Board::<H>::of(walls), targets));
+        let flooded = self.flood.waves::<N, H>();
+        match self.steps {
+            Steps::Small(steps) => *steps = SmallSteps::of(&flooded),
+            Steps::Large(steps) => *steps = large_steps(&flooded),
+        }
     }
 }
 
-impl Distances {
-    /// Takes over what waves have left behind in a maze of this size.
-    #[inline(always)]
-    fn write<const N: usize, H: Half<N>>(&mut self, flooded: &Flooded<H>) {
-        match &mut self.steps {
-            Steps::Small(steps) => {
-                bytes::write(flooded, 0, &mut steps.lines);
-                steps.all_reached = flooded.is_full();
-            }
-            Steps::Large(steps) => {
-                let mut low = [[[0; 16]; 8]; 8];
-                let mut high = low;
-                bytes::write(flooded, 0, &mut low);
-                bytes::write(flooded, 8, &mut high);
-                let low = low.as_flattened().as_flattened();
-                let high = high.as_flattened().as_flattened();
-                for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(high)) {
-                    *steps = u16::from_le_bytes([low, high]);
-                }
-            }
-        }
+#[inline(always)]
+fn large_steps<const N: usize, H: Half<N>>(flooded: &Flooded<H>) -> [u16; MazeSize::MAX_AREA] {
+    let (mut low, mut high) = ([0; MazeSize::MAX_AREA], [0; MazeSize::MAX_AREA]);
+    bytes::write(flooded, 0, &mut low);
+    bytes::write(flooded, 8, &mut high);
+    let mut steps = [0; MazeSize::MAX_AREA];
+    for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(&high)) {
+        *steps = u16::from_le_bytes([low, high]);
     }
+    steps
 }
 
 #[cfg(test)]
@@ -271,7 +323,7 @@ o---o---o---o
                 (vec![end, before_end.unwrap()], begin, longest - 1),
             ] {
                 let targets = targets.into_iter().collect();
-                let flood = || FloodAnew { walls: &walls, targets: &targets };
+                let flood = || Flood { walls: &walls, targets: &targets };
                 with_each(flood, size, |distances| {
                     assert_eq!(distances.at(from), Some(expected));
                     assert_eq!(distances.reachable_cells(), size.area());
@@ -349,10 +401,16 @@ o---o---o---o
         ) {
             let (size, expected) = (walls.size(), naive(&walls, &targets));
             let of = |distances: &Distances| -> Vec<_> {
-                size.cells().map(|cell| distances.at(cell)).collect()
+                let cells: Vec<_> = size.cells().map(|cell| distances.at(cell)).collect();
+                let width = usize::from(size.width());
+                assert!(distances.rows().map(Vec::from_iter).eq(cells.chunks(width)));
+                let backwards = distances.rows().rev().flat_map(Iterator::rev);
+                assert!(backwards.eq(cells.iter().rev().copied()));
+                assert_eq!(distances.reachable_cells(), cells.iter().flatten().count());
+                cells
             };
             prop_assert_eq!(of(&Distances::flood(&walls, &targets)), expected.clone());
-            let flood = || FloodAnew { walls: &walls, targets: &targets };
+            let flood = || Flood { walls: &walls, targets: &targets };
             with_each(flood, size, |distances| assert_eq!(of(&distances), expected));
             let distances = Distances::flood(&walls, &targets);
             for cell in size.cells() {
@@ -373,23 +431,6 @@ o---o---o---o
             prop_assert_eq!([of(&both[0]), of(&both[1])], alone);
             let inside = targets.iter().filter(|&cell| size.contains(cell)).collect();
             prop_assert_eq!(Distances::flood(&walls, &targets), Distances::flood(&walls, &inside));
-        }
-    }
-
-    /// A flood into distances of its own.
-    struct FloodAnew<'a> {
-        walls: &'a Walls,
-        targets: &'a CellSet,
-    }
-
-    impl Task for FloodAnew<'_> {
-        type Output = Distances;
-
-        fn run<const N: usize, H: Half<N>>(self) -> Distances {
-            let Self { walls, targets } = self;
-            let mut distances = Distances::unreachable(walls.size());
-            Flood { walls, targets, distances: &mut distances }.run::<N, H>();
-            distances
         }
     }
 }

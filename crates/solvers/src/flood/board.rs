@@ -228,8 +228,12 @@ pub(super) fn columns<const N: usize, H: Half<N>>(
 #[inline(always)]
 fn open<const N: usize>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u32; SIDE] {
     // All rows that there are, then none: where to begin to read decides how many there are.
-    static ROWS: [[u32; SIDE]; 2] = [[u32::MAX; SIDE], [0; SIDE]];
-    let rows = &ROWS.as_flattened()[SIDE - height.min(SIDE)..][..SIDE];
+    static ROWS: [u32; 2 * SIDE] = {
+        let mut rows = [0; 2 * SIDE];
+        rows.split_at_mut(SIDE).0.copy_from_slice(&[u32::MAX; SIDE]);
+        rows
+    };
+    let rows = &ROWS[SIDE - height.min(SIDE)..][..SIDE];
     let mut open = [0; SIDE];
     for y in 0..row_count(N) {
         open[y] = !walls[y] & columns & rows[y];
@@ -247,6 +251,7 @@ const fn row_count(words: usize) -> usize {
 fn split<const N: usize, H: Half<N>>(rows: &[u32; SIDE]) -> [H; 2] {
     let mut halves = [[0; N]; 2];
     // Loops over rows, without a word for what a row does not need, become vector instructions.
+    // `zip` is not always inlined.
     if N == 2 {
         let mut columns = [[0; 16]; 2];
         for y in 0..16 {
@@ -254,9 +259,9 @@ fn split<const N: usize, H: Half<N>>(rows: &[u32; SIDE]) -> [H; 2] {
             columns[0][y] = (bits & 0xff) as u8;
             columns[1][y] = (bits >> 16 & 0xff) as u8;
         }
-        for (half, columns) in halves.iter_mut().zip(&columns) {
-            for (word, rows) in half.iter_mut().zip(columns.as_chunks::<8>().0) {
-                *word = u64::from_le_bytes(*rows);
+        for (i, columns) in columns.iter().enumerate() {
+            for (word, rows) in columns.as_chunks::<8>().0.iter().enumerate() {
+                halves[i][word] = u64::from_le_bytes(*rows);
             }
         }
     } else {
@@ -266,10 +271,10 @@ fn split<const N: usize, H: Half<N>>(rows: &[u32; SIDE]) -> [H; 2] {
             columns[0][y] = (bits & 0xffff) as u16;
             columns[1][y] = (bits >> 16) as u16;
         }
-        for (half, columns) in halves.iter_mut().zip(&columns) {
-            for (word, &[a, b, c, d]) in half.iter_mut().zip(columns.as_chunks::<4>().0) {
-                let [a, b, c, d] = [a, b, c, d].map(u64::from);
-                *word = a | b << 16 | c << 32 | d << 48;
+        for (i, columns) in columns.iter().enumerate() {
+            for (word, &[a, b, c, d]) in columns.as_chunks::<4>().0.iter().enumerate() {
+                let [a, b, c, d] = [u64::from(a), u64::from(b), u64::from(c), u64::from(d)];
+                halves[i][word] = a | b << 16 | c << 32 | d << 48;
             }
         }
     }

@@ -7,13 +7,13 @@ use super::waves::{Flooded, Marks};
 /// The distance bytes of 16 cells that follow each other from the west.
 pub(super) type Line = [u8; 16];
 
-/// Writes 8 bits of each distance, from bit `first` on, a byte a cell: lines of 16 cells, one after
-/// another from the south-west, all bits set where no wave has come to.
+/// Writes 8 bits of each distance, from bit `first` on, a byte a cell, row by row from the
+/// south-west, all bits set where no wave has come to.
 #[inline(always)]
 pub(super) fn write<const N: usize, H: Half<N>>(
     flooded: &Flooded<H>,
     first: usize,
-    lines: &mut [[Line; 8]],
+    bytes: &mut [u8],
 ) {
     let (mut even, mut odd) = ([H::NONE; 8], [H::NONE; 8]);
     for i in 0..8 {
@@ -23,7 +23,7 @@ pub(super) fn write<const N: usize, H: Half<N>>(
         };
         [even[i], odd[i]] = columns(flooded, plane);
     }
-    H::spread(even, odd, lines);
+    H::spread(even, odd, bytes.as_chunks_mut().0.as_chunks_mut().0);
 }
 
 /// Bit i of each byte from the i-th plane of even and of odd columns.
@@ -62,10 +62,10 @@ pub(super) fn interleave<const N: usize, H: Half<N>>(
 /// The words of each plane.
 #[inline(always)]
 pub(super) fn words_of<const N: usize, H: Half<N>>(planes: &[H; 8]) -> [[u64; N]; 8] {
-    // `map` of arrays is not always inlined.
+    // Neither `map` of arrays nor `zip` is always inlined.
     let mut words = [[0; N]; 8];
-    for (words, plane) in words.iter_mut().zip(planes) {
-        *words = plane.words();
+    for (i, plane) in planes.iter().enumerate() {
+        words[i] = plane.words();
     }
     words
 }

@@ -80,10 +80,7 @@ impl Distances {
     /// As [`flood`](Self::flood), but with these instructions, or with lesser ones if the processor
     /// does not have them.
     pub fn flood_with(instructions: Instructions, walls: &Walls, targets: &CellSet) -> Self {
-        let mut distances = Self::unreachable(walls.size());
-        let flood = Flood { walls, targets, distances: &mut distances };
-        run_with(instructions, flood, walls.size());
-        distances
+        run_with(instructions, Flood { walls, targets }, walls.size())
     }
 }
 
