@@ -6,7 +6,7 @@ mod harness;
 use std::fs;
 use std::process::Command;
 
-use harness::{Home, Serving};
+use harness::{Home, SIGNALS, Serving};
 
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
@@ -17,10 +17,10 @@ const TERM: u32 = 15;
 
 /// Starts a command, once it has said `text`, with these signals ignored, by their names without SIG.
 fn start(home: &Home, ignored: &str, arguments: &[&str], text: &str) -> Serving {
-    let command = home.command(arguments);
-    let mut shell = Command::new("sh");
-    shell.args(["-c", &format!("trap '' {ignored}; exec \"$0\" \"$@\"")]);
-    shell.arg(command.get_program()).args(command.get_args()).current_dir(home.path());
+    let script = format!("trap '' {ignored}; exec \"$0\" \"$@\"");
+    let mut shell = Command::new("env");
+    shell.arg(format!("--default-signal={SIGNALS}")).args(["sh", "-c", &script]);
+    shell.arg(env!("CARGO_BIN_EXE_mmsim")).args(arguments).current_dir(home.path());
     shell.env("HOME", home.path()).env_remove("RUST_LOG");
     Serving::start(shell, text)
 }

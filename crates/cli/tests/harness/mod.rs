@@ -6,6 +6,7 @@ pub mod noise;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
+use std::sync::OnceLock;
 use std::sync::mpsc::{self, Receiver};
 use std::{fs, thread};
 
@@ -33,7 +34,7 @@ impl Home {
 
     /// The command, with this folder as home and as current folder.
     pub fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_mmsim"));
+        let mut command = mmsim();
         command
             .args(arguments)
             .current_dir(self.path())
@@ -99,6 +100,31 @@ pub fn limited(command: &Command, limit: &str) -> Command {
         };
     }
     limited
+}
+
+/// The command, without signals that these tests were started to ignore, as by `nohup`: it would
+/// ignore them, too.
+fn mmsim() -> Command {
+    let mmsim = env!("CARGO_BIN_EXE_mmsim");
+    if !IS_IGNORING.get_or_init(is_ignoring) {
+        return Command::new(mmsim);
+    }
+    let mut command = Command::new("env");
+    command.args([&format!("--default-signal={SIGNALS}"), mmsim]);
+    command
+}
+
+/// The signals that end a command.
+pub const SIGNALS: &str = "HUP,INT,TERM";
+
+static IS_IGNORING: OnceLock<bool> = OnceLock::new();
+
+/// Whether this process ignores one of the signals, of which signal n is bit n - 1.
+fn is_ignoring() -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.unwrap_or(0) & (1 | 1 << 1 | 1 << 14) != 0
 }
 
 /// Reads until this was said; gives what was said by then.
