@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 use mmsim_server::{Background, Simulation};
 
 /// The maximum wait for what always comes, however busy the machine is.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+pub const PATIENCE: Duration = Duration::from_secs(300);
 
 /// The same in milliseconds, as sockets of `ZeroMQ` take it.
-pub const PATIENCE_MS: i32 = 60_000;
+pub const PATIENCE_MS: i32 = 300_000;
 
 /// The maximum time of a command: some work for a minute on an idle machine.
 const COMMAND_PATIENCE: Duration = Duration::from_secs(600);

@@ -167,8 +167,8 @@ mod on_linux {
             stats
                 .any(|stat| {
                     let (name, fields) = stat.rsplit_once(") ").unwrap();
-                    // The 41st field is the policy, of which 5 is the lowest.
-                    name.ends_with("(animations") && fields.split(' ').nth(41 - 3) == Some("5")
+                    // The 19th field is how nice the thread is, at most 19.
+                    name.ends_with("(animations") && fields.split(' ').nth(19 - 3) == Some("19")
                 })
                 .then_some(())
         });

@@ -6,6 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use axum::http::StatusCode;
+use thread_priority::{ThreadPriority, set_current_thread_priority};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio::time::timeout;
 use tracing::debug;
@@ -78,27 +79,11 @@ impl Queue {
     }
 }
 
-/// Gives this thread the lowest priority there is.
-#[cfg(target_os = "linux")]
+/// Gives this thread the lowest priority, where a thread has one of its own.
 fn lower_priority() -> Result<(), thread_priority::Error> {
-    use thread_priority::{
-        NormalThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
-        set_thread_priority_and_policy, thread_native_id,
-    };
-    // Unlike a thread that is only nice, it makes way at once when another one wakes up.
-    let idle = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle);
-    set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, idle)
-}
-
-/// Gives this thread the lowest priority there is.
-#[cfg(any(target_os = "macos", windows))]
-fn lower_priority() -> Result<(), thread_priority::Error> {
-    thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Min)
-}
-
-/// Does nothing: elsewhere a priority is that of the whole process.
-#[cfg(not(any(target_os = "linux", target_os = "macos", windows)))]
-fn lower_priority() -> Result<(), thread_priority::Error> {
+    if cfg!(any(target_os = "linux", target_os = "macos", windows)) {
+        return set_current_thread_priority(ThreadPriority::Min);
+    }
     Ok(())
 }
 
@@ -204,19 +189,19 @@ mod tests {
         });
     }
 
-    /// The number of this policy is 5: such a thread runs when no other one would.
     #[cfg(target_os = "linux")]
     #[test]
     fn work_in_the_background_has_the_lowest_priority() {
-        fn policy() -> String {
+        fn nice() -> i32 {
             let stat = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
-            // The 41st field; the 3rd follows the name in brackets.
-            stat.rsplit(") ").next().unwrap().split(' ').nth(41 - 3).unwrap().into()
+            // The 19th field; the 3rd follows the name in brackets.
+            stat.rsplit(") ").next().unwrap().split(' ').nth(19 - 3).unwrap().parse().unwrap()
         }
+        let usual = nice();
         let queue = Queue::new("tests", 1, PATIENCE);
-        assert_eq!(run(queue.work(|_| Ok(policy()))).unwrap(), "0");
+        assert_eq!(run(queue.work(|_| Ok(nice()))).unwrap(), usual);
         let queue = queue.in_background();
-        assert_eq!(run(queue.work(|_| Ok(policy()))).unwrap(), "5");
-        assert_eq!(policy(), "0", "that of others stays as it is");
+        assert_eq!(run(queue.work(|_| Ok(nice()))).unwrap(), 19);
+        assert_eq!(nice(), usual, "that of others stays as it is");
     }
 }

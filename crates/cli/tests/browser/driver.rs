@@ -80,7 +80,7 @@ impl Driver {
         builder.capabilities(capabilities);
         let connected =
             runtime.block_on(async { timeout(PATIENCE, builder.connect(&self.address)).await });
-        match connected.expect("a browser opens within a minute") {
+        match connected.expect("the browser to open") {
             Ok(client) => Some(client),
             Err(NewSessionError::SessionNotCreated(error))
                 if ["cannot find", "binary"].iter().all(|part| error.message.contains(part)) =>
