@@ -44,8 +44,8 @@ fn evil_home() -> (Home, String) {
     }
     let recorded = home.run(&["demo", &folder, "--once", "--port", "0", "--record", "records"]);
     check_ended(&["demo"], &recorded);
-    let record = fs::read_dir(home.path().join("records")).unwrap().next().unwrap().unwrap();
-    fs::rename(record.path(), home.path().join(format!("run{EVIL}.mcap"))).unwrap();
+    let record = harness::recorded(&home.path().join("records"));
+    fs::rename(record, home.path().join(format!("run{EVIL}.mcap"))).unwrap();
     home.write(&format!("cut{EVIL}.mcap"), "\u{89}MCAP0\r\n\u{1b}[2J");
     (home, folder)
 }

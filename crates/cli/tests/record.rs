@@ -9,7 +9,7 @@ use std::time::Duration;
 use std::{fs, thread};
 
 use harness::noise::{send_until_refused, state};
-use harness::{Home, Serving, limited};
+use harness::{Home, Serving, limited, recorded};
 use mmsim_server::{Ending, Recording};
 use mmsim_tests::{ask, connect_to, wait_for};
 
@@ -289,10 +289,7 @@ fn a_recording_that_another_program_changes_refuses_states_until_reset() {
         for number in 0..20 {
             assert_eq!(ask(&socket, &state(number)), b"ok");
         }
-        let mut files: Vec<_> =
-            fs::read_dir(home.path().join("r")).unwrap().map(|file| file.unwrap().path()).collect();
-        files.sort();
-        let file = files.pop().unwrap();
+        let file = recorded(&home.path().join("r"));
         let changed = fs::File::options().write(true).open(&file).unwrap();
         changed.set_len(length(changed.metadata().unwrap().len())).unwrap();
         let bytes = fs::read(&file).unwrap();

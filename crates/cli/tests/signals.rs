@@ -6,7 +6,7 @@ mod harness;
 use std::fs;
 use std::process::Command;
 
-use harness::{Home, SIGNALS, Serving};
+use harness::{Home, SIGNALS, Serving, recorded};
 
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
@@ -50,8 +50,7 @@ fn what_is_ignored_at_the_start_stays_ignored_in_every_command_that_serves() {
     home.write("small.txt", MAZE);
     let once = home.run(&["demo", "small.txt", "--once", "--port", "0", "--record", "records"]);
     assert_eq!(once.code, Some(0), "{once:?}");
-    let mut records = fs::read_dir(home.path().join("records")).unwrap();
-    let record = records.next().unwrap().unwrap().path();
+    let record = recorded(&home.path().join("records"));
     let record = record.to_str().unwrap();
     let (serving, own) = (["--port", "0", "--no-viewer"], "still serving");
     for (arguments, text) in [

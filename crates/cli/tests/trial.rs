@@ -211,8 +211,7 @@ fn a_trial_is_sent_as_states() {
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let report = &ended.json()[0];
     let steps = report["explore_steps"].as_u64().unwrap() + report["race_steps"].as_u64().unwrap();
-    let file = std::fs::read_dir(home.path().join("kept")).unwrap().next().unwrap().unwrap();
-    let file = file.path().display().to_string();
+    let file = harness::recorded(&home.path().join("kept")).display().to_string();
     let state = |more: &[&str]| home.run(&[&["replay", &file, "--json"], more].concat()).json();
     let (first, last) = (state(&["--at", "0"]), state(&[]));
     assert_eq!(last["states"], json!(steps + 1), "{last}");

@@ -7,7 +7,7 @@ use mmsim_maze::Maze;
 use mmsim_server::Recording;
 
 use crate::browser::{Browser, browse, wait_for, watch};
-use crate::harness::{Home, Serving};
+use crate::harness::{Home, Serving, recorded};
 use crate::http;
 use crate::page::Panel;
 use crate::simulator::{Simulator, bundled, page_address};
@@ -34,11 +34,13 @@ fn assert_has(panel: Panel<'_>, maze: &Maze, told: &[Told]) {
     }
 }
 
-/// A file that has been downloaded in whole.
+/// A file that has been downloaded in whole: until then its place is held by an empty one.
 fn downloaded(browser: &Browser, ending: &str) -> PathBuf {
     wait_for(ending, || {
         let entries = fs::read_dir(browser.downloads()).unwrap().map(|entry| entry.unwrap().path());
-        entries.into_iter().find(|path| path.extension().is_some_and(|found| found == ending))
+        let is_whole = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.len() > 0);
+        let is_wanted = |path: &PathBuf| path.extension().is_some_and(|found| found == ending);
+        entries.into_iter().find(|path| is_wanted(path) && is_whole(path))
     })
 }
 
@@ -155,8 +157,7 @@ fn a_recording_is_served_without_a_simulator() {
         let simulator = Simulator::start_in(home, &["--maze", "meadow", "--record", "kept"]);
         simulator.send_all(&messages);
         simulator.send(b"reset");
-        let folder = simulator.home.path().join("kept");
-        let file = fs::read_dir(folder).unwrap().next().unwrap().unwrap().path();
+        let file = recorded(&simulator.home.path().join("kept"));
         let arguments = ["replay", file.to_str().unwrap(), "--serve", "--viewer-port", "0"];
         let replay = Serving::start(simulator.home.command(&arguments), "watch at");
         browser.open(&page_address(&replay));

@@ -127,6 +127,14 @@ fn is_ignoring() -> bool {
     mask.unwrap_or(0) & (1 | 1 << 1 | 1 << 14) != 0
 }
 
+/// The newest recording in a folder, beside which the server may be packing another.
+#[track_caller]
+pub fn recorded(folder: &Path) -> PathBuf {
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let is_recording = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "mcap");
+    files.filter(is_recording).max().expect("a recording")
+}
+
 /// Reads until this was said; gives what was said by then.
 #[track_caller]
 pub fn read_until(stderr: ChildStderr, text: &str) -> (BufReader<ChildStderr>, String) {
