@@ -3,7 +3,7 @@
 use std::io::{self, ErrorKind, Read, Write};
 
 use crate::ReplyBuffer;
-use crate::limits::{HANDSHAKE_TIME, MAX_WAITING_REPLY_BYTES};
+use crate::limits::MAX_WAITING_REPLY_BYTES;
 use crate::simulation::refuse;
 use crate::zmtp::{self, Decoder, Step, Violation};
 
@@ -37,7 +37,7 @@ pub(crate) enum End {
     Left,
     #[error("another peer takes its place")]
     Evicted,
-    #[error("expected a handshake or a request within {} s, found none", HANDSHAKE_TIME.as_secs())]
+    #[error("no handshake, or no request after a frame over the limit, in time")]
     Late,
     #[error(transparent)]
     Violation(#[from] Violation),
