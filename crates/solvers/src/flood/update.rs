@@ -25,7 +25,7 @@ impl Distances {
     /// assert_eq!(distances, Distances::flood(&walls, &goals));
     /// ```
     pub fn update(&mut self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
-        let changes = !self.stays_right(walls, targets, seen);
+        let changes = !self.stays_right(walls, seen);
         if changes {
             self.refill(walls, targets);
         }
@@ -46,38 +46,25 @@ impl Distances {
     }
 
     /// Whether walls around this cell leave everything as it is.
-    fn stays_right(&self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
-        // Whether a cell is a target or has a neighbour that is a step nearer.
-        let has_way_on = |cell: Cell, steps: u16| {
-            let sides = walls.sides(cell);
-            let mut neighbours = Heading::ALL.into_iter().filter(|&heading| !sides.has(heading));
-            targets.contains(cell) && steps == 0
-                || neighbours.any(|heading| self.beyond(cell, heading) == steps.wrapping_sub(1))
-        };
+    fn stays_right(&self, walls: &Walls, seen: Cell) -> bool {
         if walls.size() != self.size {
             return false;
         }
-        let (steps, sides) = (self.raw(seen), walls.sides(seen));
-        let (mut is_right, mut loses_way) = (true, false);
-        for heading in Heading::ALL {
-            let beyond = self.beyond(seen, heading);
-            if !sides.has(heading) {
-                // Nobody reaches one of two neighbours alone.
-                let is_reached = (steps == UNREACHABLE) == (beyond == UNREACHABLE);
-                is_right &= is_reached && steps.abs_diff(beyond) <= 1;
-            } else if beyond != UNREACHABLE && steps != UNREACHABLE {
-                loses_way |= steps == beyond + 1;
-                let loses = beyond == steps + 1;
-                let neighbour = seen.neighbour(heading).filter(|_| loses);
-                is_right &= neighbour.is_none_or(|neighbour| has_way_on(neighbour, beyond));
-            }
-        }
-        is_right && (!loses_way || has_way_on(seen, steps))
-    }
-
-    /// The steps of a cell's neighbour.
-    fn beyond(&self, cell: Cell, heading: Heading) -> u16 {
-        cell.neighbour(heading).map_or(UNREACHABLE, |neighbour| self.raw(neighbour))
+        let (steps, around, sides) = (self.raw(seen), self.raw_around(seen), walls.sides(seen));
+        let parts_unlike = |any: u8, heading: Heading| {
+            let is_unlike = u8::from(steps.abs_diff(around[heading as usize]) > 1);
+            any | u8::from(!sides.has(heading)) & is_unlike
+        };
+        let mut behind_walls = Heading::ALL.into_iter().filter(|&heading| sides.has(heading));
+        Heading::ALL.into_iter().fold(0, parts_unlike) == 0
+            && (steps == UNREACHABLE || self.lead_on(walls, seen))
+            && behind_walls.all(|heading| {
+                around[heading as usize] != steps.wrapping_add(1)
+                    || seen
+                        .neighbour(heading)
+                        .filter(|&neighbour| self.size.contains(neighbour))
+                        .is_none_or(|neighbour| self.lead_on(walls, neighbour))
+            })
     }
 }
 
