@@ -7,14 +7,14 @@ use std::ffi::OsStr;
 use std::fs::{self, File, FileTimes};
 use std::io::{self, BufReader, BufWriter};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
 use mcap::McapError;
-use tempfile::Builder;
+use tempfile::{Builder, NamedTempFile};
 use tracing::debug;
 
 use super::reader::{STEP_BYTES, read_states};
@@ -22,6 +22,43 @@ use super::save::{PackedWriter, cause};
 use super::writer::{Identity, identity};
 use super::{Ending, NoRecording};
 use crate::memory;
+
+/// What the end of a server and its packer tell each other.
+#[derive(Default)]
+pub(super) struct Packing {
+    is_cancelled: AtomicBool,
+    /// The file that is being written.
+    unfinished: Mutex<Option<PathBuf>>,
+}
+
+impl Packing {
+    /// A new file beside this one, unless packing is cancelled.
+    fn begin(&self, path: &Path) -> io::Result<NamedTempFile> {
+        let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
+        self.check()?;
+        let name = path.file_name().unwrap_or_default();
+        let file = Builder::new().prefix(name).suffix(UNFINISHED).tempfile_in(folder(path))?;
+        *unfinished = Some(file.path().into());
+        Ok(file)
+    }
+
+    fn check(&self) -> io::Result<()> {
+        let is_cancelled = self.is_cancelled.load(Ordering::SeqCst);
+        if is_cancelled { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
+    }
+
+    fn cancel(&self) {
+        self.is_cancelled.store(true, Ordering::SeqCst);
+    }
+
+    /// Removes the file of a packer that will not come to do so before the process ends.
+    fn abandon(&self) {
+        let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(path) = unfinished.take() {
+            let _ = fs::remove_file(path);
+        }
+    }
+}
 
 /// Fewer states are not worth packing: they take no more than a file system's block.
 const MIN_STATES: u32 = 8;
@@ -51,7 +88,7 @@ pub(super) struct Unpacked {
 
 impl Unpacked {
     /// Packs the recording, unless that fails or is cancelled. It stays as it is then.
-    pub(super) fn pack(&self, cancelled: &AtomicBool) -> io::Result<()> {
+    pub(super) fn pack(&self, packing: &Packing) -> io::Result<()> {
         let Self { path, identity: expected, states } = self;
         if *states < MIN_STATES {
             return Ok(());
@@ -61,16 +98,13 @@ impl Unpacked {
         }
         let original = File::open(path)?;
         let metadata = original.metadata()?;
-        let name = path.file_name().unwrap_or_default();
-        let beside = Builder::new().prefix(name).suffix(UNFINISHED).tempfile_in(folder(path))?;
+        let beside = packing.begin(path)?;
         // Tells a server that starts in this folder that somebody still writes it.
         beside.as_file().try_lock()?;
         let (mut writer, mut count) = (None, 0);
         let original = BufReader::with_capacity(STEP_BYTES, original);
         let read = read_states(original, |description, state, time| {
-            if cancelled.load(Ordering::Relaxed) {
-                return Err(io::Error::from(io::ErrorKind::Interrupted).into());
-            }
+            packing.check()?;
             let mut add = || -> Result<(), McapError> {
                 let writer = match &mut writer {
                     Some(writer) => writer,
@@ -108,11 +142,11 @@ impl Unpacked {
     }
 }
 
-/// Packs recordings one after the other, in the background, and at the lowest priority where the
+/// Packs recordings one after the other, in the background, and at a low priority where the
 /// system has one for each thread.
 pub(super) struct Packer {
     waiting: SyncSender<Unpacked>,
-    cancelled: Arc<AtomicBool>,
+    packing: Arc<Packing>,
     /// Disconnected when all is done.
     done: Receiver<()>,
 }
@@ -125,18 +159,18 @@ impl Packer {
     pub(super) fn start() -> io::Result<Self> {
         let (waiting, next) = mpsc::sync_channel::<Unpacked>(MAX_WAITING);
         let (busy, done) = mpsc::channel();
-        let cancelled = Arc::new(AtomicBool::new(false));
-        let is_cancelled = Arc::clone(&cancelled);
+        let packing = Arc::new(Packing::default());
+        let shared = Arc::clone(&packing);
         thread::Builder::new().name("packer".into()).spawn(move || {
             let _busy: mpsc::Sender<()> = busy;
             lower_priority();
             for unpacked in next {
-                if let Err(error) = unpacked.pack(&is_cancelled) {
+                if let Err(error) = unpacked.pack(&shared) {
                     debug!("{} stays unpacked: {error}", unpacked.path.display());
                 }
             }
         })?;
-        Ok(Self { waiting, cancelled, done })
+        Ok(Self { waiting, packing, done })
     }
 
     /// Packs this one as soon as those before it are packed. If too many wait, it stays as it is.
@@ -148,11 +182,12 @@ impl Packer {
 
     /// Waits until all are packed, for a second. Those that are not stay as they are.
     pub(super) fn finish(self) {
-        let Self { waiting, cancelled, done } = self;
+        let Self { waiting, packing, done } = self;
         drop(waiting);
         if done.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-            cancelled.store(true, Ordering::Relaxed);
+            packing.cancel();
             let _ = done.recv_timeout(GIVE_UP);
+            packing.abandon();
         }
     }
 }
@@ -176,14 +211,15 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Lets all other threads go first. Elsewhere than on Linux that is for the whole process only.
+/// Lets other threads go first, but not for ever: the end of a server waits for a second only.
+/// Elsewhere than on Linux a priority is that of the whole process.
 fn lower_priority() {
     #[cfg(target_os = "linux")]
-    let _ = rustix::process::setpriority_process(None, LOWEST_PRIORITY);
+    let _ = rustix::process::setpriority_process(None, NICE);
 }
 
 #[cfg(target_os = "linux")]
-const LOWEST_PRIORITY: i32 = 19;
+const NICE: i32 = 10;
 
 #[cfg(test)]
 mod tests {
@@ -237,7 +273,7 @@ mod tests {
         let original = File::options().write(true).open(&unpacked.path).unwrap();
         original.set_modified(then).unwrap();
         let before = (Recording::open(&unpacked.path).unwrap(), original.metadata().unwrap());
-        unpacked.pack(&AtomicBool::new(false)).unwrap();
+        unpacked.pack(&Packing::default()).unwrap();
 
         let after = Recording::open(&unpacked.path).unwrap();
         assert_eq!((after.info(), after.maze()), (before.0.info(), before.0.maze()));
@@ -255,7 +291,7 @@ mod tests {
     fn other_tools_read_a_packed_recording_from_the_beginning_to_the_end() {
         let folder = tempfile::tempdir().unwrap();
         let unpacked = unpacked(folder.path(), 5000);
-        unpacked.pack(&AtomicBool::new(false)).unwrap();
+        unpacked.pack(&Packing::default()).unwrap();
         let bytes = fs::read(&unpacked.path).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         // Readers that find an index of one kind but not the other show nothing at all.
@@ -298,9 +334,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let Unpacked { path, identity: (device, file), states } = unpacked(folder.path(), 100);
         let bytes = fs::read(&path).unwrap();
-        let pack = |states, identity, cancelled| {
+        let pack = |states, identity, cancelled: bool| {
             let unpacked = Unpacked { path: path.clone(), identity, states };
-            let packed = unpacked.pack(&AtomicBool::new(cancelled));
+            let packing = Packing { is_cancelled: cancelled.into(), ..Packing::default() };
+            let packed = unpacked.pack(&packing);
             assert!(fs::read(&path).unwrap() == bytes);
             assert_eq!(files(folder.path()), 1);
             packed
@@ -310,6 +347,21 @@ mod tests {
         assert!(pack(states - 1, (device, file), false).is_err(), "one too many");
         assert!(pack(states, (device, file ^ 1), false).is_err(), "another file");
         assert!(pack(MIN_STATES - 1, (device, file), false).is_ok(), "not worth it");
+    }
+
+    #[test]
+    fn a_packer_that_is_abandoned_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        let recording = unpacked(folder.path(), 100).path;
+        let packing = Packing::default();
+        let beside = packing.begin(&recording).unwrap();
+        assert_eq!(files(folder.path()), 2);
+        packing.cancel();
+        packing.abandon();
+        assert_eq!(files(folder.path()), 1);
+        assert!(packing.begin(&recording).is_err());
+        assert!(beside.persist(&recording).is_err(), "too late");
+        assert_eq!(Recording::open(&recording).unwrap().history().len(), 100);
     }
 
     #[test]

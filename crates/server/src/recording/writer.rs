@@ -3,7 +3,6 @@
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use mcap::McapError;
 use mcap::records::MessageHeader;
@@ -12,7 +11,7 @@ use mmsim_protocol::Info;
 use tracing::debug;
 
 use super::RecordError;
-use super::pack::Unpacked;
+use super::pack::{Packing, Unpacked};
 use super::save::{cause, describe, options, write_maze};
 use crate::clock::Clock;
 
@@ -92,7 +91,7 @@ impl RecordingWriter {
     /// The summary cannot be written. All states can be read nevertheless.
     pub fn close(self) -> Result<(), RecordError> {
         let (unpacked, closed) = self.close_unpacked();
-        if let Err(error) = unpacked.pack(&AtomicBool::new(false)) {
+        if let Err(error) = unpacked.pack(&Packing::default()) {
             debug!("a recording stays unpacked: {error}");
         }
         closed
