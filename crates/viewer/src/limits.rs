@@ -33,6 +33,8 @@ pub struct Limits {
     /// The maximum time until the header of a request is complete, counted from the end of the
     /// previous reply.
     pub header_time: Duration,
+    /// The maximum time until the body of a request is complete.
+    pub body_time: Duration,
     /// The maximum time by which an upload or a download may lag behind 64 KiB/s.
     pub max_lag: Duration,
     /// The maximum time that an upload, a picture or a recording waits for its turn.
@@ -44,6 +46,7 @@ impl Default for Limits {
         Self {
             connections: MAX_VIEWER_CONNECTIONS,
             header_time: Duration::from_secs(30),
+            body_time: Duration::from_secs(600),
             max_lag: Duration::from_secs(30),
             queue_time: Duration::from_secs(60),
         }

@@ -59,13 +59,17 @@ pub(crate) async fn receive(
     mut take: impl FnMut(Bytes) -> io::Result<()>,
 ) -> Result<(), Refusal> {
     let (mut pieces, mut pace, mut length) = (body.into_data_stream(), Pace::new(limits), 0);
+    let (last, seconds) = (Instant::now() + limits.body_time, limits.body_time.as_secs());
     let too_slow = |_| {
         let text = format!(
-            "the request arrived too slowly: expected at least {MIN_RATE} bytes per second"
+            "the request arrived too slowly: expected at least {MIN_RATE} bytes per second, and all \
+             of it within {seconds} s"
         );
         Refusal::new(StatusCode::REQUEST_TIMEOUT, text)
     };
-    while let Some(piece) = timeout_at(pace.deadline, pieces.next()).await.map_err(too_slow)? {
+    while let Some(piece) =
+        timeout_at(pace.deadline.min(last), pieces.next()).await.map_err(too_slow)?
+    {
         let piece = piece.map_err(Refusal::bad)?;
         pace.advance(piece.len());
         length += piece.len();

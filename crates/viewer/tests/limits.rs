@@ -60,7 +60,8 @@ fn a_body_that_never_ends_is_refused() {
         assert_eq!(reply.status, 408);
         assert_eq!(
             reply.text(),
-            "the request arrived too slowly: expected at least 65536 bytes per second"
+            "the request arrived too slowly: expected at least 65536 bytes per second, and all of \
+             it within 600 s"
         );
     }
     watched.stop();
@@ -112,6 +113,20 @@ fn slow_uploads_make_way_for_others() {
     for slow in slow {
         assert_eq!(Reply::parse(&slow.join().unwrap()).status, 408);
     }
+    watched.stop();
+}
+
+#[test]
+fn an_upload_ends_however_little_it_lags() {
+    let limits =
+        Limits { body_time: Duration::from_secs(2), max_lag: 10 * PATIENCE, ..Limits::default() };
+    let watched = Watched::with_limits("127.0.0.1", None, limits);
+    let mut stream = watched.connect();
+    let head = head(&watched, "/api/recordings?name=slow.mcap", 1_000_000);
+    stream.write_all(head.as_bytes()).unwrap();
+    let reply = Reply::parse(&trickle(stream));
+    assert_eq!(reply.status, 408);
+    assert!(reply.text().ends_with("and all of it within 2 s"), "{}", reply.text());
     watched.stop();
 }
 
