@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use mmsim_maze::Escaped;
+
 use crate::Theme;
 use crate::digits::decimals;
 
@@ -175,7 +177,9 @@ fn text(svg: &mut String, class: &str, x: f64, y: f64, text: &str) {
     let _ = writeln!(svg, "<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{text}</text>");
 }
 
+/// Text for XML, which has no way to write control characters.
 fn escaped(text: &str) -> String {
+    let text = Escaped(text).to_string();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -250,6 +254,13 @@ mod tests {
                 && svg.contains("A &quot;chart")
         );
         assert_eq!(svg.matches("class=\"limit\"").count(), 2, "in the group and in the legend");
+    }
+
+    #[test]
+    fn names_with_control_characters_make_no_broken_picture() {
+        let svg = BarChart { title: "a\u{1b}[2J\n\0b".into(), ..chart() }.svg();
+        assert!(svg.contains(r">a\u{1b}[2J\n\u{0}b</text>"), "{svg}");
+        resvg::usvg::Tree::from_str(&svg, &Default::default()).unwrap();
     }
 
     #[test]
