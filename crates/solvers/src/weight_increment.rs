@@ -43,9 +43,13 @@ impl Strategy for WeightIncrement {
         if map.goals().contains(pose.cell) {
             return Ok(Move::Stop);
         }
-        let visits =
-            |heading| pose.cell.neighbour(heading).map_or(0, |cell| self.weight(cell).into());
-        step_to_least(map, pose, Heading::ALL.map(visits))
+        // `map` of arrays is not always inlined.
+        let mut visits = [0; 4];
+        for heading in Heading::ALL {
+            let neighbour = pose.cell.neighbour(heading);
+            visits[heading as usize] = neighbour.map_or(0, |cell| self.weight(cell).into());
+        }
+        step_to_least(map, pose, visits)
             .map(|(step, _)| Move::Step(step))
             .ok_or(SearchError::BoxedIn { cell: pose.cell })
     }
