@@ -260,7 +260,7 @@ mod tests {
     fn names_with_control_characters_make_no_broken_picture() {
         let svg = BarChart { title: "a\u{1b}[2J\n\0b".into(), ..chart() }.svg();
         assert!(svg.contains(r">a\u{1b}[2J\n\u{0}b</text>"), "{svg}");
-        resvg::usvg::Tree::from_str(&svg, &Default::default()).unwrap();
+        resvg::usvg::Tree::from_str(&svg, &resvg::usvg::Options::default()).unwrap();
     }
 
     #[test]
