@@ -177,7 +177,7 @@ fn text(svg: &mut String, class: &str, x: f64, y: f64, text: &str) {
     let _ = writeln!(svg, "<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{text}</text>");
 }
 
-/// Text for XML, which has no way to write control characters.
+/// Escapes text for XML, which cannot represent control characters.
 fn escaped(text: &str) -> String {
     let text = Escaped(text).to_string();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

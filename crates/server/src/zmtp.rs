@@ -269,6 +269,36 @@ pub(crate) mod tests {
         }
     }
 
+    /// Returns the steps for bytes that arrive in pieces of these lengths, over and over. A frame that
+    /// is not kept counts as one step, however many pieces of it are skipped.
+    fn steps_of_pieces(input: &[u8], lengths: &[usize]) -> Vec<String> {
+        let (mut decoder, mut steps) = (Decoder::default(), Vec::new());
+        let (mut start, mut end) = (0, 0);
+        for length in lengths.iter().cycle() {
+            end = input.len().min(end + length);
+            loop {
+                match decoder.step(&input[start..end]) {
+                    Ok((_, Step::More)) => break,
+                    Ok((taken, step)) => {
+                        let is_skipping = step == Step::Nothing && decoder.long.is_some();
+                        if !is_skipping {
+                            steps.push(format!("{step:?}"));
+                        }
+                        start += taken;
+                    }
+                    Err(violation) => {
+                        steps.push(violation.to_string());
+                        return steps;
+                    }
+                }
+            }
+            if end == input.len() {
+                break;
+            }
+        }
+        steps
+    }
+
     /// The steps after a handshake.
     fn after_handshake(input: &[u8]) -> (Vec<String>, Decoder) {
         let mut decoder = Decoder::default();
@@ -393,33 +423,7 @@ pub(crate) mod tests {
             cuts in prop::collection::vec(1usize..40, 1..40),
         ) {
             let input = if begun { [hello(), bytes].concat() } else { bytes };
-            let mut whole = steps(&mut Decoder::default(), &input);
-            let (mut decoder, mut pieces) = (Decoder::default(), Vec::new());
-            let (mut start, mut end) = (0, 0);
-            'input: for cut in cuts.into_iter().cycle() {
-                end = input.len().min(end + cut);
-                loop {
-                    match decoder.step(&input[start..end]) {
-                        Ok((_, Step::More)) => break,
-                        Ok((taken, step)) => {
-                            pieces.push(format!("{step:?}"));
-                            start += taken;
-                        }
-                        Err(violation) => {
-                            pieces.push(violation.to_string());
-                            break 'input;
-                        }
-                    }
-                }
-                if end == input.len() {
-                    break;
-                }
-            }
-            // A frame that is not kept is skipped piece by piece.
-            for steps in [&mut whole, &mut pieces] {
-                steps.retain(|step| step != "Nothing");
-            }
-            prop_assert_eq!(whole, pieces);
+            prop_assert_eq!(steps_of_pieces(&input, &[input.len()]), steps_of_pieces(&input, &cuts));
         }
     }
 }

@@ -23,16 +23,16 @@ use super::writer::{Identity, identity};
 use super::{Ending, NoRecording};
 use crate::memory;
 
-/// What the end of a server and its packer tell each other.
+/// State shared by the packer and a server that shuts down.
 #[derive(Default)]
 pub(super) struct Packing {
     is_cancelled: AtomicBool,
-    /// The file that is being written.
+    /// Path of the temporary file being written.
     unfinished: Mutex<Option<PathBuf>>,
 }
 
 impl Packing {
-    /// A new file beside this one, unless packing is cancelled.
+    /// Creates a temporary file next to `path`. Fails once packing is cancelled.
     fn begin(&self, path: &Path) -> io::Result<NamedTempFile> {
         let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         self.check()?;
@@ -51,7 +51,7 @@ impl Packing {
         self.is_cancelled.store(true, Ordering::SeqCst);
     }
 
-    /// Removes the file of a packer that will not come to do so before the process ends.
+    /// Removes the temporary file if the packer cannot do so before the process ends.
     fn abandon(&self) {
         let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(path) = unfinished.take() {
@@ -142,8 +142,7 @@ impl Unpacked {
     }
 }
 
-/// Packs recordings one after the other, in the background, and at a low priority where the
-/// system has one for each thread.
+/// Packs recordings one after the other, in the background, on Linux at a low priority.
 pub(super) struct Packer {
     waiting: SyncSender<Unpacked>,
     packing: Arc<Packing>,
@@ -211,8 +210,8 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Lets other threads go first, but not for ever: the end of a server waits for a second only.
-/// Elsewhere than on Linux a priority is that of the whole process.
+/// Lowers the priority of this thread, but not to the minimum: a server that shuts down waits only a
+/// second for it. Only Linux has a priority for each thread.
 fn lower_priority() {
     #[cfg(target_os = "linux")]
     let _ = rustix::process::setpriority_process(None, NICE);

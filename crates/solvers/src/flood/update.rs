@@ -45,18 +45,19 @@ impl Distances {
         steps == 0 || Heading::ALL.into_iter().fold(0, leads_on) > 0
     }
 
-    /// Whether walls around this cell leave everything as it is.
+    /// Returns whether the distances are right with the walls around `seen`: open neighbours differ by
+    /// at most one step, and `seen` and each cell behind a wall still have a nearer neighbour.
     fn stays_right(&self, walls: &Walls, seen: Cell) -> bool {
         if walls.size() != self.size {
             return false;
         }
         let (steps, around, sides) = (self.raw(seen), self.raw_around(seen), walls.sides(seen));
-        let parts_unlike = |any: u8, heading: Heading| {
-            let is_unlike = u8::from(steps.abs_diff(around[heading as usize]) > 1);
-            any | u8::from(!sides.has(heading)) & is_unlike
+        let differs = |any: u8, heading: Heading| {
+            let is_far = u8::from(steps.abs_diff(around[heading as usize]) > 1);
+            any | u8::from(!sides.has(heading)) & is_far
         };
         let mut behind_walls = Heading::ALL.into_iter().filter(|&heading| sides.has(heading));
-        Heading::ALL.into_iter().fold(0, parts_unlike) == 0
+        Heading::ALL.into_iter().fold(0, differs) == 0
             && (steps == UNREACHABLE || self.lead_on(walls, seen))
             && behind_walls.all(|heading| {
                 around[heading as usize] != steps.wrapping_add(1)
