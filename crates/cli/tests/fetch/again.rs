@@ -186,10 +186,9 @@ fn a_full_disk_changes_nothing() {
     let large = MAZE.to_string() + &"and more\n".repeat(1000);
     home.write("new.tar.gz", tar_gz(&[("top/classic/old.txt", OTHER_MAZE), ("top/z.txt", &large)]));
     let before = all_of(home.path());
-    let program = home.command(&[]).get_program().to_owned();
     let limited = "trap '' XFSZ; ulimit -f 8; exec \"$0\" mazes fetch mazes --from new.tar.gz";
     let mut command = Command::new("sh");
-    command.args(["-c", limited]).arg(program).current_dir(home.path());
+    command.args(["-c", limited]).arg(env!("CARGO_BIN_EXE_mmsim")).current_dir(home.path());
     let ended = mmsim_tests::output(&mut command);
     let error = String::from_utf8(ended.stderr).unwrap();
     assert_eq!(ended.status.code(), Some(1), "{error}");
