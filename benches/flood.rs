@@ -218,7 +218,8 @@ impl Prepared {
 
 /// Our floods, with each kind of instructions that this processor has, the best first.
 fn ours() -> impl Iterator<Item = Row<'static, Prepared>> {
-    let there = Instructions::ALL.into_iter().rev().filter(|instructions| instructions.are_there());
+    let there =
+        Instructions::ALL.into_iter().rev().filter(|instructions| instructions.is_available());
     there.map(|instructions| {
         Row::new(&format!("mmsim, {}", instructions.name()), move |Prepared { maze, .. }| {
             black_box(&Distances::flood_with(instructions, maze.walls(), maze.goals()));
@@ -302,10 +303,10 @@ impl Trace {
 
     /// Goes through it; `keep` is to bring distances up to date each time.
     fn replay(&self, mut keep: impl FnMut(&mut Distances, &KnownMaze, Cell)) -> Distances {
-        let (maze, mut map) = (&self.maze, KnownMaze::before(&self.maze));
+        let (maze, mut map) = (&self.maze, KnownMaze::unexplored(&self.maze));
         let mut distances = Distances::flood(map.walls(Unknown::Open), maze.goals());
         for &pose in &self.seen {
-            map.note(pose, maze.walls().around(pose)).unwrap();
+            map.observe(pose, maze.walls().around(pose)).unwrap();
             keep(&mut distances, &map, pose.cell);
         }
         assert_eq!(map.visited().len() > 1, self.seen.len() > 1);

@@ -43,7 +43,7 @@ fn ten_thousand(_: &mut Criterion) {
             let time = timed().min(timed()).min(timed());
             all += time;
             slowest = slowest.max(time);
-            assert_eq!(MazeFacts::of(&maze).reachable_cells, size.area());
+            assert_eq!(MazeFacts::new(&maze).reachable_cells, size.area());
             mazes.insert(maze);
         }
         assert_eq!(mazes.len(), MAZES as usize);

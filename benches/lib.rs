@@ -10,7 +10,7 @@ use criterion::{BatchSize, Criterion, Throughput};
 use mmsim_client::{InMemory, search_run};
 use mmsim_maze::{Catalogue, Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
 use mmsim_server::{Background, Server, Simulation};
-use mmsim_solvers::{Bundled, Mouse, Move, Strategy};
+use mmsim_solvers::{BundledStrategy, Mouse, Move, Strategy};
 
 /// States of one search at most: wall followers may go round for ever.
 const MAX_STATES: u32 = 400;
@@ -28,7 +28,7 @@ fn mazes_of(folders: &[&str], is_wanted: fn(MazeSize) -> bool) -> Vec<Maze> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut mazes = Vec::new();
     for folder in folders {
-        let Ok(catalogue) = Catalogue::of_path(&root.join(folder)) else { continue };
+        let Ok(catalogue) = Catalogue::from_path(&root.join(folder)) else { continue };
         mazes.extend(catalogue.entries().iter().map(|entry| entry.maze().unwrap()));
     }
     mazes.retain(|maze| is_wanted(maze.size()));
@@ -80,7 +80,7 @@ pub struct Searches<'m> {
 
 impl<'m> Searches<'m> {
     /// How many strategies take turns.
-    pub const STRATEGIES: usize = Bundled::ALL.len();
+    pub const STRATEGIES: usize = BundledStrategy::ALL.len();
 
     /// How many searches there were.
     pub const fn count(&self) -> usize {
@@ -98,7 +98,7 @@ impl<'m> Searches<'m> {
     /// There is no maze.
     pub fn next(&mut self, mut show: impl FnMut(&[u8])) {
         let maze = &self.mazes[self.noise.below(self.mazes.len())];
-        let strategy = Bundled::ALL[self.count % Bundled::ALL.len()];
+        let strategy = BundledStrategy::ALL[self.count % BundledStrategy::ALL.len()];
         let mut cell = || {
             let (width, height) = (maze.size().width().into(), maze.size().height().into());
             let coordinate = |number| u8::try_from(number).unwrap();
@@ -133,7 +133,7 @@ pub fn large_mazes() -> Vec<Maze> {
 
 /// Where a mouse stood each time it looked around on its search of this maze, in that order.
 pub fn walls_seen(maze: &Maze, strategy: impl Strategy) -> Vec<Pose> {
-    let mut mouse = Mouse::new(strategy, KnownMaze::before(maze), maze.start());
+    let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
     let mut seen = Vec::new();
     while seen.len() < MAX_STATES as usize {
         let pose = mouse.pose();

@@ -62,7 +62,7 @@ fn straights(maze: &Maze, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
         let on = move |&here: &Cell| {
             (!maze.walls().has(here, heading)).then(|| here.neighbour(heading)).flatten()
         };
-        std::iter::successors(Some(cell), on).skip(1).take(Action::MOST_CELLS.unsigned_abs().into())
+        std::iter::successors(Some(cell), on).skip(1).take(Action::MAX_CELLS.unsigned_abs().into())
     })
 }
 

@@ -24,7 +24,7 @@ struct Exchange {
 
 fn exchanges() -> [Exchange; 2] {
     let maze = bundled_maze("01-harbour");
-    let map = KnownMaze::before(&maze);
+    let map = KnownMaze::unexplored(&maze);
     let mut state = vec![0; 518];
     encode_state(&mut state, maze.start(), &map, |cell| cell.x.into(), Order::F).unwrap();
     [

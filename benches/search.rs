@@ -10,14 +10,14 @@ use mmsim_client::{InMemory, SearchRun, Transport, Zmq, search_run};
 use mmsim_maze::{KnownMaze, Maze, Unknown};
 use mmsim_server::Simulation;
 use mmsim_solvers::{
-    Bundled, Distances, FloodFill, MazeFacts, Mouse, Move, ShortestPathSearch, Strategy,
+    BundledStrategy, Distances, FloodFill, MazeFacts, Mouse, Move, ShortestPathSearch, Strategy,
 };
 
 /// A maze in which the search takes about 200 steps, and how many it takes exactly.
 const MAZE: (&str, u32) = ("06-mirage", 220);
 
 fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
-    let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::before(maze), maze.start());
+    let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(maze), maze.start());
     let run = search_run(transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(())).unwrap();
     assert_eq!((run.goal_reached, run.steps), (true, MAZE.1));
     run
@@ -37,7 +37,7 @@ fn searches(criterion: &mut Criterion) {
 
 /// A mouse after its search run, and the steps of that. (A fast run is left out.)
 fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>, u32) {
-    let mut mouse = Mouse::new(strategy, KnownMaze::before(maze), maze.start());
+    let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
     mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
     let mut steps = 0;
     while steps < max_states {
@@ -54,12 +54,12 @@ fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>
 /// Asserts that the shortest path is proven and how far that took, then times whole searches.
 fn whole_searches(criterion: &mut Criterion) {
     let mut mazes = classic_mazes();
-    mazes.retain(|maze| MazeFacts::of(maze).shortest_path.is_some());
+    mazes.retain(|maze| MazeFacts::new(maze).shortest_path.is_some());
     let mut all_steps = 0;
     for maze in &mazes {
         let (mouse, steps) = explored(maze, ShortestPathSearch::new(), 10_000);
         let known = Distances::flood(mouse.map().walls(Unknown::Closed), maze.goals());
-        assert_eq!(known.at(maze.start().cell), MazeFacts::of(maze).shortest_path);
+        assert_eq!(known.at(maze.start().cell), MazeFacts::new(maze).shortest_path);
         assert_eq!(mouse.pose().cell, maze.start().cell);
         all_steps += steps;
     }
@@ -71,7 +71,8 @@ fn whole_searches(criterion: &mut Criterion) {
     let own = Row::new("shortest-path-search", |maze: &Maze| {
         black_box(explored(maze, ShortestPathSearch::new(), 10_000).1);
     });
-    let others = Bundled::ALL.into_iter().filter(|&one| one != Bundled::ShortestPathSearch);
+    let others =
+        BundledStrategy::ALL.into_iter().filter(|&one| one != BundledStrategy::ShortestPathSearch);
     let others = others.map(|strategy| {
         Row::new(strategy.name(), move |maze: &Maze| {
             black_box(explored(maze, strategy.strategy(), strategy.max_states()).1);

@@ -12,7 +12,7 @@ use mmsim_benches::{Noise, Searches, bundled_maze, classic_mazes};
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Order, encode_state, state_bytes};
 use mmsim_server::{Server, Simulation};
-use mmsim_viewer::{Show, Viewer};
+use mmsim_viewer::{Viewer, ViewerConfig};
 use serde_json::Value;
 
 /// Rounds of a comparison and round trips in each; the two sides take turns.
@@ -63,7 +63,7 @@ impl Page {
 }
 
 /// Watches the newest state until told to stop; gives how many it has drawn.
-fn follow(address: &str, watch: &mmsim_server::Watch, stop: &AtomicBool) -> usize {
+fn follow(address: &str, watch: &mmsim_server::Monitor, stop: &AtomicBool) -> usize {
     let (mut page, mut drawn) = (Page::open(address), 0);
     while !stop.load(Ordering::Relaxed) {
         let (begun, status) = (Instant::now(), watch.status());
@@ -80,7 +80,7 @@ fn follow(address: &str, watch: &mmsim_server::Watch, stop: &AtomicBool) -> usiz
 const GIFS: usize = 2;
 
 /// Asks for GIFs of the run until told to stop; returns the number of requests.
-fn ask_for_gifs(address: &str, watch: &mmsim_server::Watch, stop: &AtomicBool) -> usize {
+fn ask_for_gifs(address: &str, watch: &mmsim_server::Monitor, stop: &AtomicBool) -> usize {
     let (host, run) = (address.strip_prefix("http://").unwrap(), watch.status().run);
     let path = format!("/api/sources/live/animation.gif?run={run}");
     let request = format!("GET {path} HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n");
@@ -110,7 +110,7 @@ fn ask_for_gifs(address: &str, watch: &mmsim_server::Watch, stop: &AtomicBool) -
 }
 
 /// Does something beside a client until told to stop; returns how often it did.
-type Beside = fn(&str, &mmsim_server::Watch, &AtomicBool) -> usize;
+type Beside = fn(&str, &mmsim_server::Monitor, &AtomicBool) -> usize;
 
 fn median(mut values: Vec<f64>) -> (f64, f64, f64) {
     values.sort_by(f64::total_cmp);
@@ -120,12 +120,12 @@ fn median(mut values: Vec<f64>) -> (f64, f64, f64) {
 /// The rate of `S` beside something as a part of that without it.
 fn compare(trips: usize, rounds: usize, beside: Beside) -> (f64, f64, f64) {
     let maze = bundled_maze("01-harbour");
-    let (map, start) = (KnownMaze::before(&maze), maze.start());
+    let (map, start) = (KnownMaze::unexplored(&maze), maze.start());
     let mut state = vec![0; state_bytes(MazeSize::CLASSIC)];
     encode_state(&mut state, start, &map, |cell| cell.x.into(), Order::F).unwrap();
     let server = Server::bind("127.0.0.1", 0).unwrap();
     let (watch, show) =
-        (server.watch(), Show::default().with_live(&server, "01-harbour.txt".as_ref()));
+        (server.monitor(), ViewerConfig::default().with_live(&server, "01-harbour.txt".as_ref()));
     let server = server.spawn(Simulation::new("served", maze));
     let viewer = Viewer::bind("127.0.0.1", 0).unwrap().spawn(show).unwrap();
     let client = zmq::Context::new().socket(zmq::REQ).unwrap();
@@ -184,7 +184,7 @@ fn scrub(mazes: &[Maze], count: usize) {
     let indices: Vec<_> = (0..200).map(|_| noise.below(count)).collect();
     let expected: Vec<_> = indices.iter().map(|&index| simulation.history().get(index)).collect();
     let server = Server::bind("127.0.0.1", 0).unwrap();
-    let show = Show::default().with_live(&server, "searched.txt".as_ref());
+    let show = ViewerConfig::default().with_live(&server, "searched.txt".as_ref());
     let server = server.spawn(simulation);
     let viewer = Viewer::bind("127.0.0.1", 0).unwrap().spawn(show).unwrap();
     let begun = Instant::now();

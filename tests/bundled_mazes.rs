@@ -16,9 +16,9 @@ fn the_readme_tells_size_goal_and_shortest_path_of_each() {
         .collect();
     let mut told = rows.iter();
     let (mut classic, mut unreachable, mut not_square, mut half_size) = (0, 0, 0, 0);
-    for entry in Catalogue::of_path(&bundled_mazes()).unwrap().entries() {
+    for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
         let maze = entry.maze().unwrap();
-        let (size, shortest) = (maze.size(), MazeFacts::of(&maze).shortest_path);
+        let (size, shortest) = (maze.size(), MazeFacts::new(&maze).shortest_path);
         let goals: Vec<String> = maze.goals().iter().map(|cell| cell.to_string()).collect();
         let found = [
             entry.path().file_name().unwrap().to_string_lossy().to_string(),

@@ -35,7 +35,7 @@ fn all_text_mazes_equal_their_facts() {
         assert_eq!(maze.size(), size, "{name}");
         assert_eq!(*maze.goals(), goals, "{name}");
         assert_eq!(maze.start().cell, Cell::new(0, 0), "{name}");
-        assert_eq!(MazeFacts::of(&maze), expected, "{name}");
+        assert_eq!(MazeFacts::new(&maze), expected, "{name}");
         assert_eq!(maze.to_string().parse().as_ref(), Ok(&maze), "{name}");
         let is_bare = facts.odd.iter().any(|odd| odd == "posts_without_wall");
         assert_eq!(maze.posts_without_wall().next().is_some(), is_bare, "{name}");
@@ -51,7 +51,7 @@ fn trial_mazes_read() {
         let maze = Maze::read(&folder.join(name)).unwrap();
         assert_eq!(maze.size(), MazeSize::new(side, side).unwrap(), "{name}");
         assert_eq!(*maze.goals(), maze.size().central_cells(), "{name}");
-        let facts = MazeFacts::of(&maze);
+        let facts = MazeFacts::new(&maze);
         assert_eq!(facts.reachable_cells, side * side, "{name}");
         assert!(facts.shortest_path.is_some(), "{name}");
     }

@@ -34,7 +34,7 @@ fn index(cell: Cell) -> usize {
 fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
     let expected = by_queue(walls, targets);
     let downhill = Downhill::flood(walls, targets);
-    let there = || Instructions::ALL.into_iter().filter(|instructions| instructions.are_there());
+    let there = || Instructions::ALL.into_iter().filter(|instructions| instructions.is_available());
     let floods: Vec<_> = there().map(|one| Distances::flood_with(one, walls, targets)).collect();
     for cell in walls.size().cells() {
         let steps = expected[index(cell)];
@@ -62,7 +62,7 @@ fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
 fn real_mazes_are_flooded_as_by_a_queue() {
     let folders = [Some(bundled_mazes()), shared("mazes")];
     for folder in folders.into_iter().flatten() {
-        for entry in Catalogue::of_path(&folder).unwrap().entries() {
+        for entry in Catalogue::from_path(&folder).unwrap().entries() {
             let (name, maze) = (entry.name(), entry.maze().unwrap());
             check(&name, maze.walls(), maze.goals());
             check(&name, maze.walls(), &[maze.start().cell].into_iter().collect());

@@ -9,9 +9,9 @@ use mmsim_tests::{bundled_mazes, shared};
 
 /// The mazes of a folder, but for those in the format of the trial.
 fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
-    let catalogue = Catalogue::of_path(folder).unwrap();
+    let catalogue = Catalogue::from_path(folder).unwrap();
     let entries = catalogue.entries().iter();
-    let texts = entries.filter(|entry| Format::of(&entry.content().unwrap()) == Format::Text);
+    let texts = entries.filter(|entry| Format::detect(&entry.content().unwrap()) == Format::Text);
     texts.map(|entry| (entry.path().display().to_string(), entry.maze().unwrap())).collect()
 }
 
@@ -22,7 +22,7 @@ fn held(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
     for (path, maze) in mazes {
         for format in Format::ALL {
             let Ok(content) = format.write(maze) else { continue };
-            assert_eq!(Format::of(&content), format, "{path} as {format}");
+            assert_eq!(Format::detect(&content), format, "{path} as {format}");
             let back = Maze::parse(&content).unwrap();
             assert_eq!(back.to_string(), maze.to_string(), "{path} as {format}");
             assert_eq!(&back, maze, "{path} as {format}");
@@ -52,7 +52,7 @@ fn real_mazes_read_from_csv() {
     let Some(folder) = shared("mazes/classic") else { return };
     for (path, maze) in text_mazes(&folder) {
         let csv = csv(&maze);
-        assert_eq!(Format::of(csv.as_bytes()), Format::Csv, "{path}");
+        assert_eq!(Format::detect(csv.as_bytes()), Format::Csv, "{path}");
         assert_eq!(csv.parse().as_ref(), Ok(&maze), "{path}");
     }
 }
@@ -76,7 +76,7 @@ fn real_mazes_read_from_hex_rows() {
         let last = maze.size().width() - 1;
         let read = |order, set_is_open, lie: usize| {
             let text = hex_rows(maze, order, set_is_open, |line, at| lies[lie](last, line, at));
-            assert_eq!(Format::of(text.as_bytes()), Format::Hex, "{path}");
+            assert_eq!(Format::detect(text.as_bytes()), Format::Hex, "{path}");
             let reading = Format::Hex.read(text.as_bytes()).unwrap();
             let (is_right, is_told) = (reading.maze == *maze, reading.ambiguous_way.is_some());
             assert!(is_right || is_told, "{path}:\n{text}");
@@ -150,11 +150,11 @@ fn the_examples_of_the_page_read() {
         for example in section.split("```text\n").skip(1) {
             let example = example.split("```").next().unwrap();
             let maze: Maze = example.parse().unwrap_or_else(|error| panic!("{heading}: {error}"));
-            let format = Format::of(example.as_bytes());
+            let format = Format::detect(example.as_bytes());
             assert_eq!(format.name(), heading.to_lowercase(), "{example}");
             for line_end in ["\r\n", "\r"] {
                 let ended = example.replace('\n', line_end);
-                assert_eq!(Format::of(ended.as_bytes()), format, "{ended:?}");
+                assert_eq!(Format::detect(ended.as_bytes()), format, "{ended:?}");
                 assert_eq!(ended.parse().as_ref(), Ok(&maze), "{ended:?}");
             }
             assert_eq!(drawn.get_or_insert_with(|| maze.clone()), &maze, "{heading}");

@@ -7,7 +7,7 @@ use std::path::Path;
 use mmsim_client::{InMemory, search_run};
 use mmsim_maze::{Catalogue, KnownMaze, Maze, MazeSize};
 use mmsim_server::{Ending, Recording, RecordingWriter, Simulation};
-use mmsim_solvers::{Bundled, Mouse};
+use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_tests::bundled_mazes;
 
 /// The most that a state takes, with its part of all else in the file, in bytes.
@@ -20,9 +20,9 @@ const STATES: usize = 170;
 fn a_recorded_search_takes_forty_bytes_a_state() {
     let folder = tempfile::tempdir().unwrap();
     let (mut searches, mut all_states, mut all_bytes) = (0, 0, 0);
-    for entry in Catalogue::of_path(&bundled_mazes()).unwrap().entries() {
+    for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
         let maze = entry.maze().unwrap();
-        for strategy in Bundled::ALL {
+        for strategy in BundledStrategy::ALL {
             let path = folder.path().join(format!("{}-{}.mcap", entry.name(), strategy.name()));
             let states = record(&path, &maze, strategy);
             let bytes = usize::try_from(fs::metadata(&path).unwrap().len()).unwrap();
@@ -44,7 +44,7 @@ fn a_recorded_search_takes_forty_bytes_a_state() {
 const MAX_STATES: usize = 3000;
 
 /// Records a search as a server does; gives the number of states.
-fn record(path: &Path, maze: &Maze, strategy: Bundled) -> usize {
+fn record(path: &Path, maze: &Maze, strategy: BundledStrategy) -> usize {
     let mut simulation = Simulation::new("maze", maze.clone());
     let mut writer = RecordingWriter::create(path, &simulation.info(), Some(maze)).unwrap();
     let mut transport = InMemory::new(|request, reply| {
@@ -53,7 +53,7 @@ fn record(path: &Path, maze: &Maze, strategy: Bundled) -> usize {
         }
         simulation.handle(request, reply)
     });
-    let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::before(maze), maze.start());
+    let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::unexplored(maze), maze.start());
     let most = MAX_STATES.try_into().unwrap();
     // A goal that cannot be reached ends a search as well.
     let _ = search_run(&mut transport, &mut mouse, most, |_, _| ControlFlow::Continue(()));

@@ -10,11 +10,13 @@ use mmsim_maze::{Catalogue, Cell, KnownMaze, Maze, Unknown};
 use mmsim_protocol::{MazeSize, Request};
 use mmsim_server::{Server, Simulation};
 use mmsim_solvers::MazeFacts;
-use mmsim_solvers::{Bundled, Distances, Mouse, Move, SearchError, ShortestPathSearch, Swing};
+use mmsim_solvers::{
+    BundledStrategy, Distances, Mouse, Move, SearchError, ShortestPathSearch, Swing,
+};
 use mmsim_tests::{PATIENCE, bundled_mazes, known_distance, serve, shared, stop, within};
 
 fn mazes() -> Vec<(String, Maze)> {
-    let catalogue = Catalogue::of_path(&bundled_mazes()).unwrap();
+    let catalogue = Catalogue::from_path(&bundled_mazes()).unwrap();
     catalogue.entries().iter().map(|entry| (entry.name(), entry.maze().unwrap())).collect()
 }
 
@@ -26,11 +28,11 @@ fn flood_fill_reaches_every_goal_that_can_be_reached() {
         let info = ask_info(&mut transport).unwrap();
         let (size, start) = (info.size().unwrap(), info.start_pose().unwrap());
         let map = KnownMaze::new(size, start.cell, info.goal_cells());
-        assert_eq!(map, KnownMaze::before(&maze), "{name}");
-        let mut mouse = Mouse::new(Bundled::FloodFill.strategy(), map, start);
+        assert_eq!(map, KnownMaze::unexplored(&maze), "{name}");
+        let mut mouse = Mouse::new(BundledStrategy::FloodFill.strategy(), map, start);
         let result =
             search_run(&mut transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(()));
-        let shortest = MazeFacts::of(&maze).shortest_path;
+        let shortest = MazeFacts::new(&maze).shortest_path;
         let simulation = stop(server);
         let last = simulation.history().iter().last().unwrap();
         let Ok(Request::State(last)) = Request::decode(&last, size) else { panic!("{name}") };
@@ -56,12 +58,12 @@ fn a_client_may_start_before_its_server() {
     };
     let (told, was_told) = std::sync::mpsc::channel();
     let endpoint = format!("tcp://127.0.0.1:{port}");
-    let map = KnownMaze::before(&maze);
+    let map = KnownMaze::unexplored(&maze);
     let start = maze.start();
     let client = thread::spawn(move || {
         let notice = |_: mmsim_client::Waiting<'_>| told.send(()).unwrap();
         let mut transport = Zmq::connect(&endpoint, Some(PATIENCE), notice).unwrap();
-        let mut mouse = Mouse::new(Bundled::FloodFill.strategy(), map, start);
+        let mut mouse = Mouse::new(BundledStrategy::FloodFill.strategy(), map, start);
         search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(())).unwrap()
     });
     was_told.recv_timeout(PATIENCE).unwrap();
@@ -78,11 +80,15 @@ fn two_clients_each_get_their_own_replies() {
     assert_eq!(maze.size(), MazeSize::CLASSIC);
     let server = serve(maze.clone());
     thread::scope(|scope| {
-        for strategy in [Bundled::FloodFill, Bundled::WeightIncrement, Bundled::LeftWall] {
+        for strategy in [
+            BundledStrategy::FloodFill,
+            BundledStrategy::WeightIncrement,
+            BundledStrategy::LeftWall,
+        ] {
             let (maze, address) = (&maze, server.address());
             scope.spawn(move || {
                 let mut transport = Zmq::connect(address, Some(PATIENCE), |_| {}).unwrap();
-                let map = KnownMaze::before(maze);
+                let map = KnownMaze::unexplored(maze);
                 let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
                 search_run(&mut transport, &mut mouse, 500, |_, _| ControlFlow::Continue(()))
                     .unwrap();
@@ -104,9 +110,9 @@ fn swing_runs_fast_to_every_goal_of_the_shared_mazes() {
     // All of them take a minute unless the compiler has optimised.
     let sample = if cfg!(debug_assertions) { 24 } else { 1 };
     let mut most = 0;
-    for entry in Catalogue::of_path(&folder).unwrap().entries().iter().step_by(sample) {
+    for entry in Catalogue::from_path(&folder).unwrap().entries().iter().step_by(sample) {
         let (name, maze) = (entry.name(), entry.maze().unwrap());
-        let mut mouse = Mouse::new(Swing::new(), KnownMaze::before(&maze), maze.start());
+        let mut mouse = Mouse::new(Swing::new(), KnownMaze::unexplored(&maze), maze.start());
         mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
         let (mut states, mut fast_run) = (0, 0);
         let result = loop {
@@ -115,13 +121,13 @@ fn swing_runs_fast_to_every_goal_of_the_shared_mazes() {
             let decision = mouse.decide();
             fast_run = if mouse.pose().cell == maze.start().cell { 0 } else { fast_run + 1 };
             match decision {
-                Ok(Move::Step(step)) if states < Bundled::Swing.max_states() => {
+                Ok(Move::Step(step)) if states < BundledStrategy::Swing.max_states() => {
                     mouse.go(step).unwrap();
                 }
                 end => break end,
             }
         };
-        match MazeFacts::of(&maze).shortest_path {
+        match MazeFacts::new(&maze).shortest_path {
             Some(_) => {
                 assert_eq!(result, Ok(Move::Stop), "{name}");
                 assert!(maze.goals().contains(mouse.pose().cell), "{name}");
@@ -144,11 +150,11 @@ fn shortest_path_search_proves_the_shortest_way_of_the_shared_mazes() {
     // All of them take long unless the compiler has optimised.
     let sample = if cfg!(debug_assertions) { 24 } else { 1 };
     let (mut most, mut classic) = (0, Vec::new());
-    for entry in Catalogue::of_path(&folder).unwrap().entries().iter().step_by(sample) {
+    for entry in Catalogue::from_path(&folder).unwrap().entries().iter().step_by(sample) {
         let (name, maze) = (entry.name(), entry.maze().unwrap());
         let file = entry.path().strip_prefix(&folder).unwrap().to_str().unwrap();
         let shortest = facts.get(file).map_or_else(
-            || MazeFacts::of(&maze).shortest_path, // the trial's mazes have no facts
+            || MazeFacts::new(&maze).shortest_path, // the trial's mazes have no facts
             |facts| facts.shortest_cells,
         );
         let search = ShortestPathRun::of(&maze);
@@ -196,7 +202,7 @@ impl ShortestPathRun {
         let start = maze.start().cell;
         let home = [start].into_iter().collect();
         let mut mouse =
-            Mouse::new(ShortestPathSearch::new(), KnownMaze::before(maze), maze.start());
+            Mouse::new(ShortestPathSearch::new(), KnownMaze::unexplored(maze), maze.start());
         mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
         let (mut steps, mut fast_steps, mut back_at) = (0, 0, start);
         let (mut reached, mut proven) = (false, false);
@@ -225,7 +231,10 @@ impl ShortestPathRun {
             if fast_steps == 0 {
                 back_at = mouse.pose().cell;
             }
-            assert!(steps < Bundled::ShortestPathSearch.max_states(), "it goes on for ever");
+            assert!(
+                steps < BundledStrategy::ShortestPathSearch.max_states(),
+                "it goes on for ever"
+            );
         };
         let known = known_distance(mouse.map(), start, Unknown::Closed);
         Self { result, steps, back_at, known, fast_steps }

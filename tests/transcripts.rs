@@ -7,7 +7,7 @@ use std::path::Path;
 use mmsim_client::{InMemory, search_run};
 use mmsim_maze::Maze;
 use mmsim_server::Simulation;
-use mmsim_solvers::{Bundled, Mouse};
+use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_tests::{ask, classic_map, connect, json_lines, serve, shared, stop};
 use serde::{Deserialize, Deserializer};
 
@@ -63,7 +63,11 @@ fn our_strategies_ask_as_the_example_clients_did() {
     let Some(shared) = shared("") else { return };
     for name in MAZES {
         // The example clients that there are.
-        for strategy in [Bundled::FloodFill, Bundled::WeightIncrement, Bundled::LeftWall] {
+        for strategy in [
+            BundledStrategy::FloodFill,
+            BundledStrategy::WeightIncrement,
+            BundledStrategy::LeftWall,
+        ] {
             let expected = transcript(&shared, strategy.name(), name);
             let mut simulation = Simulation::new(name, maze(&shared, name));
             let mut asked = Vec::new();
@@ -76,7 +80,11 @@ fn our_strategies_ask_as_the_example_clients_did() {
             let run =
                 search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(()))
                     .unwrap();
-            assert_eq!(run.goal_reached, strategy != Bundled::LeftWall, "{strategy} on {name}");
+            assert_eq!(
+                run.goal_reached,
+                strategy != BundledStrategy::LeftWall,
+                "{strategy} on {name}"
+            );
             for (n, (asked, expected)) in asked.iter().zip(&expected).enumerate() {
                 assert_eq!(*asked, expected.req, "{strategy} on {name}, exchange {n}");
             }

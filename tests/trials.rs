@@ -5,7 +5,8 @@ use std::fs;
 use mmsim_maze::{Catalogue, KnownMaze, Maze};
 use mmsim_tests::{json_lines, shared};
 use mmsim_trial::{
-    Action, Bundled, Ending, KeyPoints, Score, Settings, Trial, Variant, race_optimum, try_robot,
+    Action, BundledRobot, Ending, KeyPoints, Score, Settings, Trial, Variant, race_optimum,
+    try_robot,
 };
 use serde::Deserialize;
 
@@ -30,7 +31,7 @@ enum Answer {
 impl From<&Answer> for Action {
     fn from(answer: &Answer) -> Self {
         match answer {
-            Answer::Move(rotation, movement) => Self::of_numbers(*rotation, *movement),
+            Answer::Move(rotation, movement) => Self::from_numbers(*rotation, *movement),
             Answer::Reset(first, second) => {
                 assert_eq!((first.as_str(), second.as_str()), ("Reset", "Reset"));
                 Self::Reset
@@ -88,11 +89,11 @@ fn race_optima_are_the_published_ones() {
 /// Explore and race steps in each of the three published mazes.
 type Figures = [(u32, u32); 3];
 
-fn figures(robot: Bundled, settings: &Settings) -> Option<Figures> {
+fn figures(robot: BundledRobot, settings: &Settings) -> Option<Figures> {
     let mazes = shared("mazes/trial")?;
     let ending = |number| {
         let maze = Maze::read(&mazes.join(format!("test_maze_0{number}.txt"))).unwrap();
-        let mut robot = robot.robot(KnownMaze::before(&maze), settings);
+        let mut robot = robot.robot(KnownMaze::unexplored(&maze), settings);
         match try_robot(&maze, &mut robot) {
             Ending::Scored(score) => (score.explore_steps, score.race_steps),
             ending => panic!("{ending:?} in maze {number}"),
@@ -114,7 +115,7 @@ fn swing_is_not_worse_than_the_published_code() {
     ];
     for (variant, theirs, expected) in published {
         let settings = Settings { variant, ..Settings::default() };
-        let Some(ours) = figures(Bundled::Swing, &settings) else { return };
+        let Some(ours) = figures(BundledRobot::Swing, &settings) else { return };
         for (ours, theirs) in ours.into_iter().zip(theirs) {
             let thirtieths = |(explore, race): (u32, u32)| explore + 30 * race;
             assert!(thirtieths(ours) <= thirtieths(theirs), "{variant}: {ours:?}, {theirs:?}");
@@ -128,7 +129,7 @@ fn swing_is_not_worse_than_the_published_code() {
     ];
     for (variant, expected) in timed {
         let settings = Settings { variant, ..Settings::default() };
-        assert_eq!(figures(Bundled::SwingTimed, &settings), Some(expected), "{variant}");
+        assert_eq!(figures(BundledRobot::SwingTimed, &settings), Some(expected), "{variant}");
     }
     let swing = [
         [(91, 17), (136, 26), (152, 29)],
@@ -142,7 +143,7 @@ fn swing_is_not_worse_than_the_published_code() {
         [(132, 17), (166, 22), (199, 25)],
         [(144, 17), (183, 22), (225, 25)],
     ];
-    for (robot, corners) in [(Bundled::Swing, swing), (Bundled::SwingTimed, timed)] {
+    for (robot, corners) in [(BundledRobot::Swing, swing), (BundledRobot::SwingTimed, timed)] {
         for (key_points, expected) in KeyPoints::ALL.into_iter().zip(corners) {
             let settings = Settings { key_points, ..Settings::default() };
             assert_eq!(figures(robot, &settings), Some(expected), "{robot}, {key_points} corners");
@@ -152,7 +153,7 @@ fn swing_is_not_worse_than_the_published_code() {
 
 #[test]
 fn count_expansion_equals_the_published_figures() {
-    let Some(found) = figures(Bundled::CountExpansion, &Settings::default()) else { return };
+    let Some(found) = figures(BundledRobot::CountExpansion, &Settings::default()) else { return };
     let scores = found.map(|(explore_steps, race_steps)| {
         (explore_steps, race_steps, Score { explore_steps, race_steps }.to_string())
     });
@@ -179,7 +180,8 @@ fn every_robot_ends_in_odd_mazes() {
         let maze: Maze = text.parse().unwrap();
         let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals());
         for (robot, settings) in robots() {
-            let ending = try_robot(&maze, &mut robot.robot(KnownMaze::before(&maze), &settings));
+            let ending =
+                try_robot(&maze, &mut robot.robot(KnownMaze::unexplored(&maze), &settings));
             match (optimum, ending) {
                 (Some(optimum), Ending::Scored(score)) => {
                     assert!(score.race_steps >= optimum.into());
@@ -192,12 +194,12 @@ fn every_robot_ends_in_odd_mazes() {
 }
 
 /// All robots that plan, with all settings.
-fn robots() -> impl Iterator<Item = (Bundled, Settings)> {
+fn robots() -> impl Iterator<Item = (BundledRobot, Settings)> {
     let settings = Variant::ALL.into_iter().flat_map(|variant| {
         KeyPoints::ALL.map(|key_points| Settings { key_points, variant, ..Settings::default() })
     });
     settings.flat_map(|settings| {
-        let robots = Bundled::ALL.into_iter().filter(|&robot| robot != Bundled::Random);
+        let robots = BundledRobot::ALL.into_iter().filter(|&robot| robot != BundledRobot::Random);
         robots.map(move |robot| (robot, settings))
     })
 }
@@ -208,11 +210,13 @@ fn every_shared_maze_is_raced_or_given_up() {
         let Some(folder) = shared(&format!("mazes/{kind}")) else { return };
         // All of them take minutes unless the compiler has optimised.
         let sample = if cfg!(debug_assertions) { 12 } else { 1 };
-        for entry in Catalogue::of_path(&folder).unwrap().entries().iter().step_by(sample) {
+        for entry in Catalogue::from_path(&folder).unwrap().entries().iter().step_by(sample) {
             let maze = entry.maze().unwrap();
             let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals());
-            for robot in Bundled::ALL.into_iter().filter(|&robot| robot != Bundled::Random) {
-                let mut ready = robot.robot(KnownMaze::before(&maze), &Settings::default());
+            for robot in
+                BundledRobot::ALL.into_iter().filter(|&robot| robot != BundledRobot::Random)
+            {
+                let mut ready = robot.robot(KnownMaze::unexplored(&maze), &Settings::default());
                 let ending = try_robot(&maze, &mut ready);
                 let name = entry.name();
                 match (optimum, ending) {
@@ -234,7 +238,8 @@ fn champion_scores_less_than_the_best_public_robot_of_each_maze() {
         let settings = Settings { seed, ..Settings::default() };
         ["test_maze_01", "test_maze_02", "test_maze_03"].map(|name| {
             let maze = Maze::read(&mazes.join(name).with_extension("txt")).unwrap();
-            let mut champion = Bundled::Champion.robot(KnownMaze::before(&maze), &settings);
+            let mut champion =
+                BundledRobot::Champion.robot(KnownMaze::unexplored(&maze), &settings);
             match try_robot(&maze, &mut champion) {
                 Ending::Scored(score) => score.value(),
                 other => panic!("{other:?} in {name}"),

@@ -41,7 +41,7 @@ fn search() -> Result<u32, Box<dyn Error>> {
     let mut map = KnownMaze::new(size, pose.cell, size.central_cells());
     let mut steps = 0;
     loop {
-        map.note(pose, simulator.walls(pose)?)?;
+        map.observe(pose, simulator.walls(pose)?)?;
         // Unknown walls are taken as open: the hope that drives a search.
         let distances = Distances::flood(map.walls(Unknown::Open), map.goals());
         let distance = |cell| distances.at(cell).unwrap_or(u16::MAX);

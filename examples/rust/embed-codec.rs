@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         match Reply::decode(message)? {
             Reply::Walls(around) => {
                 println!("{around:?}");
-                map.note(pose, around)?;
+                map.observe(pose, around)?;
             }
             Reply::Error(reason) => println!("refused, {reason}"),
             reply => println!("{reply:?}"),

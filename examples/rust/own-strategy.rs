@@ -67,7 +67,7 @@ fn run() -> Result<bool, Box<dyn Error>> {
     let observe = |_: &Mouse<Explorer>, _: &_| ControlFlow::Continue(());
     let run = search_run(&mut transport, &mut mouse, 1000, observe)?;
 
-    print!("{}", mouse.map().drawing().with_mouse(mouse.pose()));
+    print!("{}", mouse.map().picture().with_mouse(mouse.pose()));
     let goal = if run.goal_reached { "goal reached" } else { "goal not reached" };
     println!("{goal} after {} steps", run.steps);
     Ok(run.goal_reached)

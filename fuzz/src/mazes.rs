@@ -17,8 +17,8 @@ fn read(content: &[u8]) {
     if let Ok(text) = str::from_utf8(content) {
         assert_eq!(result, text.parse(), "the same from bytes and from text");
     }
-    assert_eq!(result, Format::of(content).parse(content), "in the format that it is in");
-    read_as(Format::of(content), content);
+    assert_eq!(result, Format::detect(content).parse(content), "in the format that it is in");
+    read_as(Format::detect(content), content);
 }
 
 fn read_as(format: Format, content: &[u8]) {
@@ -46,7 +46,7 @@ fn check_maze(maze: &Maze) {
     assert_eq!(maze.to_string().parse().as_ref(), Ok(maze));
     for format in Format::ALL {
         if let Ok(written) = format.write(maze) {
-            assert_eq!(Format::of(&written), format);
+            assert_eq!(Format::detect(&written), format);
             assert_eq!(Maze::parse(&written).as_ref(), Ok(maze), "{format}");
         }
     }

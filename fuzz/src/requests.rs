@@ -34,7 +34,7 @@ pub const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), 
 const LIMIT: usize = 4096;
 
 /// The most requests that one input makes: several blocks of the history, at most 2 MiB of states.
-const MOST_REQUESTS: usize = 1 << 10;
+const MAX_REQUESTS: usize = 1 << 10;
 
 /// Bytes of a state before its weights: `S` x y heading order.
 const HEAD_BYTES: usize = 5;
@@ -68,7 +68,7 @@ pub fn run(input: &[u8]) {
     let (choice, first) = (usize::from(first) / SIZES.len(), usize::from(first) % SIZES.len());
     let maze = &MAZES[first];
     let mut observed = Observed::new(maze, (choice % 2 == 1).then_some(LIMIT));
-    let mut left = MOST_REQUESTS;
+    let mut left = MAX_REQUESTS;
     while !pieces.is_empty() && left > 0 {
         let (piece, count, rest) = cut(pieces);
         pieces = rest;
@@ -85,7 +85,7 @@ pub fn run(input: &[u8]) {
         left -= count.min(left);
     }
     check_history(&observed.simulation, &observed.states);
-    count_requests(MOST_REQUESTS - left);
+    count_requests(MAX_REQUESTS - left);
 }
 
 /// The first piece, its count, and what follows. The last piece may lack its end.

@@ -10,7 +10,7 @@ use clap::error::ErrorKind;
 use clap::{ArgAction, Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use mmsim_maze::{Cell, Escaped, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
-use mmsim_solvers::Bundled;
+use mmsim_solvers::BundledStrategy;
 
 use crate::compare::CompareArgs;
 use crate::manual::{CompletionsArgs, ManArgs};
@@ -313,15 +313,15 @@ pub(crate) struct ReplayArgs {
 
 /// A bundled strategy, as a value of the command line.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Strategy(pub(crate) Bundled);
+pub(crate) struct Strategy(pub(crate) BundledStrategy);
 
 impl ValueEnum for Strategy {
     fn value_variants<'a>() -> &'a [Self] {
-        const ALL: [Strategy; Bundled::ALL.len()] = {
-            let mut all = [Strategy(Bundled::FloodFill); Bundled::ALL.len()];
+        const ALL: [Strategy; BundledStrategy::ALL.len()] = {
+            let mut all = [Strategy(BundledStrategy::FloodFill); BundledStrategy::ALL.len()];
             let mut index = 0;
             while index < all.len() {
-                all[index] = Strategy(Bundled::ALL[index]);
+                all[index] = Strategy(BundledStrategy::ALL[index]);
                 index += 1;
             }
             all

@@ -9,7 +9,7 @@ pub(crate) use args::CompareArgs;
 
 use cpu_time::measure;
 use indicatif::ProgressBar;
-use mmsim_solvers::Bundled;
+use mmsim_solvers::BundledStrategy;
 use rayon::ThreadPoolBuilder;
 use report::{SearchReport, StrategyReport};
 use search::{Figures, Search};
@@ -22,7 +22,7 @@ use crate::parallel::map_each;
 use crate::selection::Selected;
 
 /// A strategy that is to search a maze.
-type Job<'a> = (Bundled, &'a Selected);
+type Job<'a> = (BundledStrategy, &'a Selected);
 
 pub(crate) fn run(args: &CompareArgs) -> Outcome {
     let Given { mazes, are_all } = Given::read_or_default(&args.mazes);
@@ -43,7 +43,7 @@ pub(crate) fn run(args: &CompareArgs) -> Outcome {
 /// Lets each strategy search each maze, in so many threads, without a number in one for each
 /// processor. While that goes on a terminal shows how far it is.
 fn compare(
-    strategies: &[Bundled],
+    strategies: &[BundledStrategy],
     mazes: &[Selected],
     threads: Option<u16>,
 ) -> Result<Vec<StrategyReport>, rayon::ThreadPoolBuildError> {

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use mmsim_client::{BrokenRun, RunError, Zmq, search_run};
-use mmsim_solvers::{Bundled, Mouse};
+use mmsim_solvers::{BundledStrategy, Mouse};
 
 use crate::args::DemoArgs;
 use crate::interrupt::Interrupt;
@@ -19,7 +19,7 @@ use crate::{Outcome, hosting};
 /// Time between two steps that an eye can follow, in milliseconds.
 pub(crate) const PACE_MS: u64 = 50;
 
-const STRATEGY: Bundled = Bundled::FloodFill;
+const STRATEGY: BundledStrategy = BundledStrategy::FloodFill;
 
 pub(crate) fn run(args: &DemoArgs) -> Outcome {
     let collection = Collection::at(args.mazes.as_deref())?;

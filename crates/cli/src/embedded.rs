@@ -29,7 +29,7 @@ const MAZES: &[(&str, &str)] = mazes![
 
 /// The bundled mazes.
 pub(crate) fn catalogue() -> Catalogue {
-    Catalogue::of_texts(MAZES)
+    Catalogue::from_texts(MAZES)
 }
 
 #[cfg(test)]
@@ -41,7 +41,7 @@ mod tests {
     #[test]
     fn every_maze_of_the_folder_is_bundled() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mazes");
-        let files = Catalogue::of_path(&folder).unwrap();
+        let files = Catalogue::from_path(&folder).unwrap();
         let names = |catalogue: &Catalogue| {
             catalogue.entries().iter().map(mmsim_maze::Entry::name).collect::<Vec<_>>()
         };

@@ -40,7 +40,7 @@ impl Given {
     }
 
     fn read_path(&mut self, path: &Path) -> Result<(), SelectionError> {
-        let catalogue = Catalogue::of_path(path)?;
+        let catalogue = Catalogue::from_path(path)?;
         if catalogue.entries().is_empty() {
             return Err(SelectionError::Empty { place: path.display().to_string() });
         }

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use mmsim_maze::Catalogue;
 use mmsim_server::Background;
-use mmsim_viewer::Show;
+use mmsim_viewer::ViewerConfig;
 
 use crate::args::{KeepArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
@@ -32,7 +32,7 @@ pub(crate) fn begin(
     let page = viewer.map(|args| watching::bind(args, HOST)).transpose()?.flatten();
     let interrupt = Interrupt::catch()?;
     say(announce(&selected, server.address()));
-    let show = Show::default()
+    let show = ViewerConfig::default()
         .with_live(&server, &selected.path)
         .with_mazes(mazes)
         .with_recordings(keep.record.clone())

@@ -37,7 +37,7 @@ pub(crate) fn run(args: &MazesArgs) -> Outcome {
 
 fn list(mazes: Option<&Path>, json: bool) -> Outcome {
     let rows: Vec<Row> =
-        Collection::at(mazes)?.catalogue.entries().iter().map(Row::of_entry).collect();
+        Collection::at(mazes)?.catalogue.entries().iter().map(Row::from_entry).collect();
     print_rows(&rows, json)?;
     Ok(true)
 }
@@ -52,7 +52,7 @@ fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) ->
         let Selected { path, maze, .. } = Collection::with(name, mazes)?.select(name)?;
         (path, maze)
     };
-    let row = Row::of_maze(&path, &maze);
+    let row = Row::from_maze(&path, &maze);
     if json {
         #[derive(Serialize)]
         struct Shown {
@@ -65,7 +65,7 @@ fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) ->
     } else {
         let distances = Distances::flood(maze.walls(), maze.goals());
         let distance = |cell| distances.at(cell);
-        print(&format!("{}\n{}", row.line(), maze.drawing().with_numbers(&distance)))?;
+        print(&format!("{}\n{}", row.line(), maze.picture().with_numbers(&distance)))?;
     }
     Ok(true)
 }

@@ -47,7 +47,7 @@ fn in_own_maze(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     }
     let collection = Collection::at(args.mazes.as_deref())?;
     let selected = collection.select(&args.maze.words.join(" "))?;
-    let map = KnownMaze::before(&selected.maze);
+    let map = KnownMaze::unexplored(&selected.maze);
     let (server, interrupt) =
         hosting::begin(selected, collection.catalogue, args.port, &args.keep, Some(&args.viewer))?;
     let address = server.address();
@@ -91,7 +91,7 @@ fn search(
     let pace = Duration::from_millis(args.pace);
     let mut simulator = Simulator::begin(transport, map.size(), interrupt, pace)?;
     let mut search = Search {
-        button: Button::of_stdin(),
+        button: Button::from_stdin(),
         mouse: Mouse::new(map.size(), map.start(), *map.goals()),
         limit: args.limit,
         lines: 0,
@@ -183,7 +183,7 @@ impl Search {
     /// Says of a line that is not at its end yet that the mouse waits for nothing.
     fn say_begun(&self, begun: &[u8]) {
         if !begun.is_empty() {
-            let (line, begun) = (self.lines + 1, Excerpt::of(begun));
+            let (line, begun) = (self.lines + 1, Excerpt::new(begun));
             complain(format_args!(
                 "mms: line {line}: expected the end of the line, found nothing yet after {begun}"
             ));
@@ -228,11 +228,11 @@ impl Search {
                 .map_err(|error: CommandError| error.to_string()),
             Line::TooLong(start) => Err(format!(
                 "expected at most {MAX_LINE_BYTES} bytes, found more, which begin with {}",
-                Excerpt::of(start)
+                Excerpt::new(start)
             )),
             Line::Unfinished(line) => Err(format!(
                 "expected the end of the line, found nothing after {}",
-                Excerpt::of(line)
+                Excerpt::new(line)
             )),
         }
     }

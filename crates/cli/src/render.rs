@@ -8,7 +8,7 @@ use std::path::Path;
 
 use args::{PictureFormat, ThemeArg};
 use mmsim_drawing::{
-    Animation, FRAME_MS, Layers, MOST_FRAMES, Scene, TRAIL_CELLS, Theme, frame_indices,
+    Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, TRAIL_CELLS, Theme, frame_indices,
 };
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::State;
@@ -72,7 +72,7 @@ fn maze(args: &RenderArgs, name: &str) -> Result<Vec<u8>, Box<dyn std::error::Er
     }
     let distances = Distances::flood(maze.walls(), maze.goals());
     let layers = Layers { numbers: args.distances, heat: args.heat, trail: false };
-    let scene = Scene::of_maze(&maze).with_numbers(|cell| distances.at(cell)).with_layers(layers);
+    let scene = Scene::from_maze(&maze).with_numbers(|cell| distances.at(cell)).with_layers(layers);
     still(args, scene)
 }
 
@@ -84,7 +84,7 @@ fn moment(
 ) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let search = Search::of(args, file, recording)?;
     let Some(last) = search.last else {
-        let scene = Scene::of_map(&search.before).with_truth(recording.maze());
+        let scene = Scene::from_map(&search.before).with_truth(recording.maze());
         return still(args, scene.with_layers(search.layers));
     };
     search.show(&mut recording.history().reader(), last, |scene| still(args, scene))?
@@ -101,7 +101,7 @@ fn animation(
         return Err(format!("{file}: expected a state to make a .gif of, found none").into());
     };
     let states = last + 1;
-    let indices = frame_indices(states, MOST_FRAMES);
+    let indices = frame_indices(states, MAX_FRAMES);
     if indices.len() < states {
         let (frames, picture) = (indices.len(), args.output.path.display());
         say(format_args!("{picture}: {frames} frames, evenly spaced, of {states} states"));
@@ -181,7 +181,7 @@ impl<'a> Search<'a> {
         let state: State<'_> =
             decode(message, self.before.size()).ok_or_else(|| unreadable(self.file))?;
         let map = state.map(self.before.start(), *self.before.goals());
-        let scene = Scene::of_map(&map)
+        let scene = Scene::from_map(&map)
             .with_truth(self.truth)
             .with_mouse(state.pose())
             .with_weights(|cell| state.weights().at(cell).unwrap_or(0))

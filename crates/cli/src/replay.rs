@@ -9,7 +9,7 @@ use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, WallState};
 use mmsim_protocol::{Info, Matrix, Request, State};
 use mmsim_server::{Ending, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
-use mmsim_viewer::{DEFAULT_VIEWER_PORT, Show};
+use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
 
 use crate::Outcome;
@@ -67,7 +67,7 @@ fn serve(args: &ReplayArgs, recording: Recording, budget: Arc<MemoryBudget>) -> 
     stderr::write_in_background();
     print(&text(args, &recording, None))?;
     let title = args.file.file_name().unwrap_or_default().to_string_lossy().to_string();
-    let show = Show::default().with_budget(budget).with_recording(&title, recording);
+    let show = ViewerConfig::default().with_budget(budget).with_recording(&title, recording);
     watching::begin(viewer, show, &viewer_args)?;
     interrupt.wait();
     Ok(true)
@@ -80,7 +80,7 @@ fn file(args: &ReplayArgs) -> Escaped<std::path::Display<'_>> {
 /// What is told without `--json`: of what it is a recording, the maze, and one state.
 fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&Shown>) -> String {
     let (info, size) = (recording.info(), recording.size());
-    let goal = recording.maze().map(|maze| goal_away(MazeFacts::of(maze).shortest_path));
+    let goal = recording.maze().map(|maze| goal_away(MazeFacts::new(maze).shortest_path));
     let goal = goal.map(|goal| format!(", {goal}")).unwrap_or_default();
     let maze = recording.maze().filter(|_| args.at.is_none()).map(still_maze);
     let state = shown.map(|shown| format!("{}\n{}", shown.caption(), shown.picture));
@@ -150,7 +150,7 @@ impl Shown {
             wrong_walls: recording.maze().map(|maze| wrong_walls(&map, maze)),
             weights: columns(recording.size(), state.weights()),
             walls: columns(recording.size(), state.walls()),
-            map: map.drawing().with_mouse(pose).to_string(),
+            map: map.picture().with_mouse(pose).to_string(),
             picture: still(&map, pose, &weight),
         })
     }

@@ -5,14 +5,14 @@ use std::io::{self, IsTerminal};
 
 use mmsim_client::SearchRun;
 use mmsim_maze::{Cell, KnownMaze, Maze, Pose};
-use mmsim_solvers::{Bundled, Mouse, Strategy};
+use mmsim_solvers::{BundledStrategy, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
 use crate::output::{counted, print};
 
 /// Where the map is shown: at the end, and on a terminal also on the way, redrawn in place.
 pub(crate) struct Screen {
-    strategy: Bundled,
+    strategy: BundledStrategy,
     /// Whether to show the mouse on its way.
     is_live: bool,
     /// Whether something was drawn, which the next picture replaces.
@@ -26,7 +26,7 @@ pub(crate) fn ending(run: &SearchRun) -> &'static str {
 
 impl Screen {
     /// A screen for a mouse of this strategy. Only a terminal shows it on its way.
-    pub(crate) fn new(strategy: Bundled, is_live: bool) -> Self {
+    pub(crate) fn new(strategy: BundledStrategy, is_live: bool) -> Self {
         Self { strategy, is_live: is_live && io::stdout().is_terminal(), drawn: false }
     }
 
@@ -111,7 +111,7 @@ fn pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
 
 fn pictures_of(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> [String; 2] {
     let number = |cell| Some(weight(cell)).filter(|&weight| weight != u16::MAX);
-    let drawing = map.drawing().with_mouse(pose);
+    let drawing = map.picture().with_mouse(pose);
     let all_zero = map.size().cells().all(|cell| weight(cell) == 0);
     let numbers =
         if all_zero { drawing.to_string() } else { drawing.with_numbers(&number).to_string() };
@@ -126,7 +126,7 @@ pub(crate) fn still(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -
 
 /// A maze that is printed once.
 pub(crate) fn still_maze(maze: &Maze) -> String {
-    wide_or_compact([maze.to_string(), maze.drawing().compact().to_string()])
+    wide_or_compact([maze.to_string(), maze.picture().compact().to_string()])
 }
 
 /// Only lines that are too long are a nuisance, the upper ones may scroll away.

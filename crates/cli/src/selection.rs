@@ -64,7 +64,7 @@ impl Collection {
     pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
         let Some(path) = path else { return Ok(Self::of_the_user().unwrap_or_else(Self::bundled)) };
         let place = path.display().to_string();
-        let catalogue = Catalogue::of_path(path)?;
+        let catalogue = Catalogue::from_path(path)?;
         Ok(Self { catalogue, place, path: path.into(), is_default: false })
     }
 
@@ -77,7 +77,7 @@ impl Collection {
 
     fn of_the_user() -> Option<Self> {
         let path = home_folder()?;
-        let catalogue = Catalogue::of_path(&path).ok()?;
+        let catalogue = Catalogue::from_path(&path).ok()?;
         let place = path.display().to_string();
         if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {
             return Some(Self { catalogue, place, path, is_default: true });
@@ -109,7 +109,7 @@ impl Collection {
                     continue;
                 }
             };
-            let wanted = !any || MazeFacts::of(&maze).shortest_path.is_some();
+            let wanted = !any || MazeFacts::new(&maze).shortest_path.is_some();
             let selected = Selected { path: entry.path().into(), name: entry.name(), maze };
             if wanted {
                 found = Some(selected);

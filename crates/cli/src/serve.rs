@@ -7,7 +7,7 @@ use mmsim_protocol::Info;
 use mmsim_server::Server;
 use mmsim_server::limits::MAX_CONNECTIONS;
 use mmsim_solvers::MazeFacts;
-use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, Show};
+use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, ViewerConfig};
 use serde::Serialize;
 
 use crate::Outcome;
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &ServeArgs) -> Outcome {
     if !server.is_loopback() {
         complain(ANYBODY);
     }
-    let show = Show::default()
+    let show = ViewerConfig::default()
         .with_live(&server, &selected.path)
         .with_mazes(collection.catalogue)
         .with_recordings(args.keep.record.clone())
@@ -100,6 +100,6 @@ pub(crate) fn bind(host: &str, port: u16) -> Result<Server, String> {
 /// What is served and where.
 pub(crate) fn announce(selected: &Selected, address: &str) -> String {
     let Selected { path, maze, .. } = selected;
-    let goal = goal_away(MazeFacts::of(maze).shortest_path);
+    let goal = goal_away(MazeFacts::new(maze).shortest_path);
     format!("serving {} ({}, {goal}) at {address}; Ctrl-C ends it", path.display(), maze.size())
 }

@@ -211,7 +211,7 @@ impl<'a> Report<'a> {
             height: Some(size.height()),
             cell: Some([cell.x, cell.y]),
             heading: Some(heading.letter()),
-            map: Some(mouse.map().drawing().to_string()),
+            map: Some(mouse.map().picture().to_string()),
             error,
         }
     }

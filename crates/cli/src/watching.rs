@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use mmsim_server::BindError;
-use mmsim_viewer::{DEFAULT_VIEWER_PORT, Show, Viewer};
+use mmsim_viewer::{DEFAULT_VIEWER_PORT, Viewer, ViewerConfig};
 
 use crate::args::ViewerArgs;
 use crate::output::{complain, say};
@@ -31,7 +31,7 @@ pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, Stri
 /// Lets browsers watch, says where, and opens one if that is wanted. Gives the address of the page.
 pub(crate) fn begin(
     viewer: Option<Viewer>,
-    show: Show,
+    show: ViewerConfig,
     args: &ViewerArgs,
 ) -> Result<Option<String>, Box<dyn Error>> {
     let Some(viewer) = viewer else { return Ok(None) };

@@ -58,7 +58,7 @@ fn several_are_those_of_the_next_seeds() {
     let read = |name: &str| fs::read_to_string(home.path().join("new/mazes").join(name)).unwrap();
     assert_eq!(read("contest-6x6-8.txt"), single[0]);
     assert_eq!(read("contest-6x6-10.txt"), single[2]);
-    assert_eq!(Catalogue::of_path(&home.path().join("new/mazes")).unwrap().entries().len(), 3);
+    assert_eq!(Catalogue::from_path(&home.path().join("new/mazes")).unwrap().entries().len(), 3);
 
     let largest = u64::MAX.to_string();
     let wrapped = generate(&["--seed", &largest, "--count", "2"]).stdout;

@@ -16,12 +16,12 @@ use crate::{RunError, Transport};
 /// use mmsim_server::Simulation;
 ///
 /// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
-/// let (start, mut map) = (maze.start(), KnownMaze::before(&maze));
+/// let (start, mut map) = (maze.start(), KnownMaze::unexplored(&maze));
 /// let mut simulation = Simulation::new("small", maze);
 /// let mut simulator =
 ///     Exchange::new(InMemory::new(|request, reply| simulation.handle(request, reply)));
 /// simulator.reset()?;
-/// map.note(start, simulator.walls(start)?)?;
+/// map.observe(start, simulator.walls(start)?)?;
 /// simulator.state(start, &map, |_| 0)?;
 /// assert_eq!(simulator.requests(), 3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -112,7 +112,7 @@ impl<T: Transport> Exchange<T> {
                 Err(RunError::Refused { request, reason: Escaped(reason).to_string() })
             }
             reply => expected(reply)
-                .ok_or_else(|| RunError::WrongReply { request, found: Excerpt::of(&self.reply) }),
+                .ok_or_else(|| RunError::WrongReply { request, found: Excerpt::new(&self.reply) }),
         }
     }
 }

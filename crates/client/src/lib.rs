@@ -12,7 +12,7 @@
 //! use mmsim_solvers::{FloodFill, Mouse};
 //!
 //! let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
-//! let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::before(&maze), maze.start());
+//! let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(&maze), maze.start());
 //! let mut simulation = Simulation::new("small", maze);
 //! let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
 //! let run = search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(()))?;

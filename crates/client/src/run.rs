@@ -77,7 +77,7 @@ pub enum RunError {
 impl RunError {
     /// What a contradiction to what is known of a maze that should have this size means: at the edge,
     /// that the maze is larger.
-    pub fn of_contradiction(error: Contradiction, size: MazeSize) -> Self {
+    pub fn from_contradiction(error: Contradiction, size: MazeSize) -> Self {
         let Contradiction { cell, heading, .. } = error;
         match size.neighbour(cell, heading) {
             Some(_) => error.into(),
@@ -132,12 +132,14 @@ fn drive<S: Strategy>(
         let around = exchange.walls(behind)?;
         mouse
             .see_behind(around)
-            .map_err(|error| RunError::of_contradiction(error, mouse.map().size()))?;
+            .map_err(|error| RunError::from_contradiction(error, mouse.map().size()))?;
     }
     while run.states < max_states {
         let pose = mouse.pose();
         let around = exchange.walls(pose)?;
-        mouse.see(around).map_err(|error| RunError::of_contradiction(error, mouse.map().size()))?;
+        mouse
+            .see(around)
+            .map_err(|error| RunError::from_contradiction(error, mouse.map().size()))?;
         let decision = mouse.decide();
         let weight = |cell| mouse.weight(cell);
         exchange.state(pose, mouse.map(), weight)?;
@@ -168,7 +170,7 @@ pub fn ask_info(transport: &mut impl Transport) -> Result<Info, RunError> {
 mod tests {
     use mmsim_maze::{KnownMaze, Maze};
     use mmsim_server::Simulation;
-    use mmsim_solvers::{Bundled, FloodFill};
+    use mmsim_solvers::{BundledStrategy, FloodFill};
 
     use super::*;
     use crate::InMemory;
@@ -203,7 +205,7 @@ o---o---o---o
     }
 
     fn known() -> KnownMaze {
-        KnownMaze::before(&MAZE.parse().unwrap())
+        KnownMaze::unexplored(&MAZE.parse().unwrap())
     }
 
     #[test]
@@ -233,9 +235,10 @@ o---o---o---o
 
     #[test]
     fn every_strategy_runs_the_same_way() {
-        for strategy in Bundled::ALL {
+        for strategy in BundledStrategy::ALL {
             let maze: Maze = MAZE.parse().unwrap();
-            let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::before(&maze), maze.start());
+            let mut mouse =
+                Mouse::new(strategy.strategy(), KnownMaze::unexplored(&maze), maze.start());
             let mut simulation = Simulation::new("small", maze);
             let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
             let run =
@@ -247,15 +250,17 @@ o---o---o---o
 
     #[test]
     fn a_start_open_only_behind_is_no_trap() {
-        for strategy in Bundled::ALL {
+        for strategy in BundledStrategy::ALL {
             let maze: Maze = "o---o\n| S |\no   o\n| G |\no---o\n".parse().unwrap();
-            let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::before(&maze), maze.start());
+            let mut mouse =
+                Mouse::new(strategy.strategy(), KnownMaze::unexplored(&maze), maze.start());
             let mut simulation = Simulation::new("behind", maze);
             let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
             let go_on = |_: &Mouse<_>, _: &_| ControlFlow::Continue(());
             let run = search_run(&mut transport, &mut mouse, 1000, go_on).unwrap();
             // Some come back before they run fast.
-            let comes_back = matches!(strategy, Bundled::Swing | Bundled::ShortestPathSearch);
+            let comes_back =
+                matches!(strategy, BundledStrategy::Swing | BundledStrategy::ShortestPathSearch);
             let steps = if comes_back { 3 } else { 1 };
             let (states, requests) = (steps + 1, 2 * steps + 4);
             let expected = SearchRun { goal_reached: true, steps, states, requests };

@@ -13,7 +13,7 @@ use crate::{PictureError, Scene};
 const LAST_MS: u32 = 2500;
 
 /// How many frames an animation of a search has at most, so that it stays small.
-pub const MOST_FRAMES: usize = 400;
+pub const MAX_FRAMES: usize = 400;
 
 /// How long each frame of an animation of a search stays, in milliseconds.
 pub const FRAME_MS: u32 = 60;
@@ -28,11 +28,11 @@ pub const FRAME_MS: u32 = 60;
 /// use mmsim_maze::{Cell, Heading, KnownMaze, Maze, Pose};
 ///
 /// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
-/// let map = KnownMaze::before(&maze);
+/// let map = KnownMaze::unexplored(&maze);
 /// let mut animation = Animation::new(220);
 /// for x in 0..2 {
 ///     let pose = Pose::new(Cell::new(x, 0), Heading::East);
-///     animation.push(&Scene::of_map(&map).with_truth(Some(&maze)).with_mouse(pose), 200)?;
+///     animation.push(&Scene::from_map(&map).with_truth(Some(&maze)).with_mouse(pose), 200)?;
 /// }
 /// assert!(animation.finish()?.starts_with(b"GIF89a"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -224,16 +224,16 @@ o---o---o---o
     fn the_last_frame_is_the_last_scene() {
         let maze = maze();
         for (theme, heat) in [(Theme::Light, false), (Theme::Dark, true)] {
-            let mut map = KnownMaze::before(&maze);
+            let mut map = KnownMaze::unexplored(&maze);
             let mut pose = Pose::new(Cell::new(0, 0), Heading::North);
             let mut trail = vec![pose.cell];
             let mut animation = Animation::new(384);
             let mut last = None;
             for step in [Step::Right, Step::Front, Step::Left, Step::Back, Step::Right] {
-                map.note(pose, maze.walls().around(pose)).unwrap();
+                map.observe(pose, maze.walls().around(pose)).unwrap();
                 pose = pose.after(step).unwrap();
                 trail.push(pose.cell);
-                let scene = Scene::of_map(&map)
+                let scene = Scene::from_map(&map)
                     .with_truth(Some(&maze))
                     .with_mouse(pose)
                     .with_weights(|cell| 40 * cell.x + cell.y + step as u8)
@@ -258,7 +258,7 @@ o---o---o---o
         let maze = maze();
         let mut animation = Animation::new(100);
         for _ in 0..3 {
-            animation.push(&Scene::of_maze(&maze), 0).unwrap();
+            animation.push(&Scene::from_maze(&maze), 0).unwrap();
         }
         assert_eq!(played(&animation.finish().unwrap()).1, [2, 2, 250]);
     }
@@ -268,11 +268,11 @@ o---o---o---o
         let other: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
         let maze = maze();
         let mut animation = Animation::new(100);
-        animation.push(&Scene::of_maze(&maze), 100).unwrap();
-        let error = animation.push(&Scene::of_maze(&other), 100).unwrap_err().to_string();
+        animation.push(&Scene::from_maze(&maze), 100).unwrap();
+        let error = animation.push(&Scene::from_maze(&other), 100).unwrap_err().to_string();
         assert_eq!(error, "expected a frame of a maze of 3x2 cells, found one of 2x1");
         assert_eq!(Animation::new(100).finish().unwrap_err(), PictureError::NoFrame);
-        assert!(Animation::new(8).push(&Scene::of_maze(&maze), 100).is_err());
+        assert!(Animation::new(8).push(&Scene::from_maze(&maze), 100).is_err());
     }
 
     #[test]

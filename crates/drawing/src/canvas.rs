@@ -193,10 +193,10 @@ mod tests {
         ) {
             let size = MazeSize::new(width, height).unwrap();
             let maze = Maze::new(Walls::open(size), Cell::new(0, 0), CellSet::EMPTY).unwrap();
-            let mut map = KnownMaze::before(&maze);
+            let mut map = KnownMaze::unexplored(&maze);
             let (mut weights, mut trail) = ([9; 64], Vec::new());
-            prop_assume!(Scene::of_map(&map).blank(width_px).is_ok());
-            let mut canvas = Canvas::new(&Scene::of_map(&map), width_px).unwrap();
+            prop_assume!(Scene::from_map(&map).blank(width_px).is_ok());
+            let mut canvas = Canvas::new(&Scene::from_map(&map), width_px).unwrap();
             for Change { walls, weights: heavier, mouse: (x, y), layers } in changes {
                 for (x, y, is_north) in walls {
                     let heading = if is_north { Heading::North } else { Heading::East };
@@ -210,7 +210,7 @@ mod tests {
                 let heading = Heading::ALL[usize::from(x ^ y) % 4];
                 let mouse = Pose::new(Cell::new(x % size.width(), y % size.height()), heading);
                 trail.push(mouse.cell);
-                let scene = Scene::of_map(&map)
+                let scene = Scene::from_map(&map)
                     .with_truth(Some(&maze))
                     .with_mouse(mouse)
                     .with_weights(|cell| weights[usize::from(cell.y) * 8 + usize::from(cell.x)])

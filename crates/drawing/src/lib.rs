@@ -24,8 +24,8 @@
 //! use mmsim_maze::{KnownMaze, Maze};
 //!
 //! let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
-//! let map = KnownMaze::before(&maze);
-//! let scene = Scene::of_map(&map)
+//! let map = KnownMaze::unexplored(&maze);
+//! let scene = Scene::from_map(&map)
 //!     .with_truth(Some(&maze))
 //!     .with_mouse(maze.start())
 //!     .with_weights(|cell| 1 - cell.x)
@@ -53,7 +53,7 @@ mod theme;
 mod thumbnail;
 mod walls;
 
-pub use animation::{Animation, FRAME_MS, MOST_FRAMES, frame_indices};
+pub use animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices};
 pub use bars::{Bar, BarChart, BarGroup};
 pub use digits::digits;
 pub use page::page_json;

@@ -137,7 +137,7 @@ impl Sheet {
 
     /// The sheet in the theme and with the layers of this scene.
     fn scene(&self, like: &Scene<'_>, heading: Heading) -> Scene<'_> {
-        Scene::of_map(&self.map)
+        Scene::from_map(&self.map)
             .with_truth(Some(&self.maze))
             .with_mouse(Pose::new(Cell::new(2, 1), heading))
             .with_numbers(|cell| Some(u16::from(cell.x) * 16 + u16::from(cell.y) * 7 % 16))
@@ -186,7 +186,7 @@ mod tests {
     fn what_fills_cells_is_in_the_palette() {
         let sheet = Sheet::new(MazeSize::CLASSIC);
         for theme in [Theme::Light, Theme::Dark] {
-            let scene = Scene::of_maze(&sheet.maze).with_theme(theme).with_layers(Layers::ALL);
+            let scene = Scene::from_maze(&sheet.maze).with_theme(theme).with_layers(Layers::ALL);
             let mut palette = Palette::like(&scene, 648).unwrap();
             for colour in ramp(theme).into_iter().chain(theme.colours().areas()) {
                 let index = usize::from(palette.index(colour));

@@ -55,7 +55,7 @@ impl Scene<'_> {
     /// ```
     /// use mmsim_drawing::Scene;
     /// let maze: mmsim_maze::Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
-    /// let png = Scene::of_maze(&maze).png(440)?;
+    /// let png = Scene::from_maze(&maze).png(440)?;
     /// assert!(png.starts_with(b"\x89PNG"));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -71,7 +71,7 @@ impl Scene<'_> {
     /// ```
     /// use mmsim_drawing::Scene;
     /// let maze: mmsim_maze::Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
-    /// assert_eq!(Scene::of_maze(&maze).width_within(640), 640, "it is 44 by 24 units large");
+    /// assert_eq!(Scene::from_maze(&maze).width_within(640), 640, "it is 44 by 24 units large");
     /// # Ok::<(), mmsim_maze::ParseError>(())
     /// ```
     pub fn width_within(&self, side_px: u32) -> u32 {
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn a_png_has_the_size_that_was_asked_for() {
         let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
-        let png = Scene::of_maze(&maze).png(440).unwrap();
+        let png = Scene::from_maze(&maze).png(440).unwrap();
         let pixmap = Pixmap::decode_png(&png).unwrap();
         assert_eq!((pixmap.width(), pixmap.height()), (440, 240));
         assert!(pixmap.pixels().iter().all(|pixel| pixel.alpha() == 255), "opaque");
@@ -151,12 +151,12 @@ mod tests {
     #[test]
     fn pixels_have_the_colours_of_what_is_there() {
         let maze = maze();
-        let mut map = KnownMaze::before(&maze);
+        let mut map = KnownMaze::unexplored(&maze);
         map.visit(Cell::new(0, 1));
         map.set_wall(Cell::new(0, 1), Heading::East, WallState::Present);
         for theme in [Theme::Light, Theme::Dark] {
             let colours = theme.colours();
-            let scene = Scene::of_map(&map).with_truth(Some(&maze)).with_theme(theme);
+            let scene = Scene::from_map(&map).with_truth(Some(&maze)).with_theme(theme);
             assert_eq!(at(&scene, 30, 39), colours.wall, "{theme:?}: an outer wall");
             assert_eq!(at(&scene, 20, 3), colours.mistaken, "{theme:?}");
             assert_eq!(at(&scene, 30, 30), colours.floor, "{theme:?}");
@@ -165,7 +165,7 @@ mod tests {
             assert_eq!(at(&scene, 30, 10), colours.goal.0, "{theme:?}");
             let pale = at(&scene, 30, 20);
             assert!(pale != colours.wall && pale != colours.floor, "{theme:?}: the mouse's secret");
-            assert_eq!(at(&Scene::of_maze(&maze).with_theme(theme), 30, 20), colours.wall);
+            assert_eq!(at(&Scene::from_maze(&maze).with_theme(theme), 30, 20), colours.wall);
             let heat = scene.with_weights(|cell| cell.x + cell.y).with_layers(Layers {
                 numbers: false,
                 heat: true,
@@ -180,7 +180,7 @@ mod tests {
     fn layers_are_shown_or_not() {
         let maze = maze();
         let trail = [Cell::new(0, 0), Cell::new(0, 1)];
-        let scene = Scene::of_maze(&maze).with_weights(|_| 1).with_trail(&trail);
+        let scene = Scene::from_maze(&maze).with_weights(|_| 1).with_trail(&trail);
         let all = Layers::ALL;
         let pixels = |layers| scene.clone().with_layers(layers).pixmap(220).unwrap();
         assert!(pixels(all) != pixels(Layers { numbers: false, ..all }));
@@ -191,10 +191,10 @@ mod tests {
     #[test]
     fn a_file_looks_as_its_pixels() {
         let maze = maze();
-        let map = KnownMaze::before(&maze);
+        let map = KnownMaze::unexplored(&maze);
         let trail = [Cell::new(0, 0), Cell::new(0, 1)];
         for layers in [Layers::ALL, Layers { numbers: false, heat: false, trail: false }] {
-            let scene = Scene::of_map(&map).with_truth(Some(&maze)).with_layers(layers);
+            let scene = Scene::from_map(&map).with_truth(Some(&maze)).with_layers(layers);
             let scene = scene.with_weights(|cell| cell.x).with_trail(&trail);
             let file = paint(&scene.svg(), scene.blank(220).unwrap()).unwrap();
             assert!(file == scene.pixmap(220).unwrap(), "{layers:?}");
@@ -209,7 +209,7 @@ mod tests {
             [Cell::new(0, 31)].into_iter().collect(),
         );
         let tall = tall.unwrap();
-        let scene = Scene::of_maze(&tall);
+        let scene = Scene::from_maze(&tall);
         assert_eq!(
             scene.png(640).unwrap_err().to_string(),
             "expected a picture 16 to 4096 pixels wide and at most 4096 high, found 640x17173"

@@ -20,7 +20,7 @@ pub const TRAIL_CELLS: usize = 500;
 ///
 /// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
 /// let trail = [Cell::new(0, 0), Cell::new(1, 0)];
-/// let scene = Scene::of_maze(&maze)
+/// let scene = Scene::from_maze(&maze)
 ///     .with_trail(&trail)
 ///     .with_layers(Layers { heat: false, ..Layers::ALL })
 ///     .with_theme(Theme::Dark);
@@ -68,14 +68,14 @@ impl Default for Layers {
 
 impl<'a> Scene<'a> {
     /// The true maze, of which nobody knows anything.
-    pub fn of_maze(maze: &'a Maze) -> Self {
+    pub fn from_maze(maze: &'a Maze) -> Self {
         let scene = Self::empty(maze.size(), maze.start().cell, maze.goals());
         Self { truth: Some(maze), ..scene }
     }
 
     /// What a client believes. Its walls count as there unless the [truth](Self::with_truth) says
     /// otherwise.
-    pub fn of_map(map: &'a KnownMaze) -> Self {
+    pub fn from_map(map: &'a KnownMaze) -> Self {
         let scene = Self::empty(map.size(), map.start(), map.goals());
         Self { map: Some(map), ..scene }
     }

@@ -325,7 +325,7 @@ mod tests {
 
     /// The mouse knows of one wall and believes in another one that is not there.
     fn map(maze: &Maze) -> KnownMaze {
-        let mut map = KnownMaze::before(maze);
+        let mut map = KnownMaze::unexplored(maze);
         map.visit(Cell::new(0, 0));
         map.set_wall(Cell::new(1, 0), Heading::North, WallState::Present);
         map.set_wall(Cell::new(0, 1), Heading::East, WallState::Present);
@@ -337,7 +337,7 @@ mod tests {
         let maze = maze();
         let map = map(&maze);
         let trail = [Cell::new(0, 0), Cell::new(0, 1)];
-        let scene = Scene::of_map(&map)
+        let scene = Scene::from_map(&map)
             .with_truth(Some(&maze))
             .with_mouse(Pose::new(Cell::new(0, 1), Heading::East))
             .with_weights(|cell| 2 - cell.x - cell.y)
@@ -349,7 +349,7 @@ mod tests {
     #[test]
     fn a_page_begins_with_the_truth_alone() {
         let maze = maze();
-        let svg = Scene::of_maze(&maze).page_svg();
+        let svg = Scene::from_maze(&maze).page_svg();
         assert!(svg.contains(r#"class="mouse absent" transform="translate(10 30) rotate(0)""#));
         assert!(svg.contains(r#"<polyline class="trail" points=""/>"#));
         assert_eq!(svg.matches(r#" d=""/>"#).count(), 4, "numbers");
@@ -361,10 +361,10 @@ mod tests {
     fn weights_that_are_all_zero_are_not_shown() {
         let maze = maze();
         assert_eq!(
-            Scene::of_maze(&maze).with_weights(|_| 0).page_svg(),
-            Scene::of_maze(&maze).page_svg()
+            Scene::from_maze(&maze).with_weights(|_| 0).page_svg(),
+            Scene::from_maze(&maze).page_svg()
         );
-        let svg = Scene::of_maze(&maze).with_weights(|cell| cell.x).page_svg();
+        let svg = Scene::from_maze(&maze).with_weights(|cell| cell.x).page_svg();
         assert_eq!(svg.matches(r#"fill="none""#).count() + svg.matches(r#" d=""/>"#).count(), 0);
     }
 
@@ -372,25 +372,25 @@ mod tests {
     fn only_what_is_inside_is_drawn() {
         let maze = maze();
         let outside = [Cell::new(0, 0), Cell::new(7, 0)];
-        let scene = Scene::of_maze(&maze)
+        let scene = Scene::from_maze(&maze)
             .with_trail(&outside)
             .with_mouse(Pose::new(Cell::new(2, 0), Heading::North));
         let svg = scene.page_svg();
         assert!(svg.contains(r#"points="10,30"/>"#) && svg.contains("absent"));
         let far = Cell::new(200, 200);
         let map = KnownMaze::new(maze.size(), far, [far].into_iter().collect());
-        let svg = Scene::of_map(&map).svg();
+        let svg = Scene::from_map(&map).svg();
         assert!(!svg.contains("class=\"mark ") && svg.contains("mouse absent"), "{svg}");
         let other = Maze::new(Walls::open(MazeSize::CLASSIC), Cell::new(0, 0), CellSet::EMPTY);
-        let (map, other) = (KnownMaze::before(&maze), other.unwrap());
-        let svg = Scene::of_map(&map).with_truth(Some(&other)).page_svg();
-        assert_eq!(svg, Scene::of_map(&map).page_svg());
+        let (map, other) = (KnownMaze::unexplored(&maze), other.unwrap());
+        let svg = Scene::from_map(&map).with_truth(Some(&other)).page_svg();
+        assert_eq!(svg, Scene::from_map(&map).page_svg());
     }
 
     #[test]
     fn long_numbers_are_made_to_fit() {
         let maze = maze();
-        let svg = Scene::of_maze(&maze).with_numbers(|_| Some(1023)).page_svg();
+        let svg = Scene::from_maze(&maze).with_numbers(|_| Some(1023)).page_svg();
         assert_eq!(svg.matches(") scale(0.75)\"").count(), 4);
     }
 
@@ -450,7 +450,7 @@ mod tests {
             for y in 0..height {
                 expect(0, y, Heading::West);
             }
-            let svg = Scene::of_map(&map).with_truth(truth).page_svg();
+            let svg = Scene::from_map(&map).with_truth(truth).page_svg();
             prop_assert_eq!(walls_of(&svg), expected);
         }
     }

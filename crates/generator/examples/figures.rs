@@ -26,7 +26,7 @@ const NAMES: [&str; 7] = [
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("expected a folder of mazes")?;
-    let catalogue = Catalogue::of_path(Path::new(&folder))?;
+    let catalogue = Catalogue::from_path(Path::new(&folder))?;
     let mut real = Vec::new();
     for entry in catalogue.entries() {
         real.push(entry.maze()?);
@@ -66,7 +66,7 @@ fn figures(mazes: &[Maze]) -> [Vec<f64>; NAMES.len()] {
         let open = |cell| walls.open_neighbours(cell).count();
         let inner = 2 * size.area() - usize::from(size.width()) - usize::from(size.height());
         let ways = size.cells().map(open).sum::<usize>() / 2;
-        let facts = MazeFacts::of(maze);
+        let facts = MazeFacts::new(maze);
         let reached = reached(maze);
         let ways_reached = reached.iter().map(open).sum::<usize>() / 2;
         let straights = straights(maze);

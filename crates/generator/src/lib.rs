@@ -141,7 +141,7 @@ mod tests {
 
     fn check_what_all_promise(maze: &Maze, size: MazeSize) {
         assert_eq!(maze.size(), size);
-        assert_eq!(MazeFacts::of(maze).reachable_cells, size.area(), "{maze}");
+        assert_eq!(MazeFacts::new(maze).reachable_cells, size.area(), "{maze}");
         assert_eq!(*maze.goals(), size.central_cells());
         let room = maze.goals();
         for cell in room.iter() {
@@ -222,7 +222,7 @@ mod tests {
         for seed in 0..10_000 {
             let maze = generate(MazeSize::CLASSIC, seed, Style::Contest);
             check_contest(&maze);
-            let facts = MazeFacts::of(&maze);
+            let facts = MazeFacts::new(&maze);
             assert_eq!(facts.reachable_cells, 256);
             assert!(facts.shortest_path >= Some(28), "{maze}");
             mazes.insert(maze);

@@ -14,7 +14,7 @@ use crate::{Maze, ReadError, maze_content};
 ///
 /// ```
 /// use mmsim_maze::Catalogue;
-/// let catalogue = Catalogue::of_texts(&[("small.txt", "o---o\n|   |\no---o\n")]);
+/// let catalogue = Catalogue::from_texts(&[("small.txt", "o---o\n|   |\no---o\n")]);
 /// let entry = catalogue.matching("SMALL").next().unwrap();
 /// assert_eq!(entry.maze()?.size().area(), 1);
 /// # Ok::<(), mmsim_maze::ReadError>(())
@@ -44,7 +44,7 @@ pub struct CatalogueError {
 
 impl Catalogue {
     /// The mazes that are built in, as pairs of name and content.
-    pub fn of_texts(texts: &[(&'static str, &'static str)]) -> Self {
+    pub fn from_texts(texts: &[(&'static str, &'static str)]) -> Self {
         let entry = |&(name, text): &(&'static str, &'static str)| Entry {
             path: name.into(),
             text: Some(text),
@@ -58,7 +58,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// `path` is not there or cannot be listed.
-    pub fn of_path(path: &Path) -> Result<Self, CatalogueError> {
+    pub fn from_path(path: &Path) -> Result<Self, CatalogueError> {
         let error = |source| CatalogueError { path: path.into(), source };
         let paths = if fs::metadata(path).map_err(error)?.is_dir() {
             fs::read_dir(path).map_err(error)?;
@@ -168,7 +168,7 @@ mod tests {
         for passed_over in ["README.md", "facts.json", ".hidden/c.txt", ".d.txt"] {
             write(passed_over, MAZE);
         }
-        let catalogue = Catalogue::of_path(folder.path()).unwrap();
+        let catalogue = Catalogue::from_path(folder.path()).unwrap();
         assert_eq!(names(catalogue.entries()), ["b", "Rubbish", "a"]);
         assert_eq!(names(catalogue.matching("ER DEEP")), ["a"]);
         assert_eq!(names(catalogue.matching("a.maze")), ["a"]);
@@ -186,7 +186,7 @@ mod tests {
         symlink(elsewhere.path(), folder.path().join("link")).unwrap();
         symlink(folder.path(), folder.path().join("circle")).unwrap();
         symlink(folder.path().join("nowhere"), folder.path().join("broken.txt")).unwrap();
-        let catalogue = Catalogue::of_path(folder.path()).unwrap();
+        let catalogue = Catalogue::from_path(folder.path()).unwrap();
         assert_eq!(names(catalogue.entries()), ["broken", "a"]);
         assert!(catalogue.entries()[0].maze().is_err());
     }
@@ -196,8 +196,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("one.md");
         fs::write(&path, MAZE).unwrap();
-        assert_eq!(names(Catalogue::of_path(&path).unwrap().entries()), ["one"]);
-        let error = Catalogue::of_path(&folder.path().join("none")).unwrap_err().to_string();
+        assert_eq!(names(Catalogue::from_path(&path).unwrap().entries()), ["one"]);
+        let error = Catalogue::from_path(&folder.path().join("none")).unwrap_err().to_string();
         assert!(error.contains("none: cannot be read: "), "{error}");
     }
 }

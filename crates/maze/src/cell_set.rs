@@ -30,9 +30,9 @@ impl CellSet {
     /// ```
     /// use mmsim_maze::{CellSet, MazeSize};
     /// let goals = MazeSize::CLASSIC.central_cells();
-    /// assert_eq!(CellSet::of_rows(*goals.rows()), goals);
+    /// assert_eq!(CellSet::from_rows(*goals.rows()), goals);
     /// ```
-    pub const fn of_rows(rows: [u32; SIDE]) -> Self {
+    pub const fn from_rows(rows: [u32; SIDE]) -> Self {
         Self { rows }
     }
 

@@ -42,7 +42,7 @@ impl Maze {
     }
 }
 
-/// The content of a maze file, for [`Format::of`](crate::Format::of) and
+/// The content of a maze file, for [`Format::detect`](crate::Format::detect) and
 /// [`Format::read`](crate::Format::read).
 ///
 /// # Errors

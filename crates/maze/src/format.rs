@@ -154,10 +154,10 @@ impl Format {
     ///
     /// ```
     /// use mmsim_maze::Format;
-    /// assert_eq!(Format::of(b"o---o\n| S |\no---o\n"), Format::Text);
-    /// assert_eq!(Format::of(b"2\n1,3\n4,12\n"), Format::Trial);
+    /// assert_eq!(Format::detect(b"o---o\n| S |\no---o\n"), Format::Text);
+    /// assert_eq!(Format::detect(b"2\n1,3\n4,12\n"), Format::Trial);
     /// ```
-    pub fn of(content: &[u8]) -> Self {
+    pub fn detect(content: &[u8]) -> Self {
         detect::format(content)
     }
 
@@ -236,7 +236,7 @@ impl Maze {
     /// );
     /// ```
     pub fn parse(content: &[u8]) -> Result<Self, ParseError> {
-        Format::of(content).parse(content)
+        Format::detect(content).parse(content)
     }
 }
 
@@ -328,7 +328,8 @@ mod tests {
             let width = maze.size().width().into();
             let size =
                 if classic { MazeSize::CLASSIC } else { MazeSize::new(width, width).unwrap() };
-            let walls = Walls::of_rows(size, *maze.walls().north_rows(), *maze.walls().east_rows());
+            let walls =
+                Walls::from_rows(size, *maze.walls().north_rows(), *maze.walls().east_rows());
             if marked {
                 return maze;
             }
@@ -362,7 +363,7 @@ mod tests {
     #[test]
     fn all_gaps_and_contradictions_are_told() {
         let faults = |content: &str| -> Vec<(ParseErrorKind, Option<Cell>)> {
-            let errors = Format::of(content.as_bytes()).read(content.as_bytes()).unwrap_err();
+            let errors = Format::detect(content.as_bytes()).read(content.as_bytes()).unwrap_err();
             errors.into_iter().map(|error| (error.kind, error.cell)).collect()
         };
         let gap = (ParseErrorKind::OpenPerimeter, None);
@@ -386,7 +387,7 @@ mod tests {
         fn what_is_written_reads_back(maze in likely_maze()) {
             for format in Format::ALL {
                 if let Ok(content) = format.write(&maze) {
-                    prop_assert_eq!(Format::of(&content), format);
+                    prop_assert_eq!(Format::detect(&content), format);
                     prop_assert_eq!(&Maze::parse(&content).unwrap(), &maze);
                 }
             }

@@ -1,7 +1,7 @@
 //! What a mouse knows of a maze.
 
 use crate::walls::Sides;
-use crate::{Cell, CellSet, Drawing, Heading, Maze, MazeSize, Pose, Walls, WallsAround};
+use crate::{Cell, CellSet, Heading, Maze, MazeSize, Pose, TextPicture, Walls, WallsAround};
 
 /// What a mouse knows: the size, the start, the goal cells, the cells it has visited, and each
 /// wall as present, absent or unknown. The outer walls are known from the start.
@@ -14,7 +14,7 @@ use crate::{Cell, CellSet, Drawing, Heading, Maze, MazeSize, Pose, Walls, WallsA
 ///
 /// let start = Pose::new(Cell::new(0, 0), Heading::North);
 /// let mut map = KnownMaze::new(MazeSize::CLASSIC, start.cell, MazeSize::CLASSIC.central_cells());
-/// map.note(start, WallsAround { left: true, front: false, right: true })?;
+/// map.observe(start, WallsAround { left: true, front: false, right: true })?;
 /// assert_eq!(map.wall(start.cell, Heading::East), WallState::Present);
 /// assert_eq!(map.wall(Cell::new(5, 5), Heading::East), WallState::Unknown);
 /// assert!(!map.walls(Unknown::Open).has(Cell::new(5, 5), Heading::East));
@@ -80,7 +80,7 @@ impl KnownMaze {
     }
 
     /// What a mouse knows before it has seen anything of this maze.
-    pub fn before(maze: &Maze) -> Self {
+    pub fn unexplored(maze: &Maze) -> Self {
         Self::new(maze.size(), maze.start().cell, *maze.goals())
     }
 
@@ -126,11 +126,11 @@ impl KnownMaze {
     ///
     /// # Errors
     /// A reading that contradicts what is known. Nothing is noted then.
-    pub fn note(&mut self, pose: Pose, around: WallsAround) -> Result<(), Contradiction> {
+    pub fn observe(&mut self, pose: Pose, around: WallsAround) -> Result<(), Contradiction> {
         let Pose { cell, heading } = pose;
         let all = WallsAround { left: true, front: true, right: true };
-        let read = Sides::of_walls_around(heading, all);
-        let found = Sides::of_walls_around(heading, around);
+        let read = Sides::from_walls_around(heading, all);
+        let found = Sides::from_walls_around(heading, around);
         let outer = Sides::outer(self.size(), cell);
         let certain = self.certain.inner_sides(cell).or(outer);
         let possible = self.possible.inner_sides(cell).or(outer);
@@ -166,8 +166,8 @@ impl KnownMaze {
     }
 
     /// The map as text, to which numbers and the mouse may be added.
-    pub fn drawing(&self) -> Drawing<'_> {
-        Drawing::of_known_maze(self)
+    pub fn picture(&self) -> TextPicture<'_> {
+        TextPicture::from_known_maze(self)
     }
 }
 
@@ -200,7 +200,7 @@ mod tests {
     fn a_reading_is_known_from_both_sides() {
         let mut map = map();
         let pose = Pose::new(Cell::new(1, 1), Heading::East);
-        map.note(pose, WallsAround { left: true, ..OPEN }).unwrap();
+        map.observe(pose, WallsAround { left: true, ..OPEN }).unwrap();
         assert_eq!(map.wall(Cell::new(1, 1), Heading::North), WallState::Present);
         assert_eq!(map.wall(Cell::new(1, 2), Heading::South), WallState::Present);
         assert_eq!(map.wall(Cell::new(2, 1), Heading::West), WallState::Absent);
@@ -218,16 +218,16 @@ mod tests {
     fn a_contradiction_changes_nothing() {
         let mut map = map();
         let corner = Pose::new(Cell::new(0, 0), Heading::North);
-        let error = map.note(corner, OPEN).unwrap_err();
+        let error = map.observe(corner, OPEN).unwrap_err();
         assert_eq!(
             error.to_string(),
             "expected a wall at the west side of (0, 0), as known before, found no wall"
         );
         assert_eq!(map, self::map());
-        map.note(corner, WallsAround { left: true, ..OPEN }).unwrap();
+        map.observe(corner, WallsAround { left: true, ..OPEN }).unwrap();
         let seen = map.clone();
         let error =
-            map.note(corner, WallsAround { left: true, front: true, right: false }).unwrap_err();
+            map.observe(corner, WallsAround { left: true, front: true, right: false }).unwrap_err();
         assert_eq!(
             error,
             Contradiction { cell: corner.cell, heading: Heading::North, found: true }
@@ -253,8 +253,8 @@ mod tests {
     fn outside_there_is_nothing_to_note() {
         let mut map = map();
         let outside = Pose::new(Cell::new(3, 0), Heading::North);
-        assert!(map.note(outside, OPEN).is_err());
-        map.note(outside, WallsAround { left: true, front: true, right: true }).unwrap();
+        assert!(map.observe(outside, OPEN).is_err());
+        map.observe(outside, WallsAround { left: true, front: true, right: true }).unwrap();
         assert_eq!(map, self::map());
     }
 }

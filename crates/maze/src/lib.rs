@@ -46,7 +46,6 @@
 mod catalogue;
 mod cell;
 mod cell_set;
-mod drawing;
 mod escaped;
 #[cfg(feature = "std")]
 mod file;
@@ -55,13 +54,13 @@ mod format;
 mod heading;
 mod known;
 mod maze;
+mod picture;
 mod walls;
 
 #[cfg(feature = "std")]
 pub use catalogue::{Catalogue, CatalogueError, Entry};
 pub use cell::{Cell, MazeSize, SizeError};
 pub use cell_set::CellSet;
-pub use drawing::Drawing;
 pub use escaped::{Escaped, needs_escape};
 #[cfg(feature = "std")]
 pub use file::{MAX_FILE_BYTES, ReadError, maze_content, maze_content_of};
@@ -70,6 +69,7 @@ pub use format::{Format, FormatNameError, ParseError, ParseErrorKind, Place, Rea
 pub use heading::{Heading, Pose, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};
 pub use maze::{Maze, MazeError};
+pub use picture::TextPicture;
 pub use walls::{Sides, Walls, WallsAround};
 
 /// The code in the README of this crate runs.

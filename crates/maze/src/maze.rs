@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{Cell, CellSet, Drawing, Heading, MazeSize, Pose, Walls};
+use crate::{Cell, CellSet, Heading, MazeSize, Pose, TextPicture, Walls};
 
 /// The true maze: all walls, where the mouse starts and where it shall go. Only a simulator holds
 /// one; a mouse has a [`KnownMaze`](crate::KnownMaze).
@@ -99,14 +99,14 @@ impl Maze {
     }
 
     /// The maze as text, to which numbers and a mouse may be added.
-    pub fn drawing(&self) -> Drawing<'_> {
-        Drawing::of_maze(self)
+    pub fn picture(&self) -> TextPicture<'_> {
+        TextPicture::from_maze(self)
     }
 }
 
 impl fmt::Display for Maze {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.drawing().fmt(f)
+        self.picture().fmt(f)
     }
 }
 

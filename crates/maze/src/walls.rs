@@ -30,7 +30,7 @@ impl Walls {
 
     /// A maze with every wall.
     pub fn closed(size: MazeSize) -> Self {
-        Self::of_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE])
+        Self::from_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE])
     }
 
     /// The maze with these inner walls, as bits: see [`north_rows`](Self::north_rows) and
@@ -38,10 +38,10 @@ impl Walls {
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
-    /// let walls = Walls::of_rows(MazeSize::CLASSIC, [u32::MAX; 32], [0; 32]);
+    /// let walls = Walls::from_rows(MazeSize::CLASSIC, [u32::MAX; 32], [0; 32]);
     /// assert!(walls.has(Cell::new(3, 4), Heading::North) && !walls.has(Cell::new(3, 4), Heading::East));
     /// ```
-    pub fn of_rows(size: MazeSize, mut north: [u32; SIDE], mut east: [u32; SIDE]) -> Self {
+    pub fn from_rows(size: MazeSize, mut north: [u32; SIDE], mut east: [u32; SIDE]) -> Self {
         let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
         let height = usize::from(size.height());
         for (y, (north, east)) in north.iter_mut().zip(&mut east).enumerate() {
@@ -162,7 +162,7 @@ impl Sides {
 
     /// Those of these bits: 1 north, 2 east, 4 south, 8 west.
     #[cfg(feature = "std")]
-    pub(crate) const fn of_bits(bits: u8) -> Self {
+    pub(crate) const fn from_bits(bits: u8) -> Self {
         Self(bits & Self::ALL.0)
     }
 
@@ -178,7 +178,7 @@ impl Sides {
 
     /// Those that a mouse which heads this way has a wall at.
     // A turn of the mouse turns the bits, without a branch, since nobody can predict it.
-    pub(crate) const fn of_walls_around(heading: Heading, walls: WallsAround) -> Self {
+    pub(crate) const fn from_walls_around(heading: Heading, walls: WallsAround) -> Self {
         let WallsAround { left, front, right } = walls;
         let clockwise_from_nose = front as u8 | (right as u8) << 1 | (left as u8) << 3;
         let twice = clockwise_from_nose << 4 | clockwise_from_nose;

@@ -25,7 +25,7 @@ pub enum Command<'a> {
         /// How far. 0 where the mouse said less than 1, or what is no number.
         half_steps: u64,
     },
-    /// Turn on the spot.
+    /// Turn on the point.
     Turn {
         /// Eighths of a turn clockwise; the other way where less than 0.
         eighths: i8,
@@ -157,7 +157,7 @@ impl<'a> Command<'a> {
             "getStat" => line.stat(words),
             name => match name.parse() {
                 Ok(stat) => line.alone(words, "the name of a number alone", Self::GetStat(stat)),
-                Err(_) => Err(CommandError::Unknown(Excerpt::of(line.line))),
+                Err(_) => Err(CommandError::Unknown(Excerpt::new(line.line))),
             },
         }
     }
@@ -262,7 +262,7 @@ impl<'a> Line<'a> {
         let (x, y) = (number()?, number()?);
         let cell = u8::try_from(x).ok().zip(u8::try_from(y).ok());
         let cell = cell.map(|(x, y)| Cell::new(x, y)).filter(|&cell| self.size.contains(cell));
-        let outside = || CommandError::Outside { size: self.size, found: Excerpt::of(self.line) };
+        let outside = || CommandError::Outside { size: self.size, found: Excerpt::new(self.line) };
         Ok(cell.ok_or_else(outside))
     }
 
@@ -278,7 +278,7 @@ impl<'a> Line<'a> {
     }
 
     fn wrong(self, expected: &'static str) -> CommandError {
-        CommandError::Arguments { expected, found: Excerpt::of(self.line) }
+        CommandError::Arguments { expected, found: Excerpt::new(self.line) }
     }
 }
 
@@ -315,7 +315,7 @@ impl Excerpt {
     const LONGEST: usize = 60;
 
     /// The start of this line, without what ends it.
-    pub fn of(line: &[u8]) -> Self {
+    pub fn new(line: &[u8]) -> Self {
         let line = line.trim_ascii_end();
         Self { start: line[..line.len().min(Self::LONGEST)].to_vec(), length: line.len() }
     }

@@ -31,16 +31,16 @@
 #![forbid(unsafe_code)]
 
 mod command;
+mod grid_point;
 mod mouse;
 mod reply;
 mod scores;
-mod spot;
 
 pub use command::{Command, CommandError, Excerpt};
+pub use grid_point::{Bearing, GridPoint, Place};
 pub use mouse::{Mouse, Surroundings};
 pub use reply::{Decimal, Reply};
 pub use scores::{Run, Scores, Stat};
-pub use spot::{Bearing, Place, Spot};
 
 /// The code in the README of this crate runs.
 #[cfg(doctest)]

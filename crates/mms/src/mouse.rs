@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState, Walls};
 
-use crate::{Bearing, Command, Place, Reply, Scores, Spot};
+use crate::{Bearing, Command, GridPoint, Place, Reply, Scores};
 
 /// What is around a mouse: who knows the walls, and whoever watches.
 pub trait Surroundings {
@@ -40,7 +40,7 @@ impl Surroundings for Walls {
 /// A mouse in a maze: what its commands have made of it.
 #[derive(Clone, Debug)]
 pub struct Mouse {
-    spot: Spot,
+    point: GridPoint,
     bearing: Bearing,
     /// The walls it has asked for or met and those it has marked, and the cells it has been in.
     map: KnownMaze,
@@ -58,7 +58,7 @@ impl Mouse {
         let mut map = KnownMaze::new(size, start, goals);
         map.visit(start);
         Self {
-            spot: Spot::centre(start),
+            point: GridPoint::centre(start),
             bearing: Bearing::NORTH,
             map,
             marked: Walls::open(size),
@@ -69,13 +69,13 @@ impl Mouse {
     }
 
     /// Where it stands, in half cells.
-    pub const fn spot(&self) -> Spot {
-        self.spot
+    pub const fn point(&self) -> GridPoint {
+        self.point
     }
 
     /// The cell that it is counted to, and the heading that is nearest.
     pub const fn pose(&self) -> Pose {
-        Pose::new(self.spot.cell(), self.bearing.heading())
+        Pose::new(self.point.cell(), self.bearing.heading())
     }
 
     /// What can be shown of its knowledge: the walls that it has asked for, passed or run into, those
@@ -126,7 +126,7 @@ impl Mouse {
             }
             Command::WasReset => Ok(Some(Reply::Truth(self.is_reset_pressed))),
             Command::AckReset => {
-                (self.spot, self.bearing) = (Spot::centre(self.map.start()), Bearing::NORTH);
+                (self.point, self.bearing) = (GridPoint::centre(self.map.start()), Bearing::NORTH);
                 self.is_reset_pressed = false;
                 self.scores.reset();
                 around.moved(self).map(|()| Some(Reply::Ack))
@@ -159,18 +159,18 @@ impl Mouse {
 
     /// Goes as far as it can, at most so far.
     fn go<S: Surroundings>(&mut self, half_steps: u64, around: &mut S) -> Result<Reply, S::Error> {
-        let (start, from) = (self.map.start(), self.spot.cell());
+        let (start, from) = (self.map.start(), self.point.cell());
         let mut gone = 0;
         while gone < half_steps
-            && let Some(spot) = self.clear_ahead(self.spot, self.bearing, around)?
+            && let Some(point) = self.clear_ahead(self.point, self.bearing, around)?
         {
             if gone == 0 && from == start {
                 self.scores.begin_run();
             }
-            let before = self.spot.cell();
-            (self.spot, gone) = (spot, gone + 1);
-            if self.spot.cell() != before {
-                self.map.visit(self.spot.cell());
+            let before = self.point.cell();
+            (self.point, gone) = (point, gone + 1);
+            if self.point.cell() != before {
+                self.map.visit(self.point.cell());
                 around.moved(self)?;
             }
         }
@@ -183,7 +183,7 @@ impl Mouse {
 
     /// What follows from where a movement or a turn has ended.
     fn arrive(&mut self) {
-        let cell = self.spot.cell();
+        let cell = self.point.cell();
         if self.map.goals().contains(cell) {
             self.scores.reach_goal();
         } else if cell == self.map.start() {
@@ -197,25 +197,25 @@ impl Mouse {
         half_steps: u64,
         around: &mut S,
     ) -> Result<bool, S::Error> {
-        let mut spot = self.spot;
+        let mut point = self.point;
         // The outer walls end this soon.
         for _ in 0..half_steps {
-            match self.clear_ahead(spot, bearing, around)? {
-                Some(next) => spot = next,
+            match self.clear_ahead(point, bearing, around)? {
+                Some(next) => point = next,
                 None => return Ok(true),
             }
         }
         Ok(false)
     }
 
-    /// The spot half a step ahead, unless something stands there.
+    /// The point half a step ahead, unless something stands there.
     fn clear_ahead<S: Surroundings>(
         &mut self,
-        spot: Spot,
+        point: GridPoint,
         bearing: Bearing,
         around: &mut S,
-    ) -> Result<Option<Spot>, S::Error> {
-        let Some(next) = spot.ahead(bearing) else { return Ok(None) };
+    ) -> Result<Option<GridPoint>, S::Error> {
+        let Some(next) = point.ahead(bearing) else { return Ok(None) };
         let is_clear = match next.place() {
             Place::Centre => self.map.size().contains(next.cell()),
             Place::Post => false,
@@ -308,7 +308,7 @@ o---o---o---o
         let (mouse, seen) =
             after(&["moveForward 9", "turnRight", "moveForwardHalf 3", "turnLeft45"]);
         assert_eq!(seen.join(" "), "0,1N 0,2N 0,2E 1,2E 2,2E 2,2N");
-        assert_eq!(mouse.spot(), Spot { x: 4, y: 5 });
+        assert_eq!(mouse.point(), GridPoint { x: 4, y: 5 });
         let (_, seen) =
             after(&["moveForward", "ackReset", "moveForward 0", "turnLeft", "moveForward"]);
         assert_eq!(seen.join(" "), "0,1N 0,0N 0,0W");
@@ -317,7 +317,7 @@ o---o---o---o
     #[test]
     fn what_was_asked_for_passed_or_met_is_known() {
         let (mouse, _) = after(&["wallRight", "wallLeft", "moveForward"]);
-        insta::assert_snapshot!(mouse.map().drawing().with_mouse(mouse.pose()), @"
+        insta::assert_snapshot!(mouse.map().picture().with_mouse(mouse.pose()), @"
         o---o---o---o
         |   .   . G |
         o . o . o . o
@@ -327,7 +327,7 @@ o---o---o---o
         o---o---o---o
         ");
         let (mouse, _) = after(&["turnRight", "moveForward", "turnLeft", "wallFront 9"]);
-        insta::assert_snapshot!(mouse.map().drawing(), @"
+        insta::assert_snapshot!(mouse.map().picture(), @"
         o---o---o---o
         |   .   . G |
         o   o . o . o

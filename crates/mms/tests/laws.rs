@@ -1,7 +1,7 @@
 //! What holds for all mazes and all commands: the mouse goes by the rules of mms, told case by case.
 
 use mmsim_maze::{Cell, Heading, MazeSize, Walls};
-use mmsim_mms::{Command, Mouse, Spot};
+use mmsim_mms::{Command, GridPoint, Mouse};
 use proptest::prelude::*;
 
 /// East and north of each eighth of a turn, clockwise from north.
@@ -58,7 +58,7 @@ fn mazes() -> impl Strategy<Value = Walls> {
                     row & fewer[index - 1] & if is_open { less[index - 1] } else { u32::MAX }
                 })
             };
-            Walls::of_rows(size, some(north), some(east))
+            Walls::from_rows(size, some(north), some(east))
         },
     )
 }
@@ -114,8 +114,8 @@ proptest! {
                 if gone == most { "ack".into() } else { "crash".into() }
             };
             prop_assert_eq!(reply.map(|reply| reply.to_string()), Some(expected), "{}", line);
-            let spot = Spot { x: u8::try_from(at.0).unwrap(), y: u8::try_from(at.1).unwrap() };
-            prop_assert_eq!(mouse.spot(), spot, "{}", line);
+            let point = GridPoint { x: u8::try_from(at.0).unwrap(), y: u8::try_from(at.1).unwrap() };
+            prop_assert_eq!(mouse.point(), point, "{}", line);
             prop_assert!(size.contains(mouse.pose().cell));
         }
         #[expect(clippy::cast_precision_loss, reason = "no mouse of these goes that far")]

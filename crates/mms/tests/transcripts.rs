@@ -228,7 +228,7 @@ fn a_diagonal_up_a_staircase() {
          turnLeft45 -> ack
          getStat total-effective-distance -> 3",
     );
-    assert_eq!(table.mouse.spot(), mmsim_mms::Spot { x: 6, y: 7 });
+    assert_eq!(table.mouse.point(), mmsim_mms::GridPoint { x: 6, y: 7 });
 }
 
 #[test]

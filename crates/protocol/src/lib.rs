@@ -37,7 +37,7 @@
 //!         let length = Request::Walls(pose).encode(&mut buffer)?;
 //!         let reply = ask(&buffer[..length])?;
 //!         let Reply::Walls(around) = Reply::decode(&reply)? else { return Err("no walls".into()) };
-//!         map.note(pose, around)?;
+//!         map.observe(pose, around)?;
 //!         let visited = |cell| u16::from(map.visited().contains(cell));
 //!         let length = mmsim_protocol::encode_state(&mut buffer, pose, &map, visited, Order::C)?;
 //!         ask(&buffer[..length])?;
@@ -62,7 +62,7 @@ mod request;
 mod state;
 
 pub use mmsim_maze::{
-    Cell, CellSet, Contradiction, Drawing, Heading, KnownMaze, MazeSize, Pose, SizeError, Step,
+    Cell, CellSet, Contradiction, Heading, KnownMaze, MazeSize, Pose, SizeError, Step, TextPicture,
     Unknown, WallState, WallsAround,
 };
 

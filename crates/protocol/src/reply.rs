@@ -57,7 +57,7 @@ impl<'a> Reply<'a> {
                 error.or_else(|| text.starts_with('{').then_some(Self::Info(text)))
             }),
         };
-        reply.ok_or_else(|| UnknownReply(Excerpt::of(message)))
+        reply.ok_or_else(|| UnknownReply(Excerpt::new(message)))
     }
 
     /// Writes the reply to the front of `buffer` and gives its length in bytes.

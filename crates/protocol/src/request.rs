@@ -54,13 +54,13 @@ pub enum RequestError {
         found: usize,
     },
     /// A byte that is no heading.
-    #[error("expected N, E, S or W as heading, found {}", Excerpt::of(&[*found]))]
+    #[error("expected N, E, S or W as heading, found {}", Excerpt::new(&[*found]))]
     Heading {
         /// The byte in its place.
         found: u8,
     },
     /// A byte that is no order of a matrix.
-    #[error("expected C or F as order of the {matrix}, found {}", Excerpt::of(&[*found]))]
+    #[error("expected C or F as order of the {matrix}, found {}", Excerpt::new(&[*found]))]
     Order {
         /// `weights` or `walls`.
         matrix: &'static str,
@@ -105,7 +105,7 @@ impl<'a> Request<'a> {
             &[b'W', x, y, heading] => decode_pose(x, y, heading, size).map(Self::Walls),
             [b'W', ..] => Err(RequestError::WallsLength { found: message.len() }),
             [b'S', ..] => State::decode(message, size).map(Self::State),
-            _ => Err(RequestError::Unknown(Excerpt::of(message))),
+            _ => Err(RequestError::Unknown(Excerpt::new(message))),
         }
     }
 
@@ -166,7 +166,7 @@ impl Excerpt {
     const LONGEST: usize = 16;
 
     /// The beginning of these bytes.
-    pub fn of(message: &[u8]) -> Self {
+    pub fn new(message: &[u8]) -> Self {
         let mut start = [0; Self::LONGEST];
         for (kept, byte) in start.iter_mut().zip(message) {
             *kept = *byte;

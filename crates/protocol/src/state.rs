@@ -339,7 +339,7 @@ mod tests {
     fn a_map_is_sent_as_the_mouse_knows_it() {
         let pose = Pose::new(Cell::new(0, 0), Heading::East);
         let mut map = KnownMaze::new(small(), pose.cell, small().central_cells());
-        map.note(pose, WallsAround { left: true, front: false, right: true }).unwrap();
+        map.observe(pose, WallsAround { left: true, front: false, right: true }).unwrap();
         let mut buffer = [0xa5; MAX_STATE_BYTES];
         let weight = |cell: Cell| 254 + 2 * u16::from(cell.x);
         let length = encode_state(&mut buffer, pose, &map, weight, Order::F).unwrap();

@@ -4,13 +4,13 @@ use zstd::bulk::Decompressor;
 
 use crate::history::BLOCK_STATES;
 use crate::memory::reserve;
-use crate::tally::{self, Tally};
+use crate::motion_count::{self, MotionCount};
 
 /// Up to 256 states of a [`History`](crate::History) that follow one another, as they are kept.
 #[derive(Clone, Debug)]
 pub struct Block {
     pub(crate) first: usize,
-    pub(crate) tally: Tally,
+    pub(crate) tally: MotionCount,
     pub(crate) state_bytes: usize,
     pub(crate) states: Vec<u8>,
     pub(crate) packed: bool,
@@ -20,7 +20,7 @@ pub struct Block {
 #[derive(Clone, Debug)]
 pub struct States {
     first: usize,
-    tally: Tally,
+    tally: MotionCount,
     state_bytes: usize,
     bytes: Vec<u8>,
 }
@@ -68,12 +68,12 @@ impl States {
     }
 
     /// What leads from the first state of the history to the one with this index.
-    pub fn tally(&self, index: usize) -> Option<Tally> {
+    pub fn tally(&self, index: usize) -> Option<MotionCount> {
         self.get(index)?;
         let mut tally = self.tally;
         for index in self.first..index {
-            let pose = |index| self.get(index).and_then(tally::pose);
-            tally += Tally::between(pose(index)?, pose(index + 1)?);
+            let pose = |index| self.get(index).and_then(motion_count::pose);
+            tally += MotionCount::between(pose(index)?, pose(index + 1)?);
         }
         Some(tally)
     }
@@ -102,7 +102,7 @@ mod tests {
                 state.resize(state_bytes(size), x ^ y);
                 state
             };
-            let (mut history, mut tally, mut tallies) = (History::new(size), Tally::default(), vec![]);
+            let (mut history, mut tally, mut tallies) = (History::new(size), MotionCount::default(), vec![]);
             for (index, pose) in poses.iter().enumerate() {
                 if taken_back {
                     history.push(&state(&(3, 2, index % 4))).unwrap();

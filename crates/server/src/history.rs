@@ -9,8 +9,8 @@ use zstd::bulk::{Compressor, Decompressor};
 
 use crate::block::Block;
 use crate::memory::reserve;
+use crate::motion_count::{self, MotionCount};
 use crate::slabs::Slabs;
-use crate::tally::{self, Tally};
 
 /// States in a block.
 pub(crate) const BLOCK_STATES: usize = 256;
@@ -46,7 +46,7 @@ pub struct History {
     open: Vec<u8>,
     packer: Packer,
     /// What leads to the first state of each block.
-    tallies: Vec<Tally>,
+    tallies: Vec<MotionCount>,
     newest: Newest,
     /// The state before that, as long as the newest can be taken back.
     before: Newest,
@@ -56,7 +56,7 @@ pub struct History {
 #[derive(Clone, Copy)]
 struct Newest {
     pose: Option<[u8; 3]>,
-    tally: Tally,
+    tally: MotionCount,
 }
 
 /// A history that has no room for another state.
@@ -129,7 +129,7 @@ impl History {
 
     /// How many bytes it holds, the packed states with what it takes to find them.
     pub const fn bytes(&self) -> usize {
-        self.packed.bytes() + self.open.len() + self.tallies.len() * size_of::<Tally>()
+        self.packed.bytes() + self.open.len() + self.tallies.len() * size_of::<MotionCount>()
     }
 
     /// How many bytes it may hold.
@@ -151,7 +151,7 @@ impl History {
             self.pack().map_err(out_of_memory)?;
         }
         let begins_block = self.open.is_empty();
-        let bytes = if begins_block { size_of::<Tally>() } else { 0 } + state.len();
+        let bytes = if begins_block { size_of::<MotionCount>() } else { 0 } + state.len();
         if self.bytes().saturating_add(bytes) > self.limit {
             return Err(Full { limit: self.limit, states }.into());
         }
@@ -181,7 +181,7 @@ impl History {
     }
 
     /// What leads from the first state to the one with this index.
-    pub fn tally(&self, index: usize) -> Option<Tally> {
+    pub fn tally(&self, index: usize) -> Option<MotionCount> {
         self.block(index / BLOCK_STATES)?.unpack()?.tally(index)
     }
 
@@ -245,13 +245,13 @@ impl fmt::Debug for History {
 }
 
 impl Newest {
-    const START: Self = Self { pose: None, tally: Tally { steps: 0, turns: 0 } };
+    const START: Self = Self { pose: None, tally: MotionCount { steps: 0, turns: 0 } };
 
     /// Goes on to this state.
     fn follow(&mut self, state: &[u8]) {
-        let pose = tally::pose(state);
+        let pose = motion_count::pose(state);
         if let (Some(before), Some(after)) = (self.pose, pose) {
-            self.tally += Tally::between(before, after);
+            self.tally += MotionCount::between(before, after);
         }
         self.pose = pose;
     }

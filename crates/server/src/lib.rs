@@ -30,6 +30,8 @@ mod history;
 mod host;
 pub mod limits;
 mod memory;
+mod monitor;
+mod motion_count;
 mod network;
 mod peer;
 mod recording;
@@ -37,9 +39,7 @@ mod server;
 mod simulation;
 mod slabs;
 mod standing;
-mod tally;
 mod times;
-mod watch;
 mod zmtp;
 
 pub use background::Background;
@@ -48,15 +48,15 @@ pub use block::{Block, States};
 pub use budget::MemoryBudget;
 pub use history::{Full as HistoryFull, History, PushError, Reader as HistoryReader};
 pub use host::Status;
+pub use monitor::{Monitor, MonitorError, Served};
+pub use motion_count::MotionCount;
 pub use recording::{
     Ending, NoRecording, RecordError, Recorder, Recording, RecordingError, RecordingWriter,
     save as save_recording,
 };
 pub use server::{ServeError, Server, Stop};
 pub use simulation::{Change, ReplyBuffer, Simulation};
-pub use tally::Tally;
 pub use times::Times;
-pub use watch::{Served, Watch, WatchError};
 
 /// The code in the README of this crate runs.
 #[cfg(doctest)]

@@ -11,9 +11,9 @@ use mio::Waker;
 
 use crate::bind::{BindError, listen};
 use crate::host::{Board, Host};
+use crate::monitor::Question;
 use crate::network::Network;
-use crate::watch::Question;
-use crate::{Recorder, ReplyBuffer, Simulation, Watch};
+use crate::{Monitor, Recorder, ReplyBuffer, Simulation};
 
 /// How long replies still on their way may delay the end of the server.
 const LINGER: Duration = Duration::from_millis(500);
@@ -118,8 +118,8 @@ impl Server {
     }
 
     /// A way to look at the simulation from other threads.
-    pub fn watch(&self) -> Watch {
-        Watch::new(Arc::clone(&self.board), self.questions.0.clone(), Arc::clone(&self.shared))
+    pub fn monitor(&self) -> Monitor {
+        Monitor::new(Arc::clone(&self.board), self.questions.0.clone(), Arc::clone(&self.shared))
     }
 
     /// Serves the simulation until it is stopped. Every request gets exactly one reply, and

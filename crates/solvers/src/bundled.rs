@@ -8,14 +8,14 @@ use crate::{FloodFill, LeftWall, ShortestPathSearch, Strategy, Swing, WeightIncr
 /// A strategy that comes with this crate.
 ///
 /// ```
-/// use mmsim_solvers::Bundled;
-/// let strategy: Bundled = "flood-fill".parse()?;
-/// assert_eq!(strategy, Bundled::FloodFill);
+/// use mmsim_solvers::BundledStrategy;
+/// let strategy: BundledStrategy = "flood-fill".parse()?;
+/// assert_eq!(strategy, BundledStrategy::FloodFill);
 /// let ready_to_search = strategy.strategy();
 /// # Ok::<(), mmsim_solvers::UnknownStrategy>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Bundled {
+pub enum BundledStrategy {
     /// [`FloodFill`]
     FloodFill,
     /// [`WeightIncrement`]
@@ -30,13 +30,13 @@ pub enum Bundled {
 
 /// A name that no strategy here has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected one of {names}, found {name:?}", names = Bundled::ALL.map(Bundled::name).join(", "))]
+#[error("expected one of {names}, found {name:?}", names = BundledStrategy::ALL.map(BundledStrategy::name).join(", "))]
 pub struct UnknownStrategy {
     /// The name.
     pub name: String,
 }
 
-impl Bundled {
+impl BundledStrategy {
     /// All of them.
     pub const ALL: [Self; 5] = [
         Self::FloodFill,
@@ -94,13 +94,13 @@ impl Bundled {
     }
 }
 
-impl fmt::Display for Bundled {
+impl fmt::Display for BundledStrategy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
     }
 }
 
-impl FromStr for Bundled {
+impl FromStr for BundledStrategy {
     type Err = UnknownStrategy;
 
     fn from_str(name: &str) -> Result<Self, UnknownStrategy> {
@@ -115,9 +115,9 @@ mod tests {
 
     #[test]
     fn names_are_read_back() {
-        for strategy in Bundled::ALL {
+        for strategy in BundledStrategy::ALL {
             assert_eq!(strategy.to_string().parse(), Ok(strategy));
         }
-        insta::assert_snapshot!("floodfill".parse::<Bundled>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, swing, shortest-path-search, found "floodfill""#);
+        insta::assert_snapshot!("floodfill".parse::<BundledStrategy>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, swing, shortest-path-search, found "floodfill""#);
     }
 }

@@ -9,7 +9,7 @@ use crate::Distances;
 /// ```
 /// use mmsim_solvers::MazeFacts;
 /// let maze = "o---o---o---o\n| S   G |   |\no---o---o---o\n".parse()?;
-/// let facts = MazeFacts::of(&maze);
+/// let facts = MazeFacts::new(&maze);
 /// assert_eq!((facts.shortest_path, facts.reachable_cells), (Some(1), 2));
 /// # Ok::<(), mmsim_maze::ParseError>(())
 /// ```
@@ -23,7 +23,7 @@ pub struct MazeFacts {
 
 impl MazeFacts {
     /// The facts of this maze.
-    pub fn of(maze: &Maze) -> Self {
+    pub fn new(maze: &Maze) -> Self {
         let start = maze.start().cell;
         let from_start: CellSet = [start].into_iter().collect();
         Self {

@@ -290,7 +290,7 @@ o---o---o---o
         .unwrap();
         let distances = Distances::flood(maze.walls(), maze.goals());
         let numbers = |cell| distances.at(cell);
-        insta::assert_snapshot!(maze.drawing().with_numbers(&numbers), @"
+        insta::assert_snapshot!(maze.picture().with_numbers(&numbers), @"
         o---o---o---o
         | 1   0 |   |
         o   o---o---o
@@ -376,7 +376,7 @@ o---o---o---o
                 };
                 std::array::from_fn(|y| row(&rows[y]))
             };
-            Walls::of_rows(MazeSize::new(width, height).unwrap(), rows(north), rows(east))
+            Walls::from_rows(MazeSize::new(width, height).unwrap(), rows(north), rows(east))
         })
     }
 
@@ -423,7 +423,7 @@ o---o---o---o
             for (x, y) in seen {
                 let cell = Cell::new(x % size.width(), y % size.height());
                 let pose = Pose::new(cell, Heading::North);
-                map.note(pose, walls.around(pose)).unwrap();
+                map.observe(pose, walls.around(pose)).unwrap();
             }
             let both = Distances::flood_both(&map, &targets);
             let alone = [Unknown::Open, Unknown::Closed]

@@ -15,7 +15,7 @@
 //! | S |       |
 //! o---o---o---o
 //! ".parse()?;
-//! let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::before(&maze), maze.start());
+//! let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(&maze), maze.start());
 //! let mut steps = 0;
 //! loop {
 //!     mouse.see(maze.walls().around(mouse.pose()))?;
@@ -47,6 +47,7 @@ mod bundled;
 mod facts;
 mod flood;
 mod flood_fill;
+mod key_point_route;
 mod left_wall;
 mod mouse;
 mod shortest_path_search;
@@ -54,21 +55,20 @@ mod strategy;
 mod swing;
 #[cfg(test)]
 mod testing;
-mod tour;
 mod weight_increment;
 
 pub use a_star::ShortestPath;
 #[cfg(feature = "std")]
-pub use bundled::{Bundled, UnknownStrategy};
+pub use bundled::{BundledStrategy, UnknownStrategy};
 pub use facts::MazeFacts;
 pub use flood::{Distances, Downhill, Instructions, steps_between};
 pub use flood_fill::FloodFill;
+pub use key_point_route::{KeyPointRoute, centre};
 pub use left_wall::LeftWall;
 pub use mouse::{Crash, Mouse};
 pub use shortest_path_search::ShortestPathSearch;
 pub use strategy::{Move, SearchError, Strategy, steps_from};
 pub use swing::Swing;
-pub use tour::{Tour, centre};
 pub use weight_increment::WeightIncrement;
 
 /// The code in the README of this crate runs.

@@ -67,7 +67,7 @@ impl<S: Strategy> Mouse<S> {
     /// # Errors
     /// A reading that contradicts an earlier one; the map is left as it was.
     pub fn see(&mut self, around: WallsAround) -> Result<(), Contradiction> {
-        self.map.note(self.pose, around)
+        self.map.observe(self.pose, around)
     }
 
     /// Notes the walls that the mouse senses with its nose turned round: at the start nothing may
@@ -76,7 +76,7 @@ impl<S: Strategy> Mouse<S> {
     /// # Errors
     /// A reading that contradicts an earlier one; the map is left as it was.
     pub fn see_behind(&mut self, around: WallsAround) -> Result<(), Contradiction> {
-        self.map.note(self.turned_round(), around)
+        self.map.observe(self.turned_round(), around)
     }
 
     /// Its pose after half a turn on the spot.

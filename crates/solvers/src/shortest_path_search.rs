@@ -257,7 +257,7 @@ o---o---o---o---o
             let goals = goals.into_iter().map(inside).collect();
             let maze = Maze::new(walls, inside(start), goals).unwrap();
             let mut mouse =
-                Mouse::new(ShortestPathSearch::new(), KnownMaze::before(&maze), maze.start());
+                Mouse::new(ShortestPathSearch::new(), KnownMaze::unexplored(&maze), maze.start());
             mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
             // It plans anew only in cells that it has not seen yet.
             let most = (size.area() + 3) * size.area();

@@ -3,9 +3,9 @@
 use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose, Step, Unknown, Walls};
 
 use crate::strategy::step_to_least;
-use crate::{Distances, Move, SearchError, ShortestPath, Strategy, Tour, centre};
+use crate::{Distances, KeyPointRoute, Move, SearchError, ShortestPath, Strategy, centre};
 
-/// Swing: explores on a [`Tour`] from key point to key point, each time by the shortest way with
+/// Swing: explores on a [`KeyPointRoute`] from key point to key point, each time by the shortest way with
 /// unknown walls taken as open, planned anew with A* whenever a wall shows up; then it runs from
 /// the start to the goal by the shortest way that it knows.
 ///
@@ -15,7 +15,7 @@ use crate::{Distances, Move, SearchError, ShortestPath, Strategy, Tour, centre};
 #[derive(Clone, Debug)]
 pub struct Swing {
     /// From the first decision on.
-    tour: Option<Tour>,
+    route: Option<KeyPointRoute>,
     /// The way to the key point and how many steps of it are done.
     plan: Option<(ShortestPath, usize)>,
     /// The walls for which it was planned.
@@ -28,7 +28,7 @@ impl Swing {
     /// A search that has not begun yet.
     pub const fn new() -> Self {
         Self {
-            tour: None,
+            route: None,
             plan: None,
             walls: Walls::open(MazeSize::CLASSIC),
             distances: Distances::unreachable(MazeSize::CLASSIC),
@@ -40,7 +40,7 @@ impl Swing {
     fn plan(&mut self, map: &KnownMaze, cell: Cell) -> Result<(), SearchError> {
         let walls = map.walls(Unknown::Open);
         centre(map.goals(), walls, cell).ok_or(SearchError::GoalUnreachable { cell })?;
-        let target = self.tour.as_mut().and_then(|tour| tour.target(walls, cell));
+        let target = self.route.as_mut().and_then(|route| route.target(walls, cell));
         self.plan = target.and_then(|target| Some((ShortestPath::find(walls, cell, target)?, 0)));
         self.walls = walls.clone();
         self.runs_fast = target.is_none();
@@ -61,8 +61,8 @@ impl Default for Swing {
 impl Strategy for Swing {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
         let Pose { cell, heading } = pose;
-        let tour = || Tour::there_and_back(map.size(), map.start(), *map.goals());
-        self.tour.get_or_insert_with(tour).pass(cell);
+        let route = || KeyPointRoute::there_and_back(map.size(), map.start(), *map.goals());
+        self.route.get_or_insert_with(route).pass(cell);
         let is_done = |(path, done): &(ShortestPath, usize)| *done >= path.length().into();
         let is_stale = self.walls != *map.walls(Unknown::Open);
         if !self.runs_fast && (is_stale || self.plan.as_ref().is_none_or(is_done)) {

@@ -17,7 +17,7 @@ pub(crate) struct Outcome {
 /// Searches the maze drawn in `text` until the strategy stops, but takes `max_steps` at most.
 pub(crate) fn search(strategy: impl Strategy, text: &str, max_steps: usize) -> Outcome {
     let maze: Maze = text.parse().unwrap();
-    let mut mouse = Mouse::new(strategy, KnownMaze::before(&maze), maze.start());
+    let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(&maze), maze.start());
     let mut steps = 0;
     let result = loop {
         mouse.see(maze.walls().around(mouse.pose())).unwrap();
@@ -28,6 +28,6 @@ pub(crate) fn search(strategy: impl Strategy, text: &str, max_steps: usize) -> O
         steps += 1;
     };
     let weight = |cell| Some(mouse.weight(cell)).filter(|&weight| weight != u16::MAX);
-    let drawing = mouse.map().drawing().with_numbers(&weight).with_mouse(mouse.pose()).to_string();
+    let drawing = mouse.map().picture().with_numbers(&weight).with_mouse(mouse.pose()).to_string();
     Outcome { result, steps, drawing }
 }

@@ -21,7 +21,7 @@ const WORTHS: [f64; 5] = [0.8, 1.0, 1.2, 1.5, 2.0];
 fn main() -> Result<(), Box<dyn Error>> {
     let mut mazes: Vec<Maze> = Vec::new();
     for path in std::env::args().skip(1) {
-        for entry in Catalogue::of_path(Path::new(&path))?.entries() {
+        for entry in Catalogue::from_path(Path::new(&path))?.entries() {
             mazes.push(entry.maze()?);
         }
     }
@@ -59,7 +59,7 @@ const fn half(index: usize) -> usize {
 fn mean(mazes: &[Maze], habits: &[Habits; 2], rule: Rule, seed: u64) -> f64 {
     let score = |(index, maze): (usize, &Maze)| {
         let habits = habits[half(index)].clone();
-        let mut robot = Champion::new(KnownMaze::before(maze), rule, habits, 0., seed);
+        let mut robot = Champion::new(KnownMaze::unexplored(maze), rule, habits, 0., seed);
         match try_robot(maze, &mut robot) {
             Ending::Scored(score) => {
                 f64::from(score.race_steps) + f64::from(score.explore_steps) / 30.

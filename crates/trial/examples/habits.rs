@@ -14,7 +14,7 @@ use mmsim_trial::{Habits, race_optimum};
 fn main() -> Result<(), Box<dyn Error>> {
     let mut mazes: Vec<Maze> = Vec::new();
     for folder in std::env::args().skip(1) {
-        for entry in Catalogue::of_path(Path::new(&folder))?.entries() {
+        for entry in Catalogue::from_path(Path::new(&folder))?.entries() {
             mazes.push(entry.maze()?);
         }
     }

@@ -33,7 +33,7 @@ impl<R: Robot> Robot for Timed<R> {
 fn main() -> Result<(), Box<dyn Error>> {
     println!("{:>9} {:>9} {:>9} {:>9}  noise, mazes", "steps", "median", "99 %", "worst");
     for path in std::env::args().skip(1) {
-        let catalogue = Catalogue::of_path(Path::new(&path))?;
+        let catalogue = Catalogue::from_path(Path::new(&path))?;
         let mazes: Vec<Maze> =
             catalogue.entries().iter().map(mmsim_maze::Entry::maze).collect::<Result<_, _>>()?;
         for noise in [0., 0.1] {
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn least_of_three(maze: &Maze, noise: f64) -> Vec<Duration> {
     let run = || {
-        let before = KnownMaze::before(maze);
+        let before = KnownMaze::unexplored(maze);
         let robot = Champion::new(before, Rule::default(), Habits::CONTEST, noise, 0);
         let mut timed = Timed { robot, steps: Vec::new() };
         try_watched(maze, &mut timed, &mut Noise::new(noise, 1), |_, _, _| {});

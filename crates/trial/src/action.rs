@@ -33,7 +33,7 @@ pub enum Rotation {
 
 impl Action {
     /// The most cells that a robot goes in one step.
-    pub const MOST_CELLS: i8 = 3;
+    pub const MAX_CELLS: i8 = 3;
 
     /// Neither a turn nor a move.
     pub const STAY: Self = Self::Move { rotation: Rotation::None, cells: 0 };
@@ -43,16 +43,16 @@ impl Action {
     ///
     /// ```
     /// use mmsim_trial::{Action, Rotation};
-    /// assert_eq!(Action::of_numbers(90, -7), Action::Move { rotation: Rotation::Right, cells: -3 });
-    /// assert_eq!(Action::of_numbers(45, 1), Action::Move { rotation: Rotation::None, cells: 1 });
+    /// assert_eq!(Action::from_numbers(90, -7), Action::Move { rotation: Rotation::Right, cells: -3 });
+    /// assert_eq!(Action::from_numbers(45, 1), Action::Move { rotation: Rotation::None, cells: 1 });
     /// ```
-    pub fn of_numbers(rotation: i64, movement: i64) -> Self {
+    pub fn from_numbers(rotation: i64, movement: i64) -> Self {
         let rotation = match rotation {
             -90 => Rotation::Left,
             90 => Rotation::Right,
             _ => Rotation::None,
         };
-        let most = i64::from(Self::MOST_CELLS);
+        let most = i64::from(Self::MAX_CELLS);
         let cells = i8::try_from(movement.clamp(-most, most)).unwrap_or(0);
         Self::Move { rotation, cells }
     }

@@ -10,13 +10,13 @@ use crate::{Champion, CountExpansion, Habits, KeyPoints, Random, Robot, Rule, Sw
 /// A robot that comes with this crate.
 ///
 /// ```
-/// use mmsim_trial::Bundled;
-/// let robot: Bundled = "random".parse()?;
-/// assert_eq!(robot, Bundled::Random);
+/// use mmsim_trial::BundledRobot;
+/// let robot: BundledRobot = "random".parse()?;
+/// assert_eq!(robot, BundledRobot::Random);
 /// # Ok::<(), mmsim_trial::UnknownRobot>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Bundled {
+pub enum BundledRobot {
     /// [`Random`]
     Random,
     /// [`CountExpansion`]
@@ -46,13 +46,13 @@ pub struct Settings {
 
 /// A name that no robot here has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected one of {names}, found {name:?}", names = Bundled::ALL.map(Bundled::name).join(", "))]
+#[error("expected one of {names}, found {name:?}", names = BundledRobot::ALL.map(BundledRobot::name).join(", "))]
 pub struct UnknownRobot {
     /// The name.
     pub name: String,
 }
 
-impl Bundled {
+impl BundledRobot {
     /// All of them.
     pub const ALL: [Self; 6] = [
         Self::Random,
@@ -102,13 +102,13 @@ impl Bundled {
     }
 }
 
-impl fmt::Display for Bundled {
+impl fmt::Display for BundledRobot {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
     }
 }
 
-impl FromStr for Bundled {
+impl FromStr for BundledRobot {
     type Err = UnknownRobot;
 
     fn from_str(name: &str) -> Result<Self, UnknownRobot> {
@@ -123,9 +123,9 @@ mod tests {
 
     #[test]
     fn names_are_read_back() {
-        for robot in Bundled::ALL {
+        for robot in BundledRobot::ALL {
             assert_eq!(robot.to_string().parse(), Ok(robot));
         }
-        assert!("Random".parse::<Bundled>().is_err());
+        assert!("Random".parse::<BundledRobot>().is_err());
     }
 }

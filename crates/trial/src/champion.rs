@@ -108,7 +108,7 @@ impl Champion {
     /// Whether the race has to begin for both runs to end in time.
     fn is_late(&self, best: u16) -> bool {
         let race = u32::from(best);
-        self.steps + race + race / 4 + 4 >= Trial::MOST_STEPS
+        self.steps + race + race / 4 + 4 >= Trial::MAX_STEPS
     }
 
     fn race(&self) -> Action {
@@ -128,7 +128,7 @@ impl Champion {
 
 impl Robot for Champion {
     fn next_move(&mut self, sensors: [u8; 3]) -> Action {
-        self.belief.note(sensors);
+        self.belief.observe(sensors);
         let action = if self.belief.likeliest().races { self.race() } else { self.explore() };
         self.belief.go(action);
         self.steps += 1;
@@ -236,7 +236,7 @@ o---o---o---o---o---o---o
 
     fn ending(text: &str, rule: Rule, noise: f64, seed: u64) -> Ending {
         let maze: Maze = text.parse().unwrap();
-        let before = KnownMaze::before(&maze);
+        let before = KnownMaze::unexplored(&maze);
         let mut robot = Champion::new(before, rule, Habits::CONTEST, noise, seed);
         try_watched(&maze, &mut robot, &mut Noise::new(noise, seed), |_, _, _| {})
     }
@@ -290,8 +290,13 @@ o---o---o---o---o---o---o
     fn it_answers_whatever_its_sensors_tell() {
         let maze: Maze = MAZE.parse().unwrap();
         for noise in [0., 0.1, 1.] {
-            let mut robot =
-                Champion::new(KnownMaze::before(&maze), Rule::default(), Habits::CONTEST, noise, 1);
+            let mut robot = Champion::new(
+                KnownMaze::unexplored(&maze),
+                Rule::default(),
+                Habits::CONTEST,
+                noise,
+                1,
+            );
             for step in 0..300_u32 {
                 let told =
                     [step * 7, step * 11, step * 13].map(|told| (told % 256).to_le_bytes()[0]);
@@ -304,7 +309,7 @@ o---o---o---o---o---o---o
     fn the_same_seed_gives_the_same_score() {
         let maze: Maze = MAZE.parse().unwrap();
         let mut robots = [1, 1].map(|seed| {
-            Champion::new(KnownMaze::before(&maze), Rule::default(), Habits::CONTEST, 0., seed)
+            Champion::new(KnownMaze::unexplored(&maze), Rule::default(), Habits::CONTEST, 0., seed)
         });
         let [first, second] = robots.each_mut().map(|robot| try_robot(&maze, robot));
         assert_eq!(first, second);

@@ -42,8 +42,8 @@ impl CountExpansion {
         Self { survey, walls: [CellSet::EMPTY; 4], been_in_goal: false, races: false }
     }
 
-    fn note(&mut self, sensors: [u8; 3]) {
-        self.survey.note(sensors);
+    fn observe(&mut self, sensors: [u8; 3]) {
+        self.survey.observe(sensors);
         let pose = self.survey.pose();
         let sides = [pose.heading.left(), pose.heading, pose.heading.right()];
         for (heading, walls) in ORDER.into_iter().zip(&mut self.walls) {
@@ -126,7 +126,7 @@ impl CountExpansion {
 
 impl Robot for CountExpansion {
     fn next_move(&mut self, sensors: [u8; 3]) -> Action {
-        self.note(sensors);
+        self.observe(sensors);
         let action = self.step().unwrap_or(Action::GiveUp);
         self.races |= action == Action::Reset;
         self.survey.go(action);
@@ -156,7 +156,7 @@ mod tests {
 
     fn steps(text: &str) -> Vec<String> {
         let maze: Maze = text.parse().unwrap();
-        let mut robot = CountExpansion::new(KnownMaze::before(&maze));
+        let mut robot = CountExpansion::new(KnownMaze::unexplored(&maze));
         let mut steps = Vec::new();
         try_watched(&maze, &mut robot, &mut Noise::none(), |_, _, action| {
             steps.push(action.to_string());
@@ -180,7 +180,7 @@ mod tests {
     fn a_start_in_the_goal_and_a_goal_cut_off() {
         assert_eq!(steps("o---o\n|SG |\no---o\n"), ["(0, 0)", "(Reset, Reset)", "(0, 0)"]);
         let maze: Maze = "o---o\n| G |\no---o\n| S |\no---o\n".parse().unwrap();
-        let mut robot = CountExpansion::new(KnownMaze::before(&maze));
+        let mut robot = CountExpansion::new(KnownMaze::unexplored(&maze));
         assert_eq!(try_robot(&maze, &mut robot), Ending::GaveUp);
     }
 
@@ -189,7 +189,7 @@ mod tests {
         let text = "o---o---o---o\n|         G |\no   o---o   o\n| S         |\no---o---o---o\n";
         let maze: Maze = text.parse().unwrap();
         for seed in 0..50 {
-            let mut robot = CountExpansion::new(KnownMaze::before(&maze));
+            let mut robot = CountExpansion::new(KnownMaze::unexplored(&maze));
             let mut noise = Noise::new(0.3, seed);
             let in_maze = |trial: &Trial<'_>, _, _| {
                 assert!(maze.size().contains(trial.pose().cell));

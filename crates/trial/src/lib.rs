@@ -28,7 +28,7 @@ mod swing;
 mod trial;
 
 pub use action::{Action, Rotation};
-pub use bundled::{Bundled, Settings, UnknownRobot};
+pub use bundled::{BundledRobot, Settings, UnknownRobot};
 pub use champion::{Champion, Habits, Rule};
 pub use count_expansion::CountExpansion;
 pub use noise::Noise;

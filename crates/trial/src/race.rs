@@ -6,7 +6,7 @@ use crate::{Action, Rotation};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 /// Rows without a cell on either side of the maze, so that nobody checks bounds.
-const MARGIN: usize = Action::MOST_CELLS as usize;
+const MARGIN: usize = Action::MAX_CELLS as usize;
 const UNREACHABLE: u16 = u16::MAX;
 
 /// Time steps from each cell to the nearest of some target cells.
@@ -244,7 +244,7 @@ mod tests {
             for rotation in [-90, 0, 90] {
                 for cells in -3..=3 {
                     let mut after = trial.clone();
-                    after.act(Action::of_numbers(rotation, cells));
+                    after.act(Action::from_numbers(rotation, cells));
                     if !seen.contains(&after.pose()) || steps == 0 && cells == 0 {
                         seen.push(after.pose());
                         queue.push_back((after, steps + 1));
@@ -294,6 +294,6 @@ mod tests {
             assert_eq!(race.at(outside), None);
         }
         let pose = Pose::new(Cell::new(5, 31), Heading::West);
-        assert_eq!(race.next_move(&walls, pose), Some(Action::of_numbers(0, -3)));
+        assert_eq!(race.next_move(&walls, pose), Some(Action::from_numbers(0, -3)));
     }
 }

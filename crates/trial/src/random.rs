@@ -23,12 +23,12 @@ impl Random {
 
 impl Robot for Random {
     fn next_move(&mut self, sensors: [u8; 3]) -> Action {
-        self.survey.note(sensors);
+        self.survey.observe(sensors);
         let action = if self.survey.is_in_goal() && !self.races {
             self.races = true;
             Action::Reset
         } else {
-            Action::of_numbers(90 * self.rng.i64(-1..=1), self.rng.i64(0..=3))
+            Action::from_numbers(90 * self.rng.i64(-1..=1), self.rng.i64(0..=3))
         };
         self.survey.go(action);
         action
@@ -48,7 +48,7 @@ mod tests {
             "o---o---o---o\n|         G |\no   o---o---o\n| S     |   |\no---o---o---o\n"
                 .parse()
                 .unwrap();
-        let ending = |seed| try_robot(&maze, &mut Random::new(KnownMaze::before(&maze), seed));
+        let ending = |seed| try_robot(&maze, &mut Random::new(KnownMaze::unexplored(&maze), seed));
         assert!(matches!(ending(1), Ending::Scored(_)), "{:?}", ending(1));
         assert_eq!(ending(1), ending(1));
         assert!((2..9).any(|seed| ending(seed) != ending(1)));

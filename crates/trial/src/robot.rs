@@ -7,7 +7,7 @@ use crate::{Action, Ending, Noise, Trial};
 /// A robot: given what its sensors tell, it says what to do.
 ///
 /// It is told once, when it is made, what every robot knows before the trial
-/// ([`KnownMaze::before`](mmsim_maze::KnownMaze::before)): size, start and goal cells. Where it is
+/// ([`KnownMaze::unexplored`](mmsim_maze::KnownMaze::unexplored)): size, start and goal cells. Where it is
 /// after its moves it has to reckon itself.
 ///
 /// It is pure: no clock, thread or socket; what is random in it comes from a seed.

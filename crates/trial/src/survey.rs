@@ -12,9 +12,9 @@ use crate::Action;
 /// use mmsim_trial::{Action, Survey};
 /// let before = KnownMaze::new(MazeSize::CLASSIC, Cell::new(0, 0), CellSet::EMPTY);
 /// let mut survey = Survey::new(before);
-/// survey.note([0, 2, 0]);
+/// survey.observe([0, 2, 0]);
 /// assert_eq!(survey.map().wall(Cell::new(0, 2), Heading::North), WallState::Present);
-/// survey.go(Action::of_numbers(0, 2));
+/// survey.go(Action::from_numbers(0, 2));
 /// assert_eq!(survey.pose().cell, Cell::new(0, 2));
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -58,7 +58,7 @@ impl Survey {
     /// Notes what the sensors tell here. Says whether that was anything new. A reading that
     /// contradicts an earlier one is believed instead of it; the outer walls stand whatever the
     /// sensors say.
-    pub fn note(&mut self, sensors: [u8; 3]) -> bool {
+    pub fn observe(&mut self, sensors: [u8; 3]) -> bool {
         let Pose { cell, heading } = self.pose;
         self.map.visit(cell);
         let mut news = false;
@@ -100,7 +100,7 @@ impl Survey {
                 self.pose.heading = rotation.turn(self.pose.heading);
                 let Pose { heading, .. } = self.pose;
                 let towards = if cells < 0 { heading.back() } else { heading };
-                for _ in 0..cells.clamp(-Action::MOST_CELLS, Action::MOST_CELLS).unsigned_abs() {
+                for _ in 0..cells.clamp(-Action::MAX_CELLS, Action::MAX_CELLS).unsigned_abs() {
                     let ahead = self.map.size().neighbour(self.pose.cell, towards);
                     match ahead
                         .filter(|_| self.map.wall(self.pose.cell, towards) != WallState::Present)
@@ -139,11 +139,11 @@ o---o---o---o---o
         fn a_survey_is_never_wrong(moves in prop::collection::vec((-1i64..=1, -3i64..=3), 0..60)) {
             let maze: Maze = MAZE.parse().unwrap();
             let mut trial = Trial::new(&maze);
-            let mut survey = Survey::new(KnownMaze::before(&maze));
+            let mut survey = Survey::new(KnownMaze::unexplored(&maze));
             for (quarters, cells) in moves {
-                survey.note(trial.readings());
-                prop_assert!(!survey.note(trial.readings()), "nothing new the second time");
-                let action = Action::of_numbers(90 * quarters, cells);
+                survey.observe(trial.readings());
+                prop_assert!(!survey.observe(trial.readings()), "nothing new the second time");
+                let action = Action::from_numbers(90 * quarters, cells);
                 let pose = trial.pose();
                 trial.act(action);
                 survey.go(action);
@@ -166,10 +166,10 @@ o---o---o---o---o
     #[test]
     fn the_last_reading_is_believed() {
         let maze: Maze = MAZE.parse().unwrap();
-        let mut survey = Survey::new(KnownMaze::before(&maze));
-        survey.note([1, 9, 1]);
+        let mut survey = Survey::new(KnownMaze::unexplored(&maze));
+        survey.observe([1, 9, 1]);
         assert_eq!(survey.map().wall(Cell::new(0, 0), Heading::East), WallState::Absent);
-        assert!(survey.note([0, 2, 0]));
+        assert!(survey.observe([0, 2, 0]));
         assert_eq!(survey.map().wall(Cell::new(0, 0), Heading::East), WallState::Present);
         assert_eq!(survey.map().visited().len(), 1);
     }

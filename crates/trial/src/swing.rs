@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown, Walls};
-use mmsim_solvers::{ShortestPath, Tour, centre};
+use mmsim_solvers::{KeyPointRoute, ShortestPath, centre};
 
 use crate::race::straight;
 use crate::{Action, RaceSteps, Robot, Rotation, Survey};
@@ -15,12 +15,12 @@ use crate::{Action, RaceSteps, Robot, Rotation, Survey};
 /// way that it knows to be open.
 ///
 /// It goes back without turning round, but only where it has seen that there is no wall. A key
-/// point that is cut off it [gives up](Tour); where no goal cell can be reached it
+/// point that is cut off it [gives up](KeyPointRoute); where no goal cell can be reached it
 /// [says so](Action::GiveUp).
 #[derive(Clone, Debug)]
 pub struct Swing {
     survey: Survey,
-    tour: Tour,
+    route: KeyPointRoute,
     measure: Measure,
     /// Good until a wall shows up or its end is reached.
     plan: Option<Plan>,
@@ -99,13 +99,13 @@ impl Swing {
         key_points: KeyPoints,
     ) -> Self {
         let (size, start, goals) = (before.size(), before.start(), *before.goals());
-        let tour = match variant {
-            Variant::JustArrive => Tour::just_arrive(goals),
-            Variant::ArriveAndBack => Tour::arrive_and_back(start, goals),
-            Variant::All => Tour::swing(size, start, goals, key_points.0.into()),
+        let route = match variant {
+            Variant::JustArrive => KeyPointRoute::just_arrive(goals),
+            Variant::ArriveAndBack => KeyPointRoute::arrive_and_back(start, goals),
+            Variant::All => KeyPointRoute::swing(size, start, goals, key_points.0.into()),
         };
         let survey = Survey::new(before);
-        Self { survey, tour, measure, plan: None, been_in_goal: false, races: false }
+        Self { survey, route, measure, plan: None, been_in_goal: false, races: false }
     }
 
     /// The next step of the first run, `None` if the goal is cut off.
@@ -113,7 +113,7 @@ impl Swing {
         if self.plan.is_none() {
             let (walls, pose) = (self.survey.map().walls(Unknown::Open), self.survey.pose());
             let centre = centre(self.survey.goals(), walls, pose.cell);
-            match self.tour.target(walls, pose.cell).filter(|_| centre.is_some()) {
+            match self.route.target(walls, pose.cell).filter(|_| centre.is_some()) {
                 Some(target) => {
                     self.plan = self.plan(walls, target, [target].into_iter().collect());
                 }
@@ -181,7 +181,7 @@ impl Swing {
 impl Robot for Swing {
     fn next_move(&mut self, sensors: [u8; 3]) -> Action {
         let walls = self.survey.map().walls(Unknown::Open).clone();
-        self.survey.note(sensors);
+        self.survey.observe(sensors);
         let cell = self.survey.pose().cell;
         if *self.survey.map().walls(Unknown::Open) != walls {
             self.plan = None;
@@ -230,7 +230,7 @@ impl FromStr for Variant {
 
 impl KeyPoints {
     /// From none to all of them.
-    pub const ALL: [Self; 1 + Tour::CORNERS] = [Self(0), Self(1), Self(2), Self(3)];
+    pub const ALL: [Self; 1 + KeyPointRoute::CORNERS] = [Self(0), Self(1), Self(2), Self(3)];
 }
 
 impl Default for KeyPoints {
@@ -279,7 +279,7 @@ mod tests {
         let maze: Maze =
             "o---o\n| S |\no   o\n|   |\no   o\n|   |\no   o\n| G |\no---o\n".parse().unwrap();
         for timed in [false, true] {
-            let (before, points) = (KnownMaze::before(&maze), KeyPoints::default());
+            let (before, points) = (KnownMaze::unexplored(&maze), KeyPoints::default());
             let mut robot = if timed {
                 Swing::timed(before, Variant::JustArrive, points)
             } else {
@@ -298,7 +298,7 @@ mod tests {
         let text = "o---o---o---o\n|   | G |   |\no---o---o   o\n| S         |\no---o---o---o\n";
         let maze: Maze = text.parse().unwrap();
         for variant in Variant::ALL {
-            let mut robot = Swing::new(KnownMaze::before(&maze), variant, KeyPoints::default());
+            let mut robot = Swing::new(KnownMaze::unexplored(&maze), variant, KeyPoints::default());
             assert_eq!(try_robot(&maze, &mut robot), Ending::GaveUp, "{variant}");
         }
     }
@@ -309,7 +309,7 @@ mod tests {
         let maze: Maze = text.parse().unwrap();
         for seed in 0..50 {
             let mut robot =
-                Swing::new(KnownMaze::before(&maze), Variant::All, KeyPoints::default());
+                Swing::new(KnownMaze::unexplored(&maze), Variant::All, KeyPoints::default());
             let mut noise = Noise::new(0.3, seed);
             let in_maze = |trial: &Trial<'_>, _, _| {
                 assert!(maze.size().contains(trial.pose().cell));

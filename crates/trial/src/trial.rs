@@ -54,7 +54,7 @@ pub enum Run {
 pub enum Ending {
     /// Both runs were finished.
     Scored(Score),
-    /// [`Trial::MOST_STEPS`] steps were not enough.
+    /// [`Trial::MAX_STEPS`] steps were not enough.
     OutOfTime,
     /// The robot said that the goal cannot be reached.
     GaveUp,
@@ -87,7 +87,7 @@ impl fmt::Display for Score {
 
 impl<'m> Trial<'m> {
     /// The steps that both runs together may take.
-    pub const MOST_STEPS: u32 = 1000;
+    pub const MAX_STEPS: u32 = 1000;
 
     /// A trial that has not begun yet: the robot stands at the start, heading north.
     pub const fn new(maze: &'m Maze) -> Self {
@@ -167,7 +167,7 @@ impl<'m> Trial<'m> {
                 Action::Reset => {}
                 Action::GiveUp => self.ending = Some(Ending::GaveUp),
             }
-            if self.ending.is_none() && self.explore_steps + self.race_steps >= Self::MOST_STEPS {
+            if self.ending.is_none() && self.explore_steps + self.race_steps >= Self::MAX_STEPS {
                 self.ending = Some(Ending::OutOfTime);
             }
         }
@@ -179,7 +179,7 @@ impl<'m> Trial<'m> {
         let Pose { cell, heading } = self.pose;
         let towards: Heading = if cells < 0 { heading.back() } else { heading };
         let mut here = cell;
-        for _ in 0..cells.clamp(-Action::MOST_CELLS, Action::MOST_CELLS).unsigned_abs() {
+        for _ in 0..cells.clamp(-Action::MAX_CELLS, Action::MAX_CELLS).unsigned_abs() {
             match here.neighbour(towards) {
                 Some(next) if !self.maze.walls().has(here, towards) => here = next,
                 _ => break,
@@ -215,7 +215,7 @@ o---o---o---o---o---o
 ";
 
     fn step(degrees: i64, cells: i64) -> Action {
-        Action::of_numbers(degrees, cells)
+        Action::from_numbers(degrees, cells)
     }
 
     #[test]

@@ -12,7 +12,7 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, he
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-use crate::refusal::Refusal;
+use crate::api_error::ApiError;
 
 /// What the page may load and do: nothing but what comes from here.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
@@ -41,11 +41,11 @@ impl Access {
         self.token.as_ref().map(|token| format!("?token={token}")).unwrap_or_default()
     }
 
-    fn check(&self, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), Refusal> {
+    fn check(&self, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), ApiError> {
         let host = self.check_host(uri, headers)?;
         Self::check_site(method, uri, headers, &host)?;
         match &self.token {
-            Some(token) if !self.shows(token, uri, headers) => Err(Refusal::new(
+            Some(token) if !self.shows(token, uri, headers) => Err(ApiError::new(
                 StatusCode::UNAUTHORIZED,
                 "expected the token that mmsim printed at its start, as in http://HOST:PORT/?token=TOKEN",
             )),
@@ -55,13 +55,13 @@ impl Access {
 
     /// A name that others may point at this machine is no name of ours. With a token that does not
     /// matter: a browser shows it only to the name to which it was given.
-    fn check_host(&self, uri: &Uri, headers: &HeaderMap) -> Result<String, Refusal> {
+    fn check_host(&self, uri: &Uri, headers: &HeaderMap) -> Result<String, ApiError> {
         let mut hosts = headers.get_all(header::HOST).iter();
         let host = match (hosts.next(), hosts.next(), uri.authority()) {
             (Some(host), None, None) => host.to_str().unwrap_or_default().to_ascii_lowercase(),
             (host, _, authority) => {
                 let text = format!("expected one host, found {host:?} and {authority:?}");
-                return Err(Refusal::bad(text));
+                return Err(ApiError::bad(text));
             }
         };
         if self.token.is_some() || is_loopback(&host) {
@@ -69,7 +69,7 @@ impl Access {
         }
         let text =
             format!("expected a name of this machine as host, such as localhost, found {host:?}");
-        Err(Refusal::new(StatusCode::FORBIDDEN, text))
+        Err(ApiError::new(StatusCode::FORBIDDEN, text))
     }
 
     /// What a browser sends says which page it is for.
@@ -78,10 +78,10 @@ impl Access {
         uri: &Uri,
         headers: &HeaderMap,
         host: &str,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), ApiError> {
         let refuse = |found: &str| {
             let text = format!("expected a request of the page at {host}, found {found}");
-            Err(Refusal::new(StatusCode::FORBIDDEN, text))
+            Err(ApiError::new(StatusCode::FORBIDDEN, text))
         };
         let origin = headers.get(header::ORIGIN).map(|origin| origin.to_str().unwrap_or("?"));
         match origin {

@@ -11,25 +11,25 @@ use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
 use mmsim_drawing::thumbnail;
 use mmsim_server::{Block, Ending, Recording};
-use mmsim_solvers::{Bundled, MazeFacts};
+use mmsim_solvers::{BundledStrategy, MazeFacts};
 use serde::{Deserialize, Serialize};
 
+use crate::api_error::ApiError;
 use crate::costs::Costs;
-use crate::desk::Desk;
 use crate::limits::MAX_RECORDING_BYTES;
-use crate::moment::Moment;
 use crate::pictures::{self, Look};
-use crate::refusal::Refusal;
 use crate::source::Source;
+use crate::state::AppState;
+use crate::state_view::StateView;
 use crate::transfer::{receive, receive_first};
 use crate::work::work;
 use crate::{assets, events, mazes, recordings};
 
 const SVG: &str = "image/svg+xml";
 
-pub(crate) fn router(desk: Arc<Desk>) -> Router {
+pub(crate) fn router(state: Arc<AppState>) -> Router {
     Router::new()
-        .route("/events", get(|State(desk)| async { events::stream(desk) }))
+        .route("/events", get(|State(state)| async { events::stream(state) }))
         .route("/api/page", get(page))
         .route("/api/mazes", get(list_mazes))
         .route("/api/mazes/picture.svg", get(maze_picture))
@@ -48,14 +48,14 @@ pub(crate) fn router(desk: Arc<Desk>) -> Router {
         .route("/api/recordings/close", post(close))
         .route("/api/mouse/run", post(run))
         .route("/api/mouse/stop", post(stop))
-        .layer(middleware::from_fn_with_state(Arc::clone(&desk), receive_first))
+        .layer(middleware::from_fn_with_state(Arc::clone(&state), receive_first))
         .route("/api/recordings", post(bring))
-        .with_state(desk)
+        .with_state(state)
         .merge(assets::router())
 }
 
-type Answer<T> = Result<T, Refusal>;
-type AtDesk = State<Arc<Desk>>;
+type Answer<T> = Result<T, ApiError>;
+type SharedState = State<Arc<AppState>>;
 
 /// Of which run something is wanted.
 #[derive(Deserialize)]
@@ -86,23 +86,23 @@ struct Opened {
     title: String,
 }
 
-async fn page(State(desk): AtDesk) -> Json<Page> {
-    let opened = desk.opened_recordings().into_iter();
+async fn page(State(state): SharedState) -> Json<Page> {
+    let opened = state.opened_recordings().into_iter();
     Json(Page {
-        server: desk.server.clone(),
-        live: desk.live.is_some(),
-        records: desk.recordings.is_some(),
+        server: state.server.clone(),
+        live: state.live.is_some(),
+        records: state.recordings.is_some(),
         version: env!("CARGO_PKG_VERSION"),
-        zmq: desk.live.as_ref().map(|live| live.address.clone()),
-        strategies: Bundled::ALL
+        zmq: state.live.as_ref().map(|live| live.address.clone()),
+        strategies: BundledStrategy::ALL
             .map(|strategy| Named { name: strategy.name(), about: strategy.about() })
             .into(),
         opened: opened.map(|(id, title)| Opened { id, title }).collect(),
     })
 }
 
-async fn list_mazes(State(desk): AtDesk) -> Answer<Response> {
-    work(move || Ok(Json(mazes::list(&desk)).into_response())).await
+async fn list_mazes(State(state): SharedState) -> Answer<Response> {
+    work(move || Ok(Json(mazes::list(&state)).into_response())).await
 }
 
 #[derive(Deserialize)]
@@ -111,11 +111,11 @@ struct OfPath {
 }
 
 async fn maze_picture(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Query(OfPath { path }): Query<OfPath>,
 ) -> Answer<Response> {
     work(move || {
-        let (_, maze) = mazes::find(&desk.catalogue, &path)?;
+        let (_, maze) = mazes::find(&state.catalogue, &path)?;
         Ok(([(header::CONTENT_TYPE, SVG)], thumbnail(&maze)).into_response())
     })
     .await
@@ -126,10 +126,13 @@ struct Run {
     run: u32,
 }
 
-async fn serve_maze(State(desk): AtDesk, Json(OfPath { path }): Json<OfPath>) -> Answer<Json<Run>> {
+async fn serve_maze(
+    State(state): SharedState,
+    Json(OfPath { path }): Json<OfPath>,
+) -> Answer<Json<Run>> {
     work(move || {
-        let live = desk.live()?;
-        let (name, maze) = mazes::find(&desk.catalogue, &path)?;
+        let live = state.live()?;
+        let (name, maze) = mazes::find(&state.catalogue, &path)?;
         Ok(Json(Run { run: live.serve(&path, &name, maze)? }))
     })
     .await
@@ -154,9 +157,9 @@ struct Description {
     note: Option<String>,
 }
 
-async fn describe(State(desk): AtDesk, Path(id): Path<String>) -> Answer<Json<Description>> {
+async fn describe(State(state): SharedState, Path(id): Path<String>) -> Answer<Json<Description>> {
     work(move || {
-        let source = desk.source(&id)?;
+        let source = state.source(&id)?;
         let (run, described, states) = source.now()?;
         let info = &described.info;
         let (ending, note) = match source.ending() {
@@ -182,7 +185,7 @@ async fn describe(State(desk): AtDesk, Path(id): Path<String>) -> Answer<Json<De
             states,
             state_bytes: mmsim_protocol::state_bytes(described.size),
             truth: truth.is_some(),
-            shortest_path: truth.and_then(|maze| MazeFacts::of(maze).shortest_path),
+            shortest_path: truth.and_then(|maze| MazeFacts::new(maze).shortest_path),
             ending,
             note,
         }))
@@ -204,12 +207,12 @@ const fn one() -> usize {
 }
 
 async fn states(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(Range { run, from, count }): Query<Range>,
 ) -> Answer<Response> {
     work(move || {
-        let (source, count) = (desk.source(&id)?, count.min(Block::STATES));
+        let (source, count) = (state.source(&id)?, count.min(Block::STATES));
         let mut bytes = Vec::new();
         // They lie in one block, or in two that follow one another.
         let end = from.saturating_add(count).min(source.states(run)?);
@@ -232,28 +235,28 @@ struct AtState {
 }
 
 async fn moment(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(AtState { run, at }): Query<AtState>,
-) -> Answer<Json<Moment>> {
-    work(move || Ok(Json(Moment::of(&*desk.source(&id)?, run, at)?))).await
+) -> Answer<Json<StateView>> {
+    work(move || Ok(Json(StateView::of(&*state.source(&id)?, run, at)?))).await
 }
 
 async fn costs(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(OfRun { run }): Query<OfRun>,
 ) -> Answer<Json<Costs>> {
-    work(move || Ok(Json(Costs::over(&*desk.source(&id)?, run)?))).await
+    work(move || Ok(Json(Costs::over(&*state.source(&id)?, run)?))).await
 }
 
 async fn drawing(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(OfRun { run }): Query<OfRun>,
 ) -> Answer<Response> {
     work(move || {
-        Ok(([(header::CONTENT_TYPE, SVG)], pictures::before(&*desk.source(&id)?, run)?)
+        Ok(([(header::CONTENT_TYPE, SVG)], pictures::before(&*state.source(&id)?, run)?)
             .into_response())
     })
     .await
@@ -268,13 +271,13 @@ struct Picture {
 }
 
 async fn svg(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(Picture { run, at }): Query<Picture>,
     Query(look): Query<Look>,
 ) -> Answer<Response> {
     work(move || {
-        let source = desk.source(&id)?;
+        let source = state.source(&id)?;
         let svg = pictures::at(&source, run, at, look, |scene| scene.svg())?;
         Ok(download(&file_name(&source, run, "svg")?, SVG, svg.into()))
     })
@@ -282,15 +285,15 @@ async fn svg(
 }
 
 async fn png(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(Picture { run, at }): Query<Picture>,
     Query(look): Query<Look>,
 ) -> Answer<Response> {
-    Arc::clone(&desk)
+    Arc::clone(&state)
         .pictures
         .work(move |_| {
-            let source = desk.source(&id)?;
+            let source = state.source(&id)?;
             let png = pictures::png(&source, run, at, look)?;
             Ok(download(&file_name(&source, run, "png")?, "image/png", png.into()))
         })
@@ -298,15 +301,15 @@ async fn png(
 }
 
 async fn gif(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(OfRun { run }): Query<OfRun>,
     Query(look): Query<Look>,
 ) -> Answer<Response> {
-    Arc::clone(&desk)
+    Arc::clone(&state)
         .animations
         .work(move |wanted| {
-            let source = desk.source(&id)?;
+            let source = state.source(&id)?;
             let gif = pictures::gif(&source, run, look, wanted)?;
             Ok(download(&file_name(&source, run, "gif")?, "image/gif", gif.into()))
         })
@@ -314,18 +317,18 @@ async fn gif(
 }
 
 async fn save(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(OfRun { run }): Query<OfRun>,
 ) -> Answer<Response> {
-    let (name, file) = Arc::clone(&desk)
+    let (name, file) = Arc::clone(&state)
         .recording_jobs
         .work(move |wanted| {
-            let source = desk.source(&id)?;
+            let source = state.source(&id)?;
             Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run, wanted)?))
         })
         .await?;
-    let content = Body::from_stream(crate::stream::of_file(file));
+    let content = Body::from_stream(crate::stream::from_file(file));
     Ok(download(&name, "application/octet-stream", content))
 }
 
@@ -347,9 +350,9 @@ fn download(name: &str, kind: &'static str, content: Body) -> Response {
     (headers, content).into_response()
 }
 
-async fn list_recordings(State(desk): AtDesk) -> Answer<Response> {
+async fn list_recordings(State(state): SharedState) -> Answer<Response> {
     work(move || {
-        let folder = desk.recordings.as_deref();
+        let folder = state.recordings.as_deref();
         let listed = folder.map(recordings::list).transpose()?.unwrap_or_default();
         Ok(Json(listed).into_response())
     })
@@ -366,39 +369,39 @@ struct Id {
     id: String,
 }
 
-async fn open(State(desk): AtDesk, Json(OfName { name }): Json<OfName>) -> Answer<Json<Id>> {
-    Arc::clone(&desk)
+async fn open(State(state): SharedState, Json(OfName { name }): Json<OfName>) -> Answer<Json<Id>> {
+    Arc::clone(&state)
         .recording_jobs
-        .work(move |_| Ok(Json(Id { id: recordings::open_listed(&desk, &name)? })))
+        .work(move |_| Ok(Json(Id { id: recordings::open_listed(&state, &name)? })))
         .await
 }
 
-async fn close(State(desk): AtDesk, Json(Id { id }): Json<Id>) -> Answer<StatusCode> {
-    desk.close(&id)?;
+async fn close(State(state): SharedState, Json(Id { id }): Json<Id>) -> Answer<StatusCode> {
+    state.close(&id)?;
     Ok(StatusCode::NO_CONTENT)
 }
 
 /// Takes a recording that a page brings.
 async fn bring(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Query(OfName { name }): Query<OfName>,
     body: Body,
 ) -> Answer<Json<Id>> {
-    desk.check_room()?;
-    let turn = desk.uploads.turn().await?;
+    state.check_room()?;
+    let turn = state.uploads.turn().await?;
     // Without a name, so that nothing is left of it however the server ends.
-    let mut file = tempfile::tempfile().map_err(Refusal::failed)?;
-    receive(body, MAX_RECORDING_BYTES, desk.limits, |piece| file.write_all(&piece)).await?;
-    Arc::clone(&desk)
+    let mut file = tempfile::tempfile().map_err(ApiError::failed)?;
+    receive(body, MAX_RECORDING_BYTES, state.limits, |piece| file.write_all(&piece)).await?;
+    Arc::clone(&state)
         .recording_jobs
         .work(move |_| {
             let _turn = turn;
-            file.rewind().map_err(Refusal::failed)?;
+            file.rewind().map_err(ApiError::failed)?;
             let file = std::io::BufReader::new(file);
             let title = recordings::title(&name);
-            let recording = Recording::read_within(file, &desk.budget)
-                .map_err(|error| Refusal::bad(format!("{title}: {error}")))?;
-            Ok(Json(Id { id: desk.open(&title, recording)? }))
+            let recording = Recording::read_within(file, &state.budget)
+                .map_err(|error| ApiError::bad(format!("{title}: {error}")))?;
+            Ok(Json(Id { id: state.open(&title, recording)? }))
         })
         .await
 }
@@ -410,20 +413,20 @@ struct Start {
 }
 
 async fn run(
-    State(desk): AtDesk,
+    State(state): SharedState,
     Json(Start { strategy, pace_ms }): Json<Start>,
 ) -> Answer<StatusCode> {
-    let strategy: Bundled = strategy.parse().map_err(Refusal::bad)?;
+    let strategy: BundledStrategy = strategy.parse().map_err(ApiError::bad)?;
     work(move || {
-        desk.live()?.run(strategy, pace_ms)?;
+        state.live()?.run(strategy, pace_ms)?;
         Ok(StatusCode::NO_CONTENT)
     })
     .await
 }
 
-async fn stop(State(desk): AtDesk) -> Answer<StatusCode> {
+async fn stop(State(state): SharedState) -> Answer<StatusCode> {
     work(move || {
-        desk.live()?.runner.stop();
+        state.live()?.runner.stop();
         Ok(StatusCode::NO_CONTENT)
     })
     .await

@@ -4,11 +4,11 @@ use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_solvers::Distances;
 use serde::Serialize;
 
-use crate::refusal::Refusal;
+use crate::api_error::ApiError;
 use crate::source::Source;
 
 /// At how many states of a run costs are told at most.
-const MOST_COSTS: usize = 512;
+const MAX_COSTS: usize = 512;
 
 /// Steps from the start to the nearest goal cell, `None` where there is no way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,13 +50,13 @@ impl Default for Costs {
 
 impl Costs {
     /// Costs over a run as it is now; those that were told before are not computed again.
-    pub(crate) fn over(source: &Source, run: u32) -> Result<Self, Refusal> {
+    pub(crate) fn over(source: &Source, run: u32) -> Result<Self, ApiError> {
         let (described, states) = (source.describe(run)?, source.states(run)?);
         let mut costs = source.costs(run);
         costs.grow(states, |index| {
             let block = source.read(run, index)?;
-            let message = block.get(index).ok_or_else(|| Refusal::failed("expected a state"))?;
-            Ok::<_, Refusal>(Cost::of(&described.read(message)?.1))
+            let message = block.get(index).ok_or_else(|| ApiError::failed("expected a state"))?;
+            Ok::<_, ApiError>(Cost::of(&described.read(message)?.1))
         })?;
         source.keep_costs(run, costs.clone());
         Ok(costs)
@@ -68,7 +68,7 @@ impl Costs {
         mut cost_at: impl FnMut(usize) -> Result<Cost, E>,
     ) -> Result<(), E> {
         self.states = states;
-        while states.div_ceil(self.stride) > MOST_COSTS {
+        while states.div_ceil(self.stride) > MAX_COSTS {
             self.stride *= 2;
             for costs in [&mut self.open, &mut self.closed] {
                 let mut index = 0;
@@ -122,7 +122,7 @@ mod tests {
             at_once.grow(states, cost_at).unwrap();
             grown.grow(states, cost_at).unwrap();
             assert_eq!(grown, at_once);
-            assert!(grown.open.len() <= MOST_COSTS && grown.open.len() == grown.closed.len());
+            assert!(grown.open.len() <= MAX_COSTS && grown.open.len() == grown.closed.len());
             assert_eq!(grown.open.len(), states.div_ceil(grown.stride));
             if let Some(last) = grown.open.len().checked_sub(1) {
                 assert_eq!(grown.open[last], cost_at(last * grown.stride).unwrap().open);

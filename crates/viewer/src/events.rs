@@ -13,10 +13,10 @@ use serde::Serialize;
 use tokio::sync::Semaphore;
 use tokio::time::sleep;
 
-use crate::desk::{Desk, Live};
+use crate::api_error::ApiError;
 use crate::limits::MAX_LISTENERS;
-use crate::mouse::Told;
-use crate::refusal::Refusal;
+use crate::mouse::RunnerStatus;
+use crate::state::{AppState, Live};
 
 /// Between two looks while something happens: an eye takes it for at once, and a browser that hears
 /// more often has less time to draw.
@@ -44,27 +44,27 @@ struct News {
     run: Option<u32>,
     states: Option<usize>,
     maze: Option<String>,
-    mouse: Option<Told>,
+    mouse: Option<RunnerStatus>,
     recordings: u64,
     /// The numbers of the recordings that are open.
     opened: Vec<String>,
 }
 
 impl News {
-    fn of(desk: &Desk) -> Self {
-        let live = desk.live.as_ref();
-        let status = live.map(|live| live.watch.status());
+    fn of(state: &AppState) -> Self {
+        let live = state.live.as_ref();
+        let status = live.map(|live| live.monitor.status());
         // A run that ends closes its recording, and its first state begins another.
         let recordings =
             status.map_or(0, |Status { run, states }| 2 * u64::from(run) + states.min(1) as u64);
         Self {
-            server: desk.server.clone(),
+            server: state.server.clone(),
             run: status.map(|status| status.run),
             states: status.map(|status| status.states),
             maze: live.map(Live::maze),
             mouse: live.and_then(|live| live.runner.told()),
             recordings,
-            opened: desk.opened_recordings().into_iter().map(|(id, _)| id).collect(),
+            opened: state.opened_recordings().into_iter().map(|(id, _)| id).collect(),
         }
     }
 }
@@ -78,19 +78,19 @@ struct Last {
 
 /// News whenever there are any.
 pub(crate) fn stream(
-    desk: Arc<Desk>,
-) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Refusal> {
+    state: Arc<AppState>,
+) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, ApiError> {
     let place = LISTENERS.try_acquire().map_err(|_| {
         let text = format!("expected at most {MAX_LISTENERS} pages, found one more");
-        Refusal::new(StatusCode::SERVICE_UNAVAILABLE, text)
+        ApiError::new(StatusCode::SERVICE_UNAVAILABLE, text)
     })?;
     let untold: Option<Last> = None;
-    Ok(Sse::new(stream::unfold((desk, untold, place), |(desk, told, place)| async move {
+    Ok(Sse::new(stream::unfold((state, untold, place), |(state, told, place)| async move {
         loop {
             if let Some(Last { when, look, .. }) = &told {
                 sleep(if when.elapsed() < QUIET { *look } else { SELDOM_LOOK }).await;
             }
-            let news = News::of(&desk);
+            let news = News::of(&state);
             let is_old = |last: &Last| last.news == news && last.when.elapsed() < PULSE;
             if !told.as_ref().is_some_and(is_old) {
                 let event = Event::default().json_data(&news).unwrap_or_default();
@@ -98,7 +98,7 @@ pub(crate) fn stream(
                     told.is_some_and(|last| news.states > last.news.states.map(|n| n + RUSH));
                 let look = if rushes { SELDOM_LOOK } else { LOOK };
                 let last = Last { news, when: Instant::now(), look };
-                return Some((Ok(event), (desk, Some(last), place)));
+                return Some((Ok(event), (state, Some(last), place)));
             }
         }
     })))

@@ -11,25 +11,25 @@
 
 mod access;
 mod api;
+mod api_error;
 mod assets;
 mod costs;
-mod desk;
 mod events;
 mod limits;
 mod mazes;
-mod moment;
 mod mouse;
 mod pictures;
 mod recordings;
-mod refusal;
 mod source;
+mod state;
+mod state_view;
 mod stream;
 mod transfer;
 mod viewer;
 mod work;
 
-pub use desk::Show;
 pub use limits::{Limits, MAX_VIEWER_CONNECTIONS};
+pub use state::ViewerConfig;
 pub use viewer::{Serving, Viewer};
 
 /// The port on which the page is, unless told otherwise.

@@ -4,8 +4,8 @@ use mmsim_maze::{Catalogue, Entry, Maze, MazeSize};
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
-use crate::desk::Desk;
-use crate::refusal::Refusal;
+use crate::api_error::ApiError;
+use crate::state::AppState;
 
 /// A maze as the page lists it.
 #[derive(Clone, Debug, Serialize)]
@@ -21,8 +21,8 @@ pub(crate) struct Listed {
 }
 
 /// All mazes of a collection. They are read once, so that the list is quick after that.
-pub(crate) fn list(desk: &Desk) -> &[Listed] {
-    desk.listed.get_or_init(|| desk.catalogue.entries().iter().map(Listed::of).collect())
+pub(crate) fn list(state: &AppState) -> &[Listed] {
+    state.listed.get_or_init(|| state.catalogue.entries().iter().map(Listed::of).collect())
 }
 
 impl Listed {
@@ -38,19 +38,19 @@ impl Listed {
             name,
             width: size.map(MazeSize::width),
             height: size.map(MazeSize::height),
-            shortest_path: maze.as_ref().and_then(|maze| MazeFacts::of(maze).shortest_path),
+            shortest_path: maze.as_ref().and_then(|maze| MazeFacts::new(maze).shortest_path),
             error,
         }
     }
 }
 
 /// The maze of this path, name and all. Only paths of the collection are known.
-pub(crate) fn find(catalogue: &Catalogue, wanted: &str) -> Result<(String, Maze), Refusal> {
+pub(crate) fn find(catalogue: &Catalogue, wanted: &str) -> Result<(String, Maze), ApiError> {
     let entry = catalogue.entries().iter().find(|entry| path(entry) == wanted);
     let entry = entry.ok_or_else(|| {
-        Refusal::not_found(format!("expected the path of a maze of the list, found {wanted:?}"))
+        ApiError::not_found(format!("expected the path of a maze of the list, found {wanted:?}"))
     })?;
-    Ok((entry.name(), entry.maze().map_err(Refusal::failed)?))
+    Ok((entry.name(), entry.maze().map_err(ApiError::failed)?))
 }
 
 fn path(entry: &Entry) -> String {
@@ -68,22 +68,22 @@ mod tests {
 
     #[test]
     fn mazes_are_listed_with_their_facts_or_faults() {
-        let catalogue = Catalogue::of_texts(&[
+        let catalogue = Catalogue::from_texts(&[
             ("a/open.txt", "o---o---o\n| S   G |\no---o---o\n"),
             ("a/closed.txt", "o---o---o\n| S | G |\no---o---o\n"),
             ("rubbish.txt", "rubbish"),
         ]);
-        let desk = Desk::new(None, None, catalogue, Arc::default(), Limits::default());
-        let [open, closed, rubbish] = list(&desk) else { panic!() };
+        let state = AppState::new(None, None, catalogue, Arc::default(), Limits::default());
+        let [open, closed, rubbish] = list(&state) else { panic!() };
         assert_eq!((open.path.as_str(), open.name.as_str()), ("a/open.txt", "open"));
         assert_eq!((open.width, open.height, open.shortest_path), (Some(2), Some(1), Some(1)));
         assert_eq!((closed.shortest_path, &closed.error), (None, &None));
         assert!(rubbish.error.as_ref().unwrap().contains("rubbish.txt: line 1"));
-        assert_eq!(find(&desk.catalogue, "a/open.txt").unwrap().0, "open");
+        assert_eq!(find(&state.catalogue, "a/open.txt").unwrap().0, "open");
         for path in ["", "open", "../a/open.txt", "a/../a/open.txt", "/etc/passwd"] {
-            let refusal = find(&desk.catalogue, path).unwrap_err();
+            let refusal = find(&state.catalogue, path).unwrap_err();
             assert_eq!(refusal.status, StatusCode::NOT_FOUND);
         }
-        assert!(find(&desk.catalogue, "rubbish.txt").is_err());
+        assert!(find(&state.catalogue, "rubbish.txt").is_err());
     }
 }

@@ -6,10 +6,10 @@ use std::thread;
 use std::time::Duration;
 
 use mmsim_client::{SearchRun, Zmq, ask_info, search_run};
-use mmsim_solvers::{Bundled, Mouse};
+use mmsim_solvers::{BundledStrategy, Mouse};
 use serde::Serialize;
 
-use crate::refusal::Refusal;
+use crate::api_error::ApiError;
 
 /// How long a reply of our own server may take.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -32,13 +32,13 @@ struct Shared {
 
 #[derive(Default)]
 struct Running {
-    told: Option<Told>,
+    told: Option<RunnerStatus>,
     stop: bool,
 }
 
 /// What is told of the mouse that was started last.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Told {
+pub(crate) struct RunnerStatus {
     strategy: &'static str,
     running: bool,
     /// How it ended.
@@ -51,22 +51,23 @@ impl Runner {
     }
 
     /// The mouse that was started last.
-    pub(crate) fn told(&self) -> Option<Told> {
+    pub(crate) fn told(&self) -> Option<RunnerStatus> {
         self.shared.lock().told.clone()
     }
 
     /// Starts a mouse, unless one is running.
-    pub(crate) fn start(&self, strategy: Bundled, pace_ms: u64) -> Result<(), Refusal> {
+    pub(crate) fn start(&self, strategy: BundledStrategy, pace_ms: u64) -> Result<(), ApiError> {
         if pace_ms > LONGEST_PACE_MS {
             let text = format!("expected a pace of 0 to {LONGEST_PACE_MS} ms, found {pace_ms}");
-            return Err(Refusal::bad(text));
+            return Err(ApiError::bad(text));
         }
         let mut running = self.shared.lock();
         if let Some(told) = running.told.as_ref().filter(|told| told.running) {
             let strategy = told.strategy;
-            return Err(Refusal::conflict(format!("{strategy} is still running; stop it first")));
+            return Err(ApiError::conflict(format!("{strategy} is still running; stop it first")));
         }
-        running.told = Some(Told { strategy: strategy.name(), running: true, says: String::new() });
+        running.told =
+            Some(RunnerStatus { strategy: strategy.name(), running: true, says: String::new() });
         running.stop = false;
         drop(running);
         let (endpoint, shared) = (self.endpoint.clone(), Arc::clone(&self.shared));
@@ -76,7 +77,7 @@ impl Runner {
         let thread = thread::Builder::new().name("mouse".into()).spawn(move || {
             end.tell_of(|shared| shared.search(&endpoint, strategy, pace));
         });
-        thread.map(|_| ()).map_err(Refusal::failed)
+        thread.map(|_| ()).map_err(ApiError::failed)
     }
 
     /// Forgets the mouse that was started last: its maze is another one now.
@@ -122,7 +123,12 @@ impl Shared {
     }
 
     /// Searches the maze that is served; gives how that ended.
-    fn search(&self, endpoint: &str, strategy: Bundled, pace: Duration) -> Result<String, String> {
+    fn search(
+        &self,
+        endpoint: &str,
+        strategy: BundledStrategy,
+        pace: Duration,
+    ) -> Result<String, String> {
         let mut transport =
             Zmq::connect(endpoint, Some(PATIENCE), |_| {}).map_err(|error| error.to_string())?;
         let info = ask_info(&mut transport).map_err(|error| error.to_string())?;
@@ -175,7 +181,7 @@ mod tests {
         let (server, runner) = served("o---o---o\n| S   G |\no---o---o\n");
         assert_eq!(runner.told(), None);
         for _ in 0..2 {
-            runner.start(Bundled::FloodFill, 0).unwrap();
+            runner.start(BundledStrategy::FloodFill, 0).unwrap();
             assert_eq!(wait(&runner), "goal reached after 1 steps, 2 cells visited");
         }
         assert_eq!(stop(server).history().len(), 2);
@@ -189,18 +195,18 @@ mod tests {
                 .replace("o---o   o", "o---o---o")
                 .as_str(),
         );
-        runner.start(Bundled::WeightIncrement, 60_000).unwrap_err();
-        runner.start(Bundled::LeftWall, 10_000).unwrap();
-        let refusal = runner.start(Bundled::FloodFill, 0).unwrap_err();
+        runner.start(BundledStrategy::WeightIncrement, 60_000).unwrap_err();
+        runner.start(BundledStrategy::LeftWall, 10_000).unwrap();
+        let refusal = runner.start(BundledStrategy::FloodFill, 0).unwrap_err();
         assert_eq!(refusal.text, "left-wall is still running; stop it first");
         runner.stop();
         assert_eq!(wait(&runner), "stopped after 0 steps, 1 cells visited");
         runner.stop();
-        runner.start(Bundled::FloodFill, 0).unwrap();
+        runner.start(BundledStrategy::FloodFill, 0).unwrap();
         runner.stop();
         wait(&runner);
         stop(server);
-        runner.start(Bundled::FloodFill, 0).unwrap();
+        runner.start(BundledStrategy::FloodFill, 0).unwrap();
         runner.shared.lock().stop = true;
     }
 }

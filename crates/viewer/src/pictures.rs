@@ -1,15 +1,15 @@
 //! Pictures of mazes and moments: those of the page, and those to keep.
 
 use mmsim_drawing::{
-    Animation, FRAME_MS, Layers, MOST_FRAMES, PictureError, Scene, Theme, frame_indices,
+    Animation, FRAME_MS, Layers, MAX_FRAMES, PictureError, Scene, Theme, frame_indices,
 };
 use mmsim_maze::Cell;
 use serde::Deserialize;
 
-use crate::moment;
-use crate::refusal::Refusal;
+use crate::api_error::ApiError;
 use crate::source::Source;
-use crate::work::Wanted;
+use crate::state_view;
+use crate::work::CancelToken;
 
 /// The longer side of a PNG and of a GIF, in pixels.
 const PNG_SIDE_PX: u32 = 1280;
@@ -51,19 +51,24 @@ impl Look {
 }
 
 /// The maze before the first state, on which the page draws.
-pub(crate) fn before(source: &Source, run: u32) -> Result<String, Refusal> {
+pub(crate) fn before(source: &Source, run: u32) -> Result<String, ApiError> {
     let described = source.describe(run)?;
     let scene = match &described.truth {
-        Some(maze) => Scene::of_maze(maze),
-        None => Scene::of_map(&described.unknown),
+        Some(maze) => Scene::from_maze(maze),
+        None => Scene::from_map(&described.unknown),
     };
     Ok(scene.page_svg())
 }
 
 /// The picture of a state as PNG.
-pub(crate) fn png(source: &Source, run: u32, index: usize, look: Look) -> Result<Vec<u8>, Refusal> {
+pub(crate) fn png(
+    source: &Source,
+    run: u32,
+    index: usize,
+    look: Look,
+) -> Result<Vec<u8>, ApiError> {
     at(source, run, index, look, |scene| scene.png(scene.width_within(PNG_SIDE_PX)))?
-        .map_err(Refusal::failed)
+        .map_err(ApiError::failed)
 }
 
 /// A run as an animated GIF.
@@ -71,22 +76,22 @@ pub(crate) fn gif(
     source: &Source,
     run: u32,
     look: Look,
-    wanted: &Wanted,
-) -> Result<Vec<u8>, Refusal> {
+    wanted: &CancelToken,
+) -> Result<Vec<u8>, ApiError> {
     let states = source.states(run)?;
     if states == 0 {
-        return Err(Refusal::conflict("expected a search, found no state yet"));
+        return Err(ApiError::conflict("expected a search, found no state yet"));
     }
     let mut animation = None;
-    for index in frame_indices(states, MOST_FRAMES) {
+    for index in frame_indices(states, MAX_FRAMES) {
         wanted.check()?;
         at(source, run, index, look, |scene| {
             let width = scene.width_within(GIF_SIDE_PX);
             animation.get_or_insert_with(|| Animation::new(width)).push(&scene, FRAME_MS)
         })?
-        .map_err(Refusal::failed)?;
+        .map_err(ApiError::failed)?;
     }
-    animation.map_or(Err(PictureError::NoFrame), Animation::finish).map_err(Refusal::failed)
+    animation.map_or(Err(PictureError::NoFrame), Animation::finish).map_err(ApiError::failed)
 }
 
 /// Shows a state of a run to `draw`, or the maze if there is no state yet.
@@ -96,18 +101,18 @@ pub(crate) fn at<T>(
     at: usize,
     look: Look,
     draw: impl FnOnce(Scene<'_>) -> T,
-) -> Result<T, Refusal> {
+) -> Result<T, ApiError> {
     let described = source.describe(run)?;
     if source.states(run)? == 0 {
-        let scene = Scene::of_map(&described.unknown).with_truth(described.truth.as_ref());
+        let scene = Scene::from_map(&described.unknown).with_truth(described.truth.as_ref());
         return Ok(draw(look.of(scene)));
     }
     let states = source.around(run, at)?;
-    let message = states.get(at).ok_or_else(|| Refusal::failed("expected a state"))?;
+    let message = states.get(at).ok_or_else(|| ApiError::failed("expected a state"))?;
     let (state, map) = described.read(message)?;
     let trail: Vec<Cell> =
-        moment::cells(source, run, at)?.into_iter().map(|[x, y]| Cell::new(x, y)).collect();
-    let scene = Scene::of_map(&map)
+        state_view::cells(source, run, at)?.into_iter().map(|[x, y]| Cell::new(x, y)).collect();
+    let scene = Scene::from_map(&map)
         .with_truth(described.truth.as_ref())
         .with_mouse(state.pose())
         .with_weights(|cell| state.weights().at(cell).unwrap_or(0))

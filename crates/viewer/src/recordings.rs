@@ -8,13 +8,13 @@ use jiff::Timestamp;
 use mmsim_server::{Block, Recording, save_recording};
 use serde::Serialize;
 
-use crate::desk::Desk;
-use crate::refusal::Refusal;
+use crate::api_error::ApiError;
 use crate::source::Source;
-use crate::work::Wanted;
+use crate::state::AppState;
+use crate::work::CancelToken;
 
 /// How many recordings are listed at most, the newest.
-const MOST_LISTED: usize = 500;
+const MAX_LISTED: usize = 500;
 
 /// A recording of the folder.
 #[derive(Debug, Serialize)]
@@ -26,8 +26,8 @@ pub(crate) struct Listed {
 }
 
 /// The recordings in a folder, newest first.
-pub(crate) fn list(folder: &Path) -> Result<Vec<Listed>, Refusal> {
-    let failed = |error| Refusal::failed(format!("{}: cannot be read: {error}", folder.display()));
+pub(crate) fn list(folder: &Path) -> Result<Vec<Listed>, ApiError> {
+    let failed = |error| ApiError::failed(format!("{}: cannot be read: {error}", folder.display()));
     let mut listed = Vec::new();
     for entry in fs::read_dir(folder).map_err(failed)? {
         let Ok(entry) = entry else { continue };
@@ -40,29 +40,29 @@ pub(crate) fn list(folder: &Path) -> Result<Vec<Listed>, Refusal> {
         }
     }
     listed.sort_by(|a, b| (b.modified, &b.name).cmp(&(a.modified, &a.name)));
-    listed.truncate(MOST_LISTED);
+    listed.truncate(MAX_LISTED);
     Ok(listed)
 }
 
 /// Opens a recording of the folder; gives its number.
-pub(crate) fn open_listed(desk: &Desk, name: &str) -> Result<String, Refusal> {
-    desk.check_room()?;
-    let path = find(desk.recordings.as_deref(), name)?;
-    let recording = Recording::open_within(&path, &desk.budget).map_err(Refusal::bad)?;
-    desk.open(name, recording)
+pub(crate) fn open_listed(state: &AppState, name: &str) -> Result<String, ApiError> {
+    state.check_room()?;
+    let path = find(state.recordings.as_deref(), name)?;
+    let recording = Recording::open_within(&path, &state.budget).map_err(ApiError::bad)?;
+    state.open(name, recording)
 }
 
 /// The file of this name, which leads nowhere else.
-fn find(folder: Option<&Path>, name: &str) -> Result<PathBuf, Refusal> {
-    let wrong = || Refusal::not_found(format!("expected a recording of the list, found {name:?}"));
+fn find(folder: Option<&Path>, name: &str) -> Result<PathBuf, ApiError> {
+    let wrong = || ApiError::not_found(format!("expected a recording of the list, found {name:?}"));
     let folder = folder.ok_or_else(wrong)?;
     let is_listed = list(folder)?.iter().any(|listed| listed.name == name);
     if is_listed { Ok(folder.join(name)) } else { Err(wrong()) }
 }
 
 /// Writes a run into a file of its own, which is read from its beginning.
-pub(crate) fn save(source: &Source, run: u32, wanted: &Wanted) -> Result<fs::File, Refusal> {
-    let failed = |error: io::Error| Refusal::failed(format!("cannot save: {error}"));
+pub(crate) fn save(source: &Source, run: u32, wanted: &CancelToken) -> Result<fs::File, ApiError> {
+    let failed = |error: io::Error| ApiError::failed(format!("cannot save: {error}"));
     let (described, times) = (source.describe(run)?, source.times(run)?);
     let mut file = tempfile::tempfile().map_err(failed)?;
     // A run that ends meanwhile is not saved at all, rather than in part.

@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use axum::http::StatusCode;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, Request, State};
-use mmsim_server::{Block, Ending, Recording, States, Status, Times, Watch, WatchError};
+use mmsim_server::{Block, Ending, Monitor, MonitorError, Recording, States, Status, Times};
 
+use crate::api_error::ApiError;
 use crate::costs::Costs;
-use crate::refusal::Refusal;
 
 /// Unpacked blocks that are kept of each source: two states and their trails lie in no more.
 const KEPT_BLOCKS: usize = 8;
@@ -27,7 +27,7 @@ pub(crate) struct Source {
 }
 
 enum Origin {
-    Live(Watch),
+    Live(Monitor),
     Recording { title: String, recording: Box<Recording> },
 }
 
@@ -52,25 +52,25 @@ pub(crate) struct Described {
 }
 
 impl Described {
-    fn new(title: String, info: Info, truth: Option<Maze>) -> Result<Self, Refusal> {
-        let unknown = info.known_maze().ok_or_else(|| Refusal::failed("expected a maze"))?;
+    fn new(title: String, info: Info, truth: Option<Maze>) -> Result<Self, ApiError> {
+        let unknown = info.known_maze().ok_or_else(|| ApiError::failed("expected a maze"))?;
         Ok(Self { title, size: unknown.size(), info, unknown, truth })
     }
 
     /// The state in a message, and the map that it tells of.
-    pub(crate) fn read<'m>(&self, message: &'m [u8]) -> Result<(State<'m>, KnownMaze), Refusal> {
+    pub(crate) fn read<'m>(&self, message: &'m [u8]) -> Result<(State<'m>, KnownMaze), ApiError> {
         match Request::decode(message, self.size) {
             Ok(Request::State(state)) => {
                 Ok((state, state.map(self.unknown.start(), *self.unknown.goals())))
             }
-            _ => Err(Refusal::failed("expected a state")),
+            _ => Err(ApiError::failed("expected a state")),
         }
     }
 }
 
 impl Source {
-    pub(crate) fn live(watch: Watch) -> Self {
-        Self { origin: Origin::Live(watch), recent: Mutex::default() }
+    pub(crate) fn live(monitor: Monitor) -> Self {
+        Self { origin: Origin::Live(monitor), recent: Mutex::default() }
     }
 
     pub(crate) fn recording(title: &str, recording: Recording) -> Self {
@@ -80,8 +80,8 @@ impl Source {
     }
 
     /// The run that is there now: its number, of what maze it is, and how many states it has.
-    pub(crate) fn now(&self) -> Result<(u32, Arc<Described>, usize), Refusal> {
-        let mut over = Refusal::failed("expected a run");
+    pub(crate) fn now(&self) -> Result<(u32, Arc<Described>, usize), ApiError> {
+        let mut over = ApiError::failed("expected a run");
         // It may be over before it is described.
         for _ in 0..TRIES {
             let Status { run, .. } = self.status();
@@ -95,7 +95,7 @@ impl Source {
 
     fn status(&self) -> Status {
         match &self.origin {
-            Origin::Live(watch) => watch.status(),
+            Origin::Live(monitor) => monitor.status(),
             Origin::Recording { recording, .. } => {
                 Status { run: RECORDED_RUN, states: recording.history().len() }
             }
@@ -103,21 +103,25 @@ impl Source {
     }
 
     /// How many states a run has by now.
-    pub(crate) fn states(&self, run: u32) -> Result<usize, Refusal> {
+    pub(crate) fn states(&self, run: u32) -> Result<usize, ApiError> {
         let now = self.status();
-        if now.run == run { Ok(now.states) } else { Err(WatchError::RunOver { asked: run }.into()) }
+        if now.run == run {
+            Ok(now.states)
+        } else {
+            Err(MonitorError::RunEnded { asked: run }.into())
+        }
     }
 
     /// Of what maze a run is.
-    pub(crate) fn describe(&self, run: u32) -> Result<Arc<Described>, Refusal> {
+    pub(crate) fn describe(&self, run: u32) -> Result<Arc<Described>, ApiError> {
         if let Some(described) = self.recent(run, |recent| recent.described.clone()) {
             return Ok(described);
         }
         let described = Arc::new(match &self.origin {
-            Origin::Live(watch) => {
-                let served = watch.served()?;
+            Origin::Live(monitor) => {
+                let served = monitor.served()?;
                 if served.run != run {
-                    return Err(WatchError::RunOver { asked: run }.into());
+                    return Err(MonitorError::RunEnded { asked: run }.into());
                 }
                 Described::new(served.info.name.clone(), served.info, Some(served.maze))?
             }
@@ -140,16 +144,16 @@ impl Source {
     }
 
     /// When each state of a run came.
-    pub(crate) fn times(&self, run: u32) -> Result<Times, Refusal> {
+    pub(crate) fn times(&self, run: u32) -> Result<Times, ApiError> {
         match &self.origin {
-            Origin::Live(watch) => Ok(watch.times(run)?),
+            Origin::Live(monitor) => Ok(monitor.times(run)?),
             Origin::Recording { recording, .. } => Ok(recording.times().clone()),
         }
     }
 
     /// The states of a run that lie in one block with this one. Of those that follow it some may be
     /// missing, if the block has grown since it was read.
-    pub(crate) fn around(&self, run: u32, index: usize) -> Result<Arc<States>, Refusal> {
+    pub(crate) fn around(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
         let number = index / Block::STATES;
         let kept = self.recent(run, |recent| {
             let kept = recent.blocks.iter().find(|(kept, _)| *kept == number);
@@ -171,15 +175,15 @@ impl Source {
     }
 
     /// As [`around`](Self::around), without keeping them.
-    pub(crate) fn read(&self, run: u32, index: usize) -> Result<States, Refusal> {
+    pub(crate) fn read(&self, run: u32, index: usize) -> Result<States, ApiError> {
         let number = index / Block::STATES;
         let block = match &self.origin {
-            Origin::Live(watch) => watch.block(run, number)?,
+            Origin::Live(monitor) => monitor.block(run, number)?,
             Origin::Recording { recording, .. } => recording.history().block(number),
         };
         let states = block.and_then(Block::unpack).filter(|states| states.get(index).is_some());
         states
-            .ok_or_else(|| Refusal::not_found(format!("expected a state, found no state {index}")))
+            .ok_or_else(|| ApiError::not_found(format!("expected a state, found no state {index}")))
     }
 
     /// Costs over a run as far as they are known.

@@ -9,7 +9,7 @@ use futures_util::stream::{self, Stream};
 const PIECE_BYTES: usize = 256 * 1024;
 
 /// The content of a file, piece by piece, each read once the one before it has gone out.
-pub(crate) fn of_file(file: File) -> impl Stream<Item = io::Result<Vec<u8>>> {
+pub(crate) fn from_file(file: File) -> impl Stream<Item = io::Result<Vec<u8>>> {
     stream::unfold(Some(file), |file| async {
         let mut file = file?;
         let read = tokio::task::spawn_blocking(move || {

@@ -17,9 +17,9 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, Sleep, sleep_until, timeout_at};
 
-use crate::desk::Desk;
+use crate::api_error::ApiError;
 use crate::limits::{Limits, MAX_BODY_BYTES, MIN_RATE};
-use crate::refusal::Refusal;
+use crate::state::AppState;
 
 /// The progress of a transfer, measured against [`MIN_RATE`].
 struct Pace {
@@ -57,7 +57,7 @@ pub(crate) async fn receive(
     max_bytes: usize,
     limits: Limits,
     mut take: impl FnMut(Bytes) -> io::Result<()>,
-) -> Result<(), Refusal> {
+) -> Result<(), ApiError> {
     let (mut pieces, mut pace, mut length) = (body.into_data_stream(), Pace::new(limits), 0);
     let (last, seconds) = (Instant::now() + limits.body_time, limits.body_time.as_secs());
     let too_slow = |_| {
@@ -65,32 +65,32 @@ pub(crate) async fn receive(
             "the request arrived too slowly: expected at least {MIN_RATE} bytes per second, and all \
              of it within {seconds} s"
         );
-        Refusal::new(StatusCode::REQUEST_TIMEOUT, text)
+        ApiError::new(StatusCode::REQUEST_TIMEOUT, text)
     };
     while let Some(piece) =
         timeout_at(pace.deadline.min(last), pieces.next()).await.map_err(too_slow)?
     {
-        let piece = piece.map_err(Refusal::bad)?;
+        let piece = piece.map_err(ApiError::bad)?;
         pace.advance(piece.len());
         length += piece.len();
         if length > max_bytes {
             let text = format!("the request is too long: expected at most {max_bytes} bytes");
-            return Err(Refusal::new(StatusCode::PAYLOAD_TOO_LARGE, text));
+            return Err(ApiError::new(StatusCode::PAYLOAD_TOO_LARGE, text));
         }
-        take(piece).map_err(Refusal::failed)?;
+        take(piece).map_err(ApiError::failed)?;
     }
     Ok(())
 }
 
 /// Receives the body of a request before it is served.
 pub(crate) async fn receive_first(
-    State(desk): State<Arc<Desk>>,
+    State(state): State<Arc<AppState>>,
     request: Request,
     next: Next,
-) -> Result<Response, Refusal> {
+) -> Result<Response, ApiError> {
     let (parts, body) = request.into_parts();
     let mut whole = Vec::new();
-    receive(body, MAX_BODY_BYTES, desk.limits, |piece| {
+    receive(body, MAX_BODY_BYTES, state.limits, |piece| {
         whole.extend_from_slice(&piece);
         Ok(())
     })

@@ -24,7 +24,7 @@ use tracing::{debug, warn};
 
 use crate::access::{Access, guard};
 use crate::transfer::Connection;
-use crate::{Limits, Show, api, work};
+use crate::{Limits, ViewerConfig, api, work};
 
 /// What is shorter is not worth packing, in bytes: figures that are asked for all the time.
 const WORTH_PACKING: u64 = 4096;
@@ -37,11 +37,11 @@ const ACCEPT_AGAIN: Duration = Duration::from_millis(250);
 ///
 /// ```
 /// use mmsim_server::{Server, Simulation};
-/// use mmsim_viewer::{Show, Viewer};
+/// use mmsim_viewer::{ViewerConfig, Viewer};
 /// let maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
 /// let server = Server::bind("127.0.0.1", 0)?;
 /// let viewer = Viewer::bind("127.0.0.1", 0)?;
-/// let show = Show::default().with_live(&server, "small.txt".as_ref());
+/// let config = ViewerConfig::default().with_live(&server, "small.txt".as_ref());
 /// let server = server.spawn(Simulation::new("small", maze));
 /// let viewer = viewer.spawn(show)?;
 /// println!("open {} in a browser", viewer.address());
@@ -98,13 +98,13 @@ impl Viewer {
     ///
     /// # Errors
     /// The system has no thread or event queue left.
-    pub fn spawn(self, show: Show) -> io::Result<Serving> {
+    pub fn spawn(self, config: ViewerConfig) -> io::Result<Serving> {
         let (address, (stop, stopped)) = (self.address(), oneshot::channel());
         let runtime = runtime::Builder::new_current_thread()
             .enable_all()
             .max_blocking_threads(work::THREADS)
             .build()?;
-        let (app, limits) = (app(show, self.access, self.limits), self.limits);
+        let (app, limits) = (app(config, self.access, self.limits), self.limits);
         let listener = {
             let _inside = runtime.enter();
             TcpListener::from_std(self.listener)?
@@ -130,11 +130,11 @@ impl Serving {
     }
 }
 
-fn app(show: Show, access: Access, limits: Limits) -> Router {
+fn app(config: ViewerConfig, access: Access, limits: Limits) -> Router {
     let packed = DefaultPredicate::new()
         .and(SizeAbove::new(WORTH_PACKING))
         .and(NotForContentType::const_new("application/octet-stream"));
-    api::router(Arc::new(show.into_desk(limits)))
+    api::router(Arc::new(config.into_state(limits)))
         .layer(CompressionLayer::new().compress_when(packed))
         .layer(middleware::from_fn_with_state(Arc::new(access), guard))
 }

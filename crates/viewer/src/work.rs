@@ -11,16 +11,16 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio::time::timeout;
 use tracing::debug;
 
-use crate::refusal::Refusal;
+use crate::api_error::ApiError;
 
 /// Threads for what takes milliseconds.
 pub(crate) const THREADS: usize = 4;
 
 /// Does what takes milliseconds, where it does not hold up others.
 pub(crate) async fn work<T: Send + 'static>(
-    work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
-) -> Result<T, Refusal> {
-    tokio::task::spawn_blocking(work).await.map_err(Refusal::failed)?
+    work: impl FnOnce() -> Result<T, ApiError> + Send + 'static,
+) -> Result<T, ApiError> {
+    tokio::task::spawn_blocking(work).await.map_err(ApiError::failed)?
 }
 
 /// A queue for work of one kind that takes seconds, with a limited number of turns at a time.
@@ -45,24 +45,24 @@ impl Queue {
     }
 
     /// Waits for a turn, which ends when it is dropped.
-    pub(crate) async fn turn(&self) -> Result<OwnedSemaphorePermit, Refusal> {
+    pub(crate) async fn turn(&self) -> Result<OwnedSemaphorePermit, ApiError> {
         let turn = timeout(self.max_wait, Arc::clone(&self.turns).acquire_owned()).await;
         let busy = |_| {
             let text = format!("the server is busy with other {} (try again later)", self.kind);
-            Refusal::new(StatusCode::SERVICE_UNAVAILABLE, text)
+            ApiError::new(StatusCode::SERVICE_UNAVAILABLE, text)
         };
-        turn.map_err(busy)?.map_err(Refusal::failed)
+        turn.map_err(busy)?.map_err(ApiError::failed)
     }
 
     /// Waits for a turn and runs the work on a thread of its own: one that has lowered its priority
     /// may not raise it again. The work has to check now and then whether its client still waits.
     pub(crate) async fn work<T: Send + 'static>(
         &self,
-        work: impl FnOnce(&Wanted) -> Result<T, Refusal> + Send + 'static,
-    ) -> Result<T, Refusal> {
+        work: impl FnOnce(&CancelToken) -> Result<T, ApiError> + Send + 'static,
+    ) -> Result<T, ApiError> {
         let turn = self.turn().await?;
         let asked = Asked(Arc::default());
-        let wanted = Wanted(Arc::clone(&asked.0));
+        let wanted = CancelToken(Arc::clone(&asked.0));
         let (answer, answered) = oneshot::channel();
         let in_background = self.in_background;
         let run = move || {
@@ -74,8 +74,8 @@ impl Queue {
             // Nobody may wait for it any more.
             let _ = answer.send(work(&wanted));
         };
-        thread::Builder::new().name(self.kind.into()).spawn(run).map_err(Refusal::failed)?;
-        answered.await.map_err(Refusal::failed)?
+        thread::Builder::new().name(self.kind.into()).spawn(run).map_err(ApiError::failed)?;
+        answered.await.map_err(ApiError::failed)?
     }
 }
 
@@ -97,13 +97,13 @@ impl Drop for Asked {
 }
 
 /// Whether somebody still waits for the work.
-pub(crate) struct Wanted(Arc<AtomicBool>);
+pub(crate) struct CancelToken(Arc<AtomicBool>);
 
-impl Wanted {
+impl CancelToken {
     /// Refuses to go on if nobody waits.
-    pub(crate) fn check(&self) -> Result<(), Refusal> {
+    pub(crate) fn check(&self) -> Result<(), ApiError> {
         if self.0.load(Ordering::Relaxed) {
-            return Err(Refusal::new(StatusCode::REQUEST_TIMEOUT, "nobody waits for it any more"));
+            return Err(ApiError::new(StatusCode::REQUEST_TIMEOUT, "nobody waits for it any more"));
         }
         Ok(())
     }
@@ -126,7 +126,7 @@ mod tests {
     }
 
     /// Works until nobody waits for it; returns whether that was so.
-    fn work_on(wanted: &Wanted) -> bool {
+    fn work_on(wanted: &CancelToken) -> bool {
         let begun = Instant::now();
         while wanted.check().is_ok() && begun.elapsed() < PATIENCE {
             thread::sleep(Duration::from_millis(1));
@@ -159,7 +159,7 @@ mod tests {
         run(async {
             let queue = Queue::new("tests", 1, PATIENCE);
             let turn = queue.turn().await.unwrap();
-            let left = queue.work(|_| -> Result<(), Refusal> { panic!("nobody waits for it") });
+            let left = queue.work(|_| -> Result<(), ApiError> { panic!("nobody waits for it") });
             assert!(timeout(Duration::from_millis(20), left).await.is_err());
             drop(turn);
             assert_eq!(queue.work(|_| Ok(7)).await.unwrap(), 7);
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn turns_are_limited_and_so_is_the_wait_for_one() {
         static NOW: AtomicUsize = AtomicUsize::new(0);
-        let busy = |_: &Wanted| {
+        let busy = |_: &CancelToken| {
             assert_eq!(NOW.fetch_add(1, Ordering::SeqCst), 0, "one at a time");
             thread::sleep(Duration::from_millis(10));
             NOW.fetch_sub(1, Ordering::SeqCst);

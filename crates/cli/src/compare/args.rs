@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use mmsim_solvers::Bundled;
+use mmsim_solvers::BundledStrategy;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -64,17 +64,17 @@ const ALL: &str = "all";
 /// A value of `--strategies`.
 #[derive(Clone, Copy, Debug)]
 enum Strategies {
-    One(Bundled),
+    One(BundledStrategy),
     All,
 }
 
 impl CompareArgs {
     /// The strategies that are asked for, each once.
-    pub(crate) fn strategies(&self) -> Vec<Bundled> {
+    pub(crate) fn strategies(&self) -> Vec<BundledStrategy> {
         let mut strategies = Vec::new();
         for asked in &self.strategies {
-            let asked: &[Bundled] = match asked {
-                Strategies::All => &Bundled::ALL,
+            let asked: &[BundledStrategy] = match asked {
+                Strategies::All => &BundledStrategy::ALL,
                 Strategies::One(strategy) => std::slice::from_ref(strategy),
             };
             for strategy in asked {
@@ -88,9 +88,10 @@ impl CompareArgs {
 }
 
 fn strategies() -> impl TypedValueParser<Value = Strategies> {
-    let one = |strategy: Bundled| PossibleValue::new(strategy.name()).help(strategy.about());
+    let one =
+        |strategy: BundledStrategy| PossibleValue::new(strategy.name()).help(strategy.about());
     let all = PossibleValue::new(ALL).help("all of them");
-    let values = Bundled::ALL.map(one).into_iter().chain([all]);
+    let values = BundledStrategy::ALL.map(one).into_iter().chain([all]);
     // Nothing but these is let through.
     PossibleValuesParser::new(values)
         .map(|name| name.parse().map_or(Strategies::All, Strategies::One))

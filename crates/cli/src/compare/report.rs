@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use mmsim_maze::Escaped;
-use mmsim_solvers::Bundled;
+use mmsim_solvers::BundledStrategy;
 use serde::Serialize;
 
 use super::search::Figures;
@@ -94,7 +94,7 @@ pub(crate) struct StrategyReport {
 }
 
 impl StrategyReport {
-    pub(crate) fn of(strategy: Bundled, mazes: Vec<SearchReport>) -> Self {
+    pub(crate) fn of(strategy: BundledStrategy, mazes: Vec<SearchReport>) -> Self {
         let reached = || mazes.iter().filter(|search| search.goal_reached);
         let count =
             |is_so: fn(&SearchReport) -> bool| reached().filter(|search| is_so(search)).count();

@@ -171,7 +171,7 @@ fn known_after(maze: &Maze, run: &[Pose]) -> KnownMaze {
 /// What a mouse knows before its first decision. Where nothing is known of the side behind it, it
 /// looks there with the nose turned round, as a client of the simulator does.
 fn known_at_first(maze: &Maze) -> KnownMaze {
-    let mut map = KnownMaze::before(maze);
+    let mut map = KnownMaze::unexplored(maze);
     let Pose { cell, heading } = maze.start();
     if map.wall(cell, heading.back()) == WallState::Unknown {
         look(&mut map, maze, Pose::new(cell, heading.back()));
@@ -181,7 +181,7 @@ fn known_at_first(maze: &Maze) -> KnownMaze {
 
 fn look(map: &mut KnownMaze, maze: &Maze, pose: Pose) {
     // The true walls do not contradict each other.
-    let _ = map.note(pose, maze.walls().around(pose));
+    let _ = map.observe(pose, maze.walls().around(pose));
 }
 
 fn quarter_turns(from: Pose, to: Pose) -> u32 {
@@ -202,7 +202,7 @@ fn number(count: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use mmsim_maze::{Cell, Step};
-    use mmsim_solvers::{Bundled, FloodFill, LeftWall, Swing};
+    use mmsim_solvers::{BundledStrategy, FloodFill, LeftWall, Swing};
 
     use super::*;
     use crate::embedded;
@@ -376,7 +376,7 @@ o---o---o---o
     fn halving_finds_the_first_state_that_is_proven() {
         for entry in embedded::catalogue().entries() {
             let maze = entry.maze().unwrap();
-            for strategy in Bundled::ALL {
+            for strategy in BundledStrategy::ALL {
                 let search = Search::run(&maze, strategy.strategy(), strategy.max_states());
                 let (run, mut map) = (search.search_run(), known_at_first(&maze));
                 let first = run.iter().position(|&pose| {

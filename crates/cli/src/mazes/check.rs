@@ -25,7 +25,7 @@ pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> Outc
     let mut seen = HashMap::new();
     let mut files = Vec::new();
     for path in paths {
-        match Catalogue::of_path(path) {
+        match Catalogue::from_path(path) {
             Ok(catalogue) if catalogue.entries().is_empty() => {
                 let error = format!("{}: expected a maze file, found none", path.display());
                 files.push(Checked::unread(path, &error));
@@ -54,11 +54,11 @@ impl Checked {
             Ok(content) => content,
             Err(error) => return Self::unread(path, &error),
         };
-        let format = format.unwrap_or_else(|| Format::of(&content));
+        let format = format.unwrap_or_else(|| Format::detect(&content));
         let (row, findings) = match format.read(&content) {
             Ok(reading) => {
-                let row = Row::of_maze(path, &reading.maze);
-                let mut findings = Finding::of_reading(&reading);
+                let row = Row::from_maze(path, &reading.maze);
+                let mut findings = Finding::from_reading(&reading);
                 let first = seen.entry(reading.maze).or_insert_with(|| path.into());
                 if !is_same_file(first, path) {
                     findings.push(Finding::duplicate(&first.display().to_string()));
@@ -66,9 +66,9 @@ impl Checked {
                 (row, findings)
             }
             Err(errors) => {
-                let findings: Vec<Finding> = errors.iter().map(Finding::of_error).collect();
+                let findings: Vec<Finding> = errors.iter().map(Finding::from_error).collect();
                 let first = errors.first().map(ToString::to_string).unwrap_or_default();
-                (Row::of_error(path, &format!("{}: {first}", path.display())), findings)
+                (Row::from_error(path, &format!("{}: {first}", path.display())), findings)
             }
         };
         Self { row, format: Some(format.name()), findings }
@@ -77,7 +77,7 @@ impl Checked {
     /// A file or folder that cannot be read; the error names it.
     fn unread(path: &Path, error: &impl Display) -> Self {
         let findings = vec![Finding::unreadable(error.to_string())];
-        Self { row: Row::of_error(path, error), format: None, findings }
+        Self { row: Row::from_error(path, error), format: None, findings }
     }
 
     /// A line that says the first error or what the maze is like, and one for each kind of finding.

@@ -71,7 +71,7 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
     } else {
         maze_content(path)?
     };
-    let reading = format.unwrap_or_else(|| Format::of(&content)).read(&content);
+    let reading = format.unwrap_or_else(|| Format::detect(&content)).read(&content);
     let reading = reading.map_err(|errors| match errors.into_iter().next() {
         Some(source) => ReadError::Parse { path: path.into(), source }.to_string(),
         None => format!("{}: expected a maze, found none", path.display()),

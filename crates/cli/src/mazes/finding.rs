@@ -51,7 +51,7 @@ impl Finding {
         Self { severity, kind, message, line, column, byte, cell, place }
     }
 
-    pub(super) fn of_error(error: &ParseError) -> Self {
+    pub(super) fn from_error(error: &ParseError) -> Self {
         let kind = match error.kind {
             ParseErrorKind::Contradiction => Kind::Contradiction,
             ParseErrorKind::OpenPerimeter => Kind::OpenPerimeter,
@@ -69,7 +69,7 @@ impl Finding {
     }
 
     /// What is to be said against a maze and what its reader took for granted.
-    pub(super) fn of_reading(reading: &Reading) -> Vec<Self> {
+    pub(super) fn from_reading(reading: &Reading) -> Vec<Self> {
         let Reading { maze, unknown_walls, ambiguous_way } = reading;
         let start = maze.start().cell;
         let from_start: CellSet = [start].into_iter().collect();

@@ -64,7 +64,7 @@ impl Generated {
             width: args.size.width(),
             height: args.size.height(),
             goals: maze.goals().iter().map(|cell| [cell.x, cell.y]).collect(),
-            shortest_path: MazeFacts::of(&maze).shortest_path,
+            shortest_path: MazeFacts::new(&maze).shortest_path,
             maze,
         }
     }

@@ -23,15 +23,15 @@ pub(super) struct Row {
 }
 
 impl Row {
-    pub(super) fn of_entry(entry: &Entry) -> Self {
+    pub(super) fn from_entry(entry: &Entry) -> Self {
         match entry.maze() {
-            Ok(maze) => Self::of_maze(entry.path(), &maze),
-            Err(error) => Self::of_error(entry.path(), &error),
+            Ok(maze) => Self::from_maze(entry.path(), &maze),
+            Err(error) => Self::from_error(entry.path(), &error),
         }
     }
 
-    pub(super) fn of_maze(path: &Path, maze: &Maze) -> Self {
-        let facts = MazeFacts::of(maze);
+    pub(super) fn from_maze(path: &Path, maze: &Maze) -> Self {
+        let facts = MazeFacts::new(maze);
         Self {
             path: path.display().to_string(),
             width: Some(maze.size().width()),
@@ -43,7 +43,7 @@ impl Row {
         }
     }
 
-    pub(super) fn of_error(path: &Path, error: &impl Display) -> Self {
+    pub(super) fn from_error(path: &Path, error: &impl Display) -> Self {
         Self {
             path: path.display().to_string(),
             width: None,

@@ -11,7 +11,7 @@ use crate::output::say;
 pub(super) struct Button(Arc<AtomicBool>);
 
 impl Button {
-    pub(super) fn of_stdin() -> Self {
+    pub(super) fn from_stdin() -> Self {
         let pressed = Arc::new(AtomicBool::new(false));
         let button = Arc::clone(&pressed);
         if is_ours() && io::stdin().is_terminal() {

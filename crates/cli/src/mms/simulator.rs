@@ -66,8 +66,8 @@ impl<T: Transport> Surroundings for Simulator<'_, T> {
                 let around = self.exchange.walls(pose).map_err(Stop::Failed)?;
                 let size = self.told.size();
                 self.told
-                    .note(pose, around)
-                    .map_err(|error| Stop::Failed(RunError::of_contradiction(error, size)))?;
+                    .observe(pose, around)
+                    .map_err(|error| Stop::Failed(RunError::from_contradiction(error, size)))?;
                 Ok(around.front)
             }
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use mmsim_protocol::DEFAULT_PORT;
-use mmsim_trial::{Bundled, KeyPoints, Settings, Variant};
+use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
 use super::tried::Contender;
 use crate::args::{KeepArgs, ViewerArgs};
@@ -102,24 +102,24 @@ impl TrialArgs {
     }
 
     /// A robot and what it is told.
-    pub(crate) const fn contender(&self, robot: Bundled) -> Contender {
+    pub(crate) const fn contender(&self, robot: BundledRobot) -> Contender {
         let Self { seed, noise, key_points, variant, .. } = *self;
         Contender { robot, settings: Settings { seed, key_points, variant, noise } }
     }
 
     /// The robots that are asked for, each once.
-    fn robots(&self) -> Vec<Bundled> {
+    fn robots(&self) -> Vec<BundledRobot> {
         let mut robots = Vec::new();
         for asked in &self.robot {
-            let asked: &[Bundled] = match asked {
-                Robots::All => &Bundled::ALL,
+            let asked: &[BundledRobot] = match asked {
+                Robots::All => &BundledRobot::ALL,
                 Robots::One(robot) => std::slice::from_ref(robot),
             };
             let new = asked.iter().filter(|robot| !robots.contains(*robot));
             robots.extend(new.copied().collect::<Vec<_>>());
         }
         if robots.is_empty() {
-            robots.push(Bundled::Champion);
+            robots.push(BundledRobot::Champion);
         }
         robots
     }
@@ -132,17 +132,17 @@ fn variants() -> impl TypedValueParser<Value = Variant> {
 /// A value of `--robot`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Robots {
-    One(Bundled),
+    One(BundledRobot),
     All,
 }
 
 impl ValueEnum for Robots {
     fn value_variants<'a>() -> &'a [Self] {
-        const VALUES: [Robots; Bundled::ALL.len() + 1] = {
-            let mut values = [Robots::All; Bundled::ALL.len() + 1];
+        const VALUES: [Robots; BundledRobot::ALL.len() + 1] = {
+            let mut values = [Robots::All; BundledRobot::ALL.len() + 1];
             let mut index = 0;
-            while index < Bundled::ALL.len() {
-                values[index] = Robots::One(Bundled::ALL[index]);
+            while index < BundledRobot::ALL.len() {
+                values[index] = Robots::One(BundledRobot::ALL[index]);
                 index += 1;
             }
             values

@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal};
 use std::path::Path;
 
 use mmsim_drawing::{Bar, BarChart, BarGroup};
-use mmsim_trial::{Bundled, Ending, KeyPoints, Score, Settings, Variant};
+use mmsim_trial::{BundledRobot, Ending, KeyPoints, Score, Settings, Variant};
 use serde::Serialize;
 
 use super::report::Report;
@@ -18,7 +18,7 @@ use crate::output::{counted, print, print_json, replace, say};
 use crate::selection::Selected;
 
 /// With more mazes than that, only means are told.
-const MOST_COLUMNS: usize = 6;
+const MAX_COLUMNS: usize = 6;
 
 /// How often the random robot is tried, each time with another seed.
 const RANDOM_TRIES: u64 = 6;
@@ -33,14 +33,14 @@ struct Table {
 
 /// The tables.
 fn tables(args: &TrialArgs) -> Vec<Table> {
-    let row = |robot| (Bundled::to_string(&robot), args.contender(robot));
+    let row = |robot| (BundledRobot::to_string(&robot), args.contender(robot));
     let random = (0..RANDOM_TRIES).map(|more| {
-        let mut contender = args.contender(Bundled::Random);
+        let mut contender = args.contender(BundledRobot::Random);
         contender.settings.seed = contender.settings.seed.wrapping_add(more);
         (format!("random, seed {}", contender.settings.seed), contender)
     });
-    let benchmarks = random.chain([row(Bundled::CountExpansion)]).collect();
-    let swing = args.contender(Bundled::Swing);
+    let benchmarks = random.chain([row(BundledRobot::CountExpansion)]).collect();
+    let swing = args.contender(BundledRobot::Swing);
     let variants = Variant::ALL.map(|variant| {
         let settings = Settings { variant, ..swing.settings };
         (variant.to_string(), Contender { settings, ..swing.clone() })
@@ -49,7 +49,7 @@ fn tables(args: &TrialArgs) -> Vec<Table> {
         let settings = Settings { key_points, ..swing.settings };
         (key_points.to_string(), Contender { settings, ..swing.clone() })
     });
-    let robots = Bundled::ALL.map(row).into();
+    let robots = BundledRobot::ALL.map(row).into();
     vec![
         Table { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
         Table { title: "Variants of swing", file: "variants", rows: variants.into() },
@@ -127,7 +127,7 @@ impl<'a> Trials<'a> {
     }
 
     fn has_columns(&self) -> bool {
-        self.mazes.len() <= MOST_COLUMNS
+        self.mazes.len() <= MAX_COLUMNS
     }
 
     /// A table as text: a column for each maze, or the means.
@@ -164,13 +164,13 @@ impl<'a> Trials<'a> {
     /// A table as bars: a group for each maze, or the means.
     fn chart(&self, table: &Table) -> BarChart {
         let rows = || table.rows.iter().map(|(name, of)| (name.clone(), self.of_contender(of)));
-        let of_maze = |(index, maze): (usize, &Selected)| BarGroup {
+        let from_maze = |(index, maze): (usize, &Selected)| BarGroup {
             name: maze.name.clone(),
             bars: rows().map(|(name, tried)| bar(name, &tried[index])).collect(),
             limit: rows().find_map(|(_, tried)| Some(tried[index].bound()?.value())),
         };
         let groups = if self.has_columns() {
-            self.mazes.iter().enumerate().map(of_maze).collect()
+            self.mazes.iter().enumerate().map(from_maze).collect()
         } else {
             let name = format!("Means over {} mazes", self.mazes.len());
             let bars = rows().map(|(name, tried)| mean_bar(name, tried)).collect();

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mmsim_trial::{Bundled, Ending};
+use mmsim_trial::{BundledRobot, Ending};
 
 use super::Job;
 use super::tried::Tried;
@@ -59,8 +59,8 @@ fn ending(tried: &Tried) -> &'static str {
 
 /// A line for each robot that was tried in several mazes.
 pub(crate) fn summary(jobs: &[Job<'_>], tried: &[Tried]) -> String {
-    let mut robots: Vec<Bundled> = jobs.iter().map(|(_, contender)| contender.robot).collect();
-    robots.sort_by_key(|robot| Bundled::ALL.iter().position(|other| other == robot));
+    let mut robots: Vec<BundledRobot> = jobs.iter().map(|(_, contender)| contender.robot).collect();
+    robots.sort_by_key(|robot| BundledRobot::ALL.iter().position(|other| other == robot));
     robots.dedup();
     let of_robot = |robot| {
         let all = jobs.iter().zip(tried);
@@ -70,7 +70,7 @@ pub(crate) fn summary(jobs: &[Job<'_>], tried: &[Tried]) -> String {
     several.map(|robot| sum_up(robot, of_robot(robot))).collect()
 }
 
-fn sum_up<'a>(robot: Bundled, tried: impl Iterator<Item = &'a Tried> + Clone) -> String {
+fn sum_up<'a>(robot: BundledRobot, tried: impl Iterator<Item = &'a Tried> + Clone) -> String {
     let Means { scored, explore_steps, race_steps, score, over } = Means::of(tried.clone());
     let mut text = format!("{robot}: {scored} of {} trials scored", tried.clone().count());
     let rightly = tried.filter(|tried| tried.is_rightly_given_up()).count();

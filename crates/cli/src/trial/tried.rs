@@ -3,12 +3,12 @@
 use std::convert::Infallible;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze};
-use mmsim_trial::{Bundled, Ending, Noise, Run, Score, Settings, Survey, Trial, race_optimum};
+use mmsim_trial::{BundledRobot, Ending, Noise, Run, Score, Settings, Survey, Trial, race_optimum};
 
 /// A robot and what it is told.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Contender {
-    pub(crate) robot: Bundled,
+    pub(crate) robot: BundledRobot,
     pub(crate) settings: Settings,
 }
 
@@ -42,7 +42,7 @@ impl Contender {
         maze: &Maze,
         mut watch: impl FnMut(&Trial<'_>, &KnownMaze) -> Result<(), E>,
     ) -> Result<Tried, E> {
-        let before = KnownMaze::before(maze);
+        let before = KnownMaze::unexplored(maze);
         let mut robot = self.robot.robot(before.clone(), &self.settings);
         // Another stream than the robot's own.
         let mut noise = Noise::new(self.settings.noise, !self.settings.seed);
@@ -51,7 +51,7 @@ impl Contender {
         loop {
             // The robot may reckon wrongly where it is and what it sees.
             survey.stand(trial.pose());
-            survey.note(trial.readings());
+            survey.observe(trial.readings());
             watch(&trial, survey.map())?;
             let (run, from) = (trial.run(), trial.pose().cell);
             if run == Run::Explore {
@@ -117,7 +117,7 @@ impl Tried {
             let latest = self.race.iter().rfind(|(passed, _)| *passed == cell);
             latest.map(|&(_, letter)| letter)
         };
-        let drawing = self.explored.drawing().with_letters(&letter);
+        let drawing = self.explored.picture().with_letters(&letter);
         [drawing.to_string(), drawing.compact().to_string()]
     }
 }

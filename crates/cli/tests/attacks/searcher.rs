@@ -21,7 +21,7 @@ pub(crate) fn maze() -> Maze {
 }
 
 fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
-    let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::before(maze), maze.start());
+    let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(maze), maze.start());
     search_run(transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(())).unwrap()
 }
 

@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use mmsim_solvers::Bundled;
+use mmsim_solvers::BundledStrategy;
 
 use crate::browser::{wait_for, watch};
 use crate::page::Panel;
@@ -22,7 +22,7 @@ fn a_search_at_full_speed_is_followed_to_its_last_state() {
         live.wait_at(simulator.info().states - 1);
 
         // The same search, of which it is known what it tells.
-        for strategy in [Bundled::FloodFill, Bundled::WeightIncrement] {
+        for strategy in [BundledStrategy::FloodFill, BundledStrategy::WeightIncrement] {
             let told = simulator.search(&maze, strategy);
             assert_eq!(simulator.info().states, told.len());
             live.wait_run_at(simulator.run(), told.len() - 1);
@@ -39,7 +39,7 @@ fn a_half_size_search_is_shown() {
         let maze = bundled("half-size-old-quarter.txt");
         let live = Panel::live(browser);
         live.wait_empty();
-        let told = simulator.search(&maze, Bundled::FloodFill);
+        let told = simulator.search(&maze, BundledStrategy::FloodFill);
         live.wait_at(told.len() - 1);
         live.assert_shows(&maze, &told);
     });

@@ -1,7 +1,7 @@
 //! The list of mazes: it filters, and choosing a maze serves it.
 
 use fantoccini::key::Key;
-use mmsim_solvers::Bundled;
+use mmsim_solvers::BundledStrategy;
 
 use crate::browser::{browse, wait_for, watch};
 use crate::harness::Home;
@@ -136,7 +136,7 @@ fn choosing_another_maze_asks_if_there_is_a_history_then_serves_and_shows_it() {
 
         // And it goes on from there.
         let maze = bundled("half-size-old-quarter.txt");
-        let told = simulator.search(&maze, Bundled::FloodFill);
+        let told = simulator.search(&maze, BundledStrategy::FloodFill);
         live.wait_run_at(simulator.run(), told.len() - 1);
         live.assert_shows(&maze, &told);
     });

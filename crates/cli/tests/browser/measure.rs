@@ -6,7 +6,7 @@ use std::fs;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use mmsim_solvers::Bundled;
+use mmsim_solvers::BundledStrategy;
 use serde_json::json;
 
 use crate::browser::{Browser, wait_for, watch};
@@ -21,7 +21,7 @@ const SPAN: Duration = Duration::from_secs(5);
 
 /// The messages of a search as a mouse really makes it.
 fn search(simulator: &Simulator) -> Vec<Vec<u8>> {
-    let told = simulator.search(&bundled("01-harbour.txt"), Bundled::FloodFill);
+    let told = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
     simulator.send(b"reset");
     told.iter().map(|told| told.message('C', 'C')).collect()
 }

@@ -1,6 +1,6 @@
 //! Run and Stop.
 
-use mmsim_solvers::Bundled;
+use mmsim_solvers::BundledStrategy;
 
 use crate::browser::{Browser, wait_for, watch};
 use crate::page::Panel;
@@ -26,8 +26,8 @@ fn each_bundled_mouse_runs_and_stops() {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
         live.wait_empty();
-        assert_eq!(options(browser, live), Bundled::ALL.map(Bundled::name));
-        for strategy in Bundled::ALL {
+        assert_eq!(options(browser, live), BundledStrategy::ALL.map(BundledStrategy::name));
+        for strategy in BundledStrategy::ALL {
             let name = strategy.name();
             // Slowly, until it is stopped.
             live.choose("[name=strategy]", name);

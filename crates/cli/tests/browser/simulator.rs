@@ -7,7 +7,7 @@ use std::path::Path;
 use mmsim_client::{Transport, TransportError, Zmq, search_run};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::Info;
-use mmsim_solvers::{Bundled, Mouse};
+use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_tests::{PATIENCE, bundled_mazes, connect_to};
 
 use crate::harness::{Home, Serving};
@@ -71,10 +71,10 @@ impl Simulator {
     }
 
     /// Lets a bundled mouse search, and gives all that it has told.
-    pub(crate) fn search(&self, maze: &Maze, strategy: Bundled) -> Vec<Told> {
+    pub(crate) fn search(&self, maze: &Maze, strategy: BundledStrategy) -> Vec<Told> {
         let zmq = Zmq::connect(&self.serving.address, Some(PATIENCE), |_| {}).unwrap();
         let mut heard = Heard { zmq, states: Vec::new() };
-        let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::before(maze), maze.start());
+        let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::unexplored(maze), maze.start());
         search_run(&mut heard, &mut mouse, 10_000, |_, _| ControlFlow::Continue(())).unwrap();
         heard.states.iter().map(|message| Told::read(message, maze.size())).collect()
     }

@@ -42,7 +42,7 @@ pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
 fn parse_cell(item: &Item) -> Result<Stated, ParseError> {
     let bits = number(item.text).and_then(|code| CODES.get(code.checked_sub(1)?).copied());
     let bits = bits.ok_or_else(|| item.error("a whole number from 1 to 16"))?;
-    Ok(Stated { sides: Sides::of_bits(bits), place: item.place(), found: item.text.to_string() })
+    Ok(Stated { sides: Sides::from_bits(bits), place: item.place(), found: item.text.to_string() })
 }
 
 /// A whole number, which may be written as numpy does: `1.0` or `1.000000000000000000e+00`.
@@ -106,7 +106,7 @@ mod tests {
             ("floats", floats(&|number| format!("{number:.1}"), ",")),
             ("what numpy.savetxt writes", floats(&|number| format!("{number:.18}e+00"), " ")),
         ] {
-            assert_eq!(Format::of(text.as_bytes()), Format::Csv, "{what}");
+            assert_eq!(Format::detect(text.as_bytes()), Format::Csv, "{what}");
             assert_eq!(text.parse::<Maze>(), MAZE.parse(), "{what}");
         }
     }

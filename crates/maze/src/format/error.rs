@@ -128,12 +128,12 @@ impl ParseError {
     }
 
     /// The same as a fault of this kind.
-    pub(super) fn of_kind(self, kind: ParseErrorKind) -> Self {
+    pub(super) fn with_kind(self, kind: ParseErrorKind) -> Self {
         Self { kind, ..self }
     }
 
     /// The same as a fault of this cell.
-    pub(super) fn of_cell(self, cell: Cell) -> Self {
+    pub(super) fn with_cell(self, cell: Cell) -> Self {
         Self { cell: Some(cell), ..self }
     }
 

@@ -201,7 +201,7 @@ impl Grid {
         let gap = || {
             let found = line.rest(from).chars().take(length).collect::<String>();
             let error = line.error(from, "the outer wall", &quoted(&found));
-            error.of_kind(ParseErrorKind::OpenPerimeter)
+            error.with_kind(ParseErrorKind::OpenPerimeter)
         };
         if is_unknown && outer {
             self.gaps.push(gap());

@@ -5,7 +5,7 @@ mod faults;
 
 use faults::{Faults, is_start};
 
-use super::rows::{Item, MOST_ITEMS, items, table};
+use super::rows::{Item, MAX_ITEMS, items, table};
 use super::stated::{self, Stated};
 use super::{ParseError, Reading, quoted, unmarked};
 use crate::{Cell, CellSet, Heading, Maze, MazeSize, Sides, Walls};
@@ -174,7 +174,7 @@ fn characters(row: Item) -> Vec<Item> {
     (row.column..)
         .zip(row.text.char_indices())
         .map(|(column, (at, c))| Item { text: &row.text[at..at + c.len_utf8()], column, ..row })
-        .take(MOST_ITEMS)
+        .take(MAX_ITEMS)
         .collect()
 }
 
@@ -229,7 +229,7 @@ fn miss(rows: &[Vec<Item>], values: &[Vec<u8>], lines: MazeSize, way: Way) -> Ve
     let (line, digit) = way.lie.place(way.lie.size(lines), start);
     if !is_start(way.sides(values[line][digit])) {
         let expected = format!("the start cell {start} closed but to the north");
-        errors.push(rows[line][digit].error(expected).of_cell(start));
+        errors.push(rows[line][digit].error(expected).with_cell(start));
     }
     let nearest = format!(", in the nearest of all ways to read it: {}", way.words());
     for error in &mut errors {
@@ -285,7 +285,7 @@ mod tests {
     const MAZE: &str = "9553\na93a\naaaa\nec46\n";
 
     fn read(text: &str) -> String {
-        assert_eq!(Format::of(text.as_bytes()), Format::Hex, "{text}");
+        assert_eq!(Format::detect(text.as_bytes()), Format::Hex, "{text}");
         text.parse::<Maze>().map_or_else(|error| error.to_string(), |maze| maze.to_string())
     }
 
@@ -356,7 +356,7 @@ mod tests {
             ("a sign of hex before a row", before_rows("0x")),
             ("a capital sign of hex before a row", before_rows("0X")),
         ] {
-            assert_eq!(Format::of(text.as_bytes()), Format::Hex, "{what}");
+            assert_eq!(Format::detect(text.as_bytes()), Format::Hex, "{what}");
             assert_eq!(text.parse::<Maze>(), MAZE.parse(), "{what}");
         }
     }

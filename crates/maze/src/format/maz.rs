@@ -53,7 +53,7 @@ fn parse_cell(index: usize, byte: u8) -> Result<Stated, ParseError> {
         let error = ParseError::at(place, "a byte from 0 to 15", found);
         return Err(ParseError { cell: cell_of(index), ..error });
     }
-    Ok(Stated { sides: Sides::of_bits(byte), place, found })
+    Ok(Stated { sides: Sides::from_bits(byte), place, found })
 }
 
 #[cfg(test)]
@@ -82,7 +82,7 @@ mod tests {
         let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
         let seed = seed();
         assert_eq!(seed[..3], [14, 8, 8]);
-        assert_eq!(Format::of(&seed), Format::Maz);
+        assert_eq!(Format::detect(&seed), Format::Maz);
         assert_eq!(Maze::parse(&seed).as_ref(), Ok(&maze));
         assert_eq!(Format::Maz.write(&maze).as_ref(), Ok(&seed));
     }

@@ -21,7 +21,7 @@ mod tests {
 
     #[test]
     fn unknown_walls_are_open_and_counted() {
-        assert_eq!(Format::of(MAZE.as_bytes()), Format::Maze);
+        assert_eq!(Format::detect(MAZE.as_bytes()), Format::Maze);
         let reading = Format::Maze.read(MAZE.as_bytes()).unwrap();
         insta::assert_snapshot!(reading.maze, @"
         o---o---o---o
@@ -33,14 +33,14 @@ mod tests {
         let place = |line, column| Place::Text { line, column };
         assert_eq!(reading.unknown_walls, [place(2, 5), place(2, 9), place(3, 7)]);
         let narrow = "+-+-+-+\n|S. .G|\n+ +.+ +\n| | | |\n+-+-+-+\n";
-        assert_eq!(Format::of(narrow.as_bytes()), Format::Maze);
+        assert_eq!(Format::detect(narrow.as_bytes()), Format::Maze);
         assert_eq!(Format::Maze.read(narrow.as_bytes()).unwrap().unknown_walls.len(), 3);
     }
 
     #[test]
     fn a_drawing_without_them_is_text() {
         let known = MAZE.replace('.', " ");
-        assert_eq!(Format::of(known.as_bytes()), Format::Text);
+        assert_eq!(Format::detect(known.as_bytes()), Format::Text);
         assert_eq!(Format::Maze.parse(known.as_bytes()), known.parse());
     }
 
@@ -52,7 +52,7 @@ mod tests {
             known_by(|c| if c == '|' { '.' } else { c }),
             known_by(|c| if "+-|".contains(c) { '.' } else { c }),
         ] {
-            assert_eq!(Format::of(text.as_bytes()), Format::Text, "{text}");
+            assert_eq!(Format::detect(text.as_bytes()), Format::Text, "{text}");
             assert_eq!(text.parse(), known_by(|c| c).parse::<Maze>(), "{text}");
         }
     }
@@ -66,7 +66,7 @@ mod tests {
     fn as_text_a_dot_is_a_wall() {
         let wall = "o---o---o\n| S . G |\no---o---o\n";
         assert_eq!(Format::Text.parse(wall.as_bytes()), wall.replace('.', "|").parse());
-        assert_eq!(Format::of(wall.as_bytes()), Format::Maze);
+        assert_eq!(Format::detect(wall.as_bytes()), Format::Maze);
     }
 
     #[test]

@@ -22,8 +22,8 @@ pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
         let (cell, stated) = parse_line(line, content)?;
         if let Some(before) = cells.get(&cell) {
             let expected = format!("{cell} once, as at {}", before.place);
-            let error = ParseError::at(stated.place, expected, "it twice").of_cell(cell);
-            return Err(error.of_kind(ParseErrorKind::Contradiction).into());
+            let error = ParseError::at(stated.place, expected, "it twice").with_cell(cell);
+            return Err(error.with_kind(ParseErrorKind::Contradiction).into());
         }
         cells.insert(cell, stated);
     }
@@ -34,7 +34,7 @@ pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
         let last = lines(text).last().map_or(0, |(line, _)| line);
         let expected = format!("a line for each cell of {size}");
         let error = ParseError::new(last + 1, 1, expected, format!("none for {}", named(&missing)));
-        return Err(error.of_cell(*first).into());
+        return Err(error.with_cell(*first).into());
     }
     unmarked(stated::walls(size, |cell| &cells[&cell])?)
 }
@@ -66,7 +66,7 @@ fn parse_line(line: usize, content: &str) -> Result<(Cell, Stated), ParseError> 
         }
     }
     let (place, found) = (x.place(), quoted(content.trim()));
-    Ok((cell, Stated { sides: Sides::of_bits(bits), place, found }))
+    Ok((cell, Stated { sides: Sides::from_bits(bits), place, found }))
 }
 
 fn not_six(line: usize, content: &str, items: &[Item]) -> ParseError {
@@ -115,7 +115,7 @@ mod tests {
         ");
         let lines: Vec<&str> = MAZE.lines().rev().collect();
         let turned = "\n ".to_string() + &lines.join(" \r\n\r\n");
-        assert_eq!(Format::of(turned.as_bytes()), Format::Num);
+        assert_eq!(Format::detect(turned.as_bytes()), Format::Num);
         assert_eq!(turned.parse().as_ref(), Ok(&maze));
         assert_eq!(Format::Num.write(&maze).as_deref(), Ok(MAZE.as_bytes()));
     }

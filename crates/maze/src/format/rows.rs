@@ -6,7 +6,7 @@ use crate::MazeSize;
 const MOST: usize = MazeSize::MAX_SIDE as usize;
 
 /// The most items of a line that are looked at: one more than there may be.
-pub(super) const MOST_ITEMS: usize = MOST + 1;
+pub(super) const MAX_ITEMS: usize = MOST + 1;
 
 /// A number of a table as it is written, and where it stands.
 #[derive(Clone, Copy)]
@@ -38,7 +38,7 @@ pub(super) fn items(line: usize, content: &str) -> Vec<Item<'_>> {
     let parts = |c: char| separator.map_or(c.is_whitespace(), |separator| c == separator);
     let (mut items, mut at) = (Vec::new(), 1);
     for slot in content.trim_end().split(parts) {
-        if items.len() == MOST_ITEMS {
+        if items.len() == MAX_ITEMS {
             break;
         }
         let text = slot.trim();

@@ -30,7 +30,7 @@ pub(super) fn walls<'a>(
                 if !closed {
                     let expected = format!("{here} closed to the {heading}, an outer wall");
                     let error = ParseError::at(said.place, expected, &said.found);
-                    errors.push(error.of_kind(ParseErrorKind::OpenPerimeter).of_cell(here));
+                    errors.push(error.with_kind(ParseErrorKind::OpenPerimeter).with_cell(here));
                 }
                 continue;
             };
@@ -46,7 +46,7 @@ pub(super) fn walls<'a>(
                     said.place
                 );
                 let error = ParseError::at(other.place, expected, &other.found);
-                errors.push(error.of_kind(ParseErrorKind::Contradiction).of_cell(there));
+                errors.push(error.with_kind(ParseErrorKind::Contradiction).with_cell(there));
             }
             walls.set(here, heading, closed);
         }

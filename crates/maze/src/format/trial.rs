@@ -74,7 +74,7 @@ fn parse_column(line: usize, content: &str, side: usize) -> Result<Vec<Stated>, 
 fn parse_number(item: &Item) -> Result<Stated, ParseError> {
     let number = item.text.parse::<u8>().ok().filter(|&number| number <= 15);
     let open = number.ok_or_else(|| item.error("a number from 0 to 15"))?;
-    let (sides, found) = (Sides::of_bits(!open), open.to_string());
+    let (sides, found) = (Sides::from_bits(!open), open.to_string());
     Ok(Stated { sides, place: item.place(), found })
 }
 

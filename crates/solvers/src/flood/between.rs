@@ -37,7 +37,7 @@ impl Task for StepsBetween<'_> {
     fn run<const N: usize, H: Half<N>>(self) -> Option<u16> {
         let Self { walls, from, targets } = self;
         let board = Board::<H>::of(walls);
-        let (from, targets) = (Chequered::<H>::of_cell(from), Chequered::<H>::of(targets));
+        let (from, targets) = (Chequered::<H>::from_cell(from), Chequered::<H>::of(targets));
         let (ways, from, targets) = if from.light.is_empty() {
             ([&board.into_light, &board.into_dark], from.dark, [targets.dark, targets.light])
         } else {

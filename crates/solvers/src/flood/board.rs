@@ -118,7 +118,7 @@ impl<H> Chequered<H> {
 
     /// The half in which a cell is that cell alone, the other one is empty.
     #[inline(always)]
-    pub(super) fn of_cell<const N: usize>(cell: Cell) -> Self
+    pub(super) fn from_cell<const N: usize>(cell: Cell) -> Self
     where
         H: Half<N>,
     {

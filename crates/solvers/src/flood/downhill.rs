@@ -81,7 +81,7 @@ impl Task for DownhillTask<'_> {
             east[y] = is_further(eastern, at(y)) & open;
             west[y] = (is_further(at(y), eastern) & open) << 1;
         }
-        Downhill { cells: cells.map(CellSet::of_rows) }
+        Downhill { cells: cells.map(CellSet::from_rows) }
     }
 }
 

@@ -40,12 +40,12 @@ impl Instructions {
     pub fn best() -> Self {
         Self::ALL
             .into_iter()
-            .rfind(|instructions| instructions.are_there())
+            .rfind(|instructions| instructions.is_available())
             .unwrap_or(Self::Portable)
     }
 
     /// Whether this processor has them.
-    pub fn are_there(self) -> bool {
+    pub fn is_available(self) -> bool {
         match self {
             Self::Portable => true,
             Self::Sse2 => cfg!(all(target_arch = "x86_64", target_feature = "sse2")),
@@ -120,6 +120,6 @@ pub(super) fn with_each<T: Task>(
     size: MazeSize,
     check: impl FnMut(T::Output),
 ) {
-    let there = Instructions::ALL.into_iter().filter(|instructions| instructions.are_there());
+    let there = Instructions::ALL.into_iter().filter(|instructions| instructions.is_available());
     there.map(|instructions| run_with(instructions, task(), size)).for_each(check);
 }

@@ -56,7 +56,7 @@ impl Task for CellToSee<'_> {
         let to_see = if is_any { to_see } else { shortest.narrowest(unseen, visited) };
         let near = usize::from(is_dark(mouse) != shortest.ends_are_dark);
         let (ways_to, to_see) = (&shortest.into, [to_see[near], to_see[1 - near]]);
-        let mouse = Chequered::<H>::of_cell(mouse);
+        let mouse = Chequered::<H>::from_cell(mouse);
         let mouse = mouse.dark.or(mouse.light);
         let (nearest, steps) = first_targets([&ways_to[1 - near], &ways_to[near]], mouse, to_see)?;
         let colour = (near + usize::from(steps)) % 2;
@@ -66,7 +66,7 @@ impl Task for CellToSee<'_> {
         let mut colours = [H::NONE; 2];
         colours[colour] = farthest_out;
         let farthest_out = shortest.chequered(colours);
-        let ways = CellSet::of_rows(rows(shortest.chequered(ways).columns()));
+        let ways = CellSet::from_rows(rows(shortest.chequered(ways).columns()));
         Some(ToSee { cell: farthest_out.first_cell()?, ways })
     }
 }
@@ -94,7 +94,8 @@ impl<B: Bits> ShortestWays<B> {
     where
         B: Half<N>,
     {
-        let (from, goals) = (Chequered::<B>::of_cell(map.start()), Chequered::<B>::of(map.goals()));
+        let (from, goals) =
+            (Chequered::<B>::from_cell(map.start()), Chequered::<B>::of(map.goals()));
         let start_is_dark = from.light.is_empty();
         let pick = |dark, light| if start_is_dark { [dark, light] } else { [light, dark] };
         let [near_goals, far_goals] = pick(goals.dark, goals.light);
@@ -299,7 +300,7 @@ o---o---o---o---o---o
 "
         .parse()
         .unwrap();
-        let mut map = KnownMaze::before(&maze);
+        let mut map = KnownMaze::unexplored(&maze);
         for y in [0, 2] {
             for heading in Heading::ALL {
                 map.set_wall(Cell::new(2, y), heading, WallState::Present);
@@ -308,7 +309,7 @@ o---o---o---o---o---o
         let mut see = |x, y| {
             for heading in [Heading::North, Heading::South] {
                 let pose = Pose::new(Cell::new(x, y), heading);
-                map.note(pose, maze.walls().around(pose)).unwrap();
+                map.observe(pose, maze.walls().around(pose)).unwrap();
             }
             let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start()));
             let to_see = shortest_ways(&map, &from_start);
@@ -335,7 +336,7 @@ o---o---o---o---o---o
             let mut map = KnownMaze::new(size, inside(start), goals);
             for (x, y, heading) in seen {
                 let pose = Pose::new(inside((x, y)), Heading::ALL[heading]);
-                map.note(pose, walls.around(pose)).unwrap();
+                map.observe(pose, walls.around(pose)).unwrap();
             }
             let (map, mouse) = (&map, inside(mouse));
             let expected = naive(map, mouse);

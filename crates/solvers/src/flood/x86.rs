@@ -43,15 +43,15 @@ struct Avx512Large(__m512i);
 /// Does this with these instructions, or with lesser ones if they are not there.
 pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
     use Instructions::{Avx2, Avx512, Portable, Sse2};
-    let are_there = |some: Instructions| some.are_there();
+    let is_available = |some: Instructions| some.is_available();
     // One call, so that what it gives is made where it goes.
     let run: unsafe fn(T) -> T::Output = match (instructions, is_small(size)) {
         (Portable, true) => small,
         (Portable, false) => large,
-        (Avx512, true) if are_there(Avx512) => small_avx512,
-        (Avx512, false) if are_there(Avx512) => large_avx512,
-        (Avx512 | Avx2, true) if are_there(Avx2) => small_avx2,
-        (Avx512 | Avx2, false) if are_there(Avx2) => large_avx2,
+        (Avx512, true) if is_available(Avx512) => small_avx512,
+        (Avx512, false) if is_available(Avx512) => large_avx512,
+        (Avx512 | Avx2, true) if is_available(Avx2) => small_avx2,
+        (Avx512 | Avx2, false) if is_available(Avx2) => large_avx2,
         (Avx512 | Avx2 | Sse2, true) => T::run::<2, self::Sse2>,
         (Avx512 | Avx2 | Sse2, false) => T::run::<8, Sse2Large>,
     };

@@ -39,7 +39,7 @@ pub(super) struct Account {
 /// A way is known to be open, or closed, where it is that likely.
 const SURE: f32 = 0.9;
 /// Nothing is so sure that sensors that err could not teach the contrary.
-const MOST_SURE: f32 = 0.999;
+const MAX_CONFIDENCE: f32 = 0.999;
 /// Where not all walls are known, a reading is not less likely than this: long corridors are more
 /// frequent than walls that know nothing of each other would have them.
 const LEAST_NEW: f64 = 0.05;
@@ -67,7 +67,7 @@ impl Belief {
     }
 
     /// Weighs the accounts by what the sensors tell, and learns from it in each.
-    pub(super) fn note(&mut self, sensors: [u8; 3]) {
+    pub(super) fn observe(&mut self, sensors: [u8; 3]) {
         let chance = |account: &Account| {
             let told = account.told(account.survey.pose(), sensors, self.noise);
             // A race that has ended does not go on.
@@ -87,7 +87,7 @@ impl Belief {
         self.accounts.retain(|account| account.chance >= most * LEAST_CHANCE);
         for account in &mut self.accounts {
             account.chance /= most;
-            account.note(sensors, self.noise);
+            account.observe(sensors, self.noise);
         }
     }
 
@@ -106,7 +106,7 @@ impl Account {
         let mut map = self.survey.map().clone();
         for cell in map.size().cells() {
             for heading in [Heading::North, Heading::East] {
-                let may_be_open = self.open(cell, heading) > 2. * (1. - MOST_SURE);
+                let may_be_open = self.open(cell, heading) > 2. * (1. - MAX_CONFIDENCE);
                 if may_be_open && map.wall(cell, heading) == WallState::Present {
                     map.set_wall(cell, heading, WallState::Unknown);
                 }
@@ -122,7 +122,7 @@ impl Account {
 
     fn believe(&mut self, cell: Cell, heading: Heading, open: f32, noise: f64) {
         if let Some((x, y, side)) = self.place(cell, heading) {
-            let most = if noise > 0. { MOST_SURE } else { 1. };
+            let most = if noise > 0. { MAX_CONFIDENCE } else { 1. };
             let open = open.clamp(1. - most, most);
             self.open[y][x][side] = open;
             let wall = if open >= SURE {
@@ -183,7 +183,7 @@ impl Account {
     }
 
     /// Learns from what the sensors tell.
-    fn note(&mut self, sensors: [u8; 3], noise: f64) {
+    fn observe(&mut self, sensors: [u8; 3], noise: f64) {
         let pose = self.survey.pose();
         self.survey.visit();
         for (heading, told) in around(pose).into_iter().zip(sensors) {
@@ -309,11 +309,11 @@ mod tests {
     #[test]
     fn sensors_that_never_err_are_believed_at_once() {
         let mut belief = belief(0.);
-        belief.note([0, 2, 0]);
+        belief.observe([0, 2, 0]);
         let mut survey = Survey::new(belief.likeliest().survey.map().clone());
-        survey.note([0, 2, 0]);
+        survey.observe([0, 2, 0]);
         assert_eq!(belief.likeliest().survey, survey);
-        belief.go(Action::of_numbers(0, 2));
+        belief.go(Action::from_numbers(0, 2));
         assert_eq!(belief.accounts.len(), 1);
         assert_eq!(belief.likeliest().survey.pose().cell, Cell::new(0, 2));
     }
@@ -321,11 +321,11 @@ mod tests {
     #[test]
     fn sensors_that_err_are_believed_in_the_long_run() {
         let mut belief = belief(0.3);
-        belief.note([0, 3, 0]);
+        belief.observe([0, 3, 0]);
         assert_eq!(wall(&belief, 2), WallState::Unknown, "once is not enough");
         assert_eq!(wall(&belief, 0), WallState::Absent, "it errs by one cell only");
         for told in [2, 2, 2, 3, 2, 2] {
-            belief.note([0, told, 0]);
+            belief.observe([0, told, 0]);
         }
         assert_eq!(wall(&belief, 1), WallState::Absent);
         assert_eq!(wall(&belief, 2), WallState::Present);
@@ -334,15 +334,15 @@ mod tests {
     #[test]
     fn a_wall_that_was_not_expected_is_learnt_from() {
         let mut belief = belief(0.1);
-        belief.note([0, 1, 5]);
-        belief.go(Action::of_numbers(0, 1));
+        belief.observe([0, 1, 5]);
+        belief.go(Action::from_numbers(0, 1));
         let cell = |belief: &Belief| belief.likeliest().survey.pose().cell;
         let mut elsewhere = belief.clone();
-        elsewhere.note([0, 0, 1]);
+        elsewhere.observe([0, 0, 1]);
         assert_eq!(cell(&elsewhere), Cell::new(0, 1), "to the right it looks different there");
         // What it sees is what it saw before it moved, but for a wall ahead: it ran into that.
         for _ in 0..3 {
-            belief.note([0, 0, 5]);
+            belief.observe([0, 0, 5]);
         }
         assert_eq!(cell(&belief), Cell::new(0, 0));
         assert_eq!(wall(&belief, 0), WallState::Present);
@@ -354,12 +354,12 @@ mod tests {
         for noise in [0., 0.1] {
             let mut belief = belief(noise);
             for _ in 0..3 {
-                belief.note([0, 5, 0]);
+                belief.observe([0, 5, 0]);
             }
-            belief.go(Action::of_numbers(0, 2));
-            belief.note([0, 3, 1]);
+            belief.go(Action::from_numbers(0, 2));
+            belief.observe([0, 3, 1]);
             belief.go(Action::Reset);
-            belief.note([0, 3, 1]);
+            belief.observe([0, 3, 1]);
             let account = belief.likeliest();
             assert_eq!(account.survey.pose().cell, Cell::new(0, 2));
             assert!(!account.races);

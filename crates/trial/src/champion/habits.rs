@@ -165,7 +165,7 @@ impl Layers {
             }
             rows
         };
-        Walls::of_rows(self.size, rows(true), rows(false))
+        Walls::from_rows(self.size, rows(true), rows(false))
     }
 
     /// For each maze, which of the eight places around this one are walls, as an index into

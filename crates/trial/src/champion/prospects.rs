@@ -20,7 +20,7 @@ pub(super) struct Prospects {
 }
 
 /// While nothing new is seen, guesses add up to this many.
-const MOST_GUESSES: usize = 1024;
+const MAX_GUESSES: usize = 1024;
 
 /// A stretch of unknown walls on the fastest race of some guesses.
 struct Stretch {
@@ -46,7 +46,7 @@ impl Prospects {
             (self.known, self.number) = (known, 0);
             self.unseen.clear();
         }
-        if self.number < MOST_GUESSES {
+        if self.number < MAX_GUESSES {
             self.guesses.draw(map, habits);
             let finder = Finder::new(map);
             self.number += self.guesses.number();

@@ -9,7 +9,7 @@ use mmsim_maze::{Catalogue, Cell, Maze};
 use mmsim_protocol::{Order, encode_state};
 use mmsim_server::{Background, Recorder, Server, Simulation};
 use mmsim_tests::{PATIENCE, ask, connect, stop, wait_for, within};
-use mmsim_viewer::{Limits, Serving, Show, Viewer};
+use mmsim_viewer::{Limits, Serving, Viewer, ViewerConfig};
 use serde_json::Value;
 
 pub const SMALL: &str =
@@ -31,19 +31,19 @@ impl Watched {
     pub fn with_limits(host: &str, recordings: Option<&Path>, limits: Limits) -> Self {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         let viewer = Viewer::bind(host, 0).unwrap().with_limits(limits);
-        let mazes = Catalogue::of_texts(&[
+        let mazes = Catalogue::from_texts(&[
             ("a/small.txt", SMALL),
             ("closed.txt", CLOSED),
             ("rubbish.txt", "?"),
         ]);
-        let show = Show::default()
+        let config = ViewerConfig::default()
             .with_live(&server, "a/small.txt".as_ref())
             .with_mazes(mazes)
             .with_recordings(recordings.map(Path::to_path_buf));
-        let watch = server.watch();
+        let watch = server.monitor();
         let recorder = recordings.map(|folder| Recorder::new(folder).unwrap());
         let server = server.with_recorder(recorder).spawn(Simulation::new("small", maze()));
-        let viewer = viewer.spawn(show).unwrap();
+        let viewer = viewer.spawn(config).unwrap();
         // Until then there is no run.
         wait_for("the server to serve", || (watch.status().run == 1).then_some(()));
         let port = viewer.address().split(':').nth(2).unwrap();
@@ -163,7 +163,7 @@ pub fn state(number: usize) -> Vec<u8> {
     let (x, y) = cells[number % cells.len()];
     let mut pose = maze().start();
     pose.cell = Cell::new(x, y);
-    let map = mmsim_maze::KnownMaze::before(&maze());
+    let map = mmsim_maze::KnownMaze::unexplored(&maze());
     let mut buffer = [0; 64];
     let weight = |cell: Cell| u16::try_from(number % 100).unwrap() + u16::from(cell.x);
     let length = encode_state(&mut buffer, pose, &map, weight, Order::C).unwrap();

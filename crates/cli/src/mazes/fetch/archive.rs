@@ -50,7 +50,7 @@ pub(super) fn unpack(archive: &[u8]) -> Result<Contents, Refused> {
         let unpacked = gunzip(archive, &mut tar);
         let is_whole = unpacked.map(|()| tar.len() as u64 <= MAX_UNPACKED_BYTES);
         // What is wrong with an entry says more than that there is too much of all.
-        let contents = Contents::of_tar(&tar);
+        let contents = Contents::from_tar(&tar);
         match (is_whole, contents) {
             (_, Err(refused @ (Refused::Entry { .. } | Refused::Archive { .. }))) => Err(refused),
             (Err(error), _) => Err(Refused::Broken(error.to_string())),
@@ -58,9 +58,9 @@ pub(super) fn unpack(archive: &[u8]) -> Result<Contents, Refused> {
             (Ok(true), contents) => contents,
         }
     } else if archive.starts_with(b"PK\x03\x04") || archive.starts_with(b"PK\x05\x06") {
-        Contents::of_zip(archive)
+        Contents::from_zip(archive)
     } else if archive.get(USTAR) == Some(b"ustar") {
-        Contents::of_tar(archive)
+        Contents::from_tar(archive)
     } else {
         let begin = String::from_utf8_lossy(&archive[..archive.len().min(40)]);
         let found = if archive.is_empty() { "an empty file".into() } else { format!("{begin:?}") };
@@ -89,7 +89,7 @@ pub(super) struct Contents {
 }
 
 impl Contents {
-    fn of_tar(tar: &[u8]) -> Result<Self, Refused> {
+    fn from_tar(tar: &[u8]) -> Result<Self, Refused> {
         let broken = |error: io::Error| Refused::Broken(error.to_string());
         let mut contents = Self::default();
         for entry in tar::Archive::new(tar).entries().map_err(broken)? {
@@ -116,7 +116,7 @@ impl Contents {
         Ok(contents)
     }
 
-    fn of_zip(zip: &[u8]) -> Result<Self, Refused> {
+    fn from_zip(zip: &[u8]) -> Result<Self, Refused> {
         let broken = |error: rawzip::Error| Refused::Broken(error.to_string());
         let mut contents = Self::default();
         let archive = ZipArchive::from_slice(zip).map_err(broken)?;

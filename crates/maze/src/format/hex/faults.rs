@@ -161,7 +161,7 @@ mod tests {
     fn any_walls() -> impl Strategy<Value = Walls> {
         let rows = prop::array::uniform32(any::<u32>());
         (1usize..=8, 2usize..=8, rows, rows).prop_map(|(width, height, north, east)| {
-            let mut walls = Walls::of_rows(MazeSize::new(width, height).unwrap(), north, east);
+            let mut walls = Walls::from_rows(MazeSize::new(width, height).unwrap(), north, east);
             walls.set(Cell::new(0, 0), Heading::North, false);
             walls.set(Cell::new(0, 0), Heading::East, true);
             walls

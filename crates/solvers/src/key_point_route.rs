@@ -20,15 +20,15 @@ use crate::{Distances, ShortestPath};
 ///
 /// ```
 /// use mmsim_maze::{Cell, MazeSize, Walls};
-/// use mmsim_solvers::Tour;
+/// use mmsim_solvers::KeyPointRoute;
 /// let goals = MazeSize::CLASSIC.central_cells();
 /// let walls = Walls::open(MazeSize::CLASSIC);
-/// let mut tour = Tour::swing(MazeSize::CLASSIC, Cell::new(0, 0), goals, 3);
+/// let mut tour = KeyPointRoute::swing(MazeSize::CLASSIC, Cell::new(0, 0), goals, 3);
 /// assert_eq!(tour.target(&walls, Cell::new(0, 0)), Some(Cell::new(7, 8)));
 /// assert_eq!(tour.target(&walls, Cell::new(7, 8)), Some(Cell::new(0, 15)));
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Tour {
+pub struct KeyPointRoute {
     goals: CellSet,
     passed: CellSet,
     points: [KeyPoint; 8],
@@ -43,7 +43,7 @@ enum KeyPoint {
     Start(Cell),
 }
 
-impl Tour {
+impl KeyPointRoute {
     /// The most corners there are in a tour.
     pub const CORNERS: usize = 3;
 
@@ -80,9 +80,9 @@ impl Tour {
     /// The same without the last way to the centre: it ends at the start, for who does not get
     /// there by a reset.
     pub fn there_and_back(size: MazeSize, start: Cell, goals: CellSet) -> Self {
-        let mut tour = Self::swing(size, start, goals, Self::CORNERS);
-        tour.ahead.end -= 1;
-        tour
+        let mut route = Self::swing(size, start, goals, Self::CORNERS);
+        route.ahead.end -= 1;
+        route
     }
 
     /// A corner that was passed on the way need not be visited again.
@@ -91,13 +91,13 @@ impl Tour {
     }
 
     fn of(goals: CellSet, points: impl IntoIterator<Item = KeyPoint>) -> Self {
-        let mut tour =
+        let mut route =
             Self { goals, passed: CellSet::EMPTY, points: [KeyPoint::Centre; 8], ahead: 0..0 };
-        for (place, point) in tour.points.iter_mut().zip(points) {
+        for (place, point) in route.points.iter_mut().zip(points) {
             *place = point;
-            tour.ahead.end += 1;
+            route.ahead.end += 1;
         }
-        tour
+        route
     }
 
     /// Where a mouse in this cell goes, now that it knows these walls; `None` once the tour is
@@ -145,10 +145,10 @@ mod tests {
     const START: Cell = Cell::new(0, 0);
 
     /// The cells of the tour in an empty maze.
-    fn cells(mut tour: Tour, walls: &Walls) -> Vec<(u8, u8)> {
+    fn cells(mut route: KeyPointRoute, walls: &Walls) -> Vec<(u8, u8)> {
         let mut here = START;
         let next = || {
-            here = tour.target(walls, here)?;
+            here = route.target(walls, here)?;
             Some((here.x, here.y))
         };
         std::iter::from_fn(next).collect()
@@ -157,14 +157,14 @@ mod tests {
     #[test]
     fn tours_are_the_published_ones() {
         let (goals, walls) = (SIZE.central_cells(), Walls::open(SIZE));
-        let swing = |corners| cells(Tour::swing(SIZE, START, goals, corners), &walls);
+        let swing = |corners| cells(KeyPointRoute::swing(SIZE, START, goals, corners), &walls);
         let centre = (7, 8);
         assert_eq!(swing(3), [centre, (0, 15), (15, 0), centre, (15, 15), centre, (0, 0), centre]);
         assert_eq!(swing(2), [centre, (0, 15), (15, 0), centre, (0, 0), centre]);
         assert_eq!(swing(1), [centre, (0, 15), centre, (0, 0), centre]);
         assert_eq!(swing(0), [centre, (0, 0), centre]);
-        assert_eq!(cells(Tour::just_arrive(goals), &walls), [centre]);
-        assert_eq!(cells(Tour::arrive_and_back(START, goals), &walls), [centre, (0, 0)]);
+        assert_eq!(cells(KeyPointRoute::just_arrive(goals), &walls), [centre]);
+        assert_eq!(cells(KeyPointRoute::arrive_and_back(START, goals), &walls), [centre, (0, 0)]);
     }
 
     #[test]
@@ -175,9 +175,9 @@ mod tests {
                 walls.set(cell, heading, true);
             }
         }
-        let tour = Tour::swing(SIZE, START, SIZE.central_cells(), 1);
-        assert_eq!(cells(tour, &walls), [(8, 8), (0, 0), (8, 8)]);
-        let nowhere = Tour::swing(SIZE, START, CellSet::EMPTY, 0);
+        let route = KeyPointRoute::swing(SIZE, START, SIZE.central_cells(), 1);
+        assert_eq!(cells(route, &walls), [(8, 8), (0, 0), (8, 8)]);
+        let nowhere = KeyPointRoute::swing(SIZE, START, CellSet::EMPTY, 0);
         assert_eq!(cells(nowhere, &walls), []);
     }
 

@@ -4,13 +4,13 @@ use mmsim_drawing::TRAIL_CELLS;
 use mmsim_server::Block;
 use serde::Serialize;
 
+use crate::api_error::ApiError;
 use crate::costs::Cost;
-use crate::refusal::Refusal;
 use crate::source::Source;
 
 /// What is told of a moment.
 #[derive(Debug, Serialize)]
-pub(crate) struct Moment {
+pub(crate) struct StateView {
     at: usize,
     /// How many states the run has by now.
     states: usize,
@@ -26,11 +26,11 @@ pub(crate) struct Moment {
     trail: Vec<u16>,
 }
 
-impl Moment {
+impl StateView {
     /// The moment of this state of a run.
-    pub(crate) fn of(source: &Source, run: u32, at: usize) -> Result<Self, Refusal> {
+    pub(crate) fn of(source: &Source, run: u32, at: usize) -> Result<Self, ApiError> {
         let (described, states) = (source.describe(run)?, source.around(run, at)?);
-        let missing = || Refusal::failed("expected a state");
+        let missing = || ApiError::failed("expected a state");
         let message = states.get(at).ok_or_else(missing)?;
         let (_, map) = described.read(message)?;
         let tally = states.tally(at).ok_or_else(missing)?;
@@ -53,7 +53,7 @@ impl Moment {
 }
 
 /// Where the mouse was in the states up to this one, x and y of the cells, oldest first.
-pub(crate) fn cells(source: &Source, run: u32, at: usize) -> Result<Vec<[u8; 2]>, Refusal> {
+pub(crate) fn cells(source: &Source, run: u32, at: usize) -> Result<Vec<[u8; 2]>, ApiError> {
     let (mut index, mut cells) = (at.saturating_sub(TRAIL_CELLS - 1), Vec::new());
     while index <= at {
         let end = ((index / Block::STATES + 1) * Block::STATES).min(at + 1);

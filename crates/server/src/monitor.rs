@@ -19,7 +19,7 @@ pub(crate) type Question = Box<dyn FnOnce(&mut Host<'_>) + Send>;
 /// two requests: a search waits for it as for a request of another client, which takes
 /// microseconds, and never for whoever asked.
 #[derive(Clone)]
-pub struct Watch {
+pub struct Monitor {
     board: Arc<Board>,
     questions: Sender<Question>,
     shared: Arc<Shared>,
@@ -38,10 +38,10 @@ pub struct Served {
 
 /// Why a watcher gets no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum WatchError {
+pub enum MonitorError {
     /// The run asked for is over: a reset, or another maze.
     #[error("expected run {asked}, found that it is over")]
-    RunOver {
+    RunEnded {
         /// The number of the run.
         asked: u32,
     },
@@ -50,7 +50,7 @@ pub enum WatchError {
     Ended,
 }
 
-impl Watch {
+impl Monitor {
     pub(crate) const fn new(
         board: Arc<Board>,
         questions: Sender<Question>,
@@ -68,7 +68,7 @@ impl Watch {
     ///
     /// # Errors
     /// The server has ended.
-    pub fn served(&self) -> Result<Served, WatchError> {
+    pub fn served(&self) -> Result<Served, MonitorError> {
         self.ask(|host| {
             let simulation = host.simulation();
             let (info, maze) = (simulation.info(), simulation.maze().clone());
@@ -80,7 +80,7 @@ impl Watch {
     ///
     /// # Errors
     /// The run is over, or the server has ended.
-    pub fn block(&self, run: u32, index: usize) -> Result<Option<Block>, WatchError> {
+    pub fn block(&self, run: u32, index: usize) -> Result<Option<Block>, MonitorError> {
         self.ask_of(run, move |host| host.simulation().history().block(index))
     }
 
@@ -88,7 +88,7 @@ impl Watch {
     ///
     /// # Errors
     /// The run is over, or the server has ended.
-    pub fn times(&self, run: u32) -> Result<Times, WatchError> {
+    pub fn times(&self, run: u32) -> Result<Times, MonitorError> {
         self.ask_of(run, |host| host.times().clone())
     }
 
@@ -96,7 +96,7 @@ impl Watch {
     ///
     /// # Errors
     /// The server has ended.
-    pub fn serve(&self, name: &str, maze: Maze) -> Result<Status, WatchError> {
+    pub fn serve(&self, name: &str, maze: Maze) -> Result<Status, MonitorError> {
         let name = name.to_string();
         self.ask(move |host| host.serve(&name, maze))
     }
@@ -105,22 +105,22 @@ impl Watch {
         &self,
         run: u32,
         question: impl FnOnce(&mut Host<'_>) -> T + Send + 'static,
-    ) -> Result<T, WatchError> {
+    ) -> Result<T, MonitorError> {
         self.ask(move |host| (host.status().run == run).then(|| question(host)))?
-            .ok_or(WatchError::RunOver { asked: run })
+            .ok_or(MonitorError::RunEnded { asked: run })
     }
 
     fn ask<T: Send + 'static>(
         &self,
         question: impl FnOnce(&mut Host<'_>) -> T + Send + 'static,
-    ) -> Result<T, WatchError> {
+    ) -> Result<T, MonitorError> {
         let (tell, told) = mpsc::sync_channel(1);
         let question: Question = Box::new(move |host| {
             let _ = tell.send(question(host));
         });
-        self.questions.send(question).map_err(|_| WatchError::Ended)?;
+        self.questions.send(question).map_err(|_| MonitorError::Ended)?;
         self.shared.wake();
-        told.recv().map_err(|_| WatchError::Ended)
+        told.recv().map_err(|_| MonitorError::Ended)
     }
 }
 
@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn a_watcher_sees_what_clients_do_and_changes_the_maze() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
-        let watch = server.watch();
+        let watch = server.monitor();
         assert_eq!(watch.status(), Status { run: 0, states: 0 });
         let server = server.spawn(Simulation::new("small", maze()));
         let client = mmsim_tests::connect_to(server.address(), zmq::REQ);
@@ -162,20 +162,20 @@ mod tests {
         assert_eq!(watch.times(1).unwrap().len(), states);
 
         ask(b"reset");
-        assert_eq!(watch.block(1, 0).unwrap_err(), WatchError::RunOver { asked: 1 });
+        assert_eq!(watch.block(1, 0).unwrap_err(), MonitorError::RunEnded { asked: 1 });
         let other: Maze = "o---o\n|SG |\no---o\n".parse().unwrap();
         assert_eq!(watch.serve("other", other), Ok(Status { run: 3, states: 0 }));
         assert!(ask(STATE).starts_with(b"error: expected S of 8 bytes for a maze of 1x1 cells"));
         assert!(ask(b"info").starts_with(br#"{"name":"other","width":1"#));
         within("the server to stop", || server.stop()).unwrap();
-        assert_eq!(watch.served().unwrap_err(), WatchError::Ended);
+        assert_eq!(watch.served().unwrap_err(), MonitorError::Ended);
     }
 
     #[test]
     fn a_server_that_never_ran_answers_nobody() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
-        let watch = server.watch();
+        let watch = server.monitor();
         drop(server);
-        assert_eq!(watch.served().unwrap_err(), WatchError::Ended);
+        assert_eq!(watch.served().unwrap_err(), MonitorError::Ended);
     }
 }

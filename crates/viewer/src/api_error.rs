@@ -2,18 +2,18 @@
 
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
-use mmsim_server::WatchError;
+use mmsim_server::MonitorError;
 
 /// What a request gets in place of what it asked for: a sentence that the page can show.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{text}")]
-pub(crate) struct Refusal {
+pub(crate) struct ApiError {
     pub(crate) status: StatusCode,
     pub(crate) text: String,
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "as `map_err` hands over errors")]
-impl Refusal {
+impl ApiError {
     pub(crate) fn new(status: StatusCode, text: impl ToString) -> Self {
         Self { status, text: text.to_string() }
     }
@@ -39,17 +39,17 @@ impl Refusal {
     }
 }
 
-impl From<WatchError> for Refusal {
-    fn from(error: WatchError) -> Self {
+impl From<MonitorError> for ApiError {
+    fn from(error: MonitorError) -> Self {
         let status = match error {
-            WatchError::RunOver { .. } => StatusCode::GONE,
-            WatchError::Ended => StatusCode::SERVICE_UNAVAILABLE,
+            MonitorError::RunEnded { .. } => StatusCode::GONE,
+            MonitorError::Ended => StatusCode::SERVICE_UNAVAILABLE,
         };
         Self::new(status, error)
     }
 }
 
-impl IntoResponse for Refusal {
+impl IntoResponse for ApiError {
     fn into_response(self) -> Response {
         (self.status, self.text).into_response()
     }

@@ -6,22 +6,22 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use jiff::Timestamp;
 use mmsim_maze::{Catalogue, Maze};
-use mmsim_server::{MemoryBudget, Recording, Server, Watch};
-use mmsim_solvers::Bundled;
+use mmsim_server::{MemoryBudget, Monitor, Recording, Server};
+use mmsim_solvers::BundledStrategy;
 
+use crate::api_error::ApiError;
 use crate::limits::{Limits, MAX_RECORDING_JOBS, MAX_UPLOADS};
 use crate::mazes::Listed;
 use crate::mouse::Runner;
-use crate::refusal::Refusal;
 use crate::source::Source;
 use crate::work::Queue;
 
 /// How many recordings may be open at the same time.
-const MOST_RECORDINGS: usize = 8;
+const MAX_RECORDINGS: usize = 8;
 
 /// What a [`Viewer`](crate::Viewer) shows.
 #[derive(Default)]
-pub struct Show {
+pub struct ViewerConfig {
     live: Option<Live>,
     recordings: Option<PathBuf>,
     mazes: Catalogue,
@@ -29,11 +29,11 @@ pub struct Show {
     budget: Arc<MemoryBudget>,
 }
 
-impl Show {
+impl ViewerConfig {
     /// The simulation of this server, whose maze comes from this path. The bundled mice run
     /// against it.
     pub fn with_live(mut self, server: &Server, maze: &Path) -> Self {
-        self.live = Some(Live::new(server.watch(), server.address(), maze));
+        self.live = Some(Live::new(server.monitor(), server.address(), maze));
         self
     }
 
@@ -61,18 +61,18 @@ impl Show {
         self
     }
 
-    pub(crate) fn into_desk(self, limits: Limits) -> Desk {
-        let desk = Desk::new(self.live, self.recordings, self.mazes, self.budget, limits);
+    pub(crate) fn into_state(self, limits: Limits) -> AppState {
+        let state = AppState::new(self.live, self.recordings, self.mazes, self.budget, limits);
         for (title, recording) in self.opened {
             let source = Arc::new(Source::recording(&title, recording));
-            desk.opened().insert(&title, source);
+            state.opened().insert(&title, source);
         }
-        desk
+        state
     }
 }
 
 /// What all requests of the page work on.
-pub(crate) struct Desk {
+pub(crate) struct AppState {
     /// Differs from that of every other start of a simulator.
     pub(crate) server: String,
     pub(crate) live: Option<Live>,
@@ -95,7 +95,7 @@ pub(crate) struct Desk {
 
 /// The simulation that is served.
 pub(crate) struct Live {
-    pub(crate) watch: Watch,
+    pub(crate) monitor: Monitor,
     /// Where clients connect.
     pub(crate) address: String,
     pub(crate) source: Arc<Source>,
@@ -113,7 +113,7 @@ struct Opened {
     recordings: BTreeMap<u32, (String, Arc<Source>)>,
 }
 
-impl Desk {
+impl AppState {
     pub(crate) fn new(
         live: Option<Live>,
         recordings: Option<PathBuf>,
@@ -139,12 +139,12 @@ impl Desk {
     }
 
     /// The simulation that is served.
-    pub(crate) fn live(&self) -> Result<&Live, Refusal> {
-        self.live.as_ref().ok_or_else(|| Refusal::not_found("no maze is served here"))
+    pub(crate) fn live(&self) -> Result<&Live, ApiError> {
+        self.live.as_ref().ok_or_else(|| ApiError::not_found("no maze is served here"))
     }
 
     /// The source of this name: `live`, or the number of a recording.
-    pub(crate) fn source(&self, id: &str) -> Result<Arc<Source>, Refusal> {
+    pub(crate) fn source(&self, id: &str) -> Result<Arc<Source>, ApiError> {
         if id == "live" {
             return Ok(Arc::clone(&self.live()?.source));
         }
@@ -160,12 +160,12 @@ impl Desk {
     }
 
     /// Refuses another recording if there are too many.
-    pub(crate) fn check_room(&self) -> Result<(), Refusal> {
+    pub(crate) fn check_room(&self) -> Result<(), ApiError> {
         self.opened().check_room()
     }
 
     /// Opens a recording; gives its number.
-    pub(crate) fn open(&self, title: &str, recording: Recording) -> Result<String, Refusal> {
+    pub(crate) fn open(&self, title: &str, recording: Recording) -> Result<String, ApiError> {
         let source = Arc::new(Source::recording(title, recording));
         let mut opened = self.opened();
         opened.check_room()?;
@@ -173,7 +173,7 @@ impl Desk {
     }
 
     /// Closes a recording.
-    pub(crate) fn close(&self, id: &str) -> Result<(), Refusal> {
+    pub(crate) fn close(&self, id: &str) -> Result<(), ApiError> {
         let closed = id.parse().ok().and_then(|id: u32| self.opened().recordings.remove(&id));
         closed.map(|_| ()).ok_or_else(|| no_source(id))
     }
@@ -184,12 +184,12 @@ impl Desk {
 }
 
 impl Opened {
-    fn check_room(&self) -> Result<(), Refusal> {
-        if self.recordings.len() < MOST_RECORDINGS {
+    fn check_room(&self) -> Result<(), ApiError> {
+        if self.recordings.len() < MAX_RECORDINGS {
             return Ok(());
         }
-        let text = format!("{MOST_RECORDINGS} recordings are open; close one first");
-        Err(Refusal::conflict(text))
+        let text = format!("{MAX_RECORDINGS} recordings are open; close one first");
+        Err(ApiError::conflict(text))
     }
 
     fn insert(&mut self, title: &str, source: Arc<Source>) -> String {
@@ -200,10 +200,10 @@ impl Opened {
 }
 
 impl Live {
-    pub(crate) fn new(watch: Watch, address: &str, maze: &Path) -> Self {
+    pub(crate) fn new(monitor: Monitor, address: &str, maze: &Path) -> Self {
         Self {
-            source: Arc::new(Source::live(watch.clone())),
-            watch,
+            source: Arc::new(Source::live(monitor.clone())),
+            monitor,
             address: address.into(),
             runner: Runner::new(address),
             maze: Mutex::new(maze.display().to_string()),
@@ -212,18 +212,18 @@ impl Live {
     }
 
     /// Serves this maze of the collection from now on; gives the number of the run.
-    pub(crate) fn serve(&self, path: &str, name: &str, maze: Maze) -> Result<u32, Refusal> {
+    pub(crate) fn serve(&self, path: &str, name: &str, maze: Maze) -> Result<u32, ApiError> {
         let _changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
         // It would go on in a maze that it does not know.
         self.runner.stop();
-        let status = self.watch.serve(name, maze)?;
+        let status = self.monitor.serve(name, maze)?;
         self.runner.forget();
         path.clone_into(&mut self.maze.lock().unwrap_or_else(PoisonError::into_inner));
         Ok(status.run)
     }
 
     /// Starts a bundled mouse.
-    pub(crate) fn run(&self, strategy: Bundled, pace_ms: u64) -> Result<(), Refusal> {
+    pub(crate) fn run(&self, strategy: BundledStrategy, pace_ms: u64) -> Result<(), ApiError> {
         let _changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
         self.runner.start(strategy, pace_ms)
     }
@@ -234,6 +234,6 @@ impl Live {
     }
 }
 
-fn no_source(id: &str) -> Refusal {
-    Refusal::not_found(format!("expected live or an open recording, found {id:?}"))
+fn no_source(id: &str) -> ApiError {
+    ApiError::not_found(format!("expected live or an open recording, found {id:?}"))
 }

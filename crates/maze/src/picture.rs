@@ -23,7 +23,7 @@ use crate::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose, WallState};
 /// let walls = Walls::open(MazeSize::new(2, 1)?);
 /// let maze = Maze::new(walls, Cell::new(0, 0), [Cell::new(1, 0)].into_iter().collect())?;
 /// let distance = |cell: Cell| Some(1 - u16::from(cell.x));
-/// assert_eq!(maze.drawing().with_numbers(&distance).to_string(), "\
+/// assert_eq!(maze.picture().with_numbers(&distance).to_string(), "\
 /// o---o---o
 /// | 1   0 |
 /// o---o---o
@@ -31,7 +31,7 @@ use crate::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose, WallState};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy)]
-pub struct Drawing<'a> {
+pub struct TextPicture<'a> {
     drawn: Drawn<'a>,
     numbers: Option<&'a dyn Fn(Cell) -> Option<u16>>,
     letters: Option<&'a dyn Fn(Cell) -> Option<char>>,
@@ -45,12 +45,12 @@ enum Drawn<'a> {
     Known(&'a KnownMaze),
 }
 
-impl<'a> Drawing<'a> {
-    pub(crate) const fn of_maze(maze: &'a Maze) -> Self {
+impl<'a> TextPicture<'a> {
+    pub(crate) const fn from_maze(maze: &'a Maze) -> Self {
         Self::of(Drawn::Truth(maze))
     }
 
-    pub(crate) const fn of_known_maze(map: &'a KnownMaze) -> Self {
+    pub(crate) const fn from_known_maze(map: &'a KnownMaze) -> Self {
         Self::of(Drawn::Known(map))
     }
 
@@ -217,7 +217,7 @@ impl<'a> Drawing<'a> {
     }
 }
 
-impl fmt::Display for Drawing<'_> {
+impl fmt::Display for TextPicture<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.compact {
             return self.write_compact(f);
@@ -231,7 +231,7 @@ impl fmt::Display for Drawing<'_> {
     }
 }
 
-impl fmt::Debug for Drawing<'_> {
+impl fmt::Debug for TextPicture<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, f)
     }
@@ -264,11 +264,11 @@ mod tests {
     #[test]
     fn unknown_walls_are_dotted_and_the_mouse_is_an_arrow() {
         let maze = maze();
-        let mut map = KnownMaze::before(&maze);
+        let mut map = KnownMaze::unexplored(&maze);
         let pose = Pose::new(Cell::new(0, 1), Heading::East);
-        map.note(maze.start(), maze.walls().around(maze.start())).unwrap();
-        map.note(pose, WallsAround { left: true, front: false, right: false }).unwrap();
-        insta::assert_snapshot!(map.drawing().with_mouse(pose), @r"
+        map.observe(maze.start(), maze.walls().around(maze.start())).unwrap();
+        map.observe(pose, WallsAround { left: true, front: false, right: false }).unwrap();
+        insta::assert_snapshot!(map.picture().with_mouse(pose), @r"
         o---o---o---o
         | >     .   |
         o   o . o . o
@@ -281,7 +281,7 @@ mod tests {
     fn numbers_widen_the_cells_only_where_they_must() {
         let maze = maze();
         let small = |cell: Cell| (cell.y == 0).then(|| u16::from(cell.x) * 60);
-        insta::assert_snapshot!(maze.drawing().with_numbers(&small), @r"
+        insta::assert_snapshot!(maze.picture().with_numbers(&small), @r"
         o---o---o---o
         |           |
         o   o---o   o
@@ -289,21 +289,21 @@ mod tests {
         o---o---o---o
         ");
         let large = |cell: Cell| (cell.y == 0).then(|| 7 + u16::from(cell.x) * 12_000);
-        let drawing = maze.drawing().with_numbers(&large).to_string();
+        let drawing = maze.picture().with_numbers(&large).to_string();
         assert_eq!(drawing.lines().nth(3), Some("|  7  |12007 24007|"));
     }
 
     #[test]
     fn a_compact_drawing_has_a_line_for_each_row() {
         let maze = maze();
-        let mut map = KnownMaze::before(&maze);
-        map.note(maze.start(), maze.walls().around(maze.start())).unwrap();
-        insta::assert_snapshot!(maze.drawing().compact(), @"
+        let mut map = KnownMaze::unexplored(&maze);
+        map.observe(maze.start(), maze.walls().around(maze.start())).unwrap();
+        insta::assert_snapshot!(maze.picture().compact(), @"
          ___ ___ ___
         |    ___    |
         |_S_|___ _G_|
         ");
-        insta::assert_snapshot!(map.drawing().with_mouse(maze.start()).compact(), @"
+        insta::assert_snapshot!(map.picture().with_mouse(maze.start()).compact(), @"
          ___ ___ ___
         |   ........|
         |_^_|___._G_|
@@ -315,7 +315,7 @@ mod tests {
         let maze = maze();
         let letter = |cell: Cell| (cell.y == 0).then_some(['R', 'U', 'X'][usize::from(cell.x)]);
         let number = |cell: Cell| Some(u16::from(cell.x));
-        let drawing = maze.drawing().with_letters(&letter);
+        let drawing = maze.picture().with_letters(&letter);
         insta::assert_snapshot!(drawing.with_numbers(&number).with_mouse(maze.start()), @r"
         o---o---o---o
         | 0   1   2 |

@@ -12,14 +12,14 @@ use mmsim_maze::{Cell, Heading};
 ///   o-----1,0-----o-----3,0-----o
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Spot {
+pub struct GridPoint {
     /// Half cells from the west edge.
     pub x: u8,
     /// Half cells from the south edge.
     pub y: u8,
 }
 
-/// What may stand at a [`Spot`].
+/// What may stand at a [`GridPoint`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// Nothing: the centre of a cell.
@@ -30,7 +30,7 @@ pub enum Place {
     Wall(Cell, Heading),
 }
 
-impl Spot {
+impl GridPoint {
     /// The centre of a cell. Of cells beyond 127 there is none, which stands for the last of them.
     pub const fn centre(cell: Cell) -> Self {
         let Cell { x, y } = cell;
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn places_are_as_drawn() {
-        let place = |x, y| Spot { x, y }.place();
+        let place = |x, y| GridPoint { x, y }.place();
         assert_eq!(place(1, 1), Place::Centre);
         assert_eq!(place(2, 0), Place::Post);
         assert_eq!(place(0, 1), Place::Wall(Cell::new(0, 0), Heading::West));
@@ -123,9 +123,9 @@ mod tests {
         assert_eq!(place(4, 1), Place::Wall(Cell::new(1, 0), Heading::East));
         assert_eq!(place(3, 0), Place::Wall(Cell::new(1, 0), Heading::South));
         assert_eq!(place(3, 2), Place::Wall(Cell::new(1, 0), Heading::North));
-        assert_eq!(Spot { x: 3, y: 2 }.cell(), Cell::new(1, 1), "to the north of the wall");
-        assert_eq!(Spot::centre(Cell::new(31, 0)), Spot { x: 63, y: 1 });
-        assert_eq!(Spot { x: 0, y: 1 }.ahead(Bearing::NORTH.turned(-2)), None);
+        assert_eq!(GridPoint { x: 3, y: 2 }.cell(), Cell::new(1, 1), "to the north of the wall");
+        assert_eq!(GridPoint::centre(Cell::new(31, 0)), GridPoint { x: 63, y: 1 });
+        assert_eq!(GridPoint { x: 0, y: 1 }.ahead(Bearing::NORTH.turned(-2)), None);
     }
 
     #[test]

@@ -5,29 +5,29 @@ use std::ops::AddAssign;
 /// Steps and turns from the first state of a history to one of its states.
 ///
 /// ```
-/// use mmsim_server::{History, Tally};
+/// use mmsim_server::{History, MotionCount};
 /// let mut history = History::new(mmsim_maze::MazeSize::new(2, 1)?);
 /// history.push(b"S\x00\x00NC\x01\x00C\x0d\x00")?;
 /// history.push(b"S\x01\x00EC\x01\x00C\x0d\x17")?;
-/// assert_eq!(history.tally(1), Some(Tally { steps: 1, turns: 1 }));
+/// assert_eq!(history.tally(1), Some(MotionCount { steps: 1, turns: 1 }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tally {
+pub struct MotionCount {
     /// Cells that the mouse went, as many as lie between two states, by rows and columns.
     pub steps: u64,
     /// Quarter turns of its heading: to turn round counts two.
     pub turns: u64,
 }
 
-impl AddAssign for Tally {
+impl AddAssign for MotionCount {
     fn add_assign(&mut self, other: Self) {
         self.steps += other.steps;
         self.turns += other.turns;
     }
 }
 
-impl Tally {
+impl MotionCount {
     /// What lies between the poses of two states that follow one another.
     pub(crate) fn between([x, y, heading]: [u8; 3], [to_x, to_y, to_heading]: [u8; 3]) -> Self {
         let steps = u64::from(x.abs_diff(to_x)) + u64::from(y.abs_diff(to_y));
@@ -55,8 +55,8 @@ mod tests {
     #[test]
     fn steps_go_by_rows_and_columns_and_turns_by_quarters() {
         let tally = |before: &[u8], after: &[u8]| {
-            let Tally { steps, turns } =
-                Tally::between(pose(before).unwrap(), pose(after).unwrap());
+            let MotionCount { steps, turns } =
+                MotionCount::between(pose(before).unwrap(), pose(after).unwrap());
             (steps, turns)
         };
         assert_eq!(tally(b"S\x00\x00N", b"S\x00\x01N"), (1, 0));
