@@ -12,8 +12,7 @@ use mmsim_client::{Zmq, search_run};
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_solvers::{Mouse, Move, SearchError, Strategy, steps_from};
 
-/// Goes to the neighbour it has visited least; of several, to the one nearest to the goal as the
-/// crow flies.
+/// Goes to the least visited neighbour; on a tie, to the one nearest to the goal, ignoring walls.
 #[derive(Default)]
 struct Explorer {
     visits: [[u16; 32]; 32],
@@ -34,7 +33,7 @@ impl Strategy for Explorer {
             .ok_or(SearchError::BoxedIn { cell: pose.cell })
     }
 
-    /// What a viewer shows in each cell.
+    /// The number that a viewer shows in each cell.
     fn weight(&self, cell: Cell) -> u16 {
         self.visits[usize::from(cell.x)][usize::from(cell.y)]
     }
