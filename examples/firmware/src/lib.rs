@@ -5,8 +5,7 @@
 //! for the mouse. If one of the crates below needed more, this library would not build.
 //!
 //! `no_mangle` keeps the function names visible to C. It is unsafe because two functions with the
-//! same name in a program are undefined behaviour; only this library may use the prefix
-//! `mouse_`.
+//! same name in a program are undefined behaviour; only this library may use the prefix `mouse_`.
 //! There is no other unsafe code: pointers from C arrive as references, and `mouse.h` states the
 //! rules that keep them valid.
 #![no_std]
