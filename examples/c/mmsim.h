@@ -69,23 +69,24 @@ typedef struct {
 } mmsim_reply;
 
 /* Each mmsim_encode function writes a request to a buffer of `capacity` bytes and returns its
-   length. If the buffer is too small or an argument is out of range, it writes nothing and returns 0. */
+   length. If the buffer is too small or an argument is out of range, it writes nothing and returns
+   0. */
 
-/* Checks whether a simulator answers. */
+/* Encodes `ping`, which checks that a simulator replies. */
 static inline size_t mmsim_encode_ping(uint8_t *buffer, size_t capacity) {
     if (capacity < 4) return 0;
     memcpy(buffer, "ping", 4);
     return 4;
 }
 
-/* Deletes all states and begins a new search. */
+/* Encodes `reset`, which deletes all states and begins a new search. */
 static inline size_t mmsim_encode_reset(uint8_t *buffer, size_t capacity) {
     if (capacity < 5) return 0;
     memcpy(buffer, "reset", 5);
     return 5;
 }
 
-/* Asks for the walls to the left, in front and to the right of a mouse in this pose. */
+/* Encodes a request for the walls to the left, in front and to the right of a mouse in this pose. */
 static inline size_t mmsim_encode_walls(uint8_t *buffer, size_t capacity, mmsim_pose pose) {
     if (capacity < 4 || pose.heading > MMSIM_WEST) return 0;
     buffer[0] = 'W';
@@ -95,8 +96,8 @@ static inline size_t mmsim_encode_walls(uint8_t *buffer, size_t capacity, mmsim_
     return 4;
 }
 
-/* Reports the pose of the mouse and what it knows. Call mmsim_set_cell for each cell afterwards;
-   other cells have weight 0 and no walls. */
+/* Encodes a state with this pose. Call mmsim_set_cell for each cell afterwards; other cells have
+   weight 0 and no walls. */
 static inline size_t mmsim_encode_state(uint8_t *buffer, size_t capacity, mmsim_size size,
                                         mmsim_pose pose, int order) {
     const size_t area = (size_t)size.width * size.height, length = 6 + 2 * area;
@@ -111,8 +112,8 @@ static inline size_t mmsim_encode_state(uint8_t *buffer, size_t capacity, mmsim_
     return length;
 }
 
-/* Sets one cell of a state for a maze of this size. `weight` has any meaning you like, such as the
-   distance to the goal; values above 255 are sent as 255. `known` is what the mouse knows about the
+/* Sets one cell of a state for a maze of this size. `weight` can mean anything, such as the distance
+   to the goal; values above 255 are sent as 255. `known` is what the mouse knows about the
    cell. Cells outside the maze are ignored. */
 static inline void mmsim_set_cell(uint8_t *state, mmsim_size size, uint8_t x, uint8_t y,
                                   uint16_t weight, uint8_t known) {
