@@ -86,7 +86,7 @@ static inline size_t mmsim_encode_reset(uint8_t *buffer, size_t capacity) {
     return 5;
 }
 
-/* Encodes a request for the walls to the left, in front and to the right of a mouse in this pose. */
+/* Encodes a request for the walls to the left, in front and to the right in this pose. */
 static inline size_t mmsim_encode_walls(uint8_t *buffer, size_t capacity, mmsim_pose pose) {
     if (capacity < 4 || pose.heading > MMSIM_WEST) return 0;
     buffer[0] = 'W';
@@ -112,9 +112,9 @@ static inline size_t mmsim_encode_state(uint8_t *buffer, size_t capacity, mmsim_
     return length;
 }
 
-/* Sets one cell of a state for a maze of this size. `weight` can mean anything, such as the distance
-   to the goal; values above 255 are sent as 255. `known` is what the mouse knows about the
-   cell. Cells outside the maze are ignored. */
+/* Sets one cell of a state for a maze of this size. `weight` can mean anything, such as the
+   distance to the goal; values above 255 are sent as 255. `known` is what the mouse knows about
+   the cell. Cells outside the maze are ignored. */
 static inline void mmsim_set_cell(uint8_t *state, mmsim_size size, uint8_t x, uint8_t y,
                                   uint16_t weight, uint8_t known) {
     const size_t area = (size_t)size.width * size.height;
