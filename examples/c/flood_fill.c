@@ -1,7 +1,7 @@
-/* A flood-fill mouse: always goes to the neighbour nearest to the goal, as far as it knows.
+/* A flood-fill mouse: always goes to the neighbour nearest to the goal, with unknown walls open.
 
-   Start a simulator with `mmsim`, then run this; an endpoint such as tcp://127.0.0.1:6574 may be
-   given. Only `ask` and `main` know ZeroMQ; the rest runs on a mouse as well. */
+   Start a simulator with `mmsim`, then run this program, optionally with an endpoint such as
+   tcp://127.0.0.1:6574. Only `ask` and `main` use ZeroMQ; the rest also runs on a real mouse. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <zmq.h>
@@ -28,7 +28,7 @@ static int is_inside(mmsim_pose at) {
     return at.x < WIDTH && at.y < HEIGHT; /* west of 0 is 255 */
 }
 
-/* The pose after so many quarter turns to the right and a step into the next cell. */
+/* Returns the pose after a number of quarter turns to the right and a step forward. */
 static mmsim_pose after(mmsim_pose from, int quarters) {
     const int east[4] = {0, 1, 0, -1}, north[4] = {1, 0, -1, 0};
     const int heading = (from.heading + quarters) % 4;
@@ -36,7 +36,7 @@ static mmsim_pose after(mmsim_pose from, int quarters) {
     return to;
 }
 
-/* Sends a request and gives its reply. A reply of any other kind than this ends the program. */
+/* Sends a request and returns its reply. Exits if the reply is not of the expected kind. */
 static mmsim_reply ask(const uint8_t *message, size_t length, mmsim_reply_kind expected) {
     static uint8_t bytes[256];
     mmsim_reply reply;
@@ -58,7 +58,7 @@ static mmsim_reply ask(const uint8_t *message, size_t length, mmsim_reply_kind e
     return reply;
 }
 
-/* Notes a wall on both of its sides. */
+/* Records a wall in the cells on both sides of it. */
 static void note(int quarters, uint8_t wall) {
     const mmsim_pose beyond = after(pose, quarters);
     if (!wall) return;
@@ -76,9 +76,9 @@ static void look(void) {
     note(1, walls.right);
 }
 
-/* Counts the steps from each cell to the goal. Walls that nobody has seen are not there. */
+/* Computes the steps from each cell to the goal, with unknown walls open. */
 static void flood(void) {
-    static mmsim_pose queue[AREA]; /* each cell gets in once; the headings mean nothing */
+    static mmsim_pose queue[AREA]; /* holds each cell at most once; headings are unused */
     int first = 0, last = 0;
     for (uint8_t x = 0; x < WIDTH; x++) {
         for (uint8_t y = 0; y < HEIGHT; y++) {
@@ -108,9 +108,9 @@ static void tell(void) {
     ask(message, length, MMSIM_OK);
 }
 
-/* Takes a step towards the goal; says whether there is one. */
+/* Takes a step towards the goal. Returns whether there is a path. */
 static int step(void) {
-    const int quarters[4] = {0, 3, 1, 2}; /* front, left, right, back: of equally near cells the first */
+    const int quarters[4] = {0, 3, 1, 2}; /* front, left, right, back: the first one wins a tie */
     const mmsim_pose here = pose;
     uint16_t least = UNREACHABLE;
     for (int i = 0; i < 4; i++) {

@@ -14,7 +14,7 @@ int main(void) {
         zmq_send(socket, pose, 4, 0);
         if (zmq_recv(socket, wall, 3, 0) != 3) return puts("expected three bytes of walls"), 1;
         memcpy(state + 1, pose + 1, 3);
-        state[262 + 16 * x + y] = 1; /* visited; add 2, 4, 8, 16 for walls east, south, west, north */
+        state[262 + 16 * x + y] = 1; /* visited; add 2, 4, 8, 16 for a wall east, south, west, north */
         zmq_send(socket, state, sizeof state, 0);
         if (zmq_recv(socket, reply, 2, 0) != 2) return puts("expected ok"), 1;
         if ((x == 7 || x == 8) && (y == 7 || y == 8)) return printf("goal reached after %d steps\n", steps), 0;

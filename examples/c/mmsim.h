@@ -1,19 +1,19 @@
-/* mmsim.h: the messages between a micromouse and a maze simulator such as mmsim. Copy this file to
-   your mouse.
+/* mmsim.h: encodes and decodes the messages between a micromouse and a maze simulator such as
+   mmsim. Copy this file into your project.
 
-   It is C99 or C++, allocates nothing, keeps nothing, and needs no library, so it fits into
-   firmware. How the bytes travel is up to you: over ZeroMQ as in flood_fill.c, or over a serial
-   line to something that passes them on. One request goes out, one reply comes back.
+   It is C99 or C++, allocates nothing, has no global state, and needs no library, so it can be used
+   in firmware. The transport is up to you: ZeroMQ as in flood_fill.c, or a serial line to a program
+   that forwards the bytes. Each request gets one reply.
 
        uint8_t message[MMSIM_MAX_BYTES];
        const mmsim_pose pose = {0, 0, MMSIM_NORTH};
        size_t length = mmsim_encode_walls(message, sizeof message, pose);
-       ... send so many bytes, receive a reply of `length` bytes into `message` ...
+       ... send `length` bytes, receive a reply into `message` and set `length` to its size ...
        mmsim_reply reply = mmsim_decode_reply(message, length);
        if (reply.kind == MMSIM_WALLS && !reply.front) ...
 
-   Cell (0, 0) is the south-west corner, x grows east, y grows north. The mouse starts there and
-   heads north. Mazes have up to 32x32 cells, most of them 16x16. */
+   Cell (0, 0) is the south-west corner, x grows east, y grows north. The mouse starts there,
+   heading north. Mazes have up to 32x32 cells, usually 16x16. */
 #ifndef MMSIM_H
 #define MMSIM_H
 
@@ -22,16 +22,16 @@
 
 #define MMSIM_MAX_SIDE 32
 
-/* The length of a state in bytes: 518 in a maze of 16x16 cells. */
+/* The length of a state request in bytes: 518 for a maze of 16x16 cells. */
 #define MMSIM_STATE_BYTES(width, height) (6 + 2 * (width) * (height))
 
-/* Room for any request. */
+/* A buffer of this size holds any request. */
 #define MMSIM_MAX_BYTES MMSIM_STATE_BYTES(MMSIM_MAX_SIDE, MMSIM_MAX_SIDE)
 
-/* Headings, each a quarter turn right of the one before it. */
+/* Headings, clockwise: each is a quarter turn to the right of the previous one. */
 enum { MMSIM_NORTH, MMSIM_EAST, MMSIM_SOUTH, MMSIM_WEST };
 
-/* What a mouse knows of a cell is a sum of these. */
+/* What a mouse knows about a cell is a sum of these flags. */
 enum {
     MMSIM_VISITED = 1,
     MMSIM_WALL_EAST = 2,
@@ -40,8 +40,8 @@ enum {
     MMSIM_WALL_NORTH = 16
 };
 
-/* In which order the cells of a state follow one another: row by row from the south, or column by
-   column from the west. A viewer shows both alike, so either will do. */
+/* The order of the cells in a state: C is row by row from the south, F is column by column from the
+   west. Viewers show both the same, so choose either. */
 enum { MMSIM_ORDER_C = 'C', MMSIM_ORDER_F = 'F' };
 
 typedef struct {
@@ -52,40 +52,41 @@ typedef struct {
     uint8_t x, y, heading;
 } mmsim_pose;
 
-/* What a simulator may answer. */
+/* The kinds of reply. */
 typedef enum {
-    MMSIM_NO_REPLY, /* bytes that are no reply of the protocol */
+    MMSIM_NO_REPLY, /* not a reply of the protocol */
     MMSIM_PONG,     /* to ping */
     MMSIM_OK,       /* to reset and to a state */
-    MMSIM_WALLS,    /* to walls: left, front and right are 1 where the mouse sees a wall, else 0 */
-    MMSIM_ERROR     /* the request cannot be served: a text says why; nothing has changed */
+    MMSIM_WALLS,    /* to walls: left, front and right are 1 for a wall, else 0 */
+    MMSIM_ERROR     /* the request was refused and changed nothing; the text says why */
 } mmsim_reply_kind;
 
 typedef struct {
     mmsim_reply_kind kind;
     uint8_t left, front, right;
-    const char *text; /* inside of the message, without a zero at its end; print it by "%.*s" */
+    const char *text; /* points into the message, not zero-terminated; print it with "%.*s" */
     size_t text_length;
 } mmsim_reply;
 
-/* Each mmsim_encode function writes a request into a buffer of so many bytes and gives its length;
-   0, and nothing is written, where there is no room for it or something is out of range. */
+/* Each mmsim_encode function writes a request to a buffer of `capacity` bytes and returns its
+   length. If the buffer is too small or an argument is out of range, it writes nothing and returns
+   0. */
 
-/* Is anybody there? */
+/* Encodes `ping`, which checks that a simulator replies. */
 static inline size_t mmsim_encode_ping(uint8_t *buffer, size_t capacity) {
     if (capacity < 4) return 0;
     memcpy(buffer, "ping", 4);
     return 4;
 }
 
-/* Forget all states, a new search begins. */
+/* Encodes `reset`, which deletes all states and begins a new search. */
 static inline size_t mmsim_encode_reset(uint8_t *buffer, size_t capacity) {
     if (capacity < 5) return 0;
     memcpy(buffer, "reset", 5);
     return 5;
 }
 
-/* Which walls does a mouse in this pose see? */
+/* Encodes a request for the walls to the left, in front and to the right in this pose. */
 static inline size_t mmsim_encode_walls(uint8_t *buffer, size_t capacity, mmsim_pose pose) {
     if (capacity < 4 || pose.heading > MMSIM_WEST) return 0;
     buffer[0] = 'W';
@@ -95,8 +96,8 @@ static inline size_t mmsim_encode_walls(uint8_t *buffer, size_t capacity, mmsim_
     return 4;
 }
 
-/* What the mouse believes: its pose, and what mmsim_set_cell puts in for each cell afterwards; a
-   cell for which that is not called has weight 0 and no walls. */
+/* Encodes a state with this pose. Call mmsim_set_cell for each cell afterwards; other cells have
+   weight 0 and no walls. */
 static inline size_t mmsim_encode_state(uint8_t *buffer, size_t capacity, mmsim_size size,
                                         mmsim_pose pose, int order) {
     const size_t area = (size_t)size.width * size.height, length = 6 + 2 * area;
@@ -105,15 +106,15 @@ static inline size_t mmsim_encode_state(uint8_t *buffer, size_t capacity, mmsim_
     if (order != MMSIM_ORDER_C && order != MMSIM_ORDER_F) return 0;
     if (capacity < length) return 0;
     memset(buffer, 0, length);
-    mmsim_encode_walls(buffer, capacity, pose); /* the poses stand at the same place */
+    mmsim_encode_walls(buffer, capacity, pose); /* the pose has the same offset in both requests */
     buffer[0] = 'S';
     buffer[4] = buffer[5 + area] = (uint8_t)order;
     return length;
 }
 
-/* Puts a cell into a state of this size: a number with whatever meaning you give it, such as the
-   distance to the goal, where 255 also stands for anything greater; and what the mouse knows of
-   the cell. Cells outside of the maze are passed over. */
+/* Sets one cell of a state for a maze of this size. `weight` can mean anything, such as the
+   distance to the goal; values above 255 are sent as 255. `known` is what the mouse knows about
+   the cell. Cells outside the maze are ignored. */
 static inline void mmsim_set_cell(uint8_t *state, mmsim_size size, uint8_t x, uint8_t y,
                                   uint16_t weight, uint8_t known) {
     const size_t area = (size_t)size.width * size.height;
@@ -124,7 +125,7 @@ static inline void mmsim_set_cell(uint8_t *state, mmsim_size size, uint8_t x, ui
     state[6 + area + index] = known;
 }
 
-/* What a reply of so many bytes says. */
+/* Decodes a reply of `length` bytes. */
 static inline mmsim_reply mmsim_decode_reply(const uint8_t *message, size_t length) {
     mmsim_reply reply = {MMSIM_NO_REPLY, 0, 0, 0, "", 0};
     if (length == 4 && memcmp(message, "pong", 4) == 0) {

@@ -1,7 +1,7 @@
-"""A flood-fill mouse: always goes to the neighbour nearest to the goal, as far as it knows.
+"""A flood-fill mouse: always goes to the neighbour nearest to the goal, with unknown walls open.
 
-Start a simulator with `mmsim`, then run this; an endpoint such as tcp://127.0.0.1:6574 may be
-given.
+Start a simulator with `mmsim`, then run this program, optionally with an endpoint such as
+tcp://127.0.0.1:6574.
 """
 import sys
 from collections import deque
@@ -15,7 +15,7 @@ UNREACHABLE = 0xFFFF
 
 
 class Mouse:
-    """What the mouse knows, and where it stands."""
+    """The pose of the mouse, the walls it knows, and its distances to the goal."""
 
     def __init__(self) -> None:
         self.pose = Pose(0, 0, Heading.NORTH)
@@ -29,7 +29,7 @@ class Mouse:
             self.walls[WIDTH - 1][y] |= Known.EAST
 
     def look(self, simulator: Simulator) -> None:
-        """Notes the walls around the mouse, each on both of its sides."""
+        """Records the walls around the mouse, each in the cells on both sides of it."""
         x, y = self.pose.x, self.pose.y
         self.walls[x][y] |= Known.VISITED
         for turn, wall in zip((LEFT, FRONT, RIGHT), simulator.walls(self.pose)):
@@ -40,7 +40,7 @@ class Mouse:
                     self.walls[beyond.x][beyond.y] |= Known.wall(beyond.heading.turned(BACK))
 
     def flood(self) -> None:
-        """Counts the steps from each cell to the goal. Walls that nobody has seen are not there."""
+        """Computes the steps from each cell to the goal, with unknown walls open."""
         self.distances = [[UNREACHABLE] * HEIGHT for _ in range(WIDTH)]
         for x, y in GOALS:
             self.distances[x][y] = 0
@@ -56,21 +56,21 @@ class Mouse:
                     cells.append((beyond.x, beyond.y))
 
     def step(self) -> bool:
-        """Takes a step towards the goal; says whether there is one."""
+        """Takes a step towards the goal. Returns whether there is a path."""
         walls = self.walls[self.pose.x][self.pose.y]
         ahead = [self.pose.after(turn) for turn in (FRONT, LEFT, RIGHT, BACK)]
         ways = [pose for pose in ahead if not walls & Known.wall(pose.heading)]
-        # Of equally near cells min takes the first.
+        # On a tie, min returns the first.
         self.pose = min(ways, key=self.distance, default=self.pose)
         return self.distance(self.pose) < UNREACHABLE
 
     def distance(self, pose: Pose) -> int:
-        """Steps from there to the goal."""
+        """Returns the steps from a pose to the goal."""
         return self.distances[pose.x][pose.y]
 
 
 def search(simulator: Simulator) -> int:
-    """Searches the maze; gives the steps it took to the goal."""
+    """Searches the maze and returns the number of steps to the goal."""
     simulator.ping()
     simulator.reset()
     mouse, steps = Mouse(), 0

@@ -1,4 +1,4 @@
-"""A micromouse maze simulator such as `mmsim`, as a Python class. Copy this file to your mouse.
+"""A client for a micromouse maze simulator such as `mmsim`. Copy this file into your project.
 
 It needs Python 3.9 and pyzmq (`python3 -m pip install pyzmq`).
 
@@ -21,7 +21,7 @@ import zmq
 
 
 class Heading(Enum):
-    """Where the mouse looks; each is a quarter turn right of the one before it."""
+    """A heading. They are in clockwise order, a quarter turn apart."""
 
     NORTH = "N"
     EAST = "E"
@@ -29,21 +29,21 @@ class Heading(Enum):
     WEST = "W"
 
     def turned(self, quarters: int) -> Heading:
-        """After so many quarter turns to the right; negative ones are to the left."""
+        """Returns the heading after quarter turns to the right; negative numbers turn left."""
         headings = list(Heading)
         return headings[(headings.index(self) + quarters) % 4]
 
 
 @dataclass(frozen=True)
 class Pose:
-    """The cell in which the mouse stands, and where it looks."""
+    """The cell and the heading of the mouse."""
 
     x: int
     y: int
     heading: Heading
 
     def after(self, quarters: int) -> Pose:
-        """After so many quarter turns to the right and a step into the next cell."""
+        """Returns the pose after quarter turns to the right and a step forward."""
         heading = self.heading.turned(quarters)
         east = {Heading.EAST: 1, Heading.WEST: -1}.get(heading, 0)
         north = {Heading.NORTH: 1, Heading.SOUTH: -1}.get(heading, 0)
@@ -51,7 +51,7 @@ class Pose:
 
 
 class Walls(NamedTuple):
-    """Whether the mouse sees a wall to its left, in front of it, to its right."""
+    """Whether there is a wall to the left, in front and to the right of the mouse."""
 
     left: bool
     front: bool
@@ -59,7 +59,7 @@ class Walls(NamedTuple):
 
 
 class Known(IntFlag):
-    """What the mouse knows of a cell; a cell is a sum of these."""
+    """Flags for what the mouse knows about a cell; combine them with `|`."""
 
     VISITED = 1
     EAST = 2
@@ -69,24 +69,27 @@ class Known(IntFlag):
 
     @classmethod
     def wall(cls, heading: Heading) -> Known:
-        """The wall at this side of the cell."""
+        """Returns the flag for the wall on this side of a cell."""
         return cls[heading.name]
 
 
 class SimulatorError(Exception):
-    """The simulator cannot be asked, or its reply is none of the protocol."""
+    """The simulator is not reachable, or its reply is invalid."""
 
 
 class NoReply(SimulatorError):
-    """The simulator has not answered in time. The next request begins anew."""
+    """The simulator did not reply in time. The next request uses a new connection."""
 
 
 class Refused(SimulatorError):
-    """The simulator cannot serve the request, and says why. Nothing has changed."""
+    """The simulator refused the request, which changed nothing. The message says why."""
 
 
 class Simulator:
-    """A simulator at an endpoint. It may start later; a reply may take `timeout` seconds."""
+    """A connection to a simulator, which may start later.
+
+    A request fails if there is no reply within `timeout` seconds.
+    """
 
     def __init__(self, endpoint: str = "tcp://127.0.0.1:6574", timeout: float = 5.0) -> None:
         self._endpoint = endpoint
@@ -95,15 +98,15 @@ class Simulator:
         self._connect()
 
     def ping(self) -> None:
-        """Makes sure that there is a simulator."""
+        """Checks that the simulator replies."""
         self._expect(b"pong", b"ping")
 
     def reset(self) -> None:
-        """Lets the simulator forget all states: a new search begins."""
+        """Deletes all states in the simulator and begins a new search."""
         self._expect(b"ok", b"reset")
 
     def walls(self, pose: Pose) -> Walls:
-        """The walls that a mouse in this pose sees."""
+        """Returns the walls around a mouse in this pose."""
         reply = self._ask(b"W" + _pose_bytes(pose))
         if len(reply) != 3 or max(reply) > 1:
             raise SimulatorError(f"expected three bytes of walls, each 0 or 1, found {reply!r}")
@@ -112,11 +115,11 @@ class Simulator:
     def state(
         self, pose: Pose, weights: Sequence[Sequence[int]], walls: Sequence[Sequence[int]]
     ) -> None:
-        """Tells what the mouse believes. A viewer shows it, a recording keeps it.
+        """Reports the state of the mouse, for the viewer and recordings.
 
-        Both grids are read as `grid[x][y]`. `weights` has any number you like for each cell, such
-        as its distance to the goal: whole and not negative; what is greater than 255 is sent as
-        255. `walls` has the sum of the cell's `Known`.
+        Both grids are indexed as `grid[x][y]`. `weights` holds any non-negative integer per cell,
+        such as its distance to the goal; numbers above 255 are sent as 255. `walls` holds the
+        `Known` flags of each cell.
         """
         if [len(column) for column in weights] != [len(column) for column in walls]:
             raise ValueError("expected weights and walls of the same cells")
@@ -127,7 +130,7 @@ class Simulator:
         self._expect(b"ok", bytes(message))
 
     def close(self) -> None:
-        """Ends the connection."""
+        """Closes the connection."""
         self._context.destroy(linger=0)
 
     def __enter__(self) -> Simulator:
@@ -160,7 +163,7 @@ class Simulator:
     def _ask(self, request: bytes) -> bytes:
         self._socket.send(request)
         if not self._socket.poll(round(1000 * self._timeout)):
-            # This socket would wait on for the reply that did not come.
+            # A REQ socket cannot send again before it has received the missing reply.
             self._socket.close()
             self._connect()
             raise NoReply(

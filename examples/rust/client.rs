@@ -1,8 +1,8 @@
-//! A whole client by hand: a flood-fill mouse with a ZeroMQ socket, the wire codec, and the flood
-//! of `mmsim-solvers`.
+//! A complete client without `mmsim-client`: a flood-fill mouse with a ZeroMQ socket, the wire
+//! codec, and the flood of `mmsim-solvers`.
 //!
-//! Start a simulator with `mmsim`, then run this; an endpoint such as `tcp://127.0.0.1:6574` may be
-//! given. `own-strategy.rs` shows how little is left of it with `mmsim-client`.
+//! Start a simulator with `mmsim`, then run this program, optionally with an endpoint such as
+//! `tcp://127.0.0.1:6574`. `own-strategy.rs` shows how much shorter it is with `mmsim-client`.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -13,7 +13,7 @@ use mmsim_protocol::{
 };
 use mmsim_solvers::{Distances, steps_from};
 
-/// How long a reply may take, in milliseconds.
+/// Time limit for a reply, in milliseconds.
 const PATIENCE: i32 = 5000;
 
 fn main() -> ExitCode {
@@ -29,7 +29,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Searches the maze; gives the steps it took to the goal.
+/// Searches the maze and returns the number of steps to the goal.
 fn search() -> Result<u32, Box<dyn Error>> {
     let endpoint = std::env::args().nth(1).unwrap_or("tcp://127.0.0.1:6574".into());
     let simulator = Simulator::connect(endpoint)?;
@@ -42,14 +42,14 @@ fn search() -> Result<u32, Box<dyn Error>> {
     let mut steps = 0;
     loop {
         map.observe(pose, simulator.walls(pose)?)?;
-        // Unknown walls are taken as open: the hope that drives a search.
+        // Optimistic distances, with unknown walls open, lead the mouse into unexplored cells.
         let distances = Distances::flood(map.walls(Unknown::Open), map.goals());
         let distance = |cell| distances.at(cell).unwrap_or(u16::MAX);
         simulator.state(pose, &map, distance)?;
         if map.goals().contains(pose.cell) {
             return Ok(steps);
         }
-        // They come in the order front, left, right, back; of equally near cells the first counts.
+        // `steps_from` returns front, left, right, back; the first one wins a tie.
         let (step, _) = steps_from(&map, pose)
             .filter(|&(_, cell)| distances.at(cell).is_some())
             .min_by_key(|&(_, cell)| distance(cell))
@@ -59,34 +59,34 @@ fn search() -> Result<u32, Box<dyn Error>> {
     }
 }
 
-/// A socket that is connected to a simulator.
+/// A socket connected to a simulator.
 struct Simulator {
     endpoint: String,
     socket: zmq::Socket,
 }
 
 impl Simulator {
-    /// Connects to a simulator that may not be there yet.
+    /// Connects to a simulator, which may start later.
     fn connect(endpoint: String) -> Result<Self, Box<dyn Error>> {
         let socket = zmq::Context::new().socket(zmq::REQ)?;
         socket.set_rcvtimeo(PATIENCE)?;
-        socket.set_linger(0)?; // what could not be sent does not keep the program
+        socket.set_linger(0)?; // do not wait for unsent requests on exit
         let failed = |error| format!("cannot reach {endpoint}, expected tcp://HOST:PORT: {error}");
         socket.connect(&endpoint).map_err(failed)?;
         Ok(Self { endpoint, socket })
     }
 
-    /// Makes sure that there is a simulator.
+    /// Checks that the simulator replies.
     fn ping(&self) -> Result<(), Box<dyn Error>> {
         self.demand(Request::Ping, Reply::Pong)
     }
 
-    /// Lets it forget all states.
+    /// Deletes all states in the simulator.
     fn reset(&self) -> Result<(), Box<dyn Error>> {
         self.demand(Request::Reset, Reply::Ok)
     }
 
-    /// Which walls a mouse in this pose sees.
+    /// Returns the walls around a mouse in this pose.
     fn walls(&self, pose: Pose) -> Result<WallsAround, Box<dyn Error>> {
         let mut buffer = [0; 4];
         let length = Request::Walls(pose).encode(&mut buffer)?;
@@ -96,7 +96,7 @@ impl Simulator {
         }
     }
 
-    /// Tells what the mouse believes.
+    /// Reports the pose, the map and the weights of the mouse.
     fn state(
         &self,
         pose: Pose,
@@ -114,7 +114,7 @@ impl Simulator {
         expect(expected, &self.ask(&buffer[..length])?)
     }
 
-    /// Sends a request and gives the bytes of its reply.
+    /// Sends a request and returns the bytes of its reply.
     fn ask(&self, request: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
         self.socket.send(request, 0)?;
         self.socket.recv_bytes(0).map_err(|error| match error {
@@ -136,7 +136,7 @@ fn expect(expected: Reply<'_>, message: &[u8]) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// The error that a reply is where another was expected.
+/// Returns the error for an unexpected reply.
 fn unexpected(reply: Reply<'_>) -> Box<dyn Error> {
     match reply {
         Reply::Error(reason) => format!("the simulator refuses that: {reason}").into(),

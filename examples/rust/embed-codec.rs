@@ -1,7 +1,7 @@
 //! The wire codec alone: messages to bytes and back, without a socket.
 //!
-//! For those who bring their own transport, such as a serial line to a mouse. Nothing here
-//! allocates, so the same calls work in firmware.
+//! Use it with your own transport, such as a serial line to a mouse. The codec allocates nothing,
+//! so the same calls work in firmware.
 
 use mmsim_protocol::{
     Cell, Heading, KnownMaze, MAX_STATE_BYTES, MazeSize, Order, Pose, Reply, Request, encode_state,
@@ -11,13 +11,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let size = MazeSize::CLASSIC;
     let pose = Pose::new(Cell::new(0, 0), Heading::North);
     let mut map = KnownMaze::new(size, pose.cell, size.central_cells());
-    // One buffer holds any request.
+    // Large enough for any request.
     let mut buffer = [0; MAX_STATE_BYTES];
 
     let length = Request::Walls(pose).encode(&mut buffer)?;
     println!("walls request, {length} bytes: {}", buffer[..length].escape_ascii());
 
-    // A reply tells what it is without its request. These three a simulator may send.
+    // Replies can be decoded without their requests. Here are three examples.
     for message in [&[1, 0, 1][..], b"ok", b"error: expected one frame, found 2"] {
         print!("reply {}: ", message.escape_ascii());
         match Reply::decode(message)? {
@@ -30,12 +30,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
 
-    // A weight is any number a cell; this one is the distance to the south-west corner.
+    // A weight is any number per cell; here it is the distance to the south-west corner.
     let weight = |cell: Cell| u16::from(cell.x) + u16::from(cell.y);
     let length = encode_state(&mut buffer, pose, &map, weight, Order::F)?;
     println!("state, {length} bytes: {} ...", buffer[..21].escape_ascii());
 
-    // The other way round, as a simulator or a viewer of your own reads it.
+    // Decode the state, as a simulator or viewer does.
     let Request::State(state) = Request::decode(&buffer[..length], size)? else {
         return Err("expected a state".into());
     };

@@ -1,7 +1,7 @@
-//! A strategy of one's own, run against a simulator.
+//! A custom strategy, run against a simulator.
 //!
-//! Start a simulator with `mmsim`, then run this; an endpoint such as `tcp://127.0.0.1:6574` may
-//! be given. The same strategy runs in memory and on a mouse.
+//! Start a simulator with `mmsim`, then run this program, optionally with an endpoint such as
+//! `tcp://127.0.0.1:6574`. The same strategy also runs in memory and on a real mouse.
 
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -12,8 +12,7 @@ use mmsim_client::{Zmq, search_run};
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_solvers::{Mouse, Move, SearchError, Strategy, steps_from};
 
-/// Goes to the neighbour it has visited least; of several, to the one nearest to the goal as the
-/// crow flies.
+/// Goes to the least visited neighbour; on a tie, to the one nearest to the goal, ignoring walls.
 #[derive(Default)]
 struct Explorer {
     visits: [[u16; 32]; 32],
@@ -34,7 +33,7 @@ impl Strategy for Explorer {
             .ok_or(SearchError::BoxedIn { cell: pose.cell })
     }
 
-    /// What a viewer shows in each cell.
+    /// The number that a viewer shows in each cell.
     fn weight(&self, cell: Cell) -> u16 {
         self.visits[usize::from(cell.x)][usize::from(cell.y)]
     }
@@ -51,7 +50,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Searches the maze; says whether the goal was reached.
+/// Searches the maze and returns whether the goal was reached.
 fn run() -> Result<bool, Box<dyn Error>> {
     let endpoint = std::env::args().nth(1).unwrap_or("tcp://127.0.0.1:6574".into());
     let patience = Some(Duration::from_secs(5));
@@ -63,7 +62,7 @@ fn run() -> Result<bool, Box<dyn Error>> {
     let start = Pose::new(Cell::new(0, 0), Heading::North);
     let map = KnownMaze::new(size, start.cell, size.central_cells());
     let mut mouse = Mouse::new(Explorer::default(), map, start);
-    // Here you could watch each state, and sleep to slow the mouse down.
+    // Called after each state: inspect it here, or sleep to slow the mouse down.
     let observe = |_: &Mouse<Explorer>, _: &_| ControlFlow::Continue(());
     let run = search_run(&mut transport, &mut mouse, 1000, observe)?;
 

@@ -1,4 +1,4 @@
-//! An animated GIF.
+//! Animated GIFs.
 
 use std::borrow::Cow;
 
@@ -9,19 +9,19 @@ use crate::canvas::Canvas;
 use crate::palette::{Palette, rgb};
 use crate::{PictureError, Scene};
 
-/// How long the last frame stays at least, in milliseconds.
+/// The minimum display time of the last frame, in milliseconds.
 const LAST_MS: u32 = 2500;
 
-/// How many frames an animation of a search has at most, so that it stays small.
+/// The maximum number of frames in the animation of a search, which keeps the file small.
 pub const MAX_FRAMES: usize = 400;
 
-/// How long each frame of an animation of a search stays, in milliseconds.
+/// The display time of each frame in the animation of a search, in milliseconds.
 pub const FRAME_MS: u32 = 60;
 
-/// A GIF in the making. It runs for ever, and its last frame stays for 2.5 seconds.
+/// Builds an animated GIF that repeats forever and shows its last frame for 2.5 seconds.
 ///
-/// All frames share one palette, which suits the theme and the layers of the first one. Each frame
-/// holds only the rectangle that has changed, so that a search makes a small file.
+/// All frames share one palette, chosen for the theme and the layers of the first one. Each frame
+/// stores only the rectangle that changed, which keeps the file small.
 ///
 /// ```
 /// use mmsim_drawing::{Animation, Scene};
@@ -42,12 +42,12 @@ pub struct Animation {
     begun: Option<Begun>,
 }
 
-/// What there is once there is a frame.
+/// The state from the first frame on.
 struct Begun {
     palette: Palette,
     encoder: Encoder<Vec<u8>>,
     canvas: Canvas,
-    /// The last frame, which waits for its time: it may stay the last.
+    /// The newest frame, held back because the last frame gets a longer display time.
     last: Option<(Frame<'static>, u32)>,
 }
 
@@ -58,17 +58,17 @@ impl std::fmt::Debug for Animation {
 }
 
 impl Animation {
-    /// An animation of this width in pixels; the height follows from the maze.
+    /// Creates an animation of this width in pixels; the height follows from the maze.
     pub const fn new(width_px: u32) -> Self {
         Self { width_px, begun: None }
     }
 
-    /// Adds a frame that stays for `delay_ms` milliseconds, which a GIF counts in hundredths of a
-    /// second; browsers show a frame for two of them at least.
+    /// Adds a frame that is shown for `delay_ms` milliseconds, rounded to the hundredths of a second
+    /// that a GIF stores; browsers show a frame for at least two of them.
     ///
     /// # Errors
-    /// The width is out of bounds, see [`Scene::png`], or the maze has another size than that of the
-    /// first frame.
+    /// The width is out of range, see [`Scene::png`], or the size of the maze differs from that of
+    /// the first frame.
     pub fn push(&mut self, scene: &Scene<'_>, delay_ms: u32) -> Result<(), PictureError> {
         let Some(begun) = &mut self.begun else {
             self.begun = Some(Begun::new(scene, self.width_px, delay_ms)?);
@@ -82,10 +82,10 @@ impl Animation {
         Ok(())
     }
 
-    /// The file.
+    /// Returns the GIF file.
     ///
     /// # Errors
-    /// There is no frame.
+    /// The animation has no frame.
     pub fn finish(self) -> Result<Vec<u8>, PictureError> {
         let mut begun = self.begun.ok_or(PictureError::NoFrame)?;
         begun.write_last(LAST_MS)?;
@@ -107,7 +107,7 @@ impl Begun {
         Ok(Self { palette, encoder, canvas, last: Some((frame, delay_ms)) })
     }
 
-    /// The frame that turns what was shown into what is on the canvas.
+    /// Returns the frame that turns the previous picture into the one on the canvas.
     fn change(&mut self, shown: &Pixmap) -> Frame<'static> {
         let (old, new) = (shown.pixels(), self.canvas.pixmap().pixels());
         let width = shown.width() as usize;
@@ -154,13 +154,13 @@ fn failed(error: impl std::fmt::Display) -> PictureError {
     PictureError::Drawing(error.to_string())
 }
 
-/// A number of pixels, at most 4096.
+/// Converts a number of pixels, at most 4096.
 fn px(pixels: usize) -> u16 {
     u16::try_from(pixels).unwrap_or(u16::MAX)
 }
 
-/// Which of so many states to show in at most so many frames: evenly spaced, the first and the last
-/// among them.
+/// Selects at most `most` of `states` states for an animation: evenly spaced, including the first
+/// and the last.
 ///
 /// ```
 /// use mmsim_drawing::frame_indices;
@@ -171,7 +171,7 @@ fn px(pixels: usize) -> u16 {
 pub fn frame_indices(states: usize, most: usize) -> impl ExactSizeIterator<Item = usize> {
     let frames = states.min(most);
     (0..frames).map(move |frame| {
-        // Counted from the end, so that a single frame is the last one.
+        // Counted from the end, so that a single frame shows the last state.
         let back = frames - 1 - frame;
         states - 1 - back * (states - 1) / (frames - 1).max(1)
     })
@@ -185,7 +185,7 @@ mod tests {
     use super::*;
     use crate::{Layers, Theme};
 
-    /// What a viewer shows at the end, and how long each frame stays, in hundredths of a second.
+    /// Returns what a viewer shows at the end, and the display times in hundredths of a second.
     fn played(gif: &[u8]) -> (Pixmap, Vec<u16>) {
         let mut options = DecodeOptions::new();
         options.set_color_output(ColorOutput::RGBA);
@@ -254,7 +254,7 @@ o---o---o---o
     }
 
     #[test]
-    fn a_frame_without_a_change_stays_a_frame() {
+    fn an_unchanged_scene_still_adds_a_frame() {
         let maze = maze();
         let mut animation = Animation::new(100);
         for _ in 0..3 {
@@ -264,13 +264,13 @@ o---o---o---o
     }
 
     #[test]
-    fn frames_are_of_one_size_and_there_is_one() {
+    fn an_animation_needs_a_frame_and_one_size() {
         let other: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
         let maze = maze();
         let mut animation = Animation::new(100);
         animation.push(&Scene::from_maze(&maze), 100).unwrap();
         let error = animation.push(&Scene::from_maze(&other), 100).unwrap_err().to_string();
-        assert_eq!(error, "expected a frame of a maze of 3x2 cells, found one of 2x1");
+        assert_eq!(error, "cannot add a frame of 2x1 cells to an animation of 3x2 cells");
         assert_eq!(Animation::new(100).finish().unwrap_err(), PictureError::NoFrame);
         assert!(Animation::new(8).push(&Scene::from_maze(&maze), 100).is_err());
     }

@@ -7,21 +7,21 @@ use mmsim_maze::Escaped;
 use crate::Theme;
 use crate::digits::decimals;
 
-/// How wide a chart is, in units of its viewBox, which are pixels unless it is scaled.
+/// The width of a chart in units of its viewBox, which are pixels unless it is scaled.
 const WIDTH: f64 = 760.0;
 const MARGIN: f64 = 16.0;
 const BAR: f64 = 18.0;
 const PITCH: f64 = 25.0;
-/// A line of text: title, legend, and the name of a group.
+/// The height of a line of text: title, legend or group name.
 const LINE: f64 = 28.0;
-/// How wide a letter is, on the safe side; the fonts are those of whoever looks.
+/// An upper estimate of the width of a character, since the reader's fonts are unknown.
 const LETTER: f64 = 7.6;
-/// Between a bar and the texts beside it.
+/// The space between a bar and its texts.
 const GAP: f64 = 8.0;
 
-/// A bar chart: groups of bars that lie one below the other, each of two parts.
+/// A horizontal bar chart: groups of bars, each bar with two stacked parts.
 ///
-/// All bars have the same scale, which begins at 0, and each has its value beside it.
+/// All bars share one scale that begins at 0. The value is written beside each bar.
 ///
 /// ```
 /// use mmsim_drawing::{Bar, BarChart, BarGroup};
@@ -37,40 +37,40 @@ const GAP: f64 = 8.0;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct BarChart {
-    /// What is shown.
+    /// The title of the chart.
     pub title: String,
-    /// What the two parts of each bar are.
+    /// The names of the two parts, for the legend.
     pub parts: [String; 2],
-    /// What the limits of groups are; it is told if a group has one.
+    /// The name of the limits, shown in the legend if a group has one.
     pub limit: String,
-    /// From the top.
+    /// The groups, from top to bottom.
     pub groups: Vec<BarGroup>,
 }
 
-/// Bars that belong together.
+/// A named group of bars.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BarGroup {
-    /// What they have in common.
+    /// The heading of the group.
     pub name: String,
-    /// From the top.
+    /// The bars, from top to bottom.
     pub bars: Vec<Bar>,
-    /// A value that no bar can be below, drawn as a line across them.
+    /// A lower bound of all bars, drawn as a line across them.
     pub limit: Option<f64>,
 }
 
-/// A bar.
+/// A bar of two parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
-    /// Whose it is.
+    /// The label of the bar.
     pub name: String,
-    /// How long its parts are; `None` where there is nothing to be shown but the text.
+    /// The lengths of its parts, or `None` to show only the text.
     pub parts: Option<[f64; 2]>,
-    /// Its value as text, or why there is none.
+    /// Its value as text, or the reason why it has none.
     pub value: String,
 }
 
 impl BarChart {
-    /// The chart as a file: light, and dark for those who prefer that.
+    /// Returns the chart as an SVG file that follows the reader's light or dark preference.
     pub fn svg(&self) -> String {
         let rows = self.groups.iter().map(|group| LINE + PITCH * count(&group.bars));
         let height = 2.0 * MARGIN + 2.0 * LINE + rows.sum::<f64>();
@@ -87,7 +87,7 @@ impl BarChart {
         y += LINE;
         self.write_legend(&mut svg, y);
         y += LINE;
-        let scale = Scale::of(self);
+        let scale = Scale::for_chart(self);
         for group in &self.groups {
             scale.write_group(&mut svg, y, group);
             y += LINE + PITCH * count(&group.bars);
@@ -112,16 +112,16 @@ impl BarChart {
     }
 }
 
-/// Where bars begin and how long they are.
+/// The origin and the scale of the bars.
 struct Scale {
     left: f64,
-    /// Units of the picture for one of the bars'.
+    /// Picture units for each unit of the values.
     unit: f64,
 }
 
 impl Scale {
-    /// As large as leaves room for the texts.
-    fn of(chart: &BarChart) -> Self {
+    /// Chooses the largest scale that leaves room for the texts.
+    fn for_chart(chart: &BarChart) -> Self {
         let bars = || chart.groups.iter().flat_map(|group| &group.bars);
         let widest = bars().map(|bar| LETTER * letters(&bar.name)).fold(0.0, f64::max);
         let left = MARGIN + widest + GAP;
@@ -257,14 +257,14 @@ mod tests {
     }
 
     #[test]
-    fn names_with_control_characters_make_no_broken_picture() {
+    fn control_characters_in_names_keep_the_svg_valid() {
         let svg = BarChart { title: "a\u{1b}[2J\n\0b".into(), ..chart() }.svg();
         assert!(svg.contains(r">a\u{1b}[2J\n\u{0}b</text>"), "{svg}");
         resvg::usvg::Tree::from_str(&svg, &resvg::usvg::Options::default()).unwrap();
     }
 
     #[test]
-    fn a_chart_of_nothing_is_one() {
+    fn an_empty_chart_is_valid() {
         let empty = BarChart { groups: Vec::new(), ..chart() }.svg();
         assert!(!empty.contains("NaN") && !empty.contains("class=\"limit\""), "{empty}");
         let mut none = chart();

@@ -1,4 +1,4 @@
-//! A picture that changes a little at a time.
+//! A raster picture that is updated tile by tile.
 
 use std::collections::HashSet;
 
@@ -10,12 +10,13 @@ use crate::pixels::paint;
 use crate::svg::{Part, Svg, View};
 use crate::{PictureError, Scene};
 
-/// A line of the trail that is thinner than a pixel is not the same where there is more of it, so
-/// pictures with fewer pixels a unit are drawn as a whole. They are small.
+/// The minimum scale in pixels per unit for partial updates. Below it, a line of the trail is
+/// thinner than a pixel and its pixels depend on the rest of the trail, so the small picture is
+/// drawn as a whole.
 const THIN: f64 = 0.5;
 
-/// A picture of which only those tiles are drawn anew in which something has changed. The result is
-/// the same as if all of it were drawn.
+/// A picture that redraws only the tiles in which something changed. The result equals drawing the
+/// whole scene.
 pub(crate) struct Canvas {
     size: MazeSize,
     drawing: String,
@@ -24,28 +25,28 @@ pub(crate) struct Canvas {
 }
 
 impl Canvas {
-    /// A picture of this scene.
+    /// Draws the scene.
     pub(crate) fn new(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
         let (drawing, parts) = Svg::with_parts(scene, View::Pixels);
         let pixmap = paint(&drawing, scene.blank(width_px)?)?;
         Ok(Self { size: scene.size, drawing, parts, pixmap })
     }
 
-    /// The pixels.
+    /// Returns the pixels.
     pub(crate) const fn pixmap(&self) -> &Pixmap {
         &self.pixmap
     }
 
-    /// Turns the picture into one of this scene.
+    /// Updates the picture to show this scene.
     ///
     /// # Errors
-    /// Its maze has another size.
+    /// The size of its maze differs.
     pub(crate) fn show(&mut self, scene: &Scene<'_>) -> Result<(), PictureError> {
         if scene.size != self.size {
             return Err(PictureError::OtherFrame { expected: self.size, found: scene.size });
         }
         let (drawing, parts) = Svg::with_parts(scene, View::Pixels);
-        let tiles = Tiles::of(self.size, &self.pixmap);
+        let tiles = Tiles::new(self.size, &self.pixmap);
         let has_thin_lines = tiles.scale.iter().any(|&scale| scale < THIN);
         let is_alike = head(&drawing, &parts) == head(&self.drawing, &self.parts);
         let stale = if is_alike && !has_thin_lines {
@@ -65,12 +66,12 @@ impl Canvas {
     }
 }
 
-/// What comes before the first part: the style, and which layers are hidden.
+/// Returns the text before the first part: the style and the hidden layers.
 fn head<'a>(drawing: &'a str, parts: &[Part]) -> &'a str {
     &drawing[..parts.first().map_or(drawing.len(), |part| part.text.start)]
 }
 
-/// The areas of the parts that are in one of two drawings only.
+/// Returns the areas of the parts that occur in only one of two drawings.
 fn changes(old: (&str, &[Part]), new: (&str, &[Part])) -> Vec<Area> {
     let (old, new) = (keys(old), keys(new));
     old.symmetric_difference(&new).map(|(_, area)| *area).collect()
@@ -80,7 +81,7 @@ fn keys<'a>((drawing, parts): (&'a str, &[Part])) -> HashSet<(&'a str, Area)> {
     parts.iter().map(|part| (&drawing[part.text.clone()], part.area)).collect()
 }
 
-/// The drawing with only some of its parts.
+/// Returns the drawing with only some of its parts.
 fn only(drawing: &str, parts: &[Part], is_wanted: impl Fn(&&Part) -> bool) -> String {
     let mut text = String::with_capacity(drawing.len());
     let mut done = 0;
@@ -91,16 +92,16 @@ fn only(drawing: &str, parts: &[Part], is_wanted: impl Fn(&&Part) -> bool) -> St
     text + &drawing[done..]
 }
 
-/// A picture parted into tiles, as large as cells, a margin to the north-west of them.
+/// The division of a picture into tiles of the size of a cell, offset by a margin to the north-west.
 struct Tiles {
     columns: usize,
     rows: usize,
-    /// Pixels a unit, east and south.
+    /// The scale in pixels per unit, horizontally and vertically.
     scale: [f64; 2],
 }
 
 impl Tiles {
-    fn of(size: MazeSize, pixmap: &Pixmap) -> Self {
+    fn new(size: MazeSize, pixmap: &Pixmap) -> Self {
         let (width, height) = units(size);
         Self {
             columns: width.div_ceil(PITCH) as usize,
@@ -116,7 +117,7 @@ impl Tiles {
         vec![true; self.columns * self.rows]
     }
 
-    /// Which tiles these areas touch.
+    /// Returns the tiles that these areas touch.
     fn touched(&self, areas: Vec<Area>) -> Vec<bool> {
         let mut touched = vec![false; self.columns * self.rows];
         for tile in areas.into_iter().flat_map(|area| self.indices(area)) {
@@ -125,10 +126,10 @@ impl Tiles {
         touched
     }
 
-    /// The tiles that have a pixel which something in this area may colour.
+    /// Returns the tiles with pixels that an element in this area may colour.
     fn indices(&self, [west, north, east, south]: Area) -> impl Iterator<Item = usize> + '_ {
         let span = |from: i32, to: i32, scale: f64, count: usize| {
-            // Two pixels more: one for soft edges, one for tiles that begin inside of a pixel.
+            // Two extra pixels: one for anti-aliased edges, one for tiles that begin within a pixel.
             let tile = |units: f64| (units + f64::from(MARGIN)) / f64::from(PITCH);
             let first = tile(f64::from(from) - 2.0 / scale).floor().max(0.0);
             let end = tile(f64::from(to) + 2.0 / scale).ceil().max(0.0);
@@ -140,7 +141,7 @@ impl Tiles {
         rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column))
     }
 
-    /// Copies the pixels of a tile, those on its edges too.
+    /// Copies the pixels of a tile, including those on its edges.
     fn copy(&self, tile: usize, from: &Pixmap, to: &mut Pixmap) {
         let span = |index: usize, scale: f64, end: u32| {
             #[expect(clippy::cast_precision_loss, reason = "at most 33")]
@@ -166,7 +167,7 @@ mod tests {
     use super::*;
     use crate::{Layers, Theme};
 
-    /// What changes from one picture to the next.
+    /// A change from one picture to the next.
     #[derive(Clone, Debug)]
     struct Change {
         walls: Vec<(u8, u8, bool)>,
@@ -184,7 +185,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
-        /// The naive twin draws everything.
+        /// Compares with the naive twin, which draws everything.
         #[test]
         fn a_picture_is_the_same_as_if_all_of_it_were_drawn(
             (width, height) in (1usize..=8, 1usize..=8),

@@ -2,15 +2,14 @@
 
 use std::fmt::Write as _;
 
-/// How far one digit stands from the next, in units.
+/// The distance from one digit to the next, in units.
 pub(crate) const ADVANCE: f64 = 5.0;
 
-/// How wide a digit's stroke is, in units.
+/// The stroke width of a digit, in units.
 pub(crate) const STROKE: f64 = 0.95;
 
-/// A path for each digit, beginning with a move from the point where the digit's box has its left
-/// edge and its vertical centre. The box is [`ADVANCE`] wide; digits are 3.4 wide, 1 narrower, and
-/// 6.8 high.
+/// The path of each digit, which starts with a move from the left edge of the digit's box at half
+/// its height. The box is [`ADVANCE`] wide; digits are 3.4 wide (the 1 is narrower) and 6.8 high.
 pub(crate) const DIGITS: [&str; 10] = [
     "m2.5-3.4c1.2 0 1.75 1.4 1.75 3.4s-.55 3.4-1.75 3.4-1.75-1.4-1.75-3.4.55-3.4 1.75-3.4z",
     "m1.15-2.2 1.75-1.2v6.8",
@@ -24,8 +23,8 @@ pub(crate) const DIGITS: [&str; 10] = [
     "m1.25 3.05c.3.25.6.35 1 .35 1.3 0 2-1.6 2-3.9 0-1.85-.65-2.9-1.75-2.9-1.05 0-1.75.85-1.75 2.1s.65 2 1.65 2c.95 0 1.7-.65 1.85-1.7",
 ];
 
-/// The path data of a number, centred on (0, 0), in units of 1/20 cell. It is made to be stroked,
-/// with round caps and joins; three digits stay clear of a cell's walls.
+/// Returns the path data of a number, centred on (0, 0), in units of 1/20 cell. Stroke it with round
+/// caps and joins; up to three digits fit between the walls of a cell.
 ///
 /// ```
 /// assert_eq!(mmsim_drawing::digits(1), "M-2.5 0m1.15-2.2 1.75-1.2v6.8");
@@ -36,7 +35,7 @@ pub fn digits(number: u16) -> String {
     let count = text.len();
     let mut path = String::new();
     for (index, digit) in text.bytes().map(|letter| usize::from(letter - b'0')).enumerate() {
-        // Half an advance is a whole number of hundredths, so these are exact.
+        // Half an advance is a whole number of hundredths, so this is exact.
         #[expect(clippy::cast_precision_loss, reason = "at most five digits")]
         let x = (index as f64 - count as f64 / 2.0) * ADVANCE;
         let _ = write!(path, "M{} 0{}", decimals(x), DIGITS[digit]);
@@ -44,7 +43,7 @@ pub fn digits(number: u16) -> String {
     path
 }
 
-/// A number with at most two decimals and no zeros at its end.
+/// Formats a number with at most two decimals and no trailing zeros.
 pub(crate) fn decimals(number: f64) -> String {
     let text = format!("{number:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

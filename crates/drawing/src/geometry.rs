@@ -1,40 +1,40 @@
-//! Where things are in a drawing.
+//! Positions and sizes in a drawing.
 
 use mmsim_maze::{Cell, MazeSize};
 
-/// How wide a cell is, in units.
+/// The width of a cell, in units.
 pub(crate) const PITCH: u32 = 20;
 
-/// How many units there are around the maze.
+/// The margin around the maze, in units.
 pub(crate) const MARGIN: u32 = 2;
 
-/// An area in units: west, north, east, south.
+/// A rectangle in units: west, north, east, south.
 pub(crate) type Area = [i32; 4];
 
-/// The size of the drawing of a maze in units, width and height.
+/// Returns the width and height of the drawing of a maze, in units.
 pub(crate) fn units(size: MazeSize) -> (u32, u32) {
     let length = |cells: u8| u32::from(cells) * PITCH + 2 * MARGIN;
     (length(size.width()), length(size.height()))
 }
 
-/// The area of a cell with this north-west corner.
+/// Returns the area of the cell with this north-west corner.
 pub(crate) fn cell_area((x, y): (u32, u32)) -> Area {
     let (west, north, pitch) = (x.cast_signed(), y.cast_signed(), PITCH.cast_signed());
     [west, north, west + pitch, north + pitch]
 }
 
-/// The least area around both.
+/// Returns the bounding box of both areas.
 pub(crate) fn around(one: Area, other: Area) -> Area {
     [one[0].min(other[0]), one[1].min(other[1]), one[2].max(other[2]), one[3].max(other[3])]
 }
 
-/// The north-west corner of a cell, in units.
+/// Returns the north-west corner of a cell, in units.
 pub(crate) fn corner(size: MazeSize, cell: Cell) -> (u32, u32) {
     let row = u32::from(size.height()) - 1 - u32::from(cell.y);
     (u32::from(cell.x) * PITCH, row * PITCH)
 }
 
-/// The middle of a cell, in units.
+/// Returns the centre of a cell, in units.
 pub(crate) fn centre(size: MazeSize, cell: Cell) -> (u32, u32) {
     let (x, y) = corner(size, cell);
     (x + PITCH / 2, y + PITCH / 2)

@@ -1,17 +1,16 @@
-//! The colours of weights.
+//! Heat map colours for weights.
 //!
 //! A ramp goes from cool to warm along straight lines in `OKLab`
-//! (<https://bottosson.github.io/posts/oklab/>), in steps of the same length, so that equal
-//! differences of weight look equal. Its lightness only falls (in the dark theme it only rises), so
-//! that it can be read without telling hues apart, and stays in a range that leaves the numbers on
-//! it legible.
+//! (<https://bottosson.github.io/posts/oklab/>), in steps of equal length, so equal differences in
+//! weight look equal. Lightness only falls (in the dark theme it only rises), so the ramp is
+//! readable without distinguishing hues. Its range keeps the numbers on top legible.
 
 use crate::Theme;
 
-/// How many colours a ramp has.
+/// The number of colours in a ramp.
 pub(crate) const STEPS: usize = 64;
 
-/// A colour as its red, green and blue, 0 to 255.
+/// A colour as red, green and blue, each 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Rgb(pub(crate) u8, pub(crate) u8, pub(crate) u8);
 
@@ -21,7 +20,7 @@ impl std::fmt::Display for Rgb {
     }
 }
 
-/// The colours of a theme from the least weight to the greatest.
+/// Returns the ramp of a theme, from the smallest weight to the largest.
 pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
     let corners: &[Lch] = match theme {
         Theme::Light => &LIGHT,
@@ -35,13 +34,13 @@ pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
     (0..STEPS).map(|step| srgb(along(&corners, &lengths, at(step)))).collect()
 }
 
-/// Which of the [`STEPS`] colours a weight has among weights of which this is the largest.
+/// Returns the index of a weight's colour among [`STEPS`], given the largest weight.
 pub(crate) fn step(weight: u16, largest: u16) -> usize {
     let (weight, largest) = (usize::from(weight), usize::from(largest).max(1));
     ((2 * weight * (STEPS - 1) + largest) / (2 * largest)).min(STEPS - 1)
 }
 
-/// Lightness, chroma and hue in degrees of the colours that a ramp goes through.
+/// Lightness, chroma and hue (in degrees) of the corners of the ramp.
 type Lch = (f64, f64, f64);
 const LIGHT: [Lch; 5] = [
     (0.955, 0.025, 230.0),
@@ -64,7 +63,7 @@ fn distance(from: Lab, to: Lab) -> f64 {
     from.iter().zip(to).map(|(from, to)| (to - from).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The colour so far along the way through all corners.
+/// Returns the colour at this distance along the path through all corners.
 fn along(corners: &[Lab], lengths: &[f64], mut way: f64) -> Lab {
     let mut leg = 0;
     while leg + 1 < lengths.len() && way > lengths[leg] {
@@ -75,7 +74,7 @@ fn along(corners: &[Lab], lengths: &[f64], mut way: f64) -> Lab {
     std::array::from_fn(|axis| from[axis] + share * (to[axis] - from[axis]))
 }
 
-/// The nearest colour of sRGB.
+/// Converts to the nearest sRGB colour.
 fn srgb([l, a, b]: Lab) -> Rgb {
     let cube = |a_share: f64, b_share: f64| (l + a_share * a + b_share * b).powi(3);
     let (l, m, s) = (
@@ -105,7 +104,7 @@ fn srgb([l, a, b]: Lab) -> Rgb {
 pub(crate) mod tests {
     use super::*;
 
-    /// Relative luminance, as the Web Content Accessibility Guidelines 2.2 define it.
+    /// Relative luminance as defined by the Web Content Accessibility Guidelines 2.2.
     fn luminance(Rgb(red, green, blue): Rgb) -> f64 {
         let linear = |channel: u8| {
             let share = f64::from(channel) / 255.0;
@@ -114,14 +113,14 @@ pub(crate) mod tests {
         0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue)
     }
 
-    /// Contrast, as the same guidelines define it: 1 to 21.
+    /// Contrast as defined by the same guidelines: 1 to 21.
     pub(crate) fn contrast(one: Rgb, other: Rgb) -> f64 {
         let (one, other) = (luminance(one) + 0.05, luminance(other) + 0.05);
         one.max(other) / one.min(other)
     }
 
     #[test]
-    fn lightness_goes_one_way() {
+    fn lightness_is_monotonic() {
         for theme in [Theme::Light, Theme::Dark] {
             let ramp: Vec<f64> = ramp(theme).into_iter().map(luminance).collect();
             assert_eq!(ramp.len(), STEPS);
@@ -131,7 +130,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn neighbours_on_a_ramp_are_told_apart_but_look_alike() {
+    fn neighbouring_colours_differ_but_only_slightly() {
         for theme in [Theme::Light, Theme::Dark] {
             for pair in ramp(theme).windows(2) {
                 assert_ne!(pair[0], pair[1]);
@@ -141,10 +140,10 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn white_and_black_are_where_they_shall_be() {
+    fn reference_colours_convert_correctly() {
         assert_eq!(srgb([1.0, 0.0, 0.0]), Rgb(255, 255, 255));
         assert_eq!(srgb([0.0, 0.0, 0.0]), Rgb(0, 0, 0));
-        // Pure red, as the definition's author gives it.
+        // Pure red, from the article that defines OKLab.
         assert_eq!(srgb([0.627_955, 0.224_863, 0.125_846]), Rgb(255, 0, 0));
     }
 
@@ -157,7 +156,7 @@ pub(crate) mod tests {
                 let exact = f64::from(weight) * 63.0 / f64::from(largest);
                 #[expect(clippy::cast_precision_loss, reason = "at most 63")]
                 let found = step(weight, largest) as f64;
-                // As a browser rounds: half goes up.
+                // Browsers round half up.
                 assert!((found - (exact + 0.5).floor()).abs() < 0.1, "{weight} of {largest}");
             }
         }

@@ -1,5 +1,5 @@
-//! Pictures of mazes and of what a mouse believes: SVG for a page and for files, PNG, animated
-//! GIF, and small previews.
+//! Pictures of mazes and of what a mouse believes: SVG for web pages and files, PNG, animated GIF
+//! and thumbnails.
 //!
 //! ```text
 //!   -2,-2 ┌───────────────► x     a cell is 20 units wide, and north is on top: cell (x, y) begins
@@ -9,15 +9,14 @@
 //!       y ▼                       For a 16×16 maze the viewBox is `-2 -2 324 324`.
 //! ```
 //!
-//! A [`Scene`] says what is to be seen: a maze, or the map in a client's mind beside the true maze
-//! or without it, the mouse, a number a cell, the trail. There is one drawing of it, the SVG; a PNG
-//! and each frame of an [`Animation`] are that SVG as pixels. So a picture in a file, on a page and
-//! in an animation is the same.
+//! A [`Scene`] describes the picture: a maze, or a client's map with or without the true maze, and
+//! the mouse, numbers in the cells and the trail. It is drawn once, as SVG; PNG files and the frames
+//! of an [`Animation`] are rasterized from that SVG, so all of them look alike.
 //!
-//! A [`BarChart`] is a picture of another kind: what some trials cost.
+//! A [`BarChart`] compares the costs of trials.
 //!
-//! Elements carry classes and no style, see [`Scene::page_svg`]; the colours stand in
-//! [`stylesheet`]. Numbers are strokes from a table of digits ([`digits`]), so no font is needed.
+//! SVG elements carry classes instead of styles, see [`Scene::page_svg`]; [`stylesheet`] defines the
+//! colours. Numbers are drawn as strokes ([`digits`]), so no font is needed.
 //!
 //! ```
 //! use mmsim_drawing::{Scene, Theme};
@@ -34,7 +33,7 @@
 //! # Ok::<(), mmsim_maze::ParseError>(())
 //! ```
 //!
-//! The crate does no input or output, and knows neither the protocol nor files.
+//! The crate does no input or output and knows neither the protocol nor the file formats.
 #![forbid(unsafe_code)]
 
 mod animation;

@@ -7,8 +7,8 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use crate::digits::decimals;
 use crate::geometry::{PITCH, centre};
 
-/// The lines of a frame around some cells that stand in this one of them: along each side behind
-/// which there is none of them, inside of the walls.
+/// Returns the part of a frame around `cells` that lies in one of them: a line inside the walls
+/// along each side whose neighbour is outside the set.
 pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
     const INSET: f64 = 1.9;
     let (x, y) = centre(size, cell);
@@ -16,8 +16,8 @@ pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
     let mut path = String::new();
     for side in Heading::ALL.into_iter().filter(|&side| !has(cell.neighbour(side))) {
         let outside = cell.neighbour(side);
-        // How far the line goes from the middle of the side towards a corner: it turns there, goes
-        // straight on, or turns the other way in the next cell.
+        // The length from the middle of the side towards a corner: the line turns there, continues
+        // straight, or turns the other way in the next cell.
         let reach = |along: Heading| {
             let half = f64::from(PITCH) / 2.0;
             match (has(cell.neighbour(along)), has(outside.and_then(|cell| cell.neighbour(along))))
@@ -29,7 +29,7 @@ pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
         };
         let out = f64::from(PITCH) / 2.0 - INSET;
         let (left, right) = (reach(side.left()), reach(side.right()));
-        // To the east and to the south of the middle of the cell.
+        // To the east and south of the centre of the cell.
         let point = |way: f64| match side {
             Heading::North => (way, -out),
             Heading::East => (out, way),
@@ -46,12 +46,12 @@ pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
     path
 }
 
-/// Letters 3.4 high around a point.
+/// Letters 3.4 units high around a point.
 pub(crate) const LETTER_S: &str = "m1-1.2c-.2-.3-.6-.5-1.1-.5-.7 0-1.1.3-1.1.8 0 1.2 2.4.5 2.4 1.7 0 .6-.5.9-1.2.9-.5 0-1-.2-1.2-.5";
 pub(crate) const LETTER_G: &str =
     "m1.2-1c-.2-.4-.6-.7-1.1-.7-.9 0-1.4.7-1.4 1.7s.5 1.7 1.4 1.7c.7 0 1.2-.5 1.2-1.4h-1.1";
 
-/// A mouse seen from above, its nose to the north: a body that tapers, two ears, two eyes.
+/// A mouse seen from above, nose to the north: a tapering body, two ears, two eyes.
 pub(crate) const MOUSE: &str = "M0-8.4C1.9-7 3.2-5.2 3.7-3.5A2.5 2.5 0 1 1 5.5.8C5.9 2 6 3.2 5.6 4.4 4.9 6.6 2.7 7.8 0 7.8S-4.9 6.6-5.6 4.4C-6 3.2-5.9 2-5.5.8A2.5 2.5 0 1 1-3.7-3.5C-3.2-5.2-1.9-7 0-8.4ZM-1.6-3.4a.3.3 0 1 0 .01 0zM1.6-3.4a.3.3 0 1 0 .01 0z";
 
 #[cfg(test)]
@@ -64,7 +64,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_frame_is_closed_whatever_it_goes_round(bits in any::<u32>()) {
+        fn a_frame_around_any_cells_is_closed(bits in any::<u32>()) {
             let size = MazeSize::new(6, 5).unwrap();
             let cells: CellSet =
                 size.cells().enumerate().filter(|(bit, _)| bits >> bit & 1 == 1).map(|(_, cell)| cell).collect();
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_is_inside_of_the_walls() {
+    fn a_frame_stays_inside_the_walls() {
         let cells: CellSet = [Cell::new(0, 0), Cell::new(1, 0)].into_iter().collect();
         let size = MazeSize::new(2, 1).unwrap();
         insta::assert_snapshot!(frame(size, Cell::new(0, 0), &cells), @"M1.9 1.9L20 1.9M20 18.1L1.9 18.1M1.9 18.1L1.9 1.9");

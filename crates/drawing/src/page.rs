@@ -1,18 +1,18 @@
-//! What a page needs to change the drawing itself.
+//! Tables for a page that updates the drawing itself.
 
 use crate::Theme;
 use crate::digits::{ADVANCE, DIGITS, decimals};
 use crate::heat::ramp;
 
-/// What a page needs to write numbers and to colour weights as this crate does, as JSON:
+/// Returns the tables that a page needs to draw numbers and heat colours as this crate does, as JSON:
 ///
 /// ```json
 /// {"advance": 5, "digits": ["m…", … 10], "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
 /// ```
 ///
-/// A number of n digits is, for each digit i from 0, `M{x} 0` and the digit's path, where x is
-/// (i − n/2) · advance with at most two decimals, see [`digits`](crate::digits). A weight w has the
-/// colour round(63 · w / max(1, the largest weight)).
+/// A number of n digits consists, for each digit i from 0, of `M{x} 0` and the path of the digit,
+/// where x is (i − n/2) · advance with at most two decimals, see [`digits`](crate::digits). The
+/// colour of a weight w is number round(63 · w / max(1, the largest weight)).
 ///
 /// ```
 /// assert!(mmsim_drawing::page_json().starts_with(r#"{"advance":5,"digits":["m2.5-3.4c"#));
@@ -28,7 +28,7 @@ pub fn page_json() -> String {
     )
 }
 
-/// None of the texts has a character that JSON would write otherwise.
+/// Formats texts without characters that JSON escapes.
 fn list(texts: impl Iterator<Item = String>) -> String {
     format!("[{}]", texts.map(|text| format!("\"{text}\"")).collect::<Vec<_>>().join(","))
 }
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_page_reads_what_is_drawn_here() {
+    fn the_tables_match_the_drawing() {
         let json: serde_json::Value = serde_json::from_str(&page_json()).unwrap();
         let advance = json["advance"].as_f64().unwrap();
         let written: String = [(0, 2), (1, 5), (2, 5)]

@@ -1,4 +1,4 @@
-//! The colours of an animation.
+//! The colour palette of an animation.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -9,13 +9,13 @@ use crate::geometry::units;
 use crate::heat::{Rgb, ramp};
 use crate::{PictureError, Scene};
 
-/// The most colours that one palette of a GIF holds, besides the one that stands for no change.
+/// The maximum number of colours in a GIF palette, besides the index for unchanged pixels.
 const MOST: usize = 255;
 
-/// How many colours are taken as they are: the theme's own and those of the greatest areas.
+/// The number of colours taken unchanged: those of the theme and those that cover the largest areas.
 const EXACT: usize = 112;
 
-/// A set of colours with the nearest of them for any other.
+/// A set of colours with a lookup of the nearest one.
 #[derive(Debug)]
 pub(crate) struct Palette {
     colours: Vec<Rgb>,
@@ -23,16 +23,16 @@ pub(crate) struct Palette {
 }
 
 impl Palette {
-    /// The index that stands for no change.
+    /// The index that means "unchanged".
     #[expect(clippy::cast_possible_truncation, reason = "255")]
     pub(crate) const UNCHANGED: u8 = MOST as u8;
 
-    /// A palette for animations of scenes like this one in pixels of this size. Its colours come
-    /// from a sheet on which everything is that a scene can show, so that it suits all frames before
-    /// the first is drawn.
+    /// Builds a palette for animations of scenes like this one at this size in pixels. Its colours
+    /// come from a sample sheet that shows everything a scene can contain, so the palette suits all
+    /// frames before the first one is drawn.
     pub(crate) fn like(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
         let size = MazeSize::CLASSIC;
-        // As many pixels a unit as in the scene, as far as a picture can be so large.
+        // The scale of the scene, as far as the maximum size of a picture allows.
         let side_px = (width_px * units(size).0 / units(scene.size).0).clamp(64, 768);
         let sheet = Sheet::new(size);
         let mut areas = BTreeMap::new();
@@ -52,13 +52,13 @@ impl Palette {
         Ok(Self { colours: choose(chosen, areas.collect()), nearest: HashMap::new() })
     }
 
-    /// The colours as bytes, three each, and as many more as make 256.
+    /// Returns the colours as bytes, three for each, padded to 256 entries.
     pub(crate) fn bytes(&self) -> Vec<u8> {
         let colours = self.colours.iter().flat_map(|colour| [colour.0, colour.1, colour.2]);
         colours.chain(std::iter::repeat(0)).take(3 * (MOST + 1)).collect()
     }
 
-    /// The index of the colour that is nearest to this one.
+    /// Returns the index of the nearest colour.
     pub(crate) fn index(&mut self, colour: Rgb) -> u8 {
         let colours = &self.colours;
         *self.nearest.entry(colour).or_insert_with(|| {
@@ -68,20 +68,20 @@ impl Palette {
     }
 }
 
-/// The colour of a pixel, which is opaque.
+/// Returns the colour of an opaque pixel.
 pub(crate) fn rgb(pixel: PremultipliedColorU8) -> Rgb {
     Rgb(pixel.red(), pixel.green(), pixel.blue())
 }
 
-/// How different two colours are: the square of their distance.
+/// Returns the squared distance between two colours.
 fn distance(one: Rgb, other: Rgb) -> u32 {
     let square = |one: u8, other: u8| u32::from(one.abs_diff(other)).pow(2);
-    // Green counts most and blue least for how light a colour is.
+    // Green contributes most to perceived lightness, blue least.
     2 * square(one.0, other.0) + 4 * square(one.1, other.1) + square(one.2, other.2)
 }
 
-/// The chosen ones and those with the greatest areas, then again and again the one that is farthest from all chosen.
-/// So flat areas are exact and the blends at their edges never far off.
+/// Starts with the fixed colours and those of the largest areas, then repeatedly adds the colour
+/// farthest from all chosen ones. Flat areas are exact, and blends at their edges are close.
 fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     areas.retain(|(colour, _)| !chosen.contains(colour));
     areas.sort_by_key(|&(_, area)| std::cmp::Reverse(area));
@@ -100,8 +100,8 @@ fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     chosen
 }
 
-/// A maze that nobody would search, with a map: all kinds of walls and cells, all weights, and a
-/// trail through all of it.
+/// A sample maze with a map: all kinds of walls and cells, all weights, and a trail through every
+/// cell.
 struct Sheet {
     maze: Maze,
     map: KnownMaze,
@@ -135,7 +135,7 @@ impl Sheet {
         Self { maze: maze.unwrap(), map, trail: trail.collect() }
     }
 
-    /// The sheet in the theme and with the layers of this scene.
+    /// Returns the sheet in the theme and with the layers of this scene.
     fn scene(&self, like: &Scene<'_>, heading: Heading) -> Scene<'_> {
         Scene::from_map(&self.map)
             .with_truth(Some(&self.maze))
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn areas_are_exact_and_the_farthest_are_covered() {
+    fn large_areas_are_exact_and_outliers_are_covered() {
         let grey = |level: u8, area| (Rgb(level, level, level), area);
         let mut areas: Vec<_> = (0..=200).map(|level| grey(level, 10)).collect();
         areas.push((Rgb(0, 0, 255), 1));
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fills_cells_is_in_the_palette() {
+    fn the_palette_contains_all_cell_colours() {
         let sheet = Sheet::new(MazeSize::CLASSIC);
         for theme in [Theme::Light, Theme::Dark] {
             let scene = Scene::from_maze(&sheet.maze).with_theme(theme).with_layers(Layers::ALL);

@@ -1,4 +1,4 @@
-//! A drawing as pixels.
+//! Rasterization.
 
 use mmsim_maze::MazeSize;
 use resvg::tiny_skia::{Pixmap, Transform};
@@ -8,49 +8,49 @@ use crate::Scene;
 use crate::geometry::units;
 use crate::svg::{Svg, View};
 
-/// The fewest and the most pixels that a picture is wide.
+/// The minimum and maximum width of a picture, in pixels.
 pub const WIDTH_PX: std::ops::RangeInclusive<u32> = 16..=4096;
 
-/// The most pixels that a picture is high.
+/// The maximum height of a picture, in pixels.
 pub const MAX_HEIGHT_PX: u32 = 4096;
 
-/// Why there is no picture.
+/// A failure to draw a picture.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureError {
-    /// It would be too small, or take too much memory.
+    /// The picture would be too small or too large.
     #[error(
-        "expected a picture {} to {} pixels wide and at most {MAX_HEIGHT_PX} high, found {width}x{height}",
+        "cannot draw a picture of {width}x{height} pixels: the width must be {} to {}, the height at most {MAX_HEIGHT_PX}",
         WIDTH_PX.start(), WIDTH_PX.end()
     )]
     Size {
-        /// The width that was asked for, in pixels.
+        /// The requested width in pixels.
         width: u32,
-        /// The height that goes with it, in pixels.
+        /// The height that follows from it, in pixels.
         height: u64,
     },
-    /// It could not be drawn or encoded; nothing that a scene holds leads to this.
-    #[error("expected to draw a picture, found {0}")]
+    /// Drawing or encoding failed; no scene causes this.
+    #[error("cannot draw the picture: {0}")]
     Drawing(String),
-    /// An animation has no frame.
-    #[error("expected an animation of at least one frame, found none")]
+    /// The animation has no frame.
+    #[error("cannot write an animation without frames")]
     NoFrame,
-    /// A frame of an animation shows a maze of another size than the first.
-    #[error("expected a frame of a maze of {expected} cells, found one of {found}")]
+    /// The maze of a frame differs in size from that of the first frame.
+    #[error("cannot add a frame of {found} cells to an animation of {expected} cells")]
     OtherFrame {
-        /// The size of the first frame's maze.
+        /// The size of the first maze.
         expected: MazeSize,
-        /// The size of this frame's maze.
+        /// The size of this maze.
         found: MazeSize,
     },
 }
 
 impl Scene<'_> {
-    /// The drawing as a PNG of this width in pixels; the height follows from the maze, see
+    /// Draws a PNG of this width in pixels; the height follows from the maze, see
     /// [`width_within`](Self::width_within).
     ///
     /// # Errors
-    /// The picture would be less than 16 or more than 4096 pixels wide, or more than 4096 high.
+    /// The width is outside 16 to 4096 pixels, or the height exceeds 4096 pixels.
     ///
     /// ```
     /// use mmsim_drawing::Scene;
@@ -65,8 +65,8 @@ impl Scene<'_> {
             .map_err(|error| PictureError::Drawing(error.to_string()))
     }
 
-    /// The greatest width, in pixels, at which neither side of the picture has more than this many
-    /// pixels, but no less than a picture must have.
+    /// Returns the largest width at which neither side of the picture exceeds `most` pixels, but at
+    /// least the minimum width.
     ///
     /// ```
     /// use mmsim_drawing::Scene;
@@ -81,13 +81,13 @@ impl Scene<'_> {
         width.clamp(*WIDTH_PX.start(), *WIDTH_PX.end())
     }
 
-    /// The pixels, none of them transparent.
+    /// Draws the scene as opaque pixels.
     pub(crate) fn pixmap(&self, width_px: u32) -> Result<Pixmap, PictureError> {
         let pixmap = self.blank(width_px)?;
-        paint(&Svg::of(self, View::Pixels), pixmap)
+        paint(&Svg::draw(self, View::Pixels), pixmap)
     }
 
-    /// A picture of this width on which nothing is drawn yet.
+    /// Creates an empty picture of this width.
     pub(crate) fn blank(&self, width_px: u32) -> Result<Pixmap, PictureError> {
         let (width, height) = (width_px, height_px(self.size, width_px));
         let size_error = PictureError::Size { width, height };
@@ -99,7 +99,7 @@ impl Scene<'_> {
     }
 }
 
-/// Draws an SVG as large as the picture.
+/// Draws an SVG scaled to the picture.
 pub(crate) fn paint(drawing: &str, mut pixmap: Pixmap) -> Result<Pixmap, PictureError> {
     let tree = Tree::from_str(drawing, &Options::default())
         .map_err(|error| PictureError::Drawing(error.to_string()))?;
@@ -112,7 +112,7 @@ pub(crate) fn paint(drawing: &str, mut pixmap: Pixmap) -> Result<Pixmap, Picture
     Ok(pixmap)
 }
 
-/// The height that goes with a width, in pixels.
+/// Returns the height that corresponds to a width, in pixels.
 fn height_px(size: MazeSize, width_px: u32) -> u64 {
     let (width, height) = units(size);
     let (width, height) = (u64::from(width), u64::from(height));
@@ -132,7 +132,7 @@ mod tests {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
     }
 
-    /// The colour at a point, in units, of a picture with 3 pixels a unit.
+    /// Returns the colour at a point, in units, of a picture with 3 pixels per unit.
     fn at(scene: &Scene<'_>, x: u32, y: u32) -> Rgb {
         let pixmap = scene.pixmap(3 * units(scene.size).0).unwrap();
         let (x, y) = (3 * (x + 2) + 1, 3 * (y + 2) + 1);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_png_has_the_size_that_was_asked_for() {
+    fn a_png_has_the_requested_size() {
         let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
         let png = Scene::from_maze(&maze).png(440).unwrap();
         let pixmap = Pixmap::decode_png(&png).unwrap();
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_have_the_colours_of_what_is_there() {
+    fn pixels_have_the_colours_of_the_theme() {
         let maze = maze();
         let mut map = KnownMaze::unexplored(&maze);
         map.visit(Cell::new(0, 1));
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_are_shown_or_not() {
+    fn layers_can_be_hidden() {
         let maze = maze();
         let trail = [Cell::new(0, 0), Cell::new(0, 1)];
         let scene = Scene::from_maze(&maze).with_weights(|_| 1).with_trail(&trail);
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_looks_as_its_pixels() {
+    fn the_svg_file_renders_like_the_png() {
         let maze = maze();
         let map = KnownMaze::unexplored(&maze);
         let trail = [Cell::new(0, 0), Cell::new(0, 1)];
@@ -212,7 +212,7 @@ mod tests {
         let scene = Scene::from_maze(&tall);
         assert_eq!(
             scene.png(640).unwrap_err().to_string(),
-            "expected a picture 16 to 4096 pixels wide and at most 4096 high, found 640x17173"
+            "cannot draw a picture of 640x17173 pixels: the width must be 16 to 4096, the height at most 4096"
         );
         assert_eq!(scene.png(15).unwrap_err(), PictureError::Size { width: 15, height: 403 });
         assert!(scene.png(u32::MAX).is_err());

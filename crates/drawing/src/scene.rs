@@ -1,18 +1,18 @@
-//! What is to be seen.
+//! The contents of a picture.
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 
 use crate::Theme;
 use crate::svg::{Svg, View};
 
-/// How many cells of a trail are drawn at most: those that were entered last.
+/// The maximum number of cells drawn of a trail: the most recent ones.
 pub const TRAIL_CELLS: usize = 500;
 
-/// What is to be seen: a maze or what a client believes of one, and what goes with it. It borrows
-/// the mazes and the trail; building one draws nothing.
+/// The contents of a picture: a maze or a client's map, plus mouse, numbers and trail. It borrows
+/// mazes and trail; nothing is drawn until an output is requested.
 ///
-/// A scene of the truth alone shows all walls as pale on a page, where a client's belief is added
-/// later, and strong in a file.
+/// In a scene of the true maze alone, a page shows all walls pale, because a client's map is added
+/// later; a file shows them at full strength.
 ///
 /// ```
 /// use mmsim_drawing::{Layers, Scene, Theme};
@@ -35,46 +35,46 @@ pub struct Scene<'a> {
     pub(crate) truth: Option<&'a Maze>,
     pub(crate) map: Option<&'a KnownMaze>,
     pub(crate) mouse: Option<Pose>,
-    /// For each cell in the order of [`MazeSize::cells`], or empty.
+    /// One for each cell in the order of [`MazeSize::cells`], or empty.
     pub(crate) numbers: Vec<Option<u16>>,
     pub(crate) trail: &'a [Cell],
     pub(crate) layers: Layers,
     pub(crate) theme: Theme,
 }
 
-/// Which layers of a scene a file shows. On a page they are all there, and classes of the `<svg>`
-/// hide them.
+/// The layers of a scene that a file shows. A page contains all layers and hides them with classes
+/// on the `<svg>`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Layers {
-    /// The numbers themselves.
+    /// The numbers in the cells.
     pub numbers: bool,
-    /// The numbers as colours.
+    /// The weights as heat colours.
     pub heat: bool,
-    /// Where the mouse has been.
+    /// The path of the mouse.
     pub trail: bool,
 }
 
 impl Layers {
-    /// All there is.
+    /// All layers.
     pub const ALL: Self = Self { numbers: true, heat: true, trail: true };
 }
 
 impl Default for Layers {
-    /// Numbers and trail.
+    /// Numbers and trail only.
     fn default() -> Self {
         Self { numbers: true, heat: false, trail: true }
     }
 }
 
 impl<'a> Scene<'a> {
-    /// The true maze, of which nobody knows anything.
+    /// Creates a scene of the true maze, with no wall known to a client.
     pub fn from_maze(maze: &'a Maze) -> Self {
         let scene = Self::empty(maze.size(), maze.start().cell, maze.goals());
         Self { truth: Some(maze), ..scene }
     }
 
-    /// What a client believes. Its walls count as there unless the [truth](Self::with_truth) says
-    /// otherwise.
+    /// Creates a scene of a client's map. Its walls count as real unless the
+    /// [true maze](Self::with_truth) says otherwise.
     pub fn from_map(map: &'a KnownMaze) -> Self {
         let scene = Self::empty(map.size(), map.start(), map.goals());
         Self { map: Some(map), ..scene }
@@ -95,21 +95,21 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Adds the true maze, where it is known: its walls are there, pale where nobody knows of them,
-    /// and shows which believed walls are mistaken. A maze of another size is left out.
+    /// Adds the true maze: walls unknown to the client are pale, and believed walls that do not exist
+    /// are marked as mistaken. A maze of another size is ignored.
     pub fn with_truth(mut self, maze: Option<&'a Maze>) -> Self {
         self.truth = maze.filter(|maze| maze.size() == self.size);
         self
     }
 
-    /// Adds the mouse. One outside of the maze is left out.
+    /// Adds the mouse. A mouse outside the maze is ignored.
     pub fn with_mouse(mut self, pose: Pose) -> Self {
         self.mouse = Some(pose).filter(|pose| self.size.contains(pose.cell));
         self
     }
 
-    /// Adds a client's weight for each cell. If all of them are 0, the client has none to show, and
-    /// there is neither a number nor a colour; else each cell has both.
+    /// Adds the client's weight of each cell, as numbers and heat colours. If all weights are 0, none
+    /// is shown.
     pub fn with_weights(mut self, weight: impl Fn(Cell) -> u8) -> Self {
         self.numbers = self.size.cells().map(|cell| Some(u16::from(weight(cell)))).collect();
         if self.numbers.iter().all(|&number| number == Some(0)) {
@@ -118,33 +118,34 @@ impl<'a> Scene<'a> {
         self
     }
 
-    /// Adds a number, such as a distance in steps, in each cell for which there is one.
+    /// Adds a number, such as a distance in steps, to each cell for which `number` returns one.
     pub fn with_numbers(mut self, number: impl Fn(Cell) -> Option<u16>) -> Self {
         self.numbers = self.size.cells().map(number).collect();
         self
     }
 
-    /// Adds the cells that the mouse went through, oldest first. The last [`TRAIL_CELLS`] are drawn.
+    /// Adds the path of the mouse, oldest cell first. The last [`TRAIL_CELLS`] cells are drawn.
     pub fn with_trail(mut self, cells: &'a [Cell]) -> Self {
         self.trail = &cells[cells.len().saturating_sub(TRAIL_CELLS)..];
         self
     }
 
-    /// Which layers a file shows.
+    /// Sets the layers that a file shows.
     pub const fn with_layers(mut self, layers: Layers) -> Self {
         self.layers = layers;
         self
     }
 
-    /// In which colours a file is drawn.
+    /// Sets the theme of a file.
     pub const fn with_theme(mut self, theme: Theme) -> Self {
         self.theme = theme;
         self
     }
 
-    /// The drawing for a page that has the [`stylesheet`](crate::stylesheet): no style and no size
-    /// of its own, all layers. Everything that can change is there with a class and the cell or the
-    /// wall it stands for, so that a page can change it in place:
+    /// Returns the drawing for a page that uses the [`stylesheet`](crate::stylesheet): all layers,
+    /// without styles or a size. Each element that can change carries a class and its cell or wall, so
+    /// a page can update it in place:
+    ///
     ///
     /// ```text
     /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer
@@ -160,18 +161,18 @@ impl<'a> Scene<'a> {
     /// </svg>
     /// ```
     ///
-    /// Cells come row by row from the south. Every place where a wall can be has its element: the
-    /// north and the east side of each cell, then the south sides of the south row, then the west
-    /// sides of the west column. `true` is a wall of the true maze, `known` one that the client
-    /// believes in, `mistaken` one that it believes in and that is not there; without any of these
-    /// there is nothing to see.
+    /// Cells are ordered row by row from the south. Every place of a wall has an element: the north
+    /// and the east side of each cell, then the south sides of the south row, then the west sides of
+    /// the west column. The class `true` marks a wall of the true maze, `known` a wall that the client
+    /// believes in, `mistaken` a believed wall that does not exist; an element with none of them is
+    /// invisible.
     pub fn page_svg(&self) -> String {
-        Svg::of(self, View::Page)
+        Svg::draw(self, View::Page)
     }
 
-    /// The drawing as a file that stands for itself: as on a page, with the style of its theme and
-    /// a size in pixels, its layers shown or hidden.
+    /// Returns the drawing as a standalone SVG file: the page's drawing plus the style of its theme and
+    /// a size in pixels, with the selected layers.
     pub fn svg(&self) -> String {
-        Svg::of(self, View::File)
+        Svg::draw(self, View::File)
     }
 }

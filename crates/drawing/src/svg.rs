@@ -1,4 +1,4 @@
-//! The drawing itself.
+//! The SVG drawing.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -10,21 +10,21 @@ use crate::geometry::{Area, MARGIN, PITCH, around, cell_area, centre, corner, un
 use crate::heat::{self, Rgb};
 use crate::marks::{LETTER_G, LETTER_S, MOUSE, frame};
 use crate::theme::file_style;
-use crate::walls::{Belief, WallClass, places};
+use crate::walls::{BelievedWall, WallClass, places};
 use crate::{Layers, Scene};
 
-/// For what a drawing is made.
+/// The purpose of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum View {
-    /// For a page that has the stylesheet and changes the drawing.
+    /// A page that has the stylesheet and updates the drawing.
     Page,
-    /// For a file, with its style.
+    /// A file with its own style.
     File,
-    /// For pixels: as a file, without what cannot be seen.
+    /// Rasterization: like a file, without invisible elements.
     Pixels,
 }
 
-/// Writes the drawing of a scene.
+/// A writer of the drawing of a scene.
 pub(crate) struct Svg<'a> {
     scene: &'a Scene<'a>,
     view: View,
@@ -32,24 +32,24 @@ pub(crate) struct Svg<'a> {
     parts: Vec<Part>,
 }
 
-/// What a drawing for pixels has in one place, to be left out where nothing has changed.
+/// A part of a drawing with a position, which can be omitted where nothing changed.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
-    /// Where it stands in the text.
+    /// Its byte range in the text.
     pub(crate) text: Range<usize>,
-    /// Where it can be seen.
+    /// The area in which it is visible.
     pub(crate) area: Area,
-    /// Whether it can be left out: it is an element, not a piece of the trail, which is one.
+    /// Whether it can be omitted: elements can, pieces of the trail (one element) cannot.
     pub(crate) is_element: bool,
 }
 
 impl<'a> Svg<'a> {
-    /// The whole drawing.
-    pub(crate) fn of(scene: &'a Scene<'a>, view: View) -> String {
+    /// Returns the whole drawing.
+    pub(crate) fn draw(scene: &'a Scene<'a>, view: View) -> String {
         Self::with_parts(scene, view).0
     }
 
-    /// The whole drawing, and its parts in the order in which they stand in it.
+    /// Returns the whole drawing and its parts in document order.
     pub(crate) fn with_parts(scene: &'a Scene<'a>, view: View) -> (String, Vec<Part>) {
         let text = String::with_capacity(scene.size.area() * 400 + 4096);
         let mut svg = Self { scene, view, text, parts: Vec::new() };
@@ -69,14 +69,14 @@ impl<'a> Svg<'a> {
         let _ = write!(self.text, "{text}");
     }
 
-    /// Writes an element that can be seen in this area only.
+    /// Writes an element that is visible only in this area.
     fn put_part(&mut self, area: Area, element: impl std::fmt::Display) {
         let start = self.text.len();
         self.put(element);
         self.parts.push(Part { text: start..self.text.len(), area, is_element: true });
     }
 
-    /// Whether a layer is written at all.
+    /// Returns whether a layer is written at all.
     fn has(&self, layer: impl Fn(Layers) -> bool) -> bool {
         self.view != View::Pixels || layer(self.scene.layers)
     }
@@ -154,8 +154,8 @@ impl<'a> Svg<'a> {
         self.put("</g>\n");
     }
 
-    /// Frames around the start and around the goals, with a badge each: an S, a G. They stay in
-    /// sight where weights colour the cells.
+    /// Draws frames around the start and the goals, each with a badge: S or G. They remain visible
+    /// under the heat colours.
     fn marks(&mut self) {
         let Scene { size, start, goals, .. } = *self.scene;
         self.put("<g class=\"marks\">\n");
@@ -170,14 +170,14 @@ impl<'a> Svg<'a> {
         self.put("</g>\n");
     }
 
-    /// What one of the cells has of their frame, and the badge if it is in the corner.
+    /// Draws a cell's part of the frame, and the badge if the cell is the corner.
     fn mark(&mut self, class: &str, cell: Cell, cells: &CellSet, letter: &str) {
         let Scene { size, start, .. } = *self.scene;
         let (x, y) = corner(size, cell);
         let frame = frame(size, cell, cells);
         if !frame.is_empty() {
             let mark = format_args!("<path class=\"mark {class}\" d=\"{frame}\"/>\n");
-            // The frame may go round a corner of the next cells.
+            // The frame may bend around a corner of the adjacent cells.
             let [west, north, east, south] = cell_area((x, y));
             self.put_part([west - 3, north - 3, east + 3, south + 3], mark);
         }
@@ -185,7 +185,7 @@ impl<'a> Svg<'a> {
         if goes_on(Heading::North) || goes_on(Heading::West) {
             return;
         }
-        // Where both are in one cell, the G stands beside the S.
+        // If start and goal share a cell, the G is drawn beside the S.
         let left = if class == "goal" && cell == start { x + 7 } else { x + 1 };
         let top = y + 1;
         self.put_part(
@@ -215,7 +215,7 @@ impl<'a> Svg<'a> {
             let start = self.text.len();
             self.put(format_args!("{},{}", corner.0 + PITCH / 2, corner.1 + PITCH / 2));
             if let Some((start, before)) = last {
-                // A piece stays inside of the two cells and those between.
+                // A piece stays within its two cells and those between.
                 let area = around(cell_area(before), cell_area(corner));
                 self.parts.push(Part { text: start..self.text.len(), area, is_element: false });
             }
@@ -236,7 +236,7 @@ impl<'a> Svg<'a> {
                 continue;
             }
             let (x, y) = centre(size, cell);
-            // A number of four digits is made to fit.
+            // Numbers of four or more digits are scaled to fit.
             let scale = match number {
                 Some(1000..) => format!(" scale({})", decimals(0.75)),
                 _ => String::new(),
@@ -254,8 +254,8 @@ impl<'a> Svg<'a> {
         let Scene { size, truth, map, .. } = *self.scene;
         self.put("<g class=\"walls\">\n");
         for (cell, heading) in places(size) {
-            let class = WallClass::of((cell, heading), truth, map);
-            let is_seen = class.stands || class.belief != Belief::None;
+            let class = WallClass::new((cell, heading), truth, map);
+            let is_seen = class.stands || class.belief != BelievedWall::None;
             if self.view == View::Pixels && !is_seen {
                 continue;
             }
@@ -266,7 +266,7 @@ impl<'a> Svg<'a> {
                 Heading::South => format!("M{x} {}h{PITCH}", y + PITCH),
                 Heading::West => format!("M{x} {y}v{PITCH}"),
             };
-            // A wall reaches half its width over each side of the cell.
+            // A wall extends half its width beyond each side of the cell.
             let [west, north, east, south] = cell_area((x, y));
             let area = [west - 1, north - 1, east + 1, south + 1];
             self.put_part(
@@ -323,7 +323,7 @@ mod tests {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
     }
 
-    /// The mouse knows of one wall and believes in another one that is not there.
+    /// The mouse knows one wall and believes in another that does not exist.
     fn map(maze: &Maze) -> KnownMaze {
         let mut map = KnownMaze::unexplored(maze);
         map.visit(Cell::new(0, 0));
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_maze_is_drawn_as_agreed() {
+    fn the_drawing_of_a_small_maze_is_stable() {
         let maze = maze();
         let map = map(&maze);
         let trail = [Cell::new(0, 0), Cell::new(0, 1)];
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_begins_with_the_truth_alone() {
+    fn a_page_starts_with_the_true_maze_only() {
         let maze = maze();
         let svg = Scene::from_maze(&maze).page_svg();
         assert!(svg.contains(r#"class="mouse absent" transform="translate(10 30) rotate(0)""#));
@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_that_are_all_zero_are_not_shown() {
+    fn all_zero_weights_are_hidden() {
         let maze = maze();
         assert_eq!(
             Scene::from_maze(&maze).with_weights(|_| 0).page_svg(),
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_inside_is_drawn() {
+    fn items_outside_the_maze_are_ignored() {
         let maze = maze();
         let outside = [Cell::new(0, 0), Cell::new(7, 0)];
         let scene = Scene::from_maze(&maze)
@@ -388,13 +388,13 @@ mod tests {
     }
 
     #[test]
-    fn long_numbers_are_made_to_fit() {
+    fn long_numbers_are_scaled_to_fit() {
         let maze = maze();
         let svg = Scene::from_maze(&maze).with_numbers(|_| Some(1023)).page_svg();
         assert_eq!(svg.matches(") scale(0.75)\"").count(), 4);
     }
 
-    /// The classes of each wall in a drawing, with the side of the cell.
+    /// Returns each wall of a drawing and its classes.
     fn walls_of(svg: &str) -> Vec<(String, String)> {
         let attribute = |line: &str, name: &str| {
             let (_, rest) = line.split_once(&format!(" {name}=\"")).unwrap();

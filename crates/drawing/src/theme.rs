@@ -1,38 +1,38 @@
-//! Colours and the other rules of style.
+//! Themes and style rules.
 
 use std::fmt::Write as _;
 
 use crate::digits;
 use crate::heat::Rgb;
 
-/// A set of colours: on a light or on a dark background.
+/// A colour theme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Theme {
-    /// Dark on light.
+    /// Dark lines on a light background.
     #[default]
     Light,
-    /// Light on dark.
+    /// Light lines on a dark background.
     Dark,
 }
 
-/// What has a colour of its own, the ramp of the weights apart.
+/// The colours of a theme, except the heat colours.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Colours {
     pub(crate) floor: Rgb,
     pub(crate) visited: Rgb,
-    /// Known walls, and with little opacity the others.
+    /// Known walls; unknown walls use the same colour with less opacity.
     pub(crate) wall: Rgb,
     pub(crate) mistaken: Rgb,
-    /// The start's cell and its frame.
+    /// The start cell and its frame.
     pub(crate) start: (Rgb, Rgb),
-    /// The goals' cells and their frame.
+    /// The goal cells and their frame.
     pub(crate) goal: (Rgb, Rgb),
     pub(crate) trail: Rgb,
     pub(crate) number: Rgb,
     pub(crate) mouse: Rgb,
-    /// The rim that sets the mouse off.
+    /// The outline of the mouse.
     pub(crate) rim: Rgb,
-    /// How opaque a wall is that the client does not know of.
+    /// The opacity of walls that the client does not know.
     pub(crate) unknown_opacity: &'static str,
     pub(crate) post_opacity: &'static str,
     pub(crate) trail_opacity: &'static str,
@@ -44,7 +44,7 @@ const fn rgb(hex: u32) -> Rgb {
 }
 
 impl Theme {
-    /// Its colours.
+    /// Returns the colours of the theme.
     pub(crate) const fn colours(self) -> Colours {
         match self {
             Self::Light => Colours {
@@ -82,15 +82,15 @@ impl Theme {
 }
 
 impl Colours {
-    /// Those that fill more than a line.
+    /// Returns the colours that fill areas.
     pub(crate) const fn areas(&self) -> [Rgb; 11] {
         let Self { floor, visited, wall, mistaken, start, goal, number, mouse, rim, .. } = *self;
         [floor, visited, wall, mistaken, start.0, start.1, goal.0, goal.1, number, mouse, rim]
     }
 }
 
-/// The rules that both themes share. Nothing here that a simple renderer does not know: classes,
-/// no variables, no calculations.
+/// Returns the rules shared by both themes. Simple renderers must understand them: classes only, no
+/// variables, no calculations.
 fn shapes() -> String {
     format!(
         "\
@@ -112,7 +112,7 @@ fn shapes() -> String {
     )
 }
 
-/// The rules of one theme: colours only.
+/// Returns the rules of one theme: colours only.
 fn colours(theme: Theme) -> String {
     let Colours { floor, visited, wall, mistaken, start, goal, trail, number, mouse, rim, .. } =
         theme.colours();
@@ -141,8 +141,8 @@ fn colours(theme: Theme) -> String {
     rules
 }
 
-/// The stylesheet of a page with drawings ([`Scene::page_svg`](crate::Scene::page_svg)): the light
-/// theme, and the dark one for those who prefer it.
+/// Returns the stylesheet of a page with drawings ([`Scene::page_svg`](crate::Scene::page_svg)):
+/// the light theme, and the dark theme for users who prefer it.
 ///
 /// ```
 /// let css = mmsim_drawing::stylesheet();
@@ -153,8 +153,8 @@ pub fn stylesheet() -> String {
     format!("{}{light}@media (prefers-color-scheme:dark){{\n{dark}}}\n", shapes())
 }
 
-/// The style of a file in one theme. `is_truth_alone` says that there is no client who could know
-/// walls or not, so that they are all strong.
+/// Returns the style of a file in one theme. With `is_truth_alone`, the scene has no client, so all
+/// walls are drawn at full strength.
 pub(crate) fn file_style(theme: Theme, is_truth_alone: bool) -> String {
     let strong = ".maze .wall.true{stroke-linecap:square;stroke-opacity:1}\n";
     let strong = if is_truth_alone { strong } else { "" };
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn what_matters_stands_out() {
+    fn important_elements_have_contrast() {
         for theme in [Theme::Light, Theme::Dark] {
             let Colours { floor, visited, wall, mistaken, start, goal, mouse, .. } =
                 theme.colours();
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn the_dark_rules_are_the_light_ones_in_other_colours() {
+    fn the_dark_rules_differ_only_in_colours() {
         let selectors = |theme| {
             let rules = colours(theme);
             rules

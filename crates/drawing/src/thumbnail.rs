@@ -1,12 +1,11 @@
-//! A small picture of a maze.
+//! Thumbnails of mazes.
 
 use std::fmt::Write as _;
 
 use mmsim_maze::{Cell, Heading, Maze};
 
-/// A small picture of a maze as an SVG file of some 1.5 KB for a classic maze: its walls as one
-/// path, its goal cells marked. The colours suit light and dark backgrounds, and it brings none of
-/// its own.
+/// Returns a small SVG of a maze, about 1.5 KB for a classic maze: its walls as one path, its goal
+/// cells filled. The background is transparent; the colours suit light and dark pages.
 ///
 /// ```
 /// let maze: mmsim_maze::Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
@@ -30,17 +29,17 @@ pub fn thumbnail(maze: &Maze) -> String {
     )
 }
 
-/// Between white and black, so that it stands out from both.
+/// A grey between black and white, visible on both.
 const WALL: &str = "#7b8794";
 const GOAL: &str = "#b46be0";
 
-/// How many rows lie north of a cell.
+/// Returns the number of rows north of a cell.
 fn row(height: u8, cell: Cell) -> u8 {
     height - 1 - cell.y
 }
 
-/// All walls as a path, a unit a cell: the outer walls, then straight runs of inner walls, each
-/// from where the one before it begins.
+/// Returns all walls as one path in units of a cell: the outer walls, then straight runs of inner
+/// walls, each positioned relative to the start of the previous one.
 fn walls(maze: &Maze) -> String {
     let (width, height) = (maze.size().width(), maze.size().height());
     let mut path = format!("M0 0h{width}v{height}H0z");
@@ -50,7 +49,7 @@ fn walls(maze: &Maze) -> String {
         let (right, down) = (to.0 - pen.0, to.1 - pen.1);
         let gap = if down < 0 { "" } else { " " };
         let _ = write!(path, "m{right}{gap}{down}{letter}{length}");
-        // After a line the pen stands at its end.
+        // A line moves the pen to its end.
         let length = i16::from(length);
         pen = if letter == 'h' { (to.0 + length, to.1) } else { (to.0, to.1 + length) };
     };
@@ -69,7 +68,7 @@ fn walls(maze: &Maze) -> String {
     path
 }
 
-/// Where a line of walls has runs of them, and how long they are.
+/// Returns the start and the length of each run of walls in a line.
 fn runs(cells: u8, has: impl Fn(u8) -> bool) -> Vec<(u8, u8)> {
     let mut runs: Vec<(u8, u8)> = Vec::new();
     for cell in (0..cells).filter(|&cell| has(cell)) {
@@ -90,10 +89,10 @@ mod tests {
 
     use super::*;
 
-    /// A wall of one cell's length: from where, and whether it goes east rather than south.
+    /// A wall of one cell: its start, and whether it runs east rather than south.
     type Piece = (i32, i32, bool);
 
-    /// The walls on a path, as a viewer reads it.
+    /// Parses the path back into walls.
     fn pieces(path: &str) -> BTreeSet<Piece> {
         let mut pieces = BTreeSet::new();
         let (mut x, mut y) = (0, 0);
@@ -129,7 +128,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn all_walls_are_on_the_path_and_nothing_else(
+        fn the_path_contains_exactly_the_walls(
             (width, height) in (1usize..=32, 1usize..=32),
             stands in prop::collection::vec(any::<bool>(), 2 * MazeSize::MAX_AREA),
         ) {

@@ -1,13 +1,13 @@
-//! The brain of a flood-fill mouse as a static library, for firmware in C (`mouse.h`) or any
-//! language that can call C.
+//! A flood-fill mouse as a static library, for firmware in C (`mouse.h`) or any language that can
+//! call C.
 //!
-//! There is no `std`, no allocator and no static memory: the firmware gives the place where the
-//! mouse lives. If one of the crates below came to need more, this library would not build.
+//! The library uses no `std`, no allocator and no static memory: the firmware provides the memory
+//! for the mouse. If one of the crates below needed more, this library would not build.
 //!
-//! `no_mangle` keeps the names of the functions for C to find. It counts as unsafe, since two
-//! functions of one name in a program are undefined behaviour; `mouse_` is for this library's
-//! alone. There is no other unsafe code: the places that C hands over are plain references, and
-//! what C must keep to so that they are valid is in `mouse.h`.
+//! `no_mangle` keeps the function names visible to C. It is unsafe because two functions with the
+//! same name in a program are undefined behaviour; only this library may use the prefix `mouse_`.
+//! There is no other unsafe code: pointers from C arrive as references, and `mouse.h` states the
+//! rules that keep them valid.
 #![no_std]
 #![allow(unsafe_code)] // for `no_mangle`, see above
 
@@ -17,17 +17,17 @@ use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Step, WallsAround};
 use mmsim_protocol::{Order, encode_state, state_bytes};
 use mmsim_solvers::{FloodFill, Move};
 
-/// A mouse of yours has its own strategy here.
+/// Put your own strategy here.
 type Mouse = mmsim_solvers::Mouse<FloodFill>;
 
-/// Length of a state of the 16×16 maze in bytes.
+/// Length of a state of a 16×16 maze, in bytes.
 const STATE_BYTES: usize = state_bytes(MazeSize::CLASSIC);
 
-// The numbers in `mouse.h`.
+// The constants in `mouse.h` must match.
 const _: () = assert!(STATE_BYTES == 518);
 const _: () = assert!(size_of::<Mouse>() <= 4096 && align_of::<Mouse>() <= 8);
 
-/// Puts a mouse that knows nothing yet at the start of a 16×16 maze, with the goal in the centre.
+/// Initializes a mouse at the start of an unknown 16×16 maze with the goal in the centre.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_new(place: &mut MaybeUninit<Mouse>) {
     let start = Pose::new(Cell::new(0, 0), Heading::North);
@@ -35,13 +35,13 @@ pub extern "C" fn mouse_new(place: &mut MaybeUninit<Mouse>) {
     place.write(Mouse::new(FloodFill::new(), map, start));
 }
 
-/// Notes what the wall sensors say; `false` if that contradicts what they said before.
+/// Records a reading of the wall sensors. Returns `false` if it contradicts earlier readings.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_see(mouse: &mut Mouse, left: bool, front: bool, right: bool) -> bool {
     mouse.see(WallsAround { left, front, right }).is_ok()
 }
 
-/// The next step as its letter `F`, `L`, `R` or `B`; `G` in the goal, 0 if there is no way to it.
+/// Returns the next step as `F`, `L`, `R` or `B`, `G` in the goal, or 0 if it is unreachable.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_next_step(mouse: &mut Mouse) -> u8 {
     match mouse.decide() {
@@ -54,7 +54,7 @@ pub extern "C" fn mouse_next_step(mouse: &mut Mouse) -> u8 {
     }
 }
 
-/// Tells the mouse that its motors have taken a step; `false` if it cannot have been that one.
+/// Records that the motors have taken a step. Returns `false` if the mouse cannot have taken it.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_stepped(mouse: &mut Mouse, step: u8) -> bool {
     let step = match step {
@@ -67,15 +67,15 @@ pub extern "C" fn mouse_stepped(mouse: &mut Mouse, step: u8) -> bool {
     mouse.go(step).is_ok()
 }
 
-/// Writes the message that reports the mouse's state to a simulator, for a viewer.
+/// Writes the message that reports the mouse's state to a simulator, for its viewer.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_encode_state(mouse: &Mouse, message: &mut [u8; STATE_BYTES]) {
     let weight = |cell| mouse.weight(cell);
-    // The buffer has the length of the message, so there is no error.
+    // Cannot fail: the buffer has the length of the message.
     let _ = encode_state(message, mouse.pose(), mouse.map(), weight, Order::F);
 }
 
-/// What the mouse does when the program is wrong. A real one stops its motors first.
+/// Halts after a panic. A real mouse stops its motors first.
 #[panic_handler]
 fn halt(_: &core::panic::PanicInfo<'_>) -> ! {
     loop {
