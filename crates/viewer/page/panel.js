@@ -15,7 +15,7 @@ import { Timeline } from "./timeline.js";
  * milliseconds. While states arrive fast the factor is larger, to leave the processors to the search.
  */
 const DRAW_PAUSE = { min: 25, max: 150, factor: 2, fastFactor: 10 };
-/** More new states than this per draw are fast: weights are hidden, half the work of drawing. */
+/** With more new states than this per draw, the weights are hidden: drawing them takes half of the time. */
 const FAST_STATES = 50;
 /** Milliseconds without drawing until weights are shown again. */
 const FAST_TIMEOUT = 100;
