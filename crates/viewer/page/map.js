@@ -146,7 +146,7 @@ export class MazeMap {
     return `${(x + 0.5) * PITCH}${separator}${(this.#source.height - y - 0.5) * PITCH}`;
   }
 
-  /** Returns the cell under the pointer, y * width + x, or null. @param {{ clientX: number, clientY: number }} pointer */
+  /** Cell under the pointer, y * width + x, or null. @param {{ clientX: number, clientY: number }} pointer */
   cellAt({ clientX, clientY }) {
     const { width, height } = this.#source;
     const point = new DOMPoint(clientX, clientY).matrixTransform(this.svg.getScreenCTM()?.inverse());

@@ -47,6 +47,7 @@ export class RunForm {
     if (document.activeElement === pressed) next.focus(); // a disabled button loses the focus
     pressed.disabled = true;
     setAttribute(this.#form, "data-running", running);
-    setText(this.#form, ".result", status ? `${status.strategy}: ${status.says || (running ? "searching" : "ended")}` : "");
+    const result = status?.says || (running ? "searching" : "ended");
+    setText(this.#form, ".result", status ? `${status.strategy}: ${result}` : "");
   }
 }

@@ -63,8 +63,11 @@ fn other_sites_can_neither_read_nor_control() {
                 "style",
                 "events",
             ] {
-                let said = found[what].as_str().unwrap();
-                assert!(said.starts_with("no: ") && !said.contains("late"), "{what}: {found:#}");
+                let result = found[what].as_str().unwrap();
+                assert!(
+                    result.starts_with("no: ") && !result.contains("late"),
+                    "{what}: {found:#}"
+                );
             }
             assert!(!browser.frame_has("#frame", "#panels"), "{found:#}");
             assert_eq!(browser.run::<Option<bool>>("return window.scripted", &[]), None);
@@ -75,8 +78,8 @@ fn other_sites_can_neither_read_nor_control() {
         let rebound = format!("http://rebound.example:{port}");
         browser.open(&rebound);
         assert!(!browser.exists("#panels"));
-        let said: String = browser.run("return document.body.innerText", &[]);
-        assert!(said.contains("expected a name of this machine"), "{said}");
+        let text: String = browser.run("return document.body.innerText", &[]);
+        assert!(text.contains("expected a name of this machine"), "{text}");
         let read = "const [path, done] = arguments;
             fetch(path, { method: 'POST', body: '{}' }).then((reply) => reply.status).then(done);";
         assert_eq!(browser.run_async::<u16>(read, &[json!("/api/mouse/stop")]), 403);
@@ -155,8 +158,8 @@ fn other_machines_need_the_token() {
 
         browser.open(&page);
         assert!(!browser.exists("#panels"));
-        let said: String = browser.run("return document.body.innerText", &[]);
-        assert!(said.starts_with("expected the token"), "{said}");
+        let text: String = browser.run("return document.body.innerText", &[]);
+        assert!(text.starts_with("expected the token"), "{text}");
         let local = format!("http://127.0.0.1:{port}");
         for path in ["/", "/page.js", "/api/mazes", "/events", "/?token=", "/api/page?token=0"] {
             assert_eq!(http::get(&format!("{local}{path}")).status, 401, "{path}");

@@ -29,7 +29,7 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
-    /// The map of a maze in a client's last state. The mouse has visited the cells of `trail`, oldest first.
+    /// The map of a maze after a client's last state. `trail` holds the visited cells, oldest first.
     pub(crate) fn expected(maze: &Maze, state: Option<&TestState>, trail: &[Cell]) -> Self {
         let size = maze.size();
         let classes = |class: &str, others: &[(bool, &str)]| {

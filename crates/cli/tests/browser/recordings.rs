@@ -98,11 +98,11 @@ fn an_invalid_recording_shows_an_error() {
         Panel::live(browser).wait_until_empty();
         let file = simulator.home.write("rubbish.mcap", "rubbish");
         browser.type_into(FILE, file.to_str().unwrap());
-        let said = wait_for("the error", || {
-            let said = browser.text("#error span");
-            (!said.is_empty()).then_some(said)
+        let message = wait_for("the error", || {
+            let message = browser.text("#error span");
+            (!message.is_empty()).then_some(message)
         });
-        assert!(said.starts_with("rubbish.mcap: "), "{said}");
+        assert!(message.starts_with("rubbish.mcap: "), "{message}");
         assert_eq!(
             browser.run::<usize>("return document.querySelectorAll('.panel').length", &[]),
             1

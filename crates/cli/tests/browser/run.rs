@@ -41,8 +41,8 @@ fn each_strategy_runs_and_stops() {
             });
             live.click(STOP);
             wait_for("the mouse to stop", || (!is_running(live)).then_some(()));
-            let said = live.text(".run .result");
-            assert!(said.starts_with(&format!("{name}: stopped after ")), "{said}");
+            let result = live.text(".run .result");
+            assert!(result.starts_with(&format!("{name}: stopped after ")), "{result}");
             let states = simulator.info().states;
             live.wait_for_run_state(simulator.run_number(), states - 1);
             assert_eq!(live.position(), format!("State {states} of {states}"));
@@ -50,9 +50,9 @@ fn each_strategy_runs_and_stops() {
             // At full speed, to the goal.
             live.choose("[name=pace]", "0");
             live.click(RUN);
-            let said = wait_for("the goal", || {
-                let said = live.text(".run .result");
-                said.contains("goal reached").then_some(said)
+            let result = wait_for("the goal", || {
+                let result = live.text(".run .result");
+                result.contains("goal reached").then_some(result)
             });
             assert!(!is_running(live));
             let steps = simulator.info().states - 1;
@@ -61,7 +61,7 @@ fn each_strategy_runs_and_stops() {
             let visited = live.text(".visited dd");
             let expected =
                 format!("{name}: goal reached after {steps} steps, {visited} cells visited");
-            assert_eq!(said, expected);
+            assert_eq!(result, expected);
             // The page shows the same states as a client's search.
             let states = simulator.search(&maze, strategy);
             live.wait_for_run_state(simulator.run_number(), states.len() - 1);

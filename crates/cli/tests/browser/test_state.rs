@@ -37,7 +37,7 @@ impl TestState {
             cell: Cell::new(part(number % width), part(number / width % height)),
             heading: ['E', 'N', 'W', 'S'][number % 4],
             weights: size.cells().map(|cell| mix(cell, 1)).collect(),
-            // Only few walls, and no unused bits.
+            // Few walls, and no unused bits.
             walls: size.cells().map(|cell| mix(cell, 13) & mix(cell, 7) & 31).collect(),
         }
     }

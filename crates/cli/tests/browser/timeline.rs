@@ -98,7 +98,7 @@ fn keys_go_through_the_history() {
         live.wait_for_state(29);
         browser.press_with(Key::Shift, char::from(Key::Right));
         live.wait_for_state(39);
-        // `g` moves the focus to the field, Enter back.
+        // `g` moves the focus to the field.
         browser.press("g7".chars().chain([char::from(Key::Enter)]));
         live.wait_for_state(6);
         // With the focus on the slider, each key takes effect only once.
