@@ -1,89 +1,88 @@
 // @ts-check
-// What the server answers, and how it is asked.
+// Requests to the server, and the types of its responses.
 
 /**
  * @typedef {{ live: boolean, records: boolean, version: string, zmq: string, server: string,
- *   strategies: { name: string, about: string }[], opened: { id: string, title: string }[] }} PageFacts
+ *   strategies: { name: string, about: string }[], opened: { id: string, title: string }[] }} PageInfo
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry
- * @typedef {{ strategy: string, running: boolean, says: string }} MouseRun
+ * @typedef {{ strategy: string, running: boolean, says: string }} RunnerStatus
  * @typedef {{ run: number | null, states: number | null, maze: string | null,
- *   mouse: MouseRun | null, recordings: number, server: string, opened: string[] }} ServerEvent
+ *   mouse: RunnerStatus | null, recordings: number, server: string, opened: string[] }} ServerEvent
  * @typedef {{ id: string, run: number, title: string, width: number, height: number,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
  *   shortest_path: number | null, note: string | null }} Source
  * @typedef {{ at: number, states: number, state: number[], steps: number, turns: number, visited: number, open: number | null,
- *   closed: number | null, solved: boolean, trail: number[] }} Moment
- * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[] }} Costs
- * @typedef {{ advance: number, digits: string[], heat: { light: string[], dark: string[] } }} Drawing
+ *   closed: number | null, solved: boolean, trail: number[] }} StateView
+ * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[] }} DistanceHistory
+ * @typedef {{ advance: number, digits: string[], heat: { light: string[], dark: string[] } }} DrawingStyle
  * @typedef {{ name: string, bytes: number, modified: string }} RecordingEntry
  */
 
-/** The server said no, in a sentence that can be shown. */
-export class Refused extends Error {
+/** An error response, with a message for the user. */
+export class ApiError extends Error {
   /** @param {number} status @param {string} text */
   constructor(status, text) {
-    super(text || `the server answered ${status}`);
-    /** Whether the run that was asked about is over. */
-    this.over = status === 410;
-    /** Whether there is no such thing, or no more. */
-    this.gone = status === 404;
+    super(text || `HTTP status ${status}`);
+    /** Whether a newer run has replaced the requested one. */
+    this.isRunOver = status === 410;
+    this.isNotFound = status === 404;
   }
 }
 
-/** @param {string} address @param {RequestInit} [init] */
-async function ask(address, init) {
-  const answer = await fetch(address, init);
-  if (!answer.ok) throw new Refused(answer.status, (await answer.text()).trim());
-  return answer;
+/** @param {string} url @param {RequestInit} [init] */
+async function request(url, init) {
+  const response = await fetch(url, init);
+  if (!response.ok) throw new ApiError(response.status, (await response.text()).trim());
+  return response;
 }
 
-/** @param {string} address @param {AbortSignal} [signal] @returns {Promise<any>} */
-const json = async (address, signal) => (await ask(address, { signal })).json();
+/** @param {string} url @param {AbortSignal} [signal] @returns {Promise<any>} */
+const getJson = async (url, signal) => (await request(url, { signal })).json();
 
-/** @param {string} address @param {object} body */
-const post = (address, body) =>
-  ask(address, {
+/** @param {string} url @param {object} body */
+const post = (url, body) =>
+  request(url, {
     method: "POST",
     headers: { "content-type": "application/json" },
     body: JSON.stringify(body),
   });
 
-/** @param {Promise<Response>} opening @returns {Promise<string>} the id of the opened recording */
-const opened = async (opening) => (await (await opening).json()).id;
+/** @param {Promise<Response>} response @returns {Promise<string>} */
+const recordingId = async (response) => (await (await response).json()).id;
 
-/** @returns {Promise<PageFacts>} */
-export const pageFacts = () => json("/api/page");
-/** @returns {Promise<Drawing>} */
-export const drawingFacts = () => json("/drawing.json");
+/** @returns {Promise<PageInfo>} */
+export const pageInfo = () => getJson("/api/page");
+/** @returns {Promise<DrawingStyle>} */
+export const drawingStyle = () => getJson("/drawing.json");
 /** @returns {Promise<MazeEntry[]>} */
-export const mazes = () => json("/api/mazes");
+export const mazes = () => getJson("/api/mazes");
 /** @param {string} path */
-export const mazePicture = (path) => `/api/mazes/picture.svg?path=${encodeURIComponent(path)}`;
+export const thumbnailUrl = (path) => `/api/mazes/picture.svg?path=${encodeURIComponent(path)}`;
 /** @param {string} path */
-export const serveMaze = (path) => post("/api/maze", { path });
+export const loadMaze = (path) => post("/api/maze", { path });
 
 /** @returns {Promise<RecordingEntry[]>} */
-export const recordings = () => json("/api/recordings");
+export const recordings = () => getJson("/api/recordings");
 /** @param {string} name */
-export const openRecording = (name) => opened(post("/api/recordings/open", { name }));
+export const openRecording = (name) => recordingId(post("/api/recordings/open", { name }));
 /** @param {File} file */
-export const loadRecording = (file) =>
-  opened(ask(`/api/recordings?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file }));
+export const uploadRecording = (file) =>
+  recordingId(request(`/api/recordings?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file }));
 /** @param {string} id */
 export const closeRecording = (id) => post("/api/recordings/close", { id });
 
 /** @param {string} strategy @param {number} pace_ms */
-export const runMouse = (strategy, pace_ms) => post("/api/mouse/run", { strategy, pace_ms });
+export const startMouse = (strategy, pace_ms) => post("/api/mouse/run", { strategy, pace_ms });
 export const stopMouse = () => post("/api/mouse/stop", {});
 
 /** @param {string} id @param {AbortSignal} signal @returns {Promise<Source>} */
-export const source = (id, signal) => json(`/api/sources/${id}`, signal);
-/** @param {Source} source @param {string} what @param {string} [query] */
-export const sourceAddress = ({ id, run }, what, query = "") => `/api/sources/${id}/${what}?run=${run}${query}`;
+export const source = (id, signal) => getJson(`/api/sources/${id}`, signal);
+/** @param {Source} source @param {string} resource @param {string} [query] */
+export const sourceUrl = ({ id, run }, resource, query = "") => `/api/sources/${id}/${resource}?run=${run}${query}`;
 /** @param {Source} source @param {AbortSignal} signal */
-export const drawing = async (source, signal) => (await ask(sourceAddress(source, "drawing.svg"), { signal })).text();
-/** @param {Source} source @param {number} at @param {AbortSignal} signal @returns {Promise<Moment>} */
-export const moment = (source, at, signal) => json(sourceAddress(source, "moment", `&at=${at}`), signal);
-/** @param {Source} source @param {AbortSignal} signal @returns {Promise<Costs>} */
-export const costs = (source, signal) => json(sourceAddress(source, "costs"), signal);
+export const drawing = async (source, signal) => (await request(sourceUrl(source, "drawing.svg"), { signal })).text();
+/** @param {Source} source @param {number} index @param {AbortSignal} signal @returns {Promise<StateView>} */
+export const stateView = (source, index, signal) => getJson(sourceUrl(source, "moment", `&at=${index}`), signal);
+/** @param {Source} source @param {AbortSignal} signal @returns {Promise<DistanceHistory>} */
+export const distances = (source, signal) => getJson(sourceUrl(source, "costs"), signal);

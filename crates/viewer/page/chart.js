@@ -1,9 +1,9 @@
 // @ts-check
-// Both costs over the run as lines, with a cursor at the shown state.
+// Line chart of the optimistic and pessimistic distance over the run, with a cursor at the shown state.
 
-import { part, set, write } from "./dom.js";
+import { query, setAttribute, setText } from "./dom.js";
 
-/** Units of the drawing; above the largest cost is room for its number. */
+/** In units of the view box. The label of the maximum is in the space above the lines. */
 const [WIDTH, HEIGHT, TOP] = [512, 100, 20];
 
 export class Chart {
@@ -11,52 +11,52 @@ export class Chart {
   #cursor;
   #last = 1;
 
-  /** @param {HTMLElement} panel @param {(at: number) => void} go */
-  constructor(panel, go) {
+  /** @param {HTMLElement} panel @param {(index: number) => void} seek */
+  constructor(panel, seek) {
     this.#panel = panel;
-    this.#cursor = part(panel, ".plot .cursor", SVGElement);
-    const lines = part(panel, ".plot svg", SVGElement);
-    part(panel, ".plot").onclick = ({ clientX }) => {
-      const { left, width } = lines.getBoundingClientRect();
-      go(Math.round(((clientX - left) / width) * this.#last));
+    this.#cursor = query(panel, ".plot .cursor", SVGElement);
+    const svg = query(panel, ".plot svg", SVGElement);
+    query(panel, ".plot").onclick = ({ clientX }) => {
+      const { left, width } = svg.getBoundingClientRect();
+      seek(Math.round(((clientX - left) / width) * this.#last));
     };
   }
 
-  /** @param {import("./api.js").Costs} costs @param {import("./api.js").Moment | null} newest */
+  /** @param {import("./api.js").DistanceHistory} history @param {import("./api.js").StateView | null} newest */
   draw({ states, stride, open, closed }, newest) {
     this.#last = Math.max(1, states - 1);
     if (newest) {
-      // Which is seldom among the costs of a long run.
+      // The samples of a long run rarely include its newest state.
       open.push(newest.open);
       closed.push(newest.closed);
     }
-    const most = Math.max(1, ...open.map(Number), ...closed.map(Number));
-    /** @param {number} cost */
-    const top = (cost) => (HEIGHT - (cost / most) * (HEIGHT - TOP)).toFixed(1);
-    /** A step for each value, since a cost holds until the next one. @param {(number | null)[]} costs */
-    const line = (costs) => {
+    const max = Math.max(1, ...open.map(Number), ...closed.map(Number));
+    /** @param {number} distance */
+    const y = (distance) => (HEIGHT - (distance / max) * (HEIGHT - TOP)).toFixed(1);
+    /** A step line, with gaps where there is no path. @param {(number | null)[]} distances */
+    const line = (distances) => {
       let path = "";
-      costs.forEach((cost, i) => {
-        if (cost === null) return;
-        path += `${i > 0 && costs[i - 1] !== null ? "V" : `M${this.#left(i * stride)} `}${top(cost)}H${this.#left((i + 1) * stride)}`;
+      distances.forEach((distance, i) => {
+        if (distance === null) return;
+        path += `${i > 0 && distances[i - 1] !== null ? "V" : `M${this.#x(i * stride)} `}${y(distance)}H${this.#x((i + 1) * stride)}`;
       });
       return path;
     };
-    part(this.#panel, ".plot .open", SVGElement).setAttribute("d", line(open));
-    part(this.#panel, ".plot .closed", SVGElement).setAttribute("d", line(closed));
-    // A way that is known since the newest state is a line of no length yet.
-    const known = closed.at(-1) ?? null;
-    part(this.#panel, ".plot .dot", SVGElement).setAttribute("d", known === null ? "" : `M${WIDTH} ${top(known)}h0`);
-    write(this.#panel, ".most", states > 0 ? most : "");
+    query(this.#panel, ".plot .optimistic", SVGElement).setAttribute("d", line(open));
+    query(this.#panel, ".plot .pessimistic", SVGElement).setAttribute("d", line(closed));
+    // The line of a path that is new in the last state has no length: mark its end with a dot.
+    const end = closed.at(-1) ?? null;
+    query(this.#panel, ".plot .dot", SVGElement).setAttribute("d", end === null ? "" : `M${WIDTH} ${y(end)}h0`);
+    setText(this.#panel, ".max", states > 0 ? max : "");
   }
 
-  /** @param {number} at */
-  show(at) {
-    set(this.#cursor, "transform", `translate(${this.#left(at)} 0)`);
+  /** @param {number} index */
+  setCursor(index) {
+    setAttribute(this.#cursor, "transform", `translate(${this.#x(index)} 0)`);
   }
 
-  /** @param {number} at */
-  #left(at) {
-    return ((Math.min(at, this.#last) / this.#last) * WIDTH).toFixed(1);
+  /** @param {number} index */
+  #x(index) {
+    return ((Math.min(index, this.#last) / this.#last) * WIDTH).toFixed(1);
   }
 }

@@ -1,14 +1,14 @@
 // @ts-check
-// The server's events, while the tab is seen.
+// The stream of server-sent events, open while the tab is visible.
 
-/** Milliseconds until a stream is opened again that the browser has given up. */
+/** Milliseconds before reopening a stream that the browser does not reconnect itself. */
 const RETRY = 2000;
 
 /**
- * @param {(event: import("./api.js").ServerEvent) => void} hear
- * @param {(connected: boolean) => void} connected
+ * @param {(event: import("./api.js").ServerEvent) => void} onEvent
+ * @param {(connected: boolean) => void} onConnection
  */
-export function listen(hear, connected) {
+export function listen(onEvent, onConnection) {
   /** @type {EventSource | undefined} */
   let stream;
   const open = () => {
@@ -16,10 +16,10 @@ export function listen(hear, connected) {
     if (document.hidden) return;
     const opened = new EventSource("/events");
     stream = opened;
-    opened.onmessage = ({ data }) => hear(JSON.parse(data));
-    opened.onopen = () => connected(true);
+    opened.onmessage = ({ data }) => onEvent(JSON.parse(data));
+    opened.onopen = () => onConnection(true);
     opened.onerror = () => {
-      connected(false);
+      onConnection(false);
       if (opened.readyState === EventSource.CLOSED) setTimeout(() => stream === opened && open(), RETRY);
     };
   };

@@ -1,36 +1,37 @@
 // @ts-check
-// The shown moment in figures and in words.
+// The figures of the shown state, and its announcement to screen readers.
 
-import { counted, grouped, part, set, write } from "./dom.js";
+import { formatNumber, pluralize, query, setAttribute, setText } from "./dom.js";
 import { HEADINGS } from "./state.js";
 
 /**
- * @typedef {import("./api.js").Moment} Moment
- * @typedef {{ at: number, state: import("./state.js").State, moment: Moment }} Shown
+ * @typedef {import("./api.js").StateView} StateView
+ * @typedef {{ index: number, state: import("./state.js").State, view: StateView }} Shown
  */
 
-/** @param {HTMLElement} panel @param {import("./api.js").Source | null} source @param {Moment | undefined} moment */
-export function showFigures(panel, source, moment) {
-  const none = moment ? "no way" : "–";
+/** @param {HTMLElement} panel @param {import("./api.js").Source | null} source @param {StateView | undefined} view */
+export function showFigures(panel, source, view) {
+  const none = view ? "no path" : "–";
   /** @param {string} name @param {number | null | undefined} value */
-  const figure = (name, value, instead = "–") => write(panel, `.${name} dd`, value == null ? instead : grouped(value));
-  figure("steps", moment?.steps);
-  figure("turns", moment?.turns);
-  figure("visited", moment?.visited);
-  figure("open-cost", moment?.open, none);
-  figure("closed-cost", moment?.closed, none);
-  figure("shortest", source?.shortest_path, source?.truth ? "no way" : "–");
-  write(panel, ".solved", moment?.solved ? "solved" : "not solved");
-  set(panel, "data-solved", moment?.solved ?? false);
+  const show = (name, value, placeholder = "–") =>
+    setText(panel, `.${name} dd`, value == null ? placeholder : formatNumber(value));
+  show("steps", view?.steps);
+  show("turns", view?.turns);
+  show("visited", view?.visited);
+  show("optimistic", view?.open, none);
+  show("pessimistic", view?.closed, none);
+  show("actual", source?.shortest_path, source?.truth ? "no path" : "–");
+  setText(panel, ".proven", view?.solved ? "proven" : "not proven");
+  setAttribute(panel, "data-proven", view?.solved ?? false);
 }
 
-/** Tells those who hear the page. @param {HTMLElement} panel @param {Shown | null} shown */
-export function tell(panel, shown) {
-  const words = [part(panel, ".place").textContent];
+/** @param {HTMLElement} panel @param {Shown | null} shown */
+export function announce(panel, shown) {
+  const parts = [query(panel, ".position").textContent];
   if (shown) {
-    const { state, moment } = shown;
-    words.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
-    words.push(`${counted(moment.visited, "cell")} visited`, moment.solved ? "solved" : "not solved");
+    const { state, view } = shown;
+    parts.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
+    parts.push(`${pluralize(view.visited, "cell")} visited`, `shortest path ${view.solved ? "" : "not "}proven`);
   }
-  write(panel, ".words", words.join(", "));
+  setText(panel, ".announcement", parts.join(", "));
 }

@@ -1,12 +1,12 @@
 // @ts-check
-// The map: the server's drawing of the maze, in which a state changes only what differs from what is
-// drawn. Thousands of elements stand in it, and most stay as they are from state to state.
+// The map of the maze. The server draws it; a state then updates only the elements that differ, since most
+// of the thousands of elements stay the same from state to state.
 
-import { set } from "./dom.js";
+import { setAttribute } from "./dom.js";
 import { DX, DY, HEADINGS, VISITED, WALL_BITS } from "./state.js";
 
 /**
- * @typedef {import("./api.js").Drawing} Drawing
+ * @typedef {import("./api.js").DrawingStyle} DrawingStyle
  * @typedef {import("./api.js").Source} Source
  * @typedef {import("./state.js").State} State
  * @typedef {Record<"numbers" | "heat" | "trail", boolean>} Layers
@@ -15,22 +15,22 @@ import { DX, DY, HEADINGS, VISITED, WALL_BITS } from "./state.js";
 const PITCH = 20;
 export const dark = matchMedia("(prefers-color-scheme: dark)");
 
-/** Elements with one attribute that a number stands for: what is drawn is remembered as that number. */
+/** One attribute of many elements, as numbers. Writes an attribute only when its number changes. */
 class Attributes {
-  /** @param {Element[]} elements @param {string} name @param {(value: number, index: number) => string} write */
-  constructor(elements, name, write) {
+  /** @param {Element[]} elements @param {string} name @param {(value: number, index: number) => string} format */
+  constructor(elements, name, format) {
     this.elements = elements;
     this.name = name;
-    this.write = write;
-    // Whatever the server has drawn, the first state is drawn in full.
-    this.drawn = new Int16Array(elements.length).fill(-2);
+    this.format = format;
+    // No value is -2, so the first state writes all attributes.
+    this.values = new Int16Array(elements.length).fill(-2);
   }
 
   /** @param {number} index @param {number} value */
   set(index, value) {
-    if (this.drawn[index] === value) return;
-    this.drawn[index] = value;
-    this.elements[index].setAttribute(this.name, this.write(value, index));
+    if (this.values[index] === value) return;
+    this.values[index] = value;
+    this.elements[index].setAttribute(this.name, this.format(value, index));
   }
 }
 
@@ -38,17 +38,17 @@ export class MazeMap {
   #source;
   #cells;
   #walls;
-  #sides;
+  #wallSides;
   #numbers;
-  #heats;
+  #heat;
   #trail;
-  #trailDrawn = "";
+  #trailPoints = "";
   #mouse;
   #cursor = document.createElementNS("http://www.w3.org/2000/svg", "rect");
 
-  /** @param {string} text the server's drawing @param {Source} source @param {Drawing} drawing */
-  constructor(text, source, drawing) {
-    const parsed = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
+  /** @param {string} drawing @param {Source} source @param {DrawingStyle} style */
+  constructor(drawing, source, style) {
+    const parsed = new DOMParser().parseFromString(drawing, "image/svg+xml").documentElement;
     const svg = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (document.adoptNode(parsed)));
     const { width, height } = source;
     /** @param {string} selector */
@@ -59,70 +59,70 @@ export class MazeMap {
     this.#mouse = all(".mouse")[0];
 
     const cells = all(".cell");
-    const plain = cells.map((cell) => (cell.getAttribute("class") ?? "").replace(" visited", ""));
-    this.#cells = new Attributes(cells, "class", (visited, i) => plain[i] + (visited ? " visited" : ""));
+    const classes = cells.map((cell) => (cell.getAttribute("class") ?? "").replace(" visited", ""));
+    this.#cells = new Attributes(cells, "class", (visited, i) => classes[i] + (visited ? " visited" : ""));
 
     const walls = all(".wall");
-    const stands = walls.map((wall) => wall.classList.contains("true"));
-    this.#walls = new Attributes(walls, "class", (believed, i) => {
-      const wall = stands[i] ? "wall true" : "wall";
-      return !believed ? wall : stands[i] || !source.truth ? `${wall} known` : "wall mistaken";
+    const isTrue = walls.map((wall) => wall.classList.contains("true"));
+    this.#walls = new Attributes(walls, "class", (reported, i) => {
+      const wall = isTrue[i] ? "wall true" : "wall";
+      return !reported ? wall : isTrue[i] || !source.truth ? `${wall} known` : "wall mistaken";
     });
-    /** Where beliefs in a wall stand: in the cells on both sides. */
-    this.#sides = walls.map((wall) => {
+    /** The cells on both sides of each wall, and its bit in each: either may report the wall. */
+    this.#wallSides = walls.map((wall) => {
       const [x, y, side] = (wall.getAttribute("data-wall") ?? "").split(",");
       const heading = "NESW".indexOf(side);
-      const [column, row] = [Number(x) + DX[heading], Number(y) + DY[heading]];
-      const outer = column < 0 || row < 0 || column >= width || row >= height;
-      const [bit, back] = [WALL_BITS[heading], WALL_BITS[(heading + 2) % 4]];
-      return { outer, cell: Number(y) * width + Number(x), bit, other: row * width + column, back };
+      const [otherX, otherY] = [Number(x) + DX[heading], Number(y) + DY[heading]];
+      const outer = otherX < 0 || otherY < 0 || otherX >= width || otherY >= height;
+      const [bit, otherBit] = [WALL_BITS[heading], WALL_BITS[(heading + 2) % 4]];
+      return { outer, cell: Number(y) * width + Number(x), bit, other: otherY * width + otherX, otherBit };
     });
 
     /** @type {string[]} */
-    const texts = [];
-    this.#numbers = new Attributes(all(".number"), "d", (number) => (texts[number] ??= strokes(number, drawing)));
-    const colours = [...drawing.heat.light, ...drawing.heat.dark];
-    this.#heats = new Attributes(all(".heat"), "fill", (heat) => (heat < 0 ? "none" : colours[heat]));
+    const paths = [];
+    this.#numbers = new Attributes(all(".number"), "d", (number) => (paths[number] ??= numberPath(number, style)));
+    const colours = [...style.heat.light, ...style.heat.dark];
+    this.#heat = new Attributes(all(".heat"), "fill", (colour) => (colour < 0 ? "none" : colours[colour]));
 
     this.#cursor.setAttribute("class", "cursor");
     this.#cursor.setAttribute("width", `${PITCH}`);
     this.#cursor.setAttribute("height", `${PITCH}`);
     this.#showWalls(new Uint8Array(cells.length));
-    this.#place(source.start[0], source.start[1], 0);
+    this.#placeMouse(source.start[0], source.start[1], 0);
   }
 
   /** @param {State} state @param {number[]} trail cells, oldest first @param {Layers} layers */
   show(state, trail, layers) {
     for (const [layer, shown] of Object.entries(layers)) this.svg.classList.toggle(`hide-${layer}`, !shown);
     this.#showWalls(state.walls);
-    // A hidden layer is drawn when it is asked for.
+    // A hidden layer is updated when it is shown again.
     if (layers.numbers) this.#showNumbers(state.weights);
     if (layers.heat) this.#showHeat(state.weights);
     if (layers.trail) this.#showTrail(trail);
-    this.#place(state.x, state.y, state.heading);
+    this.#placeMouse(state.x, state.y, state.heading);
   }
 
   /** @param {Uint8Array} walls */
   #showWalls(walls) {
     for (let i = 0; i < walls.length; i++) this.#cells.set(i, walls[i] & VISITED);
-    for (let i = 0; i < this.#sides.length; i++) {
-      const { outer, cell, bit, other, back } = this.#sides[i];
-      this.#walls.set(i, outer || walls[cell] & bit || walls[other] & back ? 1 : 0);
+    for (let i = 0; i < this.#wallSides.length; i++) {
+      const { outer, cell, bit, other, otherBit } = this.#wallSides[i];
+      this.#walls.set(i, outer || walls[cell] & bit || walls[other] & otherBit ? 1 : 0);
     }
   }
 
   /** @param {Uint8Array} weights */
   #showNumbers(weights) {
-    const some = weights.some((weight) => weight > 0);
-    for (let i = 0; i < weights.length; i++) this.#numbers.set(i, some ? weights[i] : -1);
+    const hasWeights = weights.some((weight) => weight > 0);
+    for (let i = 0; i < weights.length; i++) this.#numbers.set(i, hasWeights ? weights[i] : -1);
   }
 
   /** @param {Uint8Array} weights */
   #showHeat(weights) {
-    const largest = Math.max(...weights);
+    const max = Math.max(...weights);
     const first = dark.matches ? 64 : 0;
     for (let i = 0; i < weights.length; i++) {
-      this.#heats.set(i, largest > 0 ? first + Math.round((weights[i] * 63) / largest) : -1);
+      this.#heat.set(i, max > 0 ? first + Math.round((weights[i] * 63) / max) : -1);
     }
   }
 
@@ -130,23 +130,23 @@ export class MazeMap {
   #showTrail(trail) {
     const { width } = this.#source;
     const points = trail.map((cell) => this.#centre(cell % width, Math.floor(cell / width))).join(" ");
-    if (points === this.#trailDrawn) return;
-    this.#trailDrawn = points;
+    if (points === this.#trailPoints) return;
+    this.#trailPoints = points;
     this.#trail.setAttribute("points", points);
   }
 
   /** @param {number} x @param {number} y @param {number} heading */
-  #place(x, y, heading) {
-    set(this.#mouse, "class", "mouse");
-    set(this.#mouse, "transform", `translate(${this.#centre(x, y, " ")}) rotate(${heading * 90})`);
+  #placeMouse(x, y, heading) {
+    setAttribute(this.#mouse, "class", "mouse");
+    setAttribute(this.#mouse, "transform", `translate(${this.#centre(x, y, " ")}) rotate(${heading * 90})`);
   }
 
   /** @param {number} x @param {number} y */
-  #centre(x, y, between = ",") {
-    return `${(x + 0.5) * PITCH}${between}${(this.#source.height - y - 0.5) * PITCH}`;
+  #centre(x, y, separator = ",") {
+    return `${(x + 0.5) * PITCH}${separator}${(this.#source.height - y - 0.5) * PITCH}`;
   }
 
-  /** The cell under the pointer, y * width + x. @param {{ clientX: number, clientY: number }} pointer */
+  /** Cell under the pointer, y * width + x, or null. @param {{ clientX: number, clientY: number }} pointer */
   cellAt({ clientX, clientY }) {
     const { width, height } = this.#source;
     const point = new DOMPoint(clientX, clientY).matrixTransform(this.svg.getScreenCTM()?.inverse());
@@ -154,8 +154,8 @@ export class MazeMap {
     return x >= 0 && y >= 0 && x < width && y < height ? y * width + x : null;
   }
 
-  /** Frames a cell. @param {number | null} cell */
-  mark(cell) {
+  /** Outlines a cell. @param {number | null} cell */
+  highlight(cell) {
     if (cell === null) return this.#cursor.remove();
     const { width, height } = this.#source;
     this.#cursor.setAttribute("x", `${(cell % width) * PITCH}`);
@@ -164,24 +164,24 @@ export class MazeMap {
   }
 }
 
-/** A number as strokes, centred; nothing below 0. @param {number} number @param {Drawing} drawing */
-function strokes(number, { advance, digits }) {
+/** Returns the path of a centred number, empty if it is negative. @param {number} number @param {DrawingStyle} style */
+function numberPath(number, { advance, digits }) {
   if (number < 0) return "";
   return [...`${number}`]
     .map((digit, i, { length }) => `M${Number(((i - length / 2) * advance).toFixed(2))} 0${digits[Number(digit)]}`)
     .join("");
 }
 
-/** A cell in words. @param {number} cell @param {Source} source @param {State | undefined} state */
+/** @param {number} cell @param {Source} source @param {State | undefined} state */
 export function describeCell(cell, { width, start, goals }, state) {
   const [x, y] = [cell % width, Math.floor(cell / width)];
-  const words = [`cell (${x}, ${y})`];
-  if (x === start[0] && y === start[1]) words.push("start");
-  if (goals.some((goal) => goal[0] === x && goal[1] === y)) words.push("goal");
+  const parts = [`cell (${x}, ${y})`];
+  if (x === start[0] && y === start[1]) parts.push("start");
+  if (goals.some((goal) => goal[0] === x && goal[1] === y)) parts.push("goal");
   if (state) {
-    words.push(`weight ${state.weights[cell]}`);
-    if (state.walls[cell] & VISITED) words.push("visited");
-    if (state.x === x && state.y === y) words.push(`mouse, heading ${HEADINGS[state.heading]}`);
+    parts.push(`weight ${state.weights[cell]}`);
+    if (state.walls[cell] & VISITED) parts.push("visited");
+    if (state.x === x && state.y === y) parts.push(`mouse, heading ${HEADINGS[state.heading]}`);
   }
-  return words.join(" · ");
+  return parts.join(" · ");
 }

@@ -1,143 +1,144 @@
 // @ts-check
-// The list of mazes: search as you type, pictures as they come into sight, one is served.
+// The searchable list of mazes. Thumbnails load as they scroll into view; a click loads a maze.
 
 import * as api from "./api.js";
-import { clearProblem, confirmed, copy, part, report, write } from "./dom.js";
+import { clearError, cloneTemplate, confirmReset, pluralize, query, setText, showError } from "./dom.js";
 
 export class MazeList {
-  #element = part(document, "#mazes");
-  #list = part(this.#element, "ul");
-  #search = part(this.#element, "input", HTMLInputElement);
-  /** @type {{ maze: api.MazeEntry, words: string, item: HTMLElement, button: HTMLButtonElement }[]} */
+  #element = query(document, "#mazes");
+  #list = query(this.#element, "ul");
+  #search = query(this.#element, "input", HTMLInputElement);
+  /** @type {{ maze: api.MazeEntry, searchText: string, item: HTMLElement, button: HTMLButtonElement }[]} */
   #entries = [];
-  #states;
+  #liveStates;
   /** @type {string | null} */
-  #served = null;
-  #pictures = new IntersectionObserver(
+  #current = null;
+  #thumbnails = new IntersectionObserver(
     (changes) => {
       for (const { isIntersecting, target } of changes) {
         if (!isIntersecting || !(target instanceof HTMLImageElement)) continue;
-        target.src = api.mazePicture(target.dataset.path ?? "");
-        this.#pictures.unobserve(target);
+        target.src = api.thumbnailUrl(target.dataset.path ?? "");
+        this.#thumbnails.unobserve(target);
       }
     },
     { root: this.#list, rootMargin: "60px" },
   );
 
-  /** @param {() => number} states how many there are to lose */
-  constructor(states) {
-    this.#states = states;
+  /** @param {() => number} liveStates */
+  constructor(liveStates) {
+    this.#liveStates = liveStates;
     this.#element.hidden = false;
     this.#search.oninput = () => this.#filter();
-    this.#element.onkeydown = (event) => this.#press(event);
+    this.#element.onkeydown = (event) => this.#handleKey(event);
   }
 
-  /** What is typed next replaces what was searched for. */
-  search() {
+  /** Selects the text, so that typing replaces it. */
+  focusSearch() {
     this.#search.focus();
     this.#search.select();
   }
 
   async load() {
     const mazes = await api.mazes();
-    const shared = sharedFolder(mazes.map(({ path }) => path));
-    this.#entries = mazes.map((maze) => this.#entry(maze, maze.path.slice(shared)));
+    const prefix = commonFolderLength(mazes.map(({ path }) => path));
+    this.#entries = mazes.map((maze) => this.#entry(maze, maze.path.slice(prefix)));
     this.#list.replaceChildren(...this.#entries.map(({ item }) => item));
     this.#filter();
-    this.#mark();
+    this.#showCurrent();
   }
 
-  /** @param {api.MazeEntry} maze @param {string} place its path in the collection */
-  #entry(maze, place) {
-    const { path, name, width, height, error } = maze;
-    const item = copy("maze");
-    const button = part(item, "button", HTMLButtonElement);
-    const solvable = maze.shortest_path !== null;
-    const size = error === null ? `${width} × ${height}` : "unreadable";
-    const way = error ?? (solvable ? `path ${maze.shortest_path}` : "unsolvable");
-    write(item, ".name", name);
-    write(item, ".size", size);
-    write(item, ".way", way);
+  /** @param {api.MazeEntry} maze @param {string} relativePath */
+  #entry(maze, relativePath) {
+    const { path, name, width, height, error, shortest_path: steps } = maze;
+    const item = cloneTemplate("maze");
+    const button = query(item, "button", HTMLButtonElement);
+    const kind = error !== null ? "unreadable" : steps === null ? "unsolvable" : "solvable";
+    const size = error === null ? `${width} × ${height}` : kind;
+    const shortestPath = error ?? (steps === null ? kind : pluralize(steps, "step"));
+    setText(item, ".name", name);
+    setText(item, ".size", size);
+    setText(item, ".path", shortestPath);
     item.dataset.path = path;
-    item.dataset.kind = error !== null ? "unreadable" : solvable ? "solvable" : "unsolvable";
-    button.title = error ?? place;
-    button.onclick = () => this.#choose(maze);
+    item.dataset.kind = kind;
+    button.title = error ?? relativePath;
+    button.onclick = () => this.#select(maze);
     if (error === null) {
-      const picture = part(item, "img", HTMLImageElement);
-      picture.dataset.path = path;
-      this.#pictures.observe(picture);
+      const thumbnail = query(item, "img", HTMLImageElement);
+      thumbnail.dataset.path = path;
+      this.#thumbnails.observe(thumbnail);
     }
-    return { maze, item, button, words: `${place} ${name} ${width}x${height} ${way}`.toLowerCase() };
+    const searchText = `${relativePath} ${name} ${width}x${height} ${shortestPath}`.toLowerCase();
+    return { maze, item, button, searchText };
   }
 
-  /** Shows the mazes that have all words, in any order and case. */
+  /** Shows the mazes that contain all words, in any order and case. */
   #filter() {
-    const wanted = this.#search.value.toLowerCase().split(/\s+/);
-    for (const { words, item } of this.#entries) item.hidden = !wanted.every((word) => words.includes(word));
-    const [shown, all] = [this.#shown.length, this.#entries.length];
-    write(this.#element, ".count", shown === all ? all : `${shown} of ${all}`);
-    this.#rove();
+    const words = this.#search.value.toLowerCase().split(/\s+/);
+    for (const { searchText, item } of this.#entries) item.hidden = !words.every((word) => searchText.includes(word));
+    const [shown, total] = [this.#shown.length, this.#entries.length];
+    setText(this.#element, ".count", shown === total ? total : `${shown} of ${total}`);
+    this.#setTabStop();
   }
 
   get #shown() {
     return this.#entries.filter(({ item }) => !item.hidden);
   }
 
-  /** Tab reaches one maze of the list: the given one, the served one or the first. @param {unknown} [chosen] */
-  #rove(chosen) {
+  /** Tab reaches one maze of the list: the given, the current or the first. @param {unknown} [preferred] */
+  #setTabStop(preferred) {
     const shown = this.#shown;
-    const served = shown.find(({ maze }) => maze.path === this.#served) ?? shown[0];
-    const stop = shown.find(({ button }) => button === chosen) ?? served;
+    const current = shown.find(({ maze }) => maze.path === this.#current) ?? shown[0];
+    const stop = shown.find(({ button }) => button === preferred) ?? current;
     for (const entry of this.#entries) entry.button.tabIndex = entry === stop ? 0 : -1;
   }
 
   /** @param {KeyboardEvent} event */
-  #press(event) {
+  #handleKey(event) {
     const shown = this.#shown;
     const { key, target } = event;
     const searching = target === this.#search;
     if (searching && key === "Enter") {
-      event.preventDefault(); // or it would go on to a button of the dialog
-      if (shown.length > 0 && this.#search.value.trim()) void this.#choose(shown[0].maze);
+      event.preventDefault(); // or the key would also press a button of the dialog
+      if (shown.length > 0 && this.#search.value.trim()) void this.#select(shown[0].maze);
     }
     const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity }[key];
     if (step === undefined || (searching && key !== "ArrowDown")) return;
     event.preventDefault();
-    const at = shown.findIndex(({ button }) => button === target);
-    if (at === 0 && step < 0) return this.#search.focus();
-    const next = shown[Math.max(0, Math.min(at + step, shown.length - 1))]?.button;
+    const i = shown.findIndex(({ button }) => button === target);
+    if (i === 0 && step < 0) return this.#search.focus();
+    const next = shown[Math.max(0, Math.min(i + step, shown.length - 1))]?.button;
     next?.focus();
-    this.#rove(next);
+    this.#setTabStop(next);
   }
 
-  /** Serves a maze, after asking if that deletes states. @param {api.MazeEntry} maze */
-  async #choose({ path, name, error }) {
-    clearProblem();
-    if (error !== null) return report(new Error(error));
-    const states = this.#states();
-    if (states > 0 && !(await confirmed("Serve", name, states))) return;
-    await api.serveMaze(path).catch(report);
+  /** Asks for confirmation if this deletes states. @param {api.MazeEntry} maze */
+  async #select({ path, name, error }) {
+    clearError();
+    if (error !== null) return showError(new Error(error));
+    const states = this.#liveStates();
+    if (states > 0 && !(await confirmReset("Load", name, states))) return;
+    await api.loadMaze(path).catch(showError);
   }
 
-  /** @param {string | null} served its path */
-  mark(served) {
-    if (served === this.#served) return;
-    this.#served = served;
-    this.#mark();
+  /** @param {string | null} path */
+  setCurrent(path) {
+    if (path === this.#current) return;
+    this.#current = path;
+    this.#showCurrent();
   }
 
-  #mark() {
+  #showCurrent() {
     for (const { maze, item, button } of this.#entries) {
-      const current = maze.path === this.#served;
+      const current = maze.path === this.#current;
       button.ariaCurrent = current ? "true" : null;
       if (current) this.#list.scrollTop = item.offsetTop - this.#list.offsetTop - 60;
     }
-    this.#rove(document.activeElement);
+    this.#setTabStop(document.activeElement);
   }
 }
 
-/** The length of the folders that all paths begin with. @param {string[]} paths */
-function sharedFolder([first = "", ...others]) {
+/** @param {string[]} paths */
+function commonFolderLength([first = "", ...others]) {
   let folder = first;
   do folder = folder.replace(/[^/\\]*[/\\]?$/, "");
   while (!others.every((path) => path.startsWith(folder)));

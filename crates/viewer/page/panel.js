@@ -1,115 +1,117 @@
 // @ts-check
-// A panel shows one source of states, the live simulation or a recording: its map, its history and the
-// figures of the shown state.
+// A panel shows one source of states, the live simulation or a recording: its map, player controls and
+// the figures of the shown state.
 
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
-import { copy, frame, part, pause, report, set, write } from "./dom.js";
-import { showFigures, tell } from "./figures.js";
+import { cloneTemplate, nextFrame, query, setAttribute, setText, showError, sleep } from "./dom.js";
+import { announce, showFigures } from "./figures.js";
 import { MazeMap, dark, describeCell } from "./map.js";
-import { DX, DY, readState } from "./state.js";
+import { DX, DY, decodeState } from "./state.js";
 import { Timeline } from "./timeline.js";
 
 /**
- * Milliseconds between draws of live states: every other frame of a usual screen, and longer where
- * drawing is slow, so many times as long as a draw takes. States that rush past come from a search at
- * full speed, which is left the processors.
+ * Pause after drawing a live state: the time that drawing took times `factor`, within `min` and `max`
+ * milliseconds. While states arrive fast the factor is larger, to leave the processors to the search.
  */
-const REST = { least: 25, most: 150, calm: 2, rush: 10 };
-/** States between two draws that are too many for numbers to be read, which are half the work of one. */
-const RUSH = 50;
-/** Milliseconds without a draw until numbers come back. */
-const CALM = 100;
-/** Milliseconds between runs: a client may reset as often as it likes. */
-const BEGIN_PAUSE = 100;
-/** Milliseconds between looks at the costs, and until a state that stays is told in words. */
-const SLOW = 1000;
+const DRAW_PAUSE = { min: 25, max: 150, factor: 2, fastFactor: 10 };
+/** With more new states than this per draw, the weights are hidden: drawing them takes half of the time. */
+const FAST_STATES = 50;
+/** Milliseconds without drawing until weights are shown again. */
+const FAST_TIMEOUT = 100;
+/** Milliseconds between loads of the source: clients may reset as often as they like. */
+const LOAD_PAUSE = 100;
+/** Milliseconds between updates of the chart, and before a state is announced. */
+const SLOW_INTERVAL = 1000;
 
-/** @param {unknown} problem */
-const isOver = (problem) => problem instanceof api.Refused && problem.over;
+/** @param {unknown} error */
+const isRunOver = (error) => error instanceof api.ApiError && error.isRunOver;
 
 export class Panel {
-  element = copy("panel");
+  element = cloneTemplate("panel");
   #id;
-  #drawing;
+  #style;
   #chart;
   #abort = new AbortController();
-  #beginning = false;
-  /** What the server told last of the live run. @type {{ run: number, states: number } | null} */
-  #news = null;
+  #loading = false;
+  /** The live run in the last event. @type {{ run: number, states: number } | null} */
+  #latest = null;
   /** @type {api.Source | null} */
   #source = null;
   /** @type {MazeMap | null} */
   #map = null;
   /** @type {import("./figures.js").Shown | null} */
   #shown = null;
-  #busy = false;
+  #drawing = false;
   /** When the next live state may be drawn. */
-  #rest = 0;
-  /** Ends the rest, since another state than the newest is wanted. */
-  #wake = () => {};
-  /** Whether more states pass between two draws than an eye could follow. */
-  #rushes = false;
-  #calmTimer = 0;
+  #nextDraw = 0;
+  /** Ends the pause before the next draw. */
+  #endPause = () => {};
+  /** Whether states arrive faster than weights could be read. */
+  #isFast = false;
+  #fastTimer = 0;
   #slowTimer = 0;
-  #told = -1;
-  #costsOf = -1;
-  /** The cell that is pointed at, y * width + x. @type {number | null} */
+  /** Index of the last state that stayed for a slow interval. */
+  #settled = -1;
+  /** Number of states in the chart. */
+  #charted = -1;
+  /** The highlighted cell, y * width + x. @type {number | null} */
   #cell = null;
   #redraw = () => this.#show();
 
-  /** @param {string} id @param {api.Drawing} drawing */
-  constructor(id, drawing) {
+  /** @param {string} id @param {api.DrawingStyle} style */
+  constructor(id, style) {
     const { element } = this;
     this.#id = id;
-    this.#drawing = drawing;
+    this.#style = style;
     element.dataset.source = id;
     this.timeline = new Timeline(element, id === "live", () => void this.#draw());
-    this.#chart = new Chart(element, (at) => this.timeline.go(at));
-    part(element, ".layers").onchange = () => this.#show();
+    this.#chart = new Chart(element, (index) => this.timeline.seek(index));
+    query(element, ".layers").onchange = () => this.#show();
     dark.addEventListener("change", this.#redraw);
     for (const event of ["pointerdown", "keydown"]) {
-      part(element, ".export").addEventListener(event, () => this.#address());
+      query(element, ".export").addEventListener(event, () => this.#updateExportLinks());
     }
-    const map = part(element, ".map");
-    map.onpointermove = (event) => this.#point(this.#map?.cellAt(event) ?? null);
-    map.onpointerleave = map.onblur = () => this.#point(null);
-    map.onmousedown = (event) => event.preventDefault(); // arrow keys stay with the history after a click
-    map.onkeydown = (event) => this.#press(event);
+    const map = query(element, ".map");
+    map.onpointermove = (event) => this.#highlight(this.#map?.cellAt(event) ?? null);
+    map.onpointerleave = map.onblur = () => this.#highlight(null);
+    // Without the focus on the map, arrow keys still step through the history after a click.
+    map.onmousedown = (event) => event.preventDefault();
+    map.onkeydown = (event) => this.#handleKey(event);
   }
 
-  /** What the server tells of the live run. @param {number} run @param {number} states */
+  /** Updates the live panel after an event. @param {number} run @param {number} states */
   follow(run, states) {
-    this.#news = { run, states };
-    if (this.#isBehind) return void this.begin();
+    this.#latest = { run, states };
+    if (this.#hasNewRun) return void this.load();
     if (this.#source?.run === run) this.timeline.grow(states);
-    void this.#draw(); // what could not be had while the connection was lost
+    void this.#draw(); // also retries a draw that failed while the connection was lost
   }
 
-  /** Whether the server has told of a later run than this one: runs are counted upwards. */
-  get #isBehind() {
-    return this.#news !== null && this.#news.run > (this.#source?.run ?? -1);
+  /** Whether a newer run has started. Run numbers increase. */
+  get #hasNewRun() {
+    return this.#latest !== null && this.#latest.run > (this.#source?.run ?? -1);
   }
 
-  /** Empties the panel and shows the source as it is now. */
-  async begin() {
-    if (this.#beginning) return;
-    this.#beginning = true;
+  /** Loads the source, replacing what the panel shows. */
+  async load() {
+    if (this.#loading) return;
+    this.#loading = true;
     this.#source = null;
     this.#abort.abort();
     this.#abort = new AbortController();
     const { signal } = this.#abort;
-    let again = true;
+    let retry = true;
     try {
       const source = await api.source(this.#id, signal);
       this.#install(source, await api.drawing(source, signal));
-    } catch (problem) {
-      again = isOver(problem);
-      if (!again) report(problem); // and the server's next word begins anew
+    } catch (error) {
+      retry = isRunOver(error);
+      if (!retry) showError(error); // the next event loads again
     }
-    await pause(BEGIN_PAUSE);
-    this.#beginning = false;
-    if (again && this.#isBehind) void this.begin();
+    await sleep(LOAD_PAUSE);
+    this.#loading = false;
+    if (retry && this.#hasNewRun) void this.load();
   }
 
   /** @param {api.Source} source @param {string} drawing */
@@ -118,166 +120,167 @@ export class Panel {
     const kind = this.#id === "live" ? "live" : "recording";
     this.#source = source;
     this.#shown = null;
-    this.#costsOf = this.#told = -1;
-    this.#map = new MazeMap(drawing, source, this.#drawing);
-    part(element, ".map").replaceChildren(this.#map.svg);
-    part(element, ".map").style.setProperty("--ratio", `${source.width / source.height}`);
+    this.#charted = this.#settled = -1;
+    this.#map = new MazeMap(drawing, source, this.#style);
+    query(element, ".map").replaceChildren(this.#map.svg);
+    query(element, ".map").style.setProperty("--ratio", `${source.width / source.height}`);
     element.dataset.run = `${source.run}`;
     element.setAttribute("aria-label", `${source.title}, ${kind}`);
-    write(element, "h2", source.title);
-    part(element, "h2").title = source.title;
-    write(element, ".kind", kind);
-    write(element, ".size", `${source.width} × ${source.height}`);
-    write(element, ".note", source.note ?? "");
+    setText(element, "h2", source.title);
+    query(element, "h2").title = source.title;
+    setText(element, ".kind", kind);
+    setText(element, ".size", `${source.width} × ${source.height}`);
+    setText(element, ".note", source.note ?? "");
     clearTimeout(this.#slowTimer);
     this.#slowTimer = 0;
-    // More may have been told of while all this was fetched.
-    const told = this.#news?.run === source.run ? this.#news.states : 0;
-    this.timeline.begin(Math.max(source.states, told));
-    this.#point(null);
+    // An event may have reported more states during loading.
+    const states = this.#latest?.run === source.run ? this.#latest.states : 0;
+    this.timeline.start(Math.max(source.states, states));
+    this.#highlight(null);
     this.#show();
   }
 
   close() {
     this.#source = null;
-    this.timeline.go(0);
+    this.timeline.seek(0);
     this.#abort.abort();
     dark.removeEventListener("change", this.#redraw);
     this.element.remove();
   }
 
-  /** Draws the wanted state, then the one that is wanted by then, until none is: never a queue. */
+  /** Draws the target state until it is shown. Targets passed in the meantime are skipped, not queued. */
   async #draw() {
-    if (this.#busy) {
-      if (!this.timeline.following) this.#wake();
+    if (this.#drawing) {
+      if (!this.timeline.following) this.#endPause();
       return;
     }
-    this.#busy = true;
-    clearTimeout(this.#calmTimer);
+    this.#drawing = true;
+    clearTimeout(this.#fastTimer);
     /** @type {api.Source | null} */
     let source = null;
     try {
       for (;;) {
-        const rest = this.#rest - performance.now();
-        if (this.timeline.following && rest > 0) {
-          await Promise.race([pause(rest), new Promise((wake) => (this.#wake = () => wake(null)))]);
+        const pause = this.#nextDraw - performance.now();
+        if (this.timeline.following && pause > 0) {
+          await Promise.race([sleep(pause), new Promise((resolve) => (this.#endPause = () => resolve(null)))]);
         }
         const { signal } = this.#abort;
         source = this.#source;
-        const at = this.timeline.wanted;
-        if (!source || at < 0 || at === this.#shown?.at) break;
-        const moment = await api.moment(source, at, signal);
+        const index = this.timeline.target;
+        if (!source || index < 0 || index === this.#shown?.index) break;
+        const view = await api.stateView(source, index, signal);
         if (source !== this.#source) continue;
-        this.timeline.grow(moment.states);
-        const began = performance.now();
-        this.#rushes = this.timeline.following && at - (this.#shown?.at ?? at) > RUSH;
-        this.#shown = { at, state: readState(Uint8Array.from(moment.state), source), moment };
+        this.timeline.grow(view.states);
+        const started = performance.now();
+        this.#isFast = this.timeline.following && index - (this.#shown?.index ?? index) > FAST_STATES;
+        this.#shown = { index, state: decodeState(Uint8Array.from(view.state), source), view };
         this.#show();
         const shown = performance.now();
-        await frame(); // at most one draw a frame
+        await nextFrame();
         const painting = performance.now();
-        await pause(0); // until it is painted
+        await sleep(0); // until the frame is painted
         const now = performance.now();
-        const { least, most, calm, rush } = REST;
-        const share = this.#rushes ? rush : calm;
-        this.#rest = now + Math.min(Math.max(least, share * (shown - began + now - painting)), most);
+        const { min, max, factor, fastFactor } = DRAW_PAUSE;
+        const wait = (this.#isFast ? fastFactor : factor) * (shown - started + now - painting);
+        this.#nextDraw = now + Math.min(Math.max(min, wait), max);
       }
-    } catch (problem) {
-      if (!isOver(problem)) report(problem);
-      else if (source === this.#source && this.#news) void this.begin();
+    } catch (error) {
+      if (!isRunOver(error)) showError(error);
+      else if (source === this.#source && this.#latest) void this.load();
     }
-    this.#busy = false;
-    this.#calmTimer = setTimeout(() => {
-      if (!this.#rushes) return;
-      this.#rushes = false;
+    this.#drawing = false;
+    this.#fastTimer = setTimeout(() => {
+      if (!this.#isFast) return;
+      this.#isFast = false;
       this.#show();
-    }, CALM);
+    }, FAST_TIMEOUT);
   }
 
   #show() {
     const shown = this.#shown;
     const layers = this.#layers;
-    layers.numbers &&= !this.#rushes;
-    if (shown) this.#map?.show(shown.state, shown.moment.trail, layers);
+    layers.numbers &&= !this.#isFast;
+    if (shown) this.#map?.show(shown.state, shown.view.trail, layers);
     this.timeline.show();
-    this.#chart.show(shown?.at ?? 0);
-    showFigures(this.element, this.#source, shown?.moment);
+    this.#chart.setCursor(shown?.index ?? 0);
+    showFigures(this.element, this.#source, shown?.view);
     this.#showCell();
-    set(this.element, "data-at", shown?.at ?? "");
-    set(this.element, "data-rush", this.#rushes);
+    setAttribute(this.element, "data-index", shown?.index ?? "");
+    setAttribute(this.element, "data-fast", this.#isFast);
     this.#showSlowly();
   }
 
   get #layers() {
     /** @param {string} name */
-    const checked = (name) => part(this.element, `[name=${name}]`, HTMLInputElement).checked;
+    const checked = (name) => query(this.element, `[name=${name}]`, HTMLInputElement).checked;
     return { numbers: checked("numbers"), heat: checked("heat"), trail: checked("trail") };
   }
 
-  /** Shows what need not be told at once: costs over the run, addresses of exports, the state in words. */
+  /** Updates the chart, the export links and the announcement, which need not follow each state. */
   #showSlowly() {
     this.#slowTimer ||= setTimeout(
       async () => {
         this.#slowTimer = 0;
-        const [source, at, { states }] = [this.#source, this.#shown?.at ?? -1, this.timeline];
+        const [source, index, { states }] = [this.#source, this.#shown?.index ?? -1, this.timeline];
         if (!source) return;
-        this.#address();
-        if (this.#costsOf !== states) {
-          const costs = await api.costs(source, this.#abort.signal).catch(() => null);
-          if (!costs) return;
-          const newest = costs.stride > 1 && api.moment(source, costs.states - 1, this.#abort.signal).catch(() => null);
-          const moment = (await newest) || null;
+        this.#updateExportLinks();
+        if (this.#charted !== states) {
+          const { signal } = this.#abort;
+          const history = await api.distances(source, signal).catch(() => null);
+          if (!history) return;
+          const newest = history.stride > 1 ? api.stateView(source, history.states - 1, signal) : null;
+          const view = await newest?.catch(() => null);
           if (source !== this.#source) return;
-          this.#costsOf = states;
-          this.#chart.draw(costs, moment);
-          this.#chart.show(this.#shown?.at ?? 0);
+          this.#charted = states;
+          this.#chart.draw(history, view ?? null);
+          this.#chart.setCursor(this.#shown?.index ?? 0);
         }
-        if (this.#told === at) return tell(this.element, this.#shown);
-        this.#told = at;
+        if (this.#settled === index) return announce(this.element, this.#shown);
+        this.#settled = index;
         this.#showSlowly();
       },
-      this.#costsOf < 0 ? 0 : SLOW,
+      this.#charted < 0 ? 0 : SLOW_INTERVAL,
     );
   }
 
-  /** Puts what is shown into the addresses of exports. */
-  #address() {
+  /** Exports save the shown state, layers and theme. */
+  #updateExportLinks() {
     if (!this.#source) return;
     const layers = Object.entries(this.#layers).map(([layer, shown]) => `&${layer}=${shown}`);
-    const look = `${layers.join("")}&theme=${dark.matches ? "dark" : "light"}`;
+    const options = `${layers.join("")}&theme=${dark.matches ? "dark" : "light"}`;
     for (const link of this.element.querySelectorAll("a[download]")) {
-      const what = link.getAttribute("data-export") ?? "";
-      const query = { "recording.mcap": "", "animation.gif": look }[what] ?? `&at=${this.#shown?.at}${look}`;
-      if (this.#shown) set(link, "href", api.sourceAddress(this.#source, what, query));
+      const resource = link.getAttribute("data-export") ?? "";
+      const parameters = { "recording.mcap": "", "animation.gif": options }[resource] ?? `&at=${this.#shown?.index}${options}`;
+      if (this.#shown) setAttribute(link, "href", api.sourceUrl(this.#source, resource, parameters));
       else link.removeAttribute("href");
     }
   }
 
-  /** Arrow keys go from cell to cell, at first from the mouse's. @param {KeyboardEvent} event */
-  #press(event) {
+  /** Arrow keys move the highlight, at first from the cell of the mouse. @param {KeyboardEvent} event */
+  #handleKey(event) {
     const source = this.#source;
     const heading = ["ArrowUp", "ArrowRight", "ArrowDown", "ArrowLeft"].indexOf(event.key);
     if (heading < 0 || !source) return;
     event.preventDefault();
     const { width, height, start } = source;
-    const [column, row] = this.#shown ? [this.#shown.state.x, this.#shown.state.y] : start;
-    const from = this.#cell ?? row * width + column;
+    const [mouseX, mouseY] = this.#shown ? [this.#shown.state.x, this.#shown.state.y] : start;
+    const from = this.#cell ?? mouseY * width + mouseX;
     const [x, y] = [(from % width) + DX[heading], Math.floor(from / width) + DY[heading]];
-    if (x >= 0 && y >= 0 && x < width && y < height) this.#point(y * width + x);
+    if (x >= 0 && y >= 0 && x < width && y < height) this.#highlight(y * width + x);
   }
 
   /** @param {number | null} cell */
-  #point(cell) {
+  #highlight(cell) {
     this.#cell = cell;
-    this.#map?.mark(cell);
+    this.#map?.highlight(cell);
     this.#showCell();
   }
 
   #showCell() {
     const source = this.#source;
     const waiting = this.#id === "live" && this.timeline.states === 0;
-    const hint = waiting ? "Press Run, or connect a mouse of yours." : "";
+    const hint = waiting ? "Press Run or connect your own mouse." : "";
     const cell = this.#cell;
-    write(this.element, ".readout", source && cell !== null ? describeCell(cell, source, this.#shown?.state) : hint);
+    setText(this.element, ".readout", source && cell !== null ? describeCell(cell, source, this.#shown?.state) : hint);
   }
 }

@@ -1,62 +1,61 @@
 // @ts-check
-// Recordings: those that the server keeps, and files that a person brings.
+// The list of the server's recordings, and recordings from the user's files.
 
 import * as api from "./api.js";
-import { clearProblem, copy, grouped, part, pause, report, write } from "./dom.js";
+import { clearError, cloneTemplate, formatNumber, query, setText, showError, sleep } from "./dom.js";
 
-/** Milliseconds between looks at what the server keeps: a client may reset as often as it likes. */
-const LIST_PAUSE = 1000;
-/** What the server names a recording: the time, the maze, a number. */
+/** Milliseconds between requests for the list: clients may reset as often as they like. */
+const REFRESH_PAUSE = 1000;
+/** Names of the server's recordings: time, maze, number. */
 const NAME = /^[\d-]+_[\d-]+_(.+)_\d+$/;
 
 export class RecordingList {
-  #element = part(document, "#recordings");
-  #show;
-  /** What is listed, by name. @type {Map<string, HTMLElement>} */
+  #element = query(document, "#recordings");
+  #onOpen;
+  /** List items by name. @type {Map<string, HTMLElement>} */
   #items = new Map();
   #isStale = false;
-  #listing = false;
+  #refreshing = false;
 
-  /** @param {(id: string) => void} show */
-  constructor(show) {
-    this.#show = show;
-    const input = part(this.#element, "[name=file]", HTMLInputElement);
+  /** @param {(id: string) => void} onOpen */
+  constructor(onOpen) {
+    this.#onOpen = onOpen;
+    const input = query(this.#element, "[name=file]", HTMLInputElement);
     input.onchange = () => {
-      this.#load(input.files);
+      this.#upload(input.files);
       input.value = "";
     };
     const { body } = document;
-    /** @param {boolean} dropping */
-    const mark = (dropping) => body.classList.toggle("dropping", dropping);
+    /** @param {boolean} dragging */
+    const highlight = (dragging) => body.classList.toggle("dropping", dragging);
     body.ondragover = (event) => {
       event.preventDefault();
-      mark(true);
+      highlight(true);
     };
-    body.ondragleave = (event) => mark(event.relatedTarget !== null);
+    body.ondragleave = (event) => highlight(event.relatedTarget !== null);
     body.ondrop = (event) => {
       event.preventDefault();
-      mark(false);
-      this.#load(event.dataTransfer?.files);
+      highlight(false);
+      this.#upload(event.dataTransfer?.files);
     };
   }
 
-  /** Lists what the server keeps, one look after the other. */
-  async list() {
+  async refresh() {
     this.#isStale = true;
-    if (this.#listing) return;
-    this.#listing = true;
+    if (this.#refreshing) return;
+    this.#refreshing = true;
     while (this.#isStale) {
       this.#isStale = false;
-      await api.recordings().then((entries) => this.#list(entries), report);
-      await pause(LIST_PAUSE);
+      await api.recordings().then((entries) => this.#show(entries), showError);
+      await sleep(REFRESH_PAUSE);
     }
-    this.#listing = false;
+    this.#refreshing = false;
   }
 
-  /** What stays in the list is not touched, since it may have the focus. @param {api.RecordingEntry[]} entries */
-  #list(entries) {
-    const list = part(this.#element, "ul");
-    part(this.#element, ".none").hidden = entries.length > 0;
+  /** Keeps existing items, since one may have the focus. @param {api.RecordingEntry[]} entries */
+  #show(entries) {
+    const list = query(this.#element, "ul");
+    query(this.#element, ".empty").hidden = entries.length > 0;
     const names = new Set(entries.map(({ name }) => name));
     for (const [name, item] of this.#items) {
       if (names.has(name)) continue;
@@ -64,22 +63,22 @@ export class RecordingList {
       this.#items.delete(name);
     }
     entries.forEach(({ name, bytes, modified }, i) => {
-      const item = this.#items.get(name) ?? this.#item(name);
-      write(item, ".size", `${grouped(Math.ceil(bytes / 1000))} kB`);
-      write(item, ".when", new Date(modified).toLocaleString());
+      const item = this.#items.get(name) ?? this.#addItem(name);
+      setText(item, ".size", `${formatNumber(Math.ceil(bytes / 1000))} kB`);
+      setText(item, ".when", new Date(modified).toLocaleString());
       if (list.children[i] !== item) list.insertBefore(item, list.children[i] ?? null);
     });
   }
 
   /** @param {string} name */
-  #item(name) {
-    const item = copy("recording");
-    const button = part(item, "button", HTMLButtonElement);
+  #addItem(name) {
+    const item = cloneTemplate("recording");
+    const button = query(item, "button", HTMLButtonElement);
     const stem = name.replace(/\.mcap$/, "");
-    write(item, ".name", NAME.exec(stem)?.[1] ?? stem);
+    setText(item, ".name", NAME.exec(stem)?.[1] ?? stem);
     button.title = name;
     button.onclick = () => {
-      clearProblem();
+      clearError();
       this.#open(api.openRecording(name));
     };
     this.#items.set(name, item);
@@ -87,14 +86,14 @@ export class RecordingList {
   }
 
   /** @param {FileList | null | undefined} files */
-  async #load(files) {
-    clearProblem();
-    // One after the other, since the server receives few at the same time. The list empties with its field.
-    for (const file of [...(files ?? [])]) await this.#open(api.loadRecording(file));
+  async #upload(files) {
+    clearError();
+    // One at a time, since the server limits parallel uploads. Copy the list: clearing the input empties it.
+    for (const file of [...(files ?? [])]) await this.#open(api.uploadRecording(file));
   }
 
-  /** @param {Promise<string>} opening */
-  #open(opening) {
-    return opening.then(this.#show).catch(report);
+  /** @param {Promise<string>} id */
+  #open(id) {
+    return id.then(this.#onOpen).catch(showError);
   }
 }

@@ -1,52 +1,53 @@
 // @ts-check
-// Runs a bundled mouse, which comes through the same door as any client.
+// The form that runs a bundled strategy. The server runs it as an ordinary client.
 
 import * as api from "./api.js";
-import { clearProblem, confirmed, part, report, set, write } from "./dom.js";
+import { clearError, confirmReset, query, setAttribute, setText, showError } from "./dom.js";
 
 export class RunForm {
   #form;
   #run;
   #stop;
   #shown = "";
-  /** @type {api.MouseRun | null} */
-  #mouse = null;
+  /** @type {api.RunnerStatus | null} */
+  #status = null;
 
-  /** @param {HTMLElement} panel @param {api.PageFacts["strategies"]} strategies @param {() => number} states */
-  constructor(panel, strategies, states) {
-    const form = part(panel, "form.run", HTMLFormElement);
-    const strategy = part(form, "[name=strategy]", HTMLSelectElement);
-    const pace = part(form, "[name=pace]", HTMLSelectElement);
+  /** @param {HTMLElement} panel @param {api.PageInfo["strategies"]} strategies @param {() => number} liveStates */
+  constructor(panel, strategies, liveStates) {
+    const form = query(panel, "form.run", HTMLFormElement);
+    const strategy = query(form, "[name=strategy]", HTMLSelectElement);
+    const pace = query(form, "[name=pace]", HTMLSelectElement);
     this.#form = form;
-    this.#run = part(form, "[name=run]", HTMLButtonElement);
-    this.#stop = part(form, "[name=stop]", HTMLButtonElement);
+    this.#run = query(form, "[name=run]", HTMLButtonElement);
+    this.#stop = query(form, "[name=stop]", HTMLButtonElement);
     strategy.replaceChildren(...strategies.map(({ name }) => new Option(name)));
-    strategy.onchange = () => write(form, ".about", strategies[strategy.selectedIndex]?.about ?? "");
+    strategy.onchange = () => setText(form, ".about", strategies[strategy.selectedIndex]?.about ?? "");
     strategy.dispatchEvent(new Event("change"));
     form.onsubmit = async (event) => {
       event.preventDefault();
-      clearProblem();
-      // What a bundled mouse has found, it finds again.
-      const lost = this.#mouse ? 0 : states();
-      if (lost > 0 && !(await confirmed("Run", strategy.value, lost))) return;
-      api.runMouse(strategy.value, Number(pace.value)).catch(report);
+      clearError();
+      // The states of a bundled strategy need no confirmation: running it again reproduces them.
+      const states = this.#status ? 0 : liveStates();
+      if (states > 0 && !(await confirmReset("Run", strategy.value, states))) return;
+      api.startMouse(strategy.value, Number(pace.value)).catch(showError);
     };
-    this.#stop.onclick = () => api.stopMouse().catch(report);
+    this.#stop.onclick = () => api.stopMouse().catch(showError);
     form.hidden = false;
   }
 
-  /** @param {api.MouseRun | null} mouse */
-  show(mouse) {
-    const shown = JSON.stringify(mouse);
+  /** @param {api.RunnerStatus | null} status */
+  show(status) {
+    const shown = JSON.stringify(status);
     if (shown === this.#shown) return;
     this.#shown = shown;
-    this.#mouse = mouse;
-    const running = mouse?.running ?? false;
+    this.#status = status;
+    const running = status?.running ?? false;
     const [pressed, next] = running ? [this.#run, this.#stop] : [this.#stop, this.#run];
     next.disabled = false;
-    if (document.activeElement === pressed) next.focus(); // else the focus would be lost
+    if (document.activeElement === pressed) next.focus(); // a disabled button loses the focus
     pressed.disabled = true;
-    set(this.#form, "data-running", running);
-    write(this.#form, ".says", mouse ? `${mouse.strategy}: ${mouse.says || (running ? "searching" : "ended")}` : "");
+    setAttribute(this.#form, "data-running", running);
+    const result = status?.says || (running ? "searching" : "ended");
+    setText(this.#form, ".result", status ? `${status.strategy}: ${result}` : "");
   }
 }

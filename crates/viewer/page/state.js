@@ -1,39 +1,39 @@
 // @ts-check
-// What a state says: the bytes of the message `S`, see docs/protocol.md.
+// Decodes states: the message `S` of docs/protocol.md.
 
 /**
- * Matrices have the cell (x, y) at y * width + x, in whichever order they were sent. Headings count
- * clockwise: north is 0.
+ * A decoded state. `weights` and `walls` hold the cell (x, y) at y * width + x. Headings count
+ * clockwise from north = 0.
  * @typedef {{ x: number, y: number, heading: number, weights: Uint8Array, walls: Uint8Array }} State
  * @typedef {{ width: number, height: number }} Size
  */
 
 export const VISITED = 1;
-/** The bit of a cell's wall, by heading. */
+/** Wall bit of a cell by heading. */
 export const WALL_BITS = [16, 2, 4, 8];
 export const HEADINGS = ["north", "east", "south", "west"];
-/** One cell on, by heading. */
+/** Offset to the next cell by heading. */
 export const DX = [0, 1, 0, -1];
 export const DY = [1, 0, -1, 0];
 
-const COLUMN_BY_COLUMN = "F".charCodeAt(0);
+const COLUMN_MAJOR = "F".charCodeAt(0);
 
 /** @param {Uint8Array} message @param {Size} size @returns {State} */
-export function readState(message, size) {
+export function decodeState(message, size) {
   const cells = size.width * size.height;
   return {
     x: message[1],
     y: message[2],
     heading: "NESW".indexOf(String.fromCharCode(message[3])),
-    weights: readMatrix(message.subarray(4, 5 + cells), size),
-    walls: readMatrix(message.subarray(5 + cells), size),
+    weights: decodeMatrix(message.subarray(4, 5 + cells), size),
+    walls: decodeMatrix(message.subarray(5 + cells), size),
   };
 }
 
-/** @param {Uint8Array} sent the order, then a byte a cell @param {Size} size */
-function readMatrix(sent, { width, height }) {
-  const bytes = sent.subarray(1);
-  if (sent[0] !== COLUMN_BY_COLUMN) return bytes;
+/** @param {Uint8Array} encoded the order, then one byte per cell @param {Size} size */
+function decodeMatrix(encoded, { width, height }) {
+  const bytes = encoded.subarray(1);
+  if (encoded[0] !== COLUMN_MAJOR) return bytes;
   const rows = new Uint8Array(bytes.length);
   for (let x = 0; x < width; x++) {
     for (let y = 0; y < height; y++) rows[y * width + x] = bytes[x * height + y];

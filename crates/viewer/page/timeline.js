@@ -1,137 +1,137 @@
 // @ts-check
-// Which state of the history is wanted: the newest while following, one that was chosen, or one after
-// the other while playing. States are counted from 0 here and from 1 for the user.
+// The player controls: they choose the state to show, which is the newest while following. Indices count
+// from 0, the numbers shown to the user from 1.
 
-import { grouped, part, set, write } from "./dom.js";
+import { formatNumber, query, setAttribute, setText } from "./dom.js";
 
-/** How many states a shifted arrow key goes. */
-const STRIDE = 10;
-/** Milliseconds between looks at how many states there are, while the shown one stays. */
-const COUNT = 200;
+/** States per arrow key with Shift. */
+const LARGE_STEP = 10;
+/** Milliseconds between updates of the number of states while not following. */
+const COUNT_INTERVAL = 200;
 
 export class Timeline {
   following = true;
   playing = false;
   states = 0;
-  #chosen = 0;
+  #selected = 0;
   #timer = 0;
   #panel;
   #live;
-  #changed;
+  #onChange;
   #slider;
   #jump;
   #speed;
   #buttons;
 
-  /** @param {HTMLElement} panel @param {boolean} live whether states may follow @param {() => void} changed */
-  constructor(panel, live, changed) {
+  /** @param {HTMLElement} panel @param {boolean} live whether the run may grow @param {() => void} onChange */
+  constructor(panel, live, onChange) {
     this.#panel = panel;
     this.#live = live;
-    this.#changed = changed;
-    this.#slider = part(panel, "[name=slider]", HTMLInputElement);
-    this.#jump = part(panel, "[name=jump]", HTMLInputElement);
-    this.#speed = part(panel, "[name=speed]", HTMLSelectElement);
-    /** @param {string} name @param {() => void} press */
-    const button = (name, press) => {
-      const element = part(panel, `button[name=${name}]`, HTMLButtonElement);
-      element.onclick = press;
+    this.#onChange = onChange;
+    this.#slider = query(panel, "[name=slider]", HTMLInputElement);
+    this.#jump = query(panel, "[name=jump]", HTMLInputElement);
+    this.#speed = query(panel, "[name=speed]", HTMLSelectElement);
+    /** @param {string} name @param {() => void} onClick */
+    const button = (name, onClick) => {
+      const element = query(panel, `button[name=${name}]`, HTMLButtonElement);
+      element.onclick = onClick;
       return element;
     };
     this.#buttons = {
-      first: button("first", () => this.go(0)),
-      back: button("back", () => this.go(this.wanted - 1)),
-      play: button("play", () => (this.playing ? this.go(this.wanted) : this.#play())),
-      on: button("on", () => this.go(this.wanted + 1)),
+      first: button("first", () => this.seek(0)),
+      previous: button("previous", () => this.seek(this.target - 1)),
+      play: button("play", () => (this.playing ? this.seek(this.target) : this.#play())),
+      next: button("next", () => this.seek(this.target + 1)),
       follow: button("follow", () => this.follow()),
     };
-    if (!live) write(panel, "[name=follow]", "Last");
-    this.#slider.oninput = () => this.go(this.#slider.valueAsNumber);
-    part(panel, ".jump", HTMLFormElement).onsubmit = (event) => {
+    if (!live) setText(panel, "[name=follow]", "Last");
+    this.#slider.oninput = () => this.seek(this.#slider.valueAsNumber);
+    query(panel, ".jump", HTMLFormElement).onsubmit = (event) => {
       event.preventDefault();
-      const text = this.#jump.value.replace(/[g\s]/g, ""); // g leads here, and may be pressed here again
+      const text = this.#jump.value.replace(/[g\s]/g, ""); // the shortcut g may be pressed twice
       const number = /^(\d+|\d{1,3}(,\d{3})+)$/.test(text) ? Number(text.replaceAll(",", "")) : 0;
-      const isThere = number > 0 && number <= this.states;
-      this.#refuse(text && !isThere ? `a number from 1 to ${grouped(this.states)}` : "");
-      if (!isThere) return;
-      this.go(number - 1);
+      const isValid = number > 0 && number <= this.states;
+      this.#setJumpError(text && !isValid ? `Enter a number from 1 to ${formatNumber(this.states)}.` : "");
+      if (!isValid) return;
+      this.seek(number - 1);
       this.#jump.value = "";
     };
-    this.#jump.oninput = () => this.#refuse("");
+    this.#jump.oninput = () => this.#setJumpError("");
   }
 
-  /** Says what the field expects, or nothing. @param {string} expected */
-  #refuse(expected) {
-    this.#jump.setCustomValidity(expected && `expected ${expected}`);
+  /** @param {string} message */
+  #setJumpError(message) {
+    this.#jump.setCustomValidity(message);
     this.#jump.reportValidity();
   }
 
-  /** The state to show, -1 if there is none. */
-  get wanted() {
-    return this.following ? this.states - 1 : Math.min(this.#chosen, this.states - 1);
+  /** Index of the state to show, -1 if there is none. */
+  get target() {
+    return this.following ? this.states - 1 : Math.min(this.#selected, this.states - 1);
   }
 
-  /** Another run: follows it. @param {number} states */
-  begin(states) {
+  /** Follows a new run. @param {number} states */
+  start(states) {
     this.states = states;
     this.follow();
   }
 
   /** @param {number} states */
   grow(states) {
-    if (states <= this.states) return; // a word that was overtaken
+    if (states <= this.states) return; // received out of order
     this.states = states;
-    if (this.following) return this.#changed();
+    if (this.following) return this.#onChange();
     this.#timer ||= setTimeout(() => {
       this.#timer = 0;
       this.show();
-    }, COUNT);
+    }, COUNT_INTERVAL);
   }
 
   follow() {
     this.playing = false;
-    this.#want(true, 0);
+    this.#moveTo(true, 0);
   }
 
-  /** @param {number} at */
-  go(at) {
+  /** @param {number} index */
+  seek(index) {
     this.playing = false;
-    if (this.states > 0) this.#want(false, at); // else the first one will be followed
+    if (this.states > 0) this.#moveTo(false, index); // else keep following, for the first state
   }
 
-  /** @param {boolean} following @param {number} at */
-  #want(following, at) {
+  /** @param {boolean} following @param {number} index */
+  #moveTo(following, index) {
     this.following = following;
-    this.#chosen = Math.max(0, Math.min(at, this.states - 1));
+    this.#selected = Math.max(0, Math.min(index, this.states - 1));
     this.show();
-    this.#changed();
+    this.#onChange();
   }
 
-  /** From the shown state on, or from the first if the last is shown. */
+  /** Plays from the shown state, or from the first if the last is shown. */
   #play() {
-    let from = this.wanted === this.states - 1 ? 0 : this.wanted;
-    let [speed, began] = [0, 0];
+    let from = this.target === this.states - 1 ? 0 : this.target;
+    let [speed, started] = [0, 0];
     this.playing = true;
-    this.#want(false, from);
+    this.#moveTo(false, from);
     /** @param {number} now */
     const tick = (now) => {
       if (!this.playing) return;
       if (speed !== Number(this.#speed.value)) {
-        [speed, began, from] = [Number(this.#speed.value), now, this.wanted];
+        [speed, started, from] = [Number(this.#speed.value), now, this.target];
       }
-      const at = from + Math.floor(((now - began) * speed) / 1000);
-      if (at >= this.states - 1) return this.#live ? this.follow() : this.go(at);
-      if (at !== this.wanted) this.#want(false, at);
+      const index = from + Math.floor(((now - started) * speed) / 1000);
+      if (index >= this.states - 1) return this.#live ? this.follow() : this.seek(index);
+      if (index !== this.target) this.#moveTo(false, index);
       requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
   }
 
-  /** Whether the key means something here. @param {KeyboardEvent} event */
-  press({ key, shiftKey }) {
-    const step = shiftKey ? STRIDE : 1;
-    if (key === "ArrowLeft") this.go(this.wanted - step);
-    else if (key === "ArrowRight") this.go(this.wanted + step);
-    else if (key === "Home") this.go(0);
+  /** Returns whether the key is a shortcut. @param {KeyboardEvent} event */
+  handleKey({ key, shiftKey }) {
+    const step = shiftKey ? LARGE_STEP : 1;
+    if (key === "ArrowLeft") this.seek(this.target - step);
+    else if (key === "ArrowRight") this.seek(this.target + step);
+    else if (key === "Home") this.seek(0);
     else if (key === "End") this.follow();
     else if (key === " ") this.#buttons.play.click();
     else if (key === "g") this.#jump.focus();
@@ -139,21 +139,20 @@ export class Timeline {
     return true;
   }
 
-  /** Writes where the history stands. */
   show() {
-    const { states, wanted, following, playing } = this;
-    const { first, back, play, on, follow } = this.#buttons;
-    const place = states ? `state ${grouped(wanted + 1)} of ${grouped(states)}` : "no state yet";
-    write(this.#panel, ".place", place);
-    set(this.#slider, "max", Math.max(0, states - 1));
-    set(this.#slider, "aria-valuetext", place);
-    this.#slider.value = `${Math.max(0, wanted)}`;
-    set(follow, "aria-pressed", following);
-    set(play, "aria-pressed", playing);
+    const { states, target, following, playing } = this;
+    const { first, previous, play, next, follow } = this.#buttons;
+    const position = states ? `State ${formatNumber(target + 1)} of ${formatNumber(states)}` : "No states yet";
+    setText(this.#panel, ".position", position);
+    setAttribute(this.#slider, "max", Math.max(0, states - 1));
+    setAttribute(this.#slider, "aria-valuetext", position);
+    this.#slider.value = `${Math.max(0, target)}`;
+    setAttribute(follow, "aria-pressed", following);
+    setAttribute(play, "aria-pressed", playing);
     for (const control of [this.#slider, this.#jump, play]) control.disabled = states === 0;
-    first.disabled = back.disabled = wanted <= 0;
-    on.disabled = wanted >= states - 1;
-    set(this.#panel, "data-states", states);
-    set(this.#panel, "data-following", following);
+    first.disabled = previous.disabled = target <= 0;
+    next.disabled = target >= states - 1;
+    setAttribute(this.#panel, "data-states", states);
+    setAttribute(this.#panel, "data-following", following);
   }
 }

@@ -1,4 +1,4 @@
-//! A browser in a test: what it shows, what is done in it, and what it complains of.
+//! A browser under test: actions, queries and its log.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
@@ -22,11 +22,11 @@ use crate::driver::{Driver, missing};
 use crate::http;
 use crate::simulator::Simulator;
 
-/// A laptop's screen.
-pub(crate) const USUAL: (u32, u32) = (1280, 860);
+/// The size of a laptop's window.
+pub(crate) const WINDOW_SIZE: (u32, u32) = (1280, 860);
 
-/// A browser that one test after the other uses, as long as another one waits for it: starting one
-/// takes longer than most tests. The last test ends it.
+/// A browser shared by tests, which run in it one at a time, since starting one takes longer than
+/// most tests. It closes once no test uses it or waits for it.
 static SHARED: Mutex<Weak<Mutex<Option<Browser>>>> = Mutex::new(Weak::new());
 
 /// A browser with one page.
@@ -37,15 +37,15 @@ pub(crate) struct Browser {
     session: String,
 }
 
-/// Something that the browser says.
+/// An entry of the browser's log.
 #[derive(Debug, Deserialize)]
-pub(crate) struct Said {
+pub(crate) struct LogEntry {
     pub(crate) level: String,
     pub(crate) message: String,
 }
 
-/// Runs a test in a browser, which may complain of nothing. Where there is none there is no test.
-pub(crate) fn browse(test: impl FnOnce(&Browser)) {
+/// Runs a test in a browser, which must log no errors. Skips the test if there is no browser.
+pub(crate) fn with_browser(test: impl FnOnce(&Browser)) {
     let shared = {
         let mut shared = locked(&SHARED);
         shared.upgrade().unwrap_or_else(|| {
@@ -56,10 +56,10 @@ pub(crate) fn browse(test: impl FnOnce(&Browser)) {
     };
     let mut slot = locked(&shared);
     let Some(browser) = slot.take().or_else(Browser::start) else { return missing() };
-    browser.begin();
+    browser.reset();
     test(&browser);
-    browser.assert_no_complaints();
-    // One whose test has failed is not used again.
+    browser.assert_no_errors();
+    // After a failed test, the browser is not reused.
     *slot = Some(browser);
 }
 
@@ -67,9 +67,9 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The same with a simulator that serves with these arguments.
-pub(crate) fn watch(arguments: &[&str], test: impl FnOnce(&Browser, &Simulator)) {
-    browse(|browser| {
+/// Runs a test in a browser that shows the page of a simulator with these arguments.
+pub(crate) fn with_page(arguments: &[&str], test: impl FnOnce(&Browser, &Simulator)) {
+    with_browser(|browser| {
         let simulator = Simulator::start(arguments);
         browser.open(&simulator.page);
         test(browser, &simulator);
@@ -81,17 +81,17 @@ impl Browser {
     fn start() -> Option<Self> {
         let runtime = runtime::Builder::new_current_thread().enable_all().build().unwrap();
         let driver = Driver::start()?;
-        let client = driver.open(&runtime, USUAL)?;
+        let client = driver.open(&runtime, WINDOW_SIZE)?;
         let mut browser = Self { client, runtime, driver, session: String::new() };
         browser.session = browser.wait(browser.client.session_id()).unwrap();
         Some(browser)
     }
 
-    /// Begins a test: a tab of its own, and nothing of the test before.
-    fn begin(&self) {
-        let before = self.wait(self.client.window());
+    /// Prepares a test: opens a new tab and removes everything from the previous test.
+    fn reset(&self) {
+        let old_tab = self.wait(self.client.window());
         let tab = self.wait(self.client.new_window(true));
-        self.wait(self.client.switch_to_window(before));
+        self.wait(self.client.switch_to_window(old_tab));
         self.wait(self.client.close_window());
         self.wait(self.client.switch_to_window(tab.handle));
         self.wait(self.client.delete_all_cookies());
@@ -99,7 +99,7 @@ impl Browser {
             fs::remove_file(download.unwrap().path()).unwrap();
         }
         for kind in ["browser", "performance"] {
-            self.said(kind);
+            self.take_log(kind);
         }
     }
 
@@ -111,16 +111,16 @@ impl Browser {
     #[track_caller]
     fn try_wait<T>(&self, answer: impl Future<Output = T>) -> T {
         let answer = self.runtime.block_on(async { timeout(PATIENCE, answer).await });
-        answer.unwrap_or_else(|_| panic!("waited {PATIENCE:?} for the browser to answer"))
+        answer.unwrap_or_else(|_| panic!("no reply from the browser within {PATIENCE:?}"))
     }
 
     pub(crate) fn open(&self, address: &str) {
         self.wait(self.client.goto(address));
     }
 
-    /// Leaves the page, which may have complained of nothing, so that its simulator can end.
+    /// Leaves the page, which must have logged no errors, so that its simulator can exit.
     pub(crate) fn leave(&self) {
-        self.assert_no_complaints();
+        self.assert_no_errors();
         self.open("about:blank");
     }
 
@@ -128,13 +128,13 @@ impl Browser {
         self.wait(self.client.current_url()).to_string()
     }
 
-    /// Runs a script, the body of a function, and gives what it returns.
+    /// Runs a script as the body of a function and returns its result.
     pub(crate) fn run<T: DeserializeOwned>(&self, script: &str, arguments: &[Value]) -> T {
         let value = self.wait(self.client.execute(script, arguments.to_vec()));
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
     }
 
-    /// The same for a script that ends by calling its last argument.
+    /// Runs a script that passes its result to its last argument, a callback.
     pub(crate) fn run_async<T: DeserializeOwned>(&self, script: &str, arguments: &[Value]) -> T {
         let value = self.wait(self.client.execute_async(script, arguments.to_vec()));
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
@@ -147,17 +147,17 @@ impl Browser {
     pub(crate) fn click(&self, selector: &str) {
         wait_for(selector, || match self.try_wait(self.find(selector).click()) {
             Ok(()) => Some(()),
-            // It has been made anew.
+            // The page has replaced the element.
             Err(error) if error.is_stale_element_reference() => None,
             Err(error) => panic!("{selector}: {error}"),
         });
     }
 
-    pub(crate) fn is_there(&self, selector: &str) -> bool {
+    pub(crate) fn exists(&self, selector: &str) -> bool {
         self.run("return document.querySelector(arguments[0]) !== null", &[json!(selector)])
     }
 
-    /// Whether the page in a frame has something.
+    /// Returns whether the page in a frame has a matching element.
     pub(crate) fn frame_has(&self, frame: &str, selector: &str) -> bool {
         self.wait(async {
             self.client.find(Locator::Css(frame)).await?.enter_frame().await?;
@@ -167,18 +167,18 @@ impl Browser {
         })
     }
 
-    /// Empties a field as a person does.
+    /// Clears a field with the keyboard.
     pub(crate) fn clear(&self, selector: &str) {
         let all = [Key::Control, Key::Delete].map(char::from);
         self.type_into(selector, &format!("{}a{}{}", all[0], all[0], all[1]));
     }
 
-    /// Types into an element, which gets the focus.
+    /// Focuses an element and types into it.
     pub(crate) fn type_into(&self, selector: &str, text: &str) {
         self.wait(self.find(selector).send_keys(text));
     }
 
-    /// Presses keys, one after the other, wherever the focus is.
+    /// Presses keys one after the other, without moving the focus.
     pub(crate) fn press(&self, keys: impl IntoIterator<Item = char>) {
         let actions = keys.into_iter().fold(KeyActions::new("keys".into()), |actions, key| {
             actions.then(KeyAction::Down { value: key }).then(KeyAction::Up { value: key })
@@ -186,7 +186,7 @@ impl Browser {
         self.wait(self.client.perform_actions(actions));
     }
 
-    /// Presses a key while another one is held.
+    /// Presses a key while holding another.
     pub(crate) fn press_with(&self, held: Key, key: char) {
         let held = char::from(held);
         let actions = [held, key, key, held].into_iter().zip([true, true, false, false]);
@@ -196,65 +196,64 @@ impl Browser {
         self.wait(self.client.perform_actions(actions));
     }
 
-    /// The text of an element as it is written, not as it is seen.
+    /// Returns the `textContent` of an element, before CSS such as `text-transform`.
     pub(crate) fn text(&self, selector: &str) -> String {
         self.run("return document.querySelector(arguments[0]).textContent", &[json!(selector)])
     }
 
-    /// A command of the browser's own protocol for developers.
-    pub(crate) fn tell(&self, command: &str, parameters: &Value) -> Value {
-        self.ask("goog/cdp/execute", &json!({ "cmd": command, "params": parameters }))
+    /// Sends a command of the Chrome DevTools protocol.
+    pub(crate) fn devtools(&self, command: &str, parameters: &Value) -> Value {
+        self.command("goog/cdp/execute", &json!({ "cmd": command, "params": parameters }))
     }
 
-    fn ask(&self, what: &str, question: &Value) -> Value {
-        let address = format!("{}/session/{}/{what}", self.driver.address, self.session);
-        let body = question.to_string();
+    fn command(&self, name: &str, body: &Value) -> Value {
+        let address = format!("{}/session/{}/{name}", self.driver.address, self.session);
+        let body = body.to_string();
         let headers = [("content-type", "application/json")];
         let reply = http::request("POST", &address, &headers, body.as_bytes());
         assert_eq!(reply.status, 200, "{}", reply.text());
         reply.json()["value"].take()
     }
 
-    /// What was said since this was asked last: `browser` is the console.
-    pub(crate) fn said(&self, kind: &str) -> Vec<Said> {
-        serde_json::from_value(self.ask("se/log", &json!({ "type": kind }))).unwrap()
+    /// Returns and clears the entries of a log: `browser` is the console.
+    pub(crate) fn take_log(&self, kind: &str) -> Vec<LogEntry> {
+        serde_json::from_value(self.command("se/log", &json!({ "type": kind }))).unwrap()
     }
 
-    /// What the console has of errors and warnings since this was asked last.
-    pub(crate) fn complaints(&self) -> Vec<Said> {
-        let is_one = |said: &Said| {
-            (said.level == "SEVERE" || said.level == "WARNING")
-                // The run that was asked about is over, which only the reply could tell.
-                && !said.message.ends_with("the server responded with a status of 410 (Gone)")
+    /// Returns the errors and warnings of the console and clears it.
+    pub(crate) fn take_errors(&self) -> Vec<LogEntry> {
+        let is_error = |entry: &LogEntry| {
+            (entry.level == "SEVERE" || entry.level == "WARNING")
+                // Requests for a run that has just ended are expected.
+                && !entry.message.ends_with("the server responded with a status of 410 (Gone)")
         };
-        self.said("browser").into_iter().filter(is_one).collect()
+        self.take_log("browser").into_iter().filter(is_error).collect()
     }
 
-    pub(crate) fn assert_no_complaints(&self) {
-        let complaints = self.complaints();
-        assert!(complaints.is_empty(), "{complaints:#?}");
+    pub(crate) fn assert_no_errors(&self) {
+        let errors = self.take_errors();
+        assert!(errors.is_empty(), "{errors:#?}");
     }
 
-    /// The folder where downloads go.
     pub(crate) fn downloads(&self) -> PathBuf {
         self.driver.folder.path().join("downloads")
     }
 
-    /// Writes down what the page showed when a test failed.
+    /// Reports the state of the page when a test fails.
     fn report(&self) -> Option<()> {
         self.runtime.block_on(async {
             let limit = Duration::from_secs(5);
             let shown = "return [location.href, document.body.innerText]";
-            let asked = timeout(limit, self.client.execute(shown, Vec::new()));
-            let shown = asked.await.ok()?.ok()?;
-            eprintln!("the page {} showed:\n{}", shown[0].as_str()?, shown[1].as_str()?);
-            eprintln!("the console had {:#?}", self.said("browser"));
+            let result = timeout(limit, self.client.execute(shown, Vec::new()));
+            let shown = result.await.ok()?.ok()?;
+            eprintln!("text of {}:\n{}", shown[0].as_str()?, shown[1].as_str()?);
+            eprintln!("console: {:#?}", self.take_log("browser"));
             let picture = timeout(limit, self.client.screenshot()).await.ok()?.ok()?;
             let name = thread::current().name()?.replace("::", "-");
             let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
             let file = folder.join(format!("{name}.png"));
             fs::write(&file, picture).ok()?;
-            eprintln!("a screenshot of it: {}", file.display());
+            eprintln!("screenshot: {}", file.display());
             Some(())
         })
     }
@@ -265,7 +264,6 @@ impl Drop for Browser {
         if thread::panicking() {
             self.report();
         }
-        // Then the driver is ended in any case.
         let closing = self.client.clone().close();
         let _ = self.runtime.block_on(async { timeout(Duration::from_secs(10), closing).await });
     }

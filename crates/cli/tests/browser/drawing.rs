@@ -1,5 +1,5 @@
-//! What a map must show, made anew from the maze and from what a client has told, and what a page
-//! shows, read off its elements.
+//! The expected elements of a map, built from the maze and the client's states, and the elements on
+//! the page.
 
 use std::fmt::Debug;
 
@@ -8,12 +8,12 @@ use serde::Deserialize;
 use serde_json::json;
 
 use crate::browser::Browser;
-use crate::told::{SIDES, Told, VISITED, neighbour};
+use crate::test_state::{SIDES, TestState, VISITED, neighbour};
 
-/// Units from cell to cell.
+/// Distance between cell centres in units of the view box.
 const PITCH: u32 = 20;
 
-/// A drawing by its attributes. Words of a class are in the order of the alphabet.
+/// The attributes of a map's elements. Class names are sorted.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 pub(crate) struct Drawing {
     view_box: String,
@@ -29,15 +29,16 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
-    /// Of a maze, and of what a client has told last; its mouse was in these cells so far.
-    pub(crate) fn of(maze: &Maze, told: Option<&Told>, trail: &[Cell]) -> Self {
+    /// The map of a maze after a client's last state. `trail` holds the visited cells, oldest first.
+    pub(crate) fn expected(maze: &Maze, state: Option<&TestState>, trail: &[Cell]) -> Self {
         let size = maze.size();
         let classes = |class: &str, others: &[(bool, &str)]| {
             let others = others.iter().filter(|(is, _)| *is).map(|(_, name)| *name);
-            in_order([class].into_iter().chain(others))
+            sorted([class].into_iter().chain(others))
         };
         let cell_of = |cell: Cell| {
-            let is_visited = told.is_some_and(|told| told.walls[told.index(cell)] & VISITED != 0);
+            let is_visited =
+                state.is_some_and(|state| state.walls[state.index(cell)] & VISITED != 0);
             let others = [
                 (cell == maze.start().cell, "start"),
                 (maze.goals().contains(cell), "goal"),
@@ -48,8 +49,8 @@ impl Drawing {
             [name(cell), classes("cell", &others), text(x), text(y), pitch.clone(), pitch]
         };
         let number_of = |cell: Cell| {
-            let some = |told: &&Told| told.weights.iter().any(|&weight| weight > 0);
-            let weight = told.filter(some).map(|told| told.weights[told.index(cell)]);
+            let has_weights = |state: &&TestState| state.weights.iter().any(|&weight| weight > 0);
+            let weight = state.filter(has_weights).map(|state| state.weights[state.index(cell)]);
             let path = weight.map(|weight| mmsim_drawing::digits(weight.into()));
             [
                 name(cell),
@@ -58,14 +59,14 @@ impl Drawing {
             ]
         };
         let wall_of = |(cell, side, heading): (Cell, char, Heading)| {
-            let stands = maze.walls().has(cell, heading);
-            // Of outer walls everybody knows.
-            let is_believed =
-                told.map_or_else(|| is_outer(size, cell, side), |told| told.believes(cell, side));
+            let exists = maze.walls().has(cell, heading);
+            // Outer walls are known from the start.
+            let is_reported = state
+                .map_or_else(|| is_outer(size, cell, side), |state| state.has_wall(cell, side));
             let others = [
-                (stands, "true"),
-                (is_believed && stands, "known"),
-                (is_believed && !stands, "mistaken"),
+                (exists, "true"),
+                (is_reported && exists, "known"),
+                (is_reported && !exists, "mistaken"),
             ];
             let (x, y) = corner(size, cell);
             let path = match side {
@@ -77,14 +78,14 @@ impl Drawing {
             [format!("{},{side}", name(cell)), classes("wall", &others), path]
         };
         let (cell, heading) =
-            told.map_or((maze.start().cell, 'N'), |told| (told.cell, told.heading));
+            state.map_or((maze.start().cell, 'N'), |state| (state.cell, state.heading));
         let turns = "NESW".find(heading).unwrap();
         let view = |cells: u8| u32::from(cells) * PITCH + 4;
         Self {
             view_box: format!("-2 -2 {} {}", view(size.width()), view(size.height())),
             cells: size.cells().map(cell_of).collect(),
             numbers: size.cells().map(number_of).collect(),
-            walls: places(size).map(wall_of).collect(),
+            walls: all_walls(size).map(wall_of).collect(),
             mouse: [
                 "mouse".into(),
                 format!("translate({}) rotate({})", centre(size, cell, " "), 90 * turns),
@@ -93,8 +94,8 @@ impl Drawing {
         }
     }
 
-    /// What the panel of a source shows.
-    pub(crate) fn shown(browser: &Browser, source: &str) -> Self {
+    /// Reads the map in the panel of a source.
+    pub(crate) fn on_page(browser: &Browser, source: &str) -> Self {
         let script = r#"
             const svg = document.querySelector(`.panel[data-source="${arguments[0]}"] .map svg`);
             const read = (element, names) => names.map((name) => {
@@ -114,7 +115,7 @@ impl Drawing {
         browser.run(script, &[json!(source)])
     }
 
-    /// Fails if another drawing differs, and says where.
+    /// Panics with the differences if `shown` differs.
     pub(crate) fn assert_shown(&self, shown: &Self) {
         assert_eq!(self.view_box, shown.view_box);
         assert_same("cells", &self.cells, &shown.cells);
@@ -133,9 +134,9 @@ fn assert_same<T: Debug + PartialEq>(what: &str, expected: &[T], found: &[T]) {
     assert!(first.is_empty(), "{count} {what} differ (expected, found): {first:#?}");
 }
 
-/// Every place of a wall once: the north and the east side of each cell, the south sides of the
-/// south row, the west sides of the west column.
-fn places(size: MazeSize) -> impl Iterator<Item = (Cell, char, Heading)> {
+/// Every wall once: the north and east sides of each cell, the south sides of the southern row and
+/// the west sides of the western column.
+fn all_walls(size: MazeSize) -> impl Iterator<Item = (Cell, char, Heading)> {
     let [north, east, south, west] = SIDES.map(|(letter, ..)| {
         let heading = Heading::ALL.into_iter().find(|heading| heading.letter() == letter);
         (letter, heading.unwrap())
@@ -152,7 +153,7 @@ fn is_outer(size: MazeSize, cell: Cell, letter: char) -> bool {
     neighbour(size, cell, (dx, dy)).is_none()
 }
 
-fn in_order<'a>(words: impl Iterator<Item = &'a str>) -> String {
+fn sorted<'a>(words: impl Iterator<Item = &'a str>) -> String {
     let mut words: Vec<_> = words.collect();
     words.sort_unstable();
     words.join(" ")

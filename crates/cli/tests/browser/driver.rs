@@ -1,4 +1,4 @@
-//! Chromium and the program that drives it: found, started, and ended whatever happens.
+//! Starts chromedriver and Chromium, and stops both when dropped.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -14,43 +14,43 @@ use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
-/// No name but those of this machine leads anywhere, and names of examples lead to it.
+/// Host rules: only this machine is reachable, also under the names `*.example`.
 const NAMES: &str =
     "MAP *.example 127.0.0.1, MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost";
 
-/// A running chromedriver. It ends with this, and with it the browser that it has started.
+/// A running chromedriver. Dropping it kills the process, which closes its browser.
 pub(crate) struct Driver {
     process: Child,
-    /// Where it listens, such as `http://127.0.0.1:9515`.
+    /// Its URL, such as `http://127.0.0.1:9515`.
     pub(crate) address: String,
-    /// What it may still say has somewhere to go.
-    _said: BufReader<ChildStdout>,
-    /// Holds the browser's profile and what it downloads.
+    /// Kept open so that chromedriver can write to it.
+    _stdout: BufReader<ChildStdout>,
+    /// Contains the browser's profile and downloads.
     pub(crate) folder: TempDir,
 }
 
 impl Driver {
-    /// None if there is none on this machine.
+    /// Returns `None` if chromedriver is not installed.
     pub(crate) fn start() -> Option<Self> {
         let mut command = Command::new("chromedriver");
         command.arg("--port=0").stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut process = command.spawn().ok()?;
-        let mut said = BufReader::new(process.stdout.take().unwrap());
-        let (port, said) = within("the port of chromedriver", || {
+        let mut stdout = BufReader::new(process.stdout.take().unwrap());
+        let (port, stdout) = within("the port of chromedriver", || {
             loop {
                 let mut line = String::new();
-                assert_ne!(said.read_line(&mut line).unwrap(), 0, "chromedriver has ended");
+                assert_ne!(stdout.read_line(&mut line).unwrap(), 0, "chromedriver exited");
                 if let Some(rest) = line.trim().split("successfully on port ").nth(1) {
-                    break (rest.trim_end_matches('.').to_string(), said);
+                    break (rest.trim_end_matches('.').to_string(), stdout);
                 }
             }
         });
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("downloads")).unwrap();
-        Some(Self { process, address: format!("http://127.0.0.1:{port}"), _said: said, folder })
+        Some(Self { process, address: format!("http://127.0.0.1:{port}"), _stdout: stdout, folder })
     }
 
-    /// A browser of this size; none if there is none on this machine.
+    /// Opens a browser window of this size. Returns `None` if no browser is installed.
     pub(crate) fn open(&self, runtime: &Runtime, (width, height): (u32, u32)) -> Option<Client> {
         let profile = self.folder.path().join("profile");
         let arguments = [
@@ -99,10 +99,10 @@ impl Drop for Driver {
     }
 }
 
-/// What to do where there is no browser: to say so, or to fail where one is required.
+/// Reports that no browser is available; panics if one is required.
 pub(crate) fn missing() {
-    let what = "no chromedriver, or no Chromium that it finds";
+    let what = "chromedriver or Chromium not found";
     assert!(env::var("MMSIM_BROWSER").as_deref() != Ok("required"), "{what}");
-    // Past the test harness, which keeps to itself what passing tests print.
-    let _ = writeln!(std::io::stderr(), "skipped, {what}");
+    // Written directly, since the test harness captures `eprintln!` of passing tests.
+    let _ = writeln!(std::io::stderr(), "skipped: {what}");
 }

@@ -1,16 +1,15 @@
-//! HTTP by hand: for what no browser would send, and for commands that the client of the browser's
-//! driver does not know.
+//! A minimal HTTP client, for requests that no browser sends and for chromedriver commands that
+//! fantoccini lacks.
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 
 use mmsim_tests::PATIENCE;
 
-/// What came back.
 #[derive(Debug)]
 pub(crate) struct Reply {
     pub(crate) status: u16,
-    /// The lines of the head, in lower case up to the colon.
+    /// Names in lower case, and values.
     pub(crate) headers: Vec<(String, String)>,
     pub(crate) body: Vec<u8>,
 }
@@ -29,27 +28,26 @@ impl Reply {
     }
 }
 
-/// Where an address such as `http://127.0.0.1:6575/page.js?a=b` leads to: host and port, and path.
-pub(crate) fn parts(address: &str) -> (&str, &str) {
-    let rest = address.strip_prefix("http://").unwrap();
+/// Splits a URL such as `http://127.0.0.1:6575/page.js?a=b` into host with port, and path.
+pub(crate) fn split_url(url: &str) -> (&str, &str) {
+    let rest = url.strip_prefix("http://").unwrap();
     rest.find('/').map_or((rest, "/"), |at| rest.split_at(at))
 }
 
-/// What is at an address.
-pub(crate) fn get(address: &str) -> Reply {
-    request("GET", address, &[], b"")
+pub(crate) fn get(url: &str) -> Reply {
+    request("GET", url, &[], b"")
 }
 
-/// Sends one request. Headers that are given take the place of those that are sent anyway.
-pub(crate) fn request(method: &str, address: &str, headers: &[(&str, &str)], body: &[u8]) -> Reply {
-    let (host, path) = parts(address);
+/// Sends one request. `headers` override the default headers.
+pub(crate) fn request(method: &str, url: &str, headers: &[(&str, &str)], body: &[u8]) -> Reply {
+    let (host, path) = split_url(url);
     let mut stream = TcpStream::connect(host).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
     let length = body.len().to_string();
     let mut all = headers.to_vec();
-    for own in [("host", host), ("content-length", &length), ("connection", "close")] {
-        if !headers.iter().any(|(name, _)| name.eq_ignore_ascii_case(own.0)) {
-            all.push(own);
+    for default in [("host", host), ("content-length", &length), ("connection", "close")] {
+        if !headers.iter().any(|(name, _)| name.eq_ignore_ascii_case(default.0)) {
+            all.push(default);
         }
     }
     let mut head = format!("{method} {path} HTTP/1.1\r\n");
@@ -69,7 +67,7 @@ fn read(stream: &mut impl BufRead) -> Reply {
     };
     let status = line(stream).split(' ').nth(1).and_then(|status| status.parse().ok());
     let mut reply =
-        Reply { status: status.expect("a line of status"), headers: Vec::new(), body: Vec::new() };
+        Reply { status: status.expect("a status line"), headers: Vec::new(), body: Vec::new() };
     while let Some((name, value)) = line(stream).split_once(':') {
         reply.headers.push((name.to_ascii_lowercase(), value.trim().to_string()));
     }
@@ -79,9 +77,9 @@ fn read(stream: &mut impl BufRead) -> Reply {
     } else if reply.header("transfer-encoding") == Some("chunked") {
         loop {
             let length = usize::from_str_radix(&line(stream), 16).unwrap();
-            let mut piece = vec![0; length];
-            stream.read_exact(&mut piece).unwrap();
-            reply.body.extend(piece);
+            let mut chunk = vec![0; length];
+            stream.read_exact(&mut chunk).unwrap();
+            reply.body.extend(chunk);
             line(stream);
             if length == 0 {
                 break;

@@ -1,4 +1,4 @@
-//! Everything with the keyboard alone, and the focus is seen wherever it is.
+//! Keyboard operation of the whole page, with a visible focus.
 
 use std::collections::BTreeSet;
 
@@ -6,36 +6,35 @@ use fantoccini::key::Key;
 use serde::Deserialize;
 use serde_json::json;
 
-use crate::browser::{Browser, wait_for, watch};
+use crate::browser::{Browser, wait_for, with_page};
 use crate::page::{Page, Panel};
 use crate::simulator::bundled;
-use crate::told::Told;
+use crate::test_state::TestState;
 
-/// Where the focus is.
 #[derive(Debug, Deserialize)]
-struct Stop {
-    /// The number of the element among all that can have the focus, none for the page itself.
-    number: Option<usize>,
+struct Focus {
+    /// Index among the focusable elements, `None` for the page itself.
+    index: Option<usize>,
     name: String,
-    /// Whether it looks otherwise than without the focus.
-    is_seen: bool,
+    /// Whether the element looks different with the focus.
+    is_visible: bool,
 }
 
-/// Numbers all elements that a person can see and that can do something.
-fn number_all(browser: &Browser) -> Vec<String> {
+/// Returns the names of all visible elements that can have the focus.
+fn focusable(browser: &Browser) -> Vec<String> {
     let script = "
         const seen = (element) => element.checkVisibility({ checkVisibilityCSS: true, checkOpacity: false });
-        const able = 'a[href], button, input, select, textarea, summary, [tabindex]';
-        window.able = [...document.querySelectorAll(able)].filter((element) =>
+        const selector = 'a[href], button, input, select, textarea, summary, [tabindex]';
+        window.focusable = [...document.querySelectorAll(selector)].filter((element) =>
             !element.disabled && element.tabIndex >= 0 && (seen(element) || element.type === 'file'));
         window.nameOf = (element) => `${element.tagName} ${element.name || element.id || element.className
             || element.dataset.export} ${element.closest('section')?.id || ''}`.trim();
-        return window.able.map(window.nameOf);";
+        return window.focusable.map(window.nameOf);";
     browser.run(script, &[])
 }
 
-/// The look of the focused element and of what holds it, with and without the focus.
-fn stop(browser: &Browser) -> Stop {
+/// Compares the focused element and its ancestors with and without the focus.
+fn focus_of(browser: &Browser) -> Focus {
     let script = "
         const element = document.activeElement;
         const look = () => {
@@ -47,110 +46,111 @@ fn stop(browser: &Browser) -> Stop {
             }
             return looks;
         };
-        const number = window.able.indexOf(element);
-        if (number < 0) return { number: null, name: window.nameOf(element), is_seen: true };
+        const number = window.focusable.indexOf(element);
+        if (number < 0) return { index: null, name: window.nameOf(element), is_visible: true };
         const focused = look();
         element.blur();
         const blurred = look();
         element.focus({ focusVisible: true });
-        return { number, name: window.nameOf(element), is_seen: focused !== blurred };";
+        return { index: number, name: window.nameOf(element), is_visible: focused !== blurred };";
     browser.run(script, &[])
 }
 
 #[test]
-fn tab_reaches_everything_and_the_focus_is_seen() {
-    watch(&["--maze", "meadow"], |browser, simulator| {
+fn tab_reaches_every_control_with_a_visible_focus() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
         let size = bundled("oblong-long-meadow.txt").size();
         for number in 0..5 {
-            simulator.send(&Told::of(number, size).message('C', 'C'));
+            simulator.send(&TestState::new(number, size).message('C', 'C'));
         }
         let live = Panel::live(browser);
-        live.wait_at(4);
-        // In the middle of the history, where every button does something.
-        live.click("button[name=back]");
-        live.wait_at(3);
+        live.wait_for_state(4);
+        // In the middle of the history, all buttons are enabled.
+        live.click("button[name=previous]");
+        live.wait_for_state(3);
         wait_for("the exports", || {
-            (live.says_of("[data-export='picture.svg']", "href") != "none").then_some(())
+            (live.attribute("[data-export='picture.svg']", "href") != "none").then_some(())
         });
         browser.run::<()>("document.activeElement.blur()", &[]);
-        let all = number_all(browser);
+        let all = focusable(browser);
         assert!(all.len() > 20, "{all:?}");
         let (mut reached, mut order) = (BTreeSet::new(), Vec::new());
-        // Once round, from the top of the page to the top of the page.
+        // One full cycle from the top of the page.
         browser.run::<()>("window.getSelection().collapse(document.body, 0)", &[]);
         for _ in 0..=all.len() + 3 {
             browser.press([char::from(Key::Tab)]);
-            let stop = stop(browser);
-            assert!(stop.is_seen, "nothing shows that the focus is on {}", stop.name);
-            order.extend(stop.number);
-            reached.extend(stop.number);
+            let focus = focus_of(browser);
+            assert!(focus.is_visible, "no visible focus on {}", focus.name);
+            order.extend(focus.index);
+            reached.extend(focus.index);
         }
         let missed: Vec<_> =
             (0..all.len()).filter(|number| !reached.contains(number)).map(|n| &all[n]).collect();
         assert!(missed.is_empty(), "Tab does not reach {missed:?}");
-        // In the order in which they stand there, from wherever it began.
+        // In document order, wrapping around at most once.
         let turns = order.windows(2).filter(|pair| pair[1] < pair[0]).count();
         assert!(turns <= 1, "{order:?}");
-        // And back.
-        let before = stop(browser).number;
+        // Shift+Tab goes back.
+        let before = focus_of(browser).index;
         browser.press_with(Key::Shift, char::from(Key::Tab));
-        assert_ne!(stop(browser).number, before);
+        assert_ne!(focus_of(browser).index, before);
     });
 }
 
 #[test]
-fn a_whole_visit_needs_no_mouse_but_the_one_in_the_maze() {
-    watch(&["--maze", "harbour"], |browser, simulator| {
+fn everything_works_without_a_pointer() {
+    with_page(&["--maze", "harbour"], |browser, simulator| {
         let live = Panel::live(browser);
         let key = |key: Key| browser.press([char::from(key)]);
         let focus = |selector: &str| {
-            // As often as it takes.
             wait_for(selector, || {
                 key(Key::Tab);
                 let script = "return document.activeElement.matches(arguments[0])";
                 browser.run::<bool>(script, &[json!(selector)]).then_some(())
             });
         };
-        live.wait_empty();
-        wait_for("the list", || browser.is_there(&Page::maze("05-hedgerow.txt")).then_some(()));
+        live.wait_until_empty();
+        wait_for("the list", || {
+            browser.exists(&Page::maze_selector("05-hedgerow.txt")).then_some(())
+        });
 
-        // Another maze: the only one that has these words.
+        // Load another maze, the only one that matches the search.
         browser.press("/hedge".chars());
         key(Key::Down);
         key(Key::Enter);
         wait_for("hedgerow", || (simulator.info().name == "05-hedgerow").then_some(()));
-        live.wait_empty();
+        live.wait_until_empty();
 
-        // A search.
+        // Run a strategy.
         focus("[name=strategy]");
         browser.press("left".chars());
         focus("[name=pace]");
         key(Key::Home);
         focus("[name=run]");
         key(Key::Enter);
-        wait_for("the goal", || live.text(".run .says").contains("goal reached").then_some(()));
-        assert!(live.text(".run .says").starts_with("left-wall"));
+        wait_for("the goal", || live.text(".run .result").contains("goal reached").then_some(()));
+        assert!(live.text(".run .result").starts_with("left-wall"));
         let last = simulator.info().states - 1;
-        live.wait_run_at(simulator.run(), last);
+        live.wait_for_run_state(simulator.run_number(), last);
 
-        // Its history, from wherever the focus is now.
+        // Step through its history. The shortcuts do not depend on the focus.
         key(Key::Home);
-        live.wait_at(0);
+        live.wait_for_state(0);
         browser.press("g12".chars());
         key(Key::Enter);
-        live.wait_at(11);
-        // The field has kept the focus, and the keys.
+        live.wait_for_state(11);
+        // The field keeps the focus and its keys.
         focus("[name=follow]");
         key(Key::Enter);
-        live.wait_at(last);
+        live.wait_for_state(last);
 
-        // A layer, and cells under the map's keys.
+        // Toggle a layer, then move between cells of the map.
         focus("[name=numbers]");
         browser.press([' ']);
         wait_for("no numbers", || {
-            browser.is_there(&live.part(".map svg.hide-numbers")).then_some(())
+            browser.exists(&live.part(".map svg.hide-numbers")).then_some(())
         });
-        assert_eq!(live.says("at"), last.to_string(), "the key was the box's own");
+        assert_eq!(live.data("index"), last.to_string(), "the checkbox handles the key");
         browser.run::<()>("document.activeElement.blur()", &[]);
         focus(".map");
         let cell = live.text(".readout");
@@ -159,31 +159,31 @@ fn a_whole_visit_needs_no_mouse_but_the_one_in_the_maze() {
             let readout = live.text(".readout");
             (readout.starts_with("cell (") && readout != cell).then_some(())
         });
-        assert_eq!(live.says("at"), last.to_string(), "the key was the map's own");
+        assert_eq!(live.data("index"), last.to_string(), "the map handles the key");
 
-        // Another maze again: that is asked about first, and the answer is no.
+        // Loading another maze asks for confirmation; cancel it.
         browser.press("/meadow".chars());
         key(Key::Enter);
         let is_open = |dialog: &str| {
             browser
                 .run::<bool>("return document.querySelector(arguments[0]).open", &[json!(dialog)])
         };
-        wait_for("the question", || is_open("#confirm").then_some(()));
-        // Keys of the page mean nothing meanwhile.
+        wait_for("the dialog", || is_open("#confirm").then_some(()));
+        // Shortcuts are disabled meanwhile.
         key(Key::Left);
         key(Key::Escape);
-        wait_for("its end", || (!is_open("#confirm")).then_some(()));
+        wait_for("the dialog to close", || (!is_open("#confirm")).then_some(()));
         assert_eq!(
             (simulator.info().name.as_str(), simulator.info().states),
             ("05-hedgerow", last + 1)
         );
-        assert_eq!(live.says("at"), last.to_string());
+        assert_eq!(live.data("index"), last.to_string());
 
         // Help.
         browser.run::<()>("document.activeElement.blur()", &[]);
         browser.press(['?']);
         wait_for("the keys", || is_open("#keys").then_some(()));
         key(Key::Escape);
-        wait_for("its end", || (!is_open("#keys")).then_some(()));
+        wait_for("the dialog to close", || (!is_open("#keys")).then_some(()));
     });
 }

@@ -1,110 +1,110 @@
-//! What a client does is on the page at once.
+//! The page follows what clients do.
 
 use std::thread;
 
 use mmsim_solvers::BundledStrategy;
 
-use crate::browser::{wait_for, watch};
+use crate::browser::{wait_for, with_page};
 use crate::page::Panel;
 use crate::simulator::{bundled, connect};
-use crate::told::Told;
+use crate::test_state::TestState;
 
 #[test]
 fn a_search_at_full_speed_is_followed_to_its_last_state() {
-    watch(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["--maze", "harbour"], |browser, simulator| {
         let maze = bundled("01-harbour.txt");
         let live = Panel::live(browser);
-        live.wait_empty();
+        live.wait_until_empty();
 
-        // The command, as a client like any other.
+        // `mmsim solve` as the client.
         let solve = ["solve", "flood-fill", "--connect", &simulator.serving.address];
         assert_eq!(simulator.home.run(&solve).code, Some(0));
-        live.wait_at(simulator.info().states - 1);
+        live.wait_for_state(simulator.info().states - 1);
 
-        // The same search, of which it is known what it tells.
+        // Searches whose states are known to the test.
         for strategy in [BundledStrategy::FloodFill, BundledStrategy::WeightIncrement] {
-            let told = simulator.search(&maze, strategy);
-            assert_eq!(simulator.info().states, told.len());
-            live.wait_run_at(simulator.run(), told.len() - 1);
-            live.assert_shows(&maze, &told);
-            assert!(maze.goals().contains(told.last().unwrap().cell));
-            assert_eq!(live.text(".steps dd"), (told.len() - 1).to_string());
+            let states = simulator.search(&maze, strategy);
+            assert_eq!(simulator.info().states, states.len());
+            live.wait_for_run_state(simulator.run_number(), states.len() - 1);
+            live.assert_shows(&maze, &states);
+            assert!(maze.goals().contains(states.last().unwrap().cell));
+            assert_eq!(live.text(".steps dd"), (states.len() - 1).to_string());
         }
     });
 }
 
 #[test]
 fn a_half_size_search_is_shown() {
-    watch(&["--maze", "quarter"], |browser, simulator| {
+    with_page(&["--maze", "quarter"], |browser, simulator| {
         let maze = bundled("half-size-old-quarter.txt");
         let live = Panel::live(browser);
-        live.wait_empty();
-        let told = simulator.search(&maze, BundledStrategy::FloodFill);
-        live.wait_at(told.len() - 1);
-        live.assert_shows(&maze, &told);
+        live.wait_until_empty();
+        let states = simulator.search(&maze, BundledStrategy::FloodFill);
+        live.wait_for_state(states.len() - 1);
+        live.assert_shows(&maze, &states);
     });
 }
 
 #[test]
-fn many_states_at_once_lose_none_and_the_page_keeps_up() {
+fn the_page_keeps_up_with_many_states() {
     const STATES: usize = 5000;
-    watch(&["--maze", "steps"], |browser, simulator| {
+    with_page(&["--maze", "steps"], |browser, simulator| {
         let maze = bundled("training-first-steps.txt");
-        let told: Vec<_> = (0..STATES).map(|number| Told::of(number, maze.size())).collect();
+        let states: Vec<_> =
+            (0..STATES).map(|number| TestState::new(number, maze.size())).collect();
         let live = Panel::live(browser);
-        live.wait_empty();
+        live.wait_until_empty();
         let mut seen = Vec::new();
         let address = simulator.serving.address.as_str();
         thread::scope(|scope| {
             let sending = scope.spawn(|| {
                 let socket = connect(address);
-                for told in &told {
-                    socket.send(told.message('F', 'C'), 0).unwrap();
+                for state in &states {
+                    socket.send(state.message('F', 'C'), 0).unwrap();
                     assert_eq!(socket.recv_bytes(0).unwrap(), b"ok");
                 }
             });
             while !sending.is_finished() {
-                seen.push(live.says("at").parse().unwrap_or(0));
+                seen.push(live.data("index").parse().unwrap_or(0));
             }
         });
         assert!(seen.is_sorted(), "{seen:?}");
-        live.wait_at(STATES - 1);
-        live.assert_shows(&maze, &told);
-        assert_eq!(live.place(), "state 5,000 of 5,000");
+        live.wait_for_state(STATES - 1);
+        live.assert_shows(&maze, &states);
+        assert_eq!(live.position(), "State 5,000 of 5,000");
 
-        // Whoever looks at an earlier one is left there.
+        // A page that shows an earlier state stays there.
         browser.press("g1234\u{e007}".chars());
-        live.wait_at(1233);
-        let more = Told::of(STATES, maze.size());
+        live.wait_for_state(1233);
+        let more = TestState::new(STATES, maze.size());
         simulator.send(&more.message('C', 'C'));
-        wait_for("one state more", || (live.place() == "state 1,234 of 5,001").then_some(()));
-        live.assert_shows(&maze, &told[..1234]);
+        wait_for("one more state", || (live.position() == "State 1,234 of 5,001").then_some(()));
+        live.assert_shows(&maze, &states[..1234]);
     });
 }
 
 #[test]
 fn reset_empties_the_page_and_it_follows_the_new_run() {
-    watch(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["--maze", "hedgerow"], |browser, simulator| {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
-        live.wait_empty();
+        live.wait_until_empty();
         for round in 0..3 {
-            let told: Vec<_> =
-                (0..10).map(|number| Told::of(100 * round + number, maze.size())).collect();
-            for told in &told {
-                simulator.send(&told.message('C', 'F'));
+            let states: Vec<_> =
+                (0..10).map(|number| TestState::new(100 * round + number, maze.size())).collect();
+            for state in &states {
+                simulator.send(&state.message('C', 'F'));
             }
-            live.wait_at(9);
-            live.assert_shows(&maze, &told);
-            // From wherever it stands.
+            live.wait_for_state(9);
+            live.assert_shows(&maze, &states);
             if round == 1 {
                 live.click("button[name=first]");
-                live.wait_at(0);
+                live.wait_for_state(0);
             }
             simulator.send(b"reset");
-            live.wait_empty();
+            live.wait_until_empty();
             live.assert_shows(&maze, &[]);
-            assert_eq!(live.place(), "no state yet");
+            assert_eq!(live.position(), "No states yet");
             assert_eq!(live.text(".steps dd"), "–");
         }
     });

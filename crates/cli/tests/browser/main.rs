@@ -1,16 +1,16 @@
-//! The page in a real browser, against real simulators and real searches.
+//! Tests of the page in a real browser, with real simulators and searches.
 //!
-//! They need Chromium or Chrome and its chromedriver (Debian: chromium, chromium-driver). Without,
-//! they say that they are skipped and pass; with `MMSIM_BROWSER=required` they fail.
+//! The tests need Chromium or Chrome and chromedriver (Debian: chromium, chromium-driver). Without
+//! them, the tests are skipped, or fail if `MMSIM_BROWSER=required` is set.
 
 #[path = "../harness/mod.rs"]
 mod harness;
 
+mod access;
 mod browser;
 mod drawing;
 mod driver;
-mod elsewhere;
-mod hostile;
+mod foreign_site;
 mod http;
 mod keyboard;
 mod live;
@@ -23,5 +23,5 @@ mod policy;
 mod recordings;
 mod run;
 mod simulator;
+mod test_state;
 mod timeline;
-mod told;

@@ -1,4 +1,4 @@
-//! The map shows what the server holds and what a client believes, element by element.
+//! The map shows the server's maze and the client's state, element by element.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -7,19 +7,19 @@ use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_tests::shared;
 use serde_json::json;
 
-use crate::browser::{Browser, wait_for, watch};
+use crate::browser::{Browser, wait_for, with_page};
 use crate::http;
 use crate::page::{Page, Panel};
 use crate::simulator::{bundled, maze_at};
-use crate::told::{SIDES, Told, VISITED, neighbour};
+use crate::test_state::{SIDES, TestState, VISITED, neighbour};
 
-/// Serves each of these mazes of the simulator's and looks whether the map shows it.
+/// Loads each of these mazes and asserts that the map shows it.
 fn assert_shows_each(browser: &Browser, mazes: &[(&str, Maze)]) {
     let (page, live) = (Page(browser), Panel::live(browser));
     for (path, maze) in mazes {
         page.choose_maze(path);
         wait_for(path, || (live.text("h2").starts_with(stem(path))).then_some(()));
-        live.wait_empty();
+        live.wait_until_empty();
         live.assert_shows(maze, &[]);
         assert_drawn_in_place(browser, maze);
     }
@@ -29,8 +29,8 @@ fn stem(path: &str) -> &str {
     path.rsplit('/').next().unwrap().trim_end_matches(".txt")
 }
 
-/// A browser that has drawn it says where: the corners of the maze are where the first and the last
-/// cells are, north on top, and no cell is higher than wide.
+/// Asserts the layout of the rendered map: the first and last cells are in their corners, north is up,
+/// and cells are square.
 fn assert_drawn_in_place(browser: &Browser, maze: &Maze) {
     let script = r"
         const [first, last] = [...arguments].map((cell) => {
@@ -52,7 +52,7 @@ fn assert_drawn_in_place(browser: &Browser, maze: &Maze) {
 
 #[test]
 fn every_wall_of_a_bundled_maze_is_on_the_map() {
-    watch(&[], |browser, _| {
+    with_page(&[], |browser, _| {
         let mazes = [
             "oblong-long-meadow.txt",
             "half-size-old-quarter.txt",
@@ -67,12 +67,12 @@ fn every_wall_of_a_bundled_maze_is_on_the_map() {
 #[test]
 fn every_wall_of_a_contest_maze_is_on_the_map() {
     let Some(folder) = shared("mazes") else { return };
-    watch(&[folder.to_str().unwrap()], |browser, simulator| {
-        let listed = http::get(&simulator.at("/api/mazes")).json();
+    with_page(&[folder.to_str().unwrap()], |browser, simulator| {
+        let listed = http::get(&simulator.url("/api/mazes")).json();
         let listed = listed.as_array().unwrap();
         let readable = listed.iter().filter(|maze| maze["error"].is_null());
         assert!(readable.count() >= 281, "{listed:?}");
-        // One of each size and folder.
+        // One maze per size and folder.
         let mut kinds = BTreeSet::new();
         let paths = listed.iter().filter_map(|maze| {
             let path = maze["path"].as_str().unwrap();
@@ -85,35 +85,34 @@ fn every_wall_of_a_contest_maze_is_on_the_map() {
     });
 }
 
-/// The map must tell (x, y) from (y, x), C from F, and a wall from one that is only believed in.
 #[test]
-fn both_orders_land_in_the_right_cells() {
-    watch(&["--maze", "meadow"], |browser, simulator| {
+fn both_matrix_orders_are_decoded() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let live = Panel::live(browser);
-        live.wait_empty();
-        let mut told = Vec::new();
+        live.wait_until_empty();
+        let mut states = Vec::new();
         for (number, orders) in
             [('C', 'C'), ('F', 'F'), ('C', 'F'), ('F', 'C')].into_iter().enumerate()
         {
-            told.push(Told::of(number, maze.size()));
-            let message = told[number].message(orders.0, orders.1);
-            assert_ne!(message, told[number].message(orders.1, orders.0).split_off(1));
+            states.push(TestState::new(number, maze.size()));
+            let message = states[number].message(orders.0, orders.1);
+            assert_ne!(message, states[number].message(orders.1, orders.0).split_off(1));
             simulator.send(&message);
-            live.wait_at(number);
-            live.assert_shows(&maze, &told);
+            live.wait_for_state(number);
+            live.assert_shows(&maze, &states);
         }
     });
 }
 
-/// One thing in one cell of a message that is written out by hand.
+/// With a message written byte by byte.
 #[test]
-fn one_byte_is_one_thing_on_the_map() {
-    watch(&["--maze", "meadow"], |browser, simulator| {
+fn each_byte_changes_one_element() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let live = Panel::live(browser);
-        live.wait_empty();
-        let class = |place: &str| live.says_of(&format!(r#"[data-wall="{place}"]"#), "class");
+        live.wait_until_empty();
+        let class = |place: &str| live.attribute(&format!(r#"[data-wall="{place}"]"#), "class");
         let (width, height, area) = (24, 10, 240);
         // Cell (5, 7) is visited and has an east wall, cell (7, 5) has the weight 42.
         for (order, seven_five, five_seven) in
@@ -125,49 +124,50 @@ fn one_byte_is_one_thing_on_the_map() {
             message[5 + area] = order;
             message[6 + area + five_seven] = 1 + 2;
             simulator.send(&message);
-            live.wait_at(usize::from(order == b'F'));
+            live.wait_for_state(usize::from(order == b'F'));
             let visited: Vec<String> = browser.run(
                 "return [...document.querySelectorAll('.map .visited')].map((cell) => cell.dataset.cell)",
                 &[],
             );
             assert_eq!(visited, ["5,7"]);
-            let number = |cell: &str| live.says_of(&format!(r#".number[data-cell="{cell}"]"#), "d");
+            let number =
+                |cell: &str| live.attribute(&format!(r#".number[data-cell="{cell}"]"#), "d");
             assert_eq!(number("7,5"), mmsim_drawing::digits(42));
             assert_eq!(number("5,7"), mmsim_drawing::digits(0));
-            let stands = maze.walls().has(Cell::new(5, 7), Heading::East);
-            assert_eq!(class("5,7,E"), if stands { "wall true known" } else { "wall mistaken" });
-            assert_eq!(live.says_of(".mouse", "transform"), "translate(70 110) rotate(270)");
+            let exists = maze.walls().has(Cell::new(5, 7), Heading::East);
+            assert_eq!(class("5,7,E"), if exists { "wall true known" } else { "wall mistaken" });
+            assert_eq!(live.attribute(".mouse", "transform"), "translate(70 110) rotate(270)");
         }
     });
 }
 
-/// A client that is right about all walls but one.
+/// A client that reports one wall too many.
 #[test]
 fn a_mistaken_wall_looks_mistaken() {
-    watch(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["--maze", "harbour"], |browser, simulator| {
         let maze = bundled("01-harbour.txt");
         let size = maze.size();
-        let mut told = Told::of(0, size);
+        let mut state = TestState::new(0, size);
         for cell in size.cells() {
             let bits = SIDES.iter().zip(Heading::ALL).filter_map(|(side, heading)| {
                 assert_eq!(side.0, heading.letter());
                 maze.walls().has(cell, heading).then_some(side.3)
             });
-            let index = told.index(cell);
-            told.walls[index] = bits.sum::<u8>() | VISITED;
+            let index = state.index(cell);
+            state.walls[index] = bits.sum::<u8>() | VISITED;
         }
-        // Only the cell to the south of it says that it is there.
+        // Only the cell south of the wall reports it.
         let is_open = |&cell: &Cell| {
             neighbour(size, cell, (0, 1)).is_some() && !maze.walls().has(cell, Heading::North)
         };
         let cell = size.cells().find(is_open).unwrap();
-        let index = told.index(cell);
-        told.walls[index] |= 16;
-        simulator.send(&told.message('C', 'C'));
+        let index = state.index(cell);
+        state.walls[index] |= 16;
+        simulator.send(&state.message('C', 'C'));
 
         let live = Panel::live(browser);
-        live.wait_at(0);
-        live.assert_shows(&maze, std::slice::from_ref(&told));
+        live.wait_for_state(0);
+        live.assert_shows(&maze, std::slice::from_ref(&state));
         let mistaken: Vec<String> = browser.run(
             "return [...document.querySelectorAll('.map .mistaken')].map((wall) => wall.dataset.wall)",
             &[],
@@ -176,33 +176,33 @@ fn a_mistaken_wall_looks_mistaken() {
     });
 }
 
-/// The least is cool, the largest is warm, in the colours that pictures in files have.
+/// In the same colours as exported pictures.
 #[test]
-fn heat_is_the_weights_in_colours() {
-    watch(&["--maze", "meadow"], |browser, simulator| {
-        let told = Told::of(9, bundled("oblong-long-meadow.txt").size());
-        simulator.send(&told.message('F', 'C'));
+fn the_heat_map_colours_weights() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
+        let state = TestState::new(9, bundled("oblong-long-meadow.txt").size());
+        simulator.send(&state.message('F', 'C'));
         let live = Panel::live(browser);
-        live.wait_at(0);
+        live.wait_for_state(0);
         let heat = || -> Vec<[String; 2]> {
             let script = "return [...document.querySelectorAll('.map .heat')]
                 .map((heat) => [heat.dataset.cell, heat.getAttribute('fill')])";
             browser.run(script, &[])
         };
-        assert!(browser.is_there(&live.part(".map svg.hide-heat")));
+        assert!(browser.exists(&live.part(".map svg.hide-heat")));
         live.click("[name=heat]");
-        wait_for("heat", || (!browser.is_there(&live.part(".map svg.hide-heat"))).then_some(()));
-        let largest = told.weights.iter().copied().map(u32::from).max().unwrap();
-        let ramps = http::get(&simulator.at("/drawing.json")).json();
+        wait_for("heat", || (!browser.exists(&live.part(".map svg.hide-heat"))).then_some(()));
+        let largest = state.weights.iter().copied().map(u32::from).max().unwrap();
+        let ramps = http::get(&simulator.url("/drawing.json")).json();
         for scheme in ["light", "dark"] {
             let feature = json!({ "name": "prefers-color-scheme", "value": scheme });
-            browser.tell("Emulation.setEmulatedMedia", &json!({ "features": [feature] }));
-            let expected: Vec<_> = told
+            browser.devtools("Emulation.setEmulatedMedia", &json!({ "features": [feature] }));
+            let expected: Vec<_> = state
                 .size
                 .cells()
                 .map(|cell| {
                     // Rounded to the nearest of 64 colours.
-                    let weight = u32::from(told.weights[told.index(cell)]);
+                    let weight = u32::from(state.weights[state.index(cell)]);
                     let index = (weight * 63 * 2 + largest) / (largest * 2);
                     let colour = ramps["heat"][scheme][index as usize].as_str().unwrap();
                     [format!("{},{}", cell.x, cell.y), colour.to_string()]
@@ -213,14 +213,13 @@ fn heat_is_the_weights_in_colours() {
     });
 }
 
-/// What is seen of a wall: nothing, or a colour.
 #[test]
-fn kinds_of_walls_are_told_apart_in_light_and_dark() {
-    watch(&["--maze", "meadow"], |browser, simulator| {
+fn wall_kinds_look_different_in_light_and_dark() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
         let size = bundled("oblong-long-meadow.txt").size();
-        simulator.send(&Told::of(5, size).message('C', 'C'));
-        Panel::live(browser).wait_at(0);
-        // Colour, opacity, and whether it is painted.
+        simulator.send(&TestState::new(5, size).message('C', 'C'));
+        Panel::live(browser).wait_for_state(0);
+        // Returns colour, opacity and visibility.
         let look = |class: &str| -> (String, f64, bool) {
             let script = "
                 const wall = [...document.querySelectorAll('.map .wall')]
@@ -239,9 +238,9 @@ fn kinds_of_walls_are_told_apart_in_light_and_dark() {
         let mut floors = BTreeSet::new();
         for scheme in ["light", "dark"] {
             let feature = json!({ "name": "prefers-color-scheme", "value": scheme });
-            browser.tell("Emulation.setEmulatedMedia", &json!({ "features": [feature] }));
+            browser.devtools("Emulation.setEmulatedMedia", &json!({ "features": [feature] }));
             wait_for(scheme, || floors.insert(floor()).then_some(()));
-            assert!(!look("wall").2, "there is nothing");
+            assert!(!look("wall").2, "an absent wall is invisible");
             let [unknown, known, mistaken] =
                 ["wall true", "wall true known", "wall mistaken"].map(look);
             for seen in [&unknown, &known, &mistaken] {

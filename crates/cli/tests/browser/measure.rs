@@ -1,4 +1,5 @@
-//! What watching costs and how quickly the page follows. These print figures and assert none:
+//! Measurements of the page's latency and its cost to the simulator. They print results and assert
+//! nothing:
 //!
 //! `cargo test --release -p mmsim --test browser -- --ignored --nocapture --test-threads=1`
 
@@ -9,25 +10,25 @@ use std::time::{Duration, Instant};
 use mmsim_solvers::BundledStrategy;
 use serde_json::json;
 
-use crate::browser::{Browser, wait_for, watch};
+use crate::browser::{Browser, wait_for, with_page};
 use crate::page::Panel;
 use crate::simulator::{Simulator, bundled, connect};
 
-/// States that are sent and not yet acknowledged, at most.
-const AHEAD: usize = 64;
+/// Maximum number of unacknowledged states.
+const MAX_PENDING: usize = 64;
 
-/// For how long each thing is measured.
+/// Duration of each measurement.
 const SPAN: Duration = Duration::from_secs(5);
 
-/// The messages of a search as a mouse really makes it.
+/// Returns the messages of a real search.
 fn search(simulator: &Simulator) -> Vec<Vec<u8>> {
-    let told = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
+    let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
     simulator.send(b"reset");
-    told.iter().map(|told| told.message('C', 'C')).collect()
+    states.iter().map(|state| state.message('C', 'C')).collect()
 }
 
-/// Sends states without waiting for each reply, at most so many a second, until `is_enough` of those
-/// that were acknowledged. Gives how many were.
+/// Sends up to `rate` states per second without waiting for each reply, until `is_enough` of the
+/// number of acknowledged states. Returns that number.
 fn stream(
     address: &str,
     messages: &[Vec<u8>],
@@ -43,7 +44,7 @@ fn stream(
     while !is_enough(acknowledged) {
         #[expect(clippy::cast_precision_loss, reason = "far fewer than would lose any")]
         let is_due = (sent as f64) < begun.elapsed().as_secs_f64() * rate;
-        if is_due && sent - acknowledged < AHEAD {
+        if is_due && sent - acknowledged < MAX_PENDING {
             socket.send_multipart([&b""[..], messages.next().unwrap()], 0).unwrap();
             sent += 1;
         } else if sent > acknowledged {
@@ -56,7 +57,6 @@ fn stream(
     acknowledged
 }
 
-/// The value below which this part of all values lies.
 fn quantile(values: &mut [f64], part: f64) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     #[expect(
@@ -70,46 +70,47 @@ fn quantile(values: &mut [f64], part: f64) -> f64 {
 }
 
 fn summary(values: &mut [f64]) -> String {
-    let [median, high, most] = [0.5, 0.95, 1.0].map(|part| quantile(values, part));
-    format!("median {median:.1}, 95th percentile {high:.1}, most {most:.1} ms of {}", values.len())
+    let [median, high, max] = [0.5, 0.95, 1.0].map(|part| quantile(values, part));
+    format!("median {median:.1}, 95th percentile {high:.1}, max {max:.1} ms of {}", values.len())
 }
 
-fn tell_load() {
+fn print_load() {
     let load = fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!("load before: {}", load.trim());
 }
 
-/// Notes when frames are drawn, and how many states are shown, while `work` goes on.
+/// Measures frame times and the number of shown states during `work`.
 fn frames(browser: &Browser, name: &str, work: impl FnOnce()) {
     let begin = r#"
-        const noted = window.noted = { frames: [], shown: 0, ended: false };
-        const note = (now) => {
-            noted.frames.push(now);
-            if (!noted.ended) requestAnimationFrame(note);
+        const recorded = window.recorded = { frames: [], shown: 0, ended: false };
+        const record = (now) => {
+            recorded.frames.push(now);
+            if (!recorded.ended) requestAnimationFrame(record);
         };
-        requestAnimationFrame(note);
-        new MutationObserver(() => noted.shown++)
-            .observe(document.querySelector('[data-source="live"]'), { attributeFilter: ["data-at"] });"#;
+        requestAnimationFrame(record);
+        new MutationObserver(() => recorded.shown++)
+            .observe(document.querySelector('[data-source="live"]'), { attributeFilter: ["data-index"] });"#;
     browser.run::<()>(begin, &[]);
     work();
-    let end = "window.noted.ended = true; return [window.noted.frames, window.noted.shown]";
+    let end =
+        "window.recorded.ended = true; return [window.recorded.frames, window.recorded.shown]";
     let (times, shown): (Vec<f64>, u32) = browser.run(end, &[]);
     let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let span = times.last().unwrap() - times.first().unwrap();
     let rate = f64::from(shown) * 1e3 / span;
-    println!("{name}: frames {}; {rate:.0} states shown a second", summary(&mut intervals));
+    println!("{name}: frames {}; {rate:.0} states shown per second", summary(&mut intervals));
 }
 
 #[test]
-#[ignore = "a measurement"]
+#[ignore = "measurement"]
 fn frames_while_states_stream_in() {
-    tell_load();
-    watch(&["--maze", "harbour"], |browser, simulator| {
+    print_load();
+    with_page(&["--maze", "harbour"], |browser, simulator| {
         let messages = search(simulator);
         let live = Panel::live(browser);
-        live.wait_empty();
-        frames(browser, "nothing happens", || thread::sleep(SPAN));
-        for (name, rate) in [("20,000 states a second", 20_000.0), ("as fast as it can", 1e9)] {
+        live.wait_until_empty();
+        frames(browser, "idle", || thread::sleep(SPAN));
+        for (name, rate) in [("20,000 states per second", 20_000.0), ("unlimited rate", 1e9)] {
             frames(browser, name, || {
                 let begun = Instant::now();
                 let sent = stream(&simulator.serving.address, &messages, rate, |_| {
@@ -117,20 +118,20 @@ fn frames_while_states_stream_in() {
                 });
                 println!("{sent} states in {:.2} s", begun.elapsed().as_secs_f64());
             });
-            live.wait_at(simulator.info().states - 1);
+            live.wait_for_state(simulator.info().states - 1);
             simulator.send(b"reset");
-            live.wait_run(simulator.run());
-            live.wait_empty();
+            live.wait_for_run(simulator.run_number());
+            live.wait_until_empty();
         }
     });
 }
 
 #[test]
-#[ignore = "a measurement"]
+#[ignore = "measurement"]
 fn the_rate_of_states_with_a_page_open() {
     const ROUNDS: usize = 15;
-    tell_load();
-    watch(&["--maze", "harbour"], |browser, simulator| {
+    print_load();
+    with_page(&["--maze", "harbour"], |browser, simulator| {
         let messages = search(simulator);
         let socket = connect(&simulator.serving.address);
         let rate = |span: Duration| {
@@ -148,8 +149,8 @@ fn the_rate_of_states_with_a_page_open() {
         let measure = |open: bool| {
             if open {
                 browser.open(&simulator.page);
-                wait_for("the page", || browser.is_there(".map svg").then_some(()));
-                Panel::live(browser).wait_at(simulator.info().states - 1);
+                wait_for("the page", || browser.exists(".map svg").then_some(()));
+                Panel::live(browser).wait_for_state(simulator.info().states - 1);
             } else {
                 browser.open("about:blank");
             }
@@ -167,7 +168,7 @@ fn the_rate_of_states_with_a_page_open() {
             without.push(none);
         }
         println!(
-            "round trips a second: {:.0} with a page open, {:.0} with none; \
+            "round trips per second: {:.0} with a page open, {:.0} with none; \
              median of ratios {:.3}, from {:.3} to {:.3}",
             quantile(&mut with, 0.5),
             quantile(&mut without, 0.5),
@@ -178,17 +179,17 @@ fn the_rate_of_states_with_a_page_open() {
     });
 }
 
-/// Has each new page note when it has drawn this state, in milliseconds from when it was asked for.
-const NOTE_DRAWN: &str = r#"
+/// Makes each new page measure when it has drawn the state LAST, in milliseconds since navigation.
+const MEASURE_DRAWN: &str = r#"
     window.drawn = new Promise((yes) => new MutationObserver(() => {
         const panel = document.querySelector('[data-source="live"]');
-        if (panel?.dataset.at !== "LAST") return;
+        if (panel?.dataset.index !== "LAST") return;
         const at = performance.now();
         requestAnimationFrame(() => setTimeout(() => yes([at, performance.now()])));
-    }).observe(document, { subtree: true, childList: true, attributeFilter: ["data-at"] }));"#;
+    }).observe(document, { subtree: true, childList: true, attributeFilter: ["data-index"] }));"#;
 
-/// Moves the slider to each of these states, and notes how long it takes until the page shows each, and
-/// until that is painted.
+/// Moves the slider to each of these states and measures the time until the page shows and until it
+/// paints the state.
 const SCRUB: &str = r#"
     const [positions, done] = arguments;
     const panel = document.querySelector('[data-source="live"]');
@@ -200,11 +201,11 @@ const SCRUB: &str = r#"
             await frame();
             const shown = new Promise((yes) => {
                 const observer = new MutationObserver(() => {
-                    if (panel.dataset.at !== String(at)) return;
+                    if (panel.dataset.index !== String(at)) return;
                     observer.disconnect();
                     yes();
                 });
-                observer.observe(panel, { attributeFilter: ["data-at"] });
+                observer.observe(panel, { attributeFilter: ["data-index"] });
             });
             const began = performance.now();
             slider.value = at;
@@ -219,11 +220,11 @@ const SCRUB: &str = r#"
     })();"#;
 
 #[test]
-#[ignore = "a measurement"]
+#[ignore = "measurement"]
 fn a_history_of_a_million_states() {
     const STATES: usize = 1_000_000;
-    tell_load();
-    watch(&["--maze", "harbour"], |browser, simulator| {
+    print_load();
+    with_page(&["--maze", "harbour"], |browser, simulator| {
         let messages = search(simulator);
         browser.open("about:blank");
         let begun = Instant::now();
@@ -231,8 +232,8 @@ fn a_history_of_a_million_states() {
         println!("{STATES} states in {:.1} s", begun.elapsed().as_secs_f64());
         let last = simulator.info().states - 1;
 
-        let source = NOTE_DRAWN.replace("LAST", &last.to_string());
-        browser.tell("Page.addScriptToEvaluateOnNewDocument", &json!({ "source": source }));
+        let source = MEASURE_DRAWN.replace("LAST", &last.to_string());
+        browser.devtools("Page.addScriptToEvaluateOnNewDocument", &json!({ "source": source }));
         let (mut set, mut painted) = (Vec::new(), Vec::new());
         for _ in 0..11 {
             browser.open("about:blank");

@@ -1,31 +1,30 @@
-//! The page of a simulator: what a person finds there, by its names.
+//! Page objects: the page of a simulator and its panels.
 
 use mmsim_maze::{Cell, Maze};
 use serde_json::json;
 
 use crate::browser::{Browser, wait_for};
 use crate::drawing::Drawing;
-use crate::told::Told;
+use crate::test_state::TestState;
 
-/// The page as a whole.
 #[derive(Clone, Copy)]
 pub(crate) struct Page<'a>(pub(crate) &'a Browser);
 
 impl Page<'_> {
-    /// A selector of the button of a maze.
-    pub(crate) fn maze(path: &str) -> String {
+    /// The selector of a maze's button.
+    pub(crate) fn maze_selector(path: &str) -> String {
         format!(r#"#mazes li[data-path="{path}"] button"#)
     }
 
-    /// Chooses a maze of the list, which the page then serves or asks about.
+    /// Clicks a maze in the list.
     pub(crate) fn choose_maze(self, path: &str) {
-        let maze = Self::maze(path);
-        wait_for("the list", || self.0.is_there(&maze).then_some(()));
+        let maze = Self::maze_selector(path);
+        wait_for("the list", || self.0.exists(&maze).then_some(()));
         self.0.click(&maze);
     }
 
-    /// The names of the mazes that the list shows.
-    pub(crate) fn mazes(self) -> Vec<String> {
+    /// The names of the visible mazes in the list.
+    pub(crate) fn maze_names(self) -> Vec<String> {
         let script = "return [...document.querySelectorAll('#mazes li')]
             .filter((item) => item.offsetParent !== null)
             .map((item) => item.querySelector('.name').textContent)";
@@ -33,7 +32,7 @@ impl Page<'_> {
     }
 }
 
-/// A panel of the page, which shows one source of states.
+/// A panel, which shows one source of states.
 #[derive(Clone, Copy)]
 pub(crate) struct Panel<'a> {
     pub(crate) browser: &'a Browser,
@@ -45,7 +44,7 @@ impl<'a> Panel<'a> {
         Self { browser, source: "live" }
     }
 
-    /// A selector of something in this panel.
+    /// Restricts a selector to this panel.
     pub(crate) fn part(&self, selector: &str) -> String {
         format!(r#".panel[data-source="{}"] {selector}"#, self.source)
     }
@@ -58,40 +57,40 @@ impl<'a> Panel<'a> {
         self.browser.click(&self.part(selector));
     }
 
-    /// What it says of itself: `at`, `states`, `run`, `following`, `rush`, `solved`.
-    pub(crate) fn says(&self, what: &str) -> String {
+    /// A data attribute: `index`, `states`, `run`, `following`, `fast` or `proven`.
+    pub(crate) fn data(&self, name: &str) -> String {
         let script = "return document.querySelector(arguments[0])?.dataset[arguments[1]] ?? 'none'";
-        self.browser.run(script, &[json!(self.part("").trim_end()), json!(what)])
+        self.browser.run(script, &[json!(self.part("").trim_end()), json!(name)])
     }
 
-    /// Waits until it shows the state with this number, counted from 0.
-    pub(crate) fn wait_at(&self, at: usize) {
+    /// Waits until the panel shows the state with this index.
+    pub(crate) fn wait_for_state(&self, at: usize) {
         let expected = at.to_string();
-        wait_for(&format!("state {at} in {}", self.source), || {
-            (self.says("at") == expected).then_some(())
+        wait_for(&format!("State {at} in {}", self.source), || {
+            (self.data("index") == expected).then_some(())
         });
     }
 
-    /// Waits until it is about this run.
-    pub(crate) fn wait_run(&self, run: u64) {
+    /// Waits until the panel has loaded this run.
+    pub(crate) fn wait_for_run(&self, run: u64) {
         let expected = run.to_string();
-        wait_for(&format!("run {run}"), || (self.says("run") == expected).then_some(()));
+        wait_for(&format!("run {run}"), || (self.data("run") == expected).then_some(()));
     }
 
-    /// Waits until it shows this state of this run.
-    pub(crate) fn wait_run_at(&self, run: u64, at: usize) {
-        self.wait_run(run);
-        self.wait_at(at);
+    /// Waits until the panel shows this state of this run.
+    pub(crate) fn wait_for_run_state(&self, run: u64, at: usize) {
+        self.wait_for_run(run);
+        self.wait_for_state(at);
     }
 
-    /// An attribute of a part.
-    pub(crate) fn says_of(&self, selector: &str, attribute: &str) -> String {
+    /// An attribute of an element in this panel.
+    pub(crate) fn attribute(&self, selector: &str, attribute: &str) -> String {
         let script =
             "return document.querySelector(arguments[0]).getAttribute(arguments[1]) ?? 'none'";
         self.browser.run(script, &[json!(self.part(selector)), json!(attribute)])
     }
 
-    /// Chooses from a list by the value.
+    /// Chooses the option with this value.
     pub(crate) fn choose(&self, selector: &str, value: &str) {
         let script = "
             const list = document.querySelector(arguments[0]);
@@ -102,27 +101,28 @@ impl<'a> Panel<'a> {
         assert_eq!(chosen, value);
     }
 
-    /// Waits until there is a map without a state.
-    pub(crate) fn wait_empty(&self) {
+    /// Waits until the panel shows a maze without states.
+    pub(crate) fn wait_until_empty(&self) {
         wait_for("an empty map", || {
-            (self.says("at").is_empty() && self.says("states") == "0").then_some(())
+            (self.data("index").is_empty() && self.data("states") == "0").then_some(())
         });
     }
 
-    /// Fails unless the state that was told last is shown, all of it, once states have stopped rushing.
-    pub(crate) fn assert_shows(&self, maze: &Maze, told: &[Told]) {
-        wait_for("a calm page", || (self.says("rush") == "false").then_some(()));
-        let trail: Vec<Cell> = told.iter().rev().take(500).rev().map(|told| told.cell).collect();
-        Drawing::of(maze, told.last(), &trail)
-            .assert_shown(&Drawing::shown(self.browser, self.source));
-        if let Some(last) = told.last() {
+    /// Waits until weights are shown, then asserts that the panel shows the last state completely.
+    pub(crate) fn assert_shows(&self, maze: &Maze, states: &[TestState]) {
+        wait_for("weights", || (self.data("fast") == "false").then_some(()));
+        let trail: Vec<Cell> =
+            states.iter().rev().take(500).rev().map(|state| state.cell).collect();
+        Drawing::expected(maze, states.last(), &trail)
+            .assert_shown(&Drawing::on_page(self.browser, self.source));
+        if let Some(last) = states.last() {
             let visited = last.walls.iter().filter(|&walls| walls & 1 != 0).count();
             assert_eq!(self.text(".visited dd"), visited.to_string());
         }
     }
 
-    /// What stands beside the slider, such as `state 120 of 412`.
-    pub(crate) fn place(&self) -> String {
-        self.text(".place")
+    /// The text next to the slider, such as `State 120 of 412`.
+    pub(crate) fn position(&self) -> String {
+        self.text(".position")
     }
 }

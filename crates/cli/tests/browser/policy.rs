@@ -1,14 +1,14 @@
-//! What runs in the page: what the server brings, and nothing else.
+//! Content security policy: only the server's own files run in the page.
 
 use serde_json::json;
 
-use crate::browser::{browse, wait_for, watch};
-use crate::elsewhere::Elsewhere;
+use crate::browser::{wait_for, with_browser, with_page};
+use crate::foreign_site::ForeignSite;
 use crate::harness::Home;
 use crate::page::{Page, Panel};
 use crate::simulator::Simulator;
 
-/// Tries to run a script that did not come from the server.
+/// Tries to run scripts that are not from the server.
 const INLINE: &str = r#"
     const done = arguments[0];
     const violations = [];
@@ -25,24 +25,24 @@ const INLINE: &str = r#"
 "#;
 
 #[test]
-fn nothing_runs_but_what_the_server_brings() {
+fn only_scripts_of_the_server_run() {
     type Ran = (bool, bool, bool, bool, String);
-    watch(&["--maze", "harbour"], |browser, simulator| {
-        Panel::live(browser).wait_empty();
+    with_page(&["--maze", "harbour"], |browser, simulator| {
+        Panel::live(browser).wait_until_empty();
         browser.leave();
-        let elsewhere = Elsewhere::serve("<!doctype html><title>elsewhere</title><body>");
-        browser.open(&elsewhere.at("evil.example"));
+        let other_site = ForeignSite::serve("<!doctype html><title>other</title><body>");
+        browser.open(&other_site.url("evil.example"));
         let ran: Ran = browser.run_async(INLINE, &[]);
         assert_eq!(ran, (true, true, true, true, String::new()), "without a policy");
 
         browser.open(&simulator.page);
-        Panel::live(browser).wait_empty();
+        Panel::live(browser).wait_until_empty();
         let ran: Ran = browser.run_async(INLINE, &[]);
         assert!(!ran.0 && !ran.1 && !ran.2 && !ran.3, "{ran:?}");
         for directive in ["script-src-elem", "script-src-attr", "style-src-attr"] {
             assert!(ran.4.contains(directive), "{ran:?}");
         }
-        // Nor does the page get anything from elsewhere.
+        // The page cannot load anything from other sites.
         let load = "
             const [address, done] = arguments;
             const element = (name, attributes) => new Promise((yes) => {
@@ -57,20 +57,20 @@ fn nothing_runs_but_what_the_server_brings() {
                 await element('img', { src: address + '/a.svg' }),
                 await element('link', { rel: 'stylesheet', href: address + '/a.css' }),
             ]))();";
-        let asked_before = elsewhere.count();
-        let loaded: [String; 4] = browser.run_async(load, &[json!(elsewhere.at("evil.example"))]);
+        let requests_before = other_site.request_count();
+        let loaded: [String; 4] = browser.run_async(load, &[json!(other_site.url("evil.example"))]);
         assert_eq!(loaded, ["no"; 4]);
-        assert_eq!(elsewhere.count(), asked_before, "not even asked for");
-        browser.complaints();
+        assert_eq!(other_site.request_count(), requests_before, "no request is sent");
+        browser.take_errors();
     });
 }
 
-/// Where file names may have such characters.
+/// Windows does not allow these characters in file names.
 #[cfg(unix)]
 #[test]
-fn names_with_markup_are_names() {
+fn markup_in_names_is_text() {
     const NAME: &str = "<img src=x onerror=window.hacked=1>&amp;\"'";
-    browse(|browser| {
+    with_browser(|browser| {
         let home = Home::new();
         let small = "o---o---o\n| S   G |\no---o---o\n";
         home.write(&format!("mazes/{NAME}.txt"), small);
@@ -78,9 +78,9 @@ fn names_with_markup_are_names() {
         let simulator = Simulator::start_in(home, &["mazes", "--maze", "a.txt"]);
         browser.open(&simulator.page);
         let (page, live) = (Page(browser), Panel::live(browser));
-        live.wait_empty();
-        wait_for("the list", || (page.mazes().len() == 2).then_some(()));
-        assert!(page.mazes().contains(&NAME.to_string()), "{:?}", page.mazes());
+        live.wait_until_empty();
+        wait_for("the list", || (page.maze_names().len() == 2).then_some(()));
+        assert!(page.maze_names().contains(&NAME.to_string()), "{:?}", page.maze_names());
         browser.click("#mazes li:not([data-path='mazes/a.txt']) button");
         wait_for("the maze", || (live.text("h2") == NAME).then_some(()));
         assert_eq!(simulator.info().name, NAME);

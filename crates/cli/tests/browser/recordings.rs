@@ -1,4 +1,4 @@
-//! Recordings: saved, loaded, listed, served; and pictures of them.
+//! Recordings: saving, uploading, listing and serving them; exported pictures.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,35 +6,35 @@ use std::path::{Path, PathBuf};
 use mmsim_maze::Maze;
 use mmsim_server::Recording;
 
-use crate::browser::{Browser, browse, wait_for, watch};
+use crate::browser::{Browser, wait_for, with_browser, with_page};
 use crate::harness::{Home, Serving, recorded};
 use crate::http;
 use crate::page::Panel;
 use crate::simulator::{Simulator, bundled, page_address};
-use crate::told::Told;
+use crate::test_state::TestState;
 
 const FILE: &str = "#recordings [name=file]";
 
-/// States of a maze, and their messages.
-fn history(maze: &Maze, count: usize) -> (Vec<Told>, Vec<Vec<u8>>) {
-    let told: Vec<_> = (0..count).map(|number| Told::of(number, maze.size())).collect();
-    let messages = told.iter().map(|told| told.message('C', 'F')).collect();
-    (told, messages)
+/// Returns states of a maze and their messages.
+fn history(maze: &Maze, count: usize) -> (Vec<TestState>, Vec<Vec<u8>>) {
+    let states: Vec<_> = (0..count).map(|number| TestState::new(number, maze.size())).collect();
+    let messages = states.iter().map(|state| state.message('C', 'F')).collect();
+    (states, messages)
 }
 
-/// Goes through a panel's history and looks whether it is this one.
-fn assert_has(panel: Panel<'_>, maze: &Maze, told: &[Told]) {
-    let last = told.len() - 1;
-    panel.wait_at(last);
-    panel.assert_shows(maze, told);
-    for (button, at) in [("first", 0), ("on", 1), ("follow", last)] {
+/// Asserts that a panel has this history.
+fn assert_history(panel: Panel<'_>, maze: &Maze, states: &[TestState]) {
+    let last = states.len() - 1;
+    panel.wait_for_state(last);
+    panel.assert_shows(maze, states);
+    for (button, at) in [("first", 0), ("next", 1), ("follow", last)] {
         panel.click(&format!("button[name={button}]"));
-        panel.wait_at(at);
-        panel.assert_shows(maze, &told[..=at]);
+        panel.wait_for_state(at);
+        panel.assert_shows(maze, &states[..=at]);
     }
 }
 
-/// A file that has been downloaded in whole: until then its place is held by an empty one.
+/// Waits for a download, which is an empty file until it is complete.
 fn downloaded(browser: &Browser, ending: &str) -> PathBuf {
     wait_for(ending, || {
         let entries = fs::read_dir(browser.downloads()).unwrap().map(|entry| entry.unwrap().path());
@@ -51,71 +51,71 @@ fn assert_holds(file: &Path, messages: &[Vec<u8>]) {
 
 #[test]
 fn a_saved_run_opens_beside_the_live_one() {
-    watch(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
-        let (told, messages) = history(&maze, 300);
+        let (states, messages) = history(&maze, 300);
         simulator.send_all(&messages);
         let live = Panel::live(browser);
-        live.wait_at(299);
+        live.wait_for_state(299);
         live.click(".export [data-export='recording.mcap']");
         let file = downloaded(browser, "mcap");
         assert_holds(&file, &messages);
 
-        // The live one goes on to something else.
+        // The live simulation continues with other states.
         simulator.send(b"reset");
-        live.wait_empty();
-        let other = Told::of(777, maze.size());
+        live.wait_until_empty();
+        let other = TestState::new(777, maze.size());
         simulator.send(&other.message('F', 'C'));
         browser.type_into(FILE, file.to_str().unwrap());
         let opened = Panel { browser, source: "1" };
-        wait_for("a panel", || browser.is_there(&opened.part(".map svg")).then_some(()));
-        assert_has(opened, &maze, &told);
-        live.wait_at(0);
+        wait_for("a panel", || browser.exists(&opened.part(".map svg")).then_some(()));
+        assert_history(opened, &maze, &states);
+        live.wait_for_state(0);
         live.assert_shows(&maze, std::slice::from_ref(&other));
         assert_eq!(
             browser.run::<usize>("return document.querySelectorAll('.panel').length", &[]),
             2
         );
 
-        // A page that is opened anew shows both.
+        // A reloaded page shows both.
         browser.open(&simulator.page);
-        assert_has(opened, &maze, &told);
-        live.wait_at(0);
+        assert_history(opened, &maze, &states);
+        live.wait_for_state(0);
         opened.click("button[name=close]");
-        wait_for("its end", || (!browser.is_there(&opened.part(".map"))).then_some(()));
+        wait_for("the panel to close", || (!browser.exists(&opened.part(".map"))).then_some(()));
         live.assert_shows(&maze, &[other]);
-        // It is closed for everybody.
+        // Closing it on the page closes it on the server.
         wait_for("the server", || {
-            let address = simulator.at("/api/sources/1");
+            let address = simulator.url("/api/sources/1");
             (http::get(&address).status == 404).then_some(())
         });
     });
 }
 
 #[test]
-fn what_is_no_recording_is_refused_in_words() {
-    watch(&["--maze", "meadow"], |browser, simulator| {
-        Panel::live(browser).wait_empty();
+fn an_invalid_recording_shows_an_error() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
+        Panel::live(browser).wait_until_empty();
         let file = simulator.home.write("rubbish.mcap", "rubbish");
         browser.type_into(FILE, file.to_str().unwrap());
-        let said = wait_for("why", || {
-            let said = browser.text("#problem span");
-            (!said.is_empty()).then_some(said)
+        let message = wait_for("the error", || {
+            let message = browser.text("#error span");
+            (!message.is_empty()).then_some(message)
         });
-        assert!(said.starts_with("rubbish.mcap: "), "{said}");
+        assert!(message.starts_with("rubbish.mcap: "), "{message}");
         assert_eq!(
             browser.run::<usize>("return document.querySelectorAll('.panel').length", &[]),
             1
         );
-        let complaints = browser.complaints();
-        assert_eq!(complaints.len(), 1, "{complaints:?}");
-        assert!(complaints[0].message.contains("400 (Bad Request)"), "{complaints:?}");
+        let errors = browser.take_errors();
+        assert_eq!(errors.len(), 1, "{errors:?}");
+        assert!(errors[0].message.contains("400 (Bad Request)"), "{errors:?}");
     });
 }
 
 #[test]
-fn earlier_searches_are_listed_and_open() {
-    watch(&["--maze", "meadow", "--record", "kept"], |browser, simulator| {
+fn recordings_are_listed_and_open() {
+    with_page(&["--maze", "meadow", "--record", "kept"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let names = || -> Vec<String> {
             let script = "return [...document.querySelectorAll('#recordings li .name')]
@@ -124,13 +124,13 @@ fn earlier_searches_are_listed_and_open() {
         };
         let mut runs = Vec::new();
         for count in [3, 5, 4] {
-            let (told, messages) = history(&maze, count);
+            let (states, messages) = history(&maze, count);
             simulator.send_all(&messages);
-            runs.push(told);
+            runs.push(states);
             wait_for("the list", || (names().len() == runs.len()).then_some(()));
             simulator.send(b"reset");
         }
-        // The newest first.
+        // Newest first.
         let listed = names();
         let (mut sorted, mut newest) = (listed.clone(), runs.iter().rev());
         sorted.sort_unstable();
@@ -141,18 +141,18 @@ fn earlier_searches_are_listed_and_open() {
             browser.click(&format!("#recordings li:nth-child({}) button", number + 1));
             let id = (number + 1).to_string();
             let opened = Panel { browser, source: &id };
-            wait_for("a panel", || browser.is_there(&opened.part(".map svg")).then_some(()));
-            assert_has(opened, &maze, newest.next().unwrap());
+            wait_for("a panel", || browser.exists(&opened.part(".map svg")).then_some(()));
+            assert_history(opened, &maze, newest.next().unwrap());
         }
-        Panel::live(browser).wait_empty();
+        Panel::live(browser).wait_until_empty();
     });
 }
 
 #[test]
 fn a_recording_is_served_without_a_simulator() {
-    browse(|browser| {
+    with_browser(|browser| {
         let maze = bundled("oblong-long-meadow.txt");
-        let (told, messages) = history(&maze, 20);
+        let (states, messages) = history(&maze, 20);
         let home = Home::new();
         let simulator = Simulator::start_in(home, &["--maze", "meadow", "--record", "kept"]);
         simulator.send_all(&messages);
@@ -162,23 +162,23 @@ fn a_recording_is_served_without_a_simulator() {
         let replay = Serving::start(simulator.home.command(&arguments), "watch at");
         browser.open(&page_address(&replay));
         let opened = Panel { browser, source: "1" };
-        wait_for("a panel", || browser.is_there(&opened.part(".map svg")).then_some(()));
-        assert_has(opened, &maze, &told);
-        assert!(!browser.is_there(&Panel::live(browser).part(".map")));
+        wait_for("a panel", || browser.exists(&opened.part(".map svg")).then_some(()));
+        assert_history(opened, &maze, &states);
+        assert!(!browser.exists(&Panel::live(browser).part(".map")));
         browser.leave();
     });
 }
 
 #[test]
-fn what_is_shown_can_be_saved_as_a_picture() {
-    watch(&["--maze", "meadow"], |browser, simulator| {
+fn the_shown_state_can_be_exported() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let (_, messages) = history(&maze, 4);
         simulator.send_all(&messages);
         let live = Panel::live(browser);
-        live.wait_at(3);
+        live.wait_for_state(3);
         live.click("button[name=first]");
-        live.wait_at(0);
+        live.wait_for_state(0);
         for (what, kind, begins) in [
             ("picture.svg", "image/svg+xml", &b"<svg "[..]),
             ("picture.png", "image/png", b"\x89PNG\r\n"),
@@ -192,23 +192,20 @@ fn what_is_shown_can_be_saved_as_a_picture() {
             assert!(saved.starts_with(begins), "{what}");
             let name = file.file_name().unwrap().to_string_lossy();
             assert!(name.starts_with("oblong-long-meadow"), "{name}");
-            let path = live.says_of(&link, "href");
-            let reply = http::get(&simulator.at(&path));
+            let path = live.attribute(&link, "href");
+            let reply = http::get(&simulator.url(&path));
             assert_eq!((reply.status, reply.header("content-type")), (200, Some(kind)), "{path}");
             assert!(reply.header("content-disposition").unwrap().starts_with("attachment; "));
             if what == "picture.svg" {
-                assert_first_is_drawn(
-                    &String::from_utf8(saved).unwrap(),
-                    &Told::of(0, maze.size()),
-                );
+                assert_draws(&String::from_utf8(saved).unwrap(), &TestState::new(0, maze.size()));
             }
         }
     });
 }
 
-/// The picture is that of the shown state.
-fn assert_first_is_drawn(svg: &str, told: &Told) {
-    for (cell, &weight) in told.size.cells().zip(&told.weights) {
+/// Asserts that a picture shows the weights of this state.
+fn assert_draws(svg: &str, state: &TestState) {
+    for (cell, &weight) in state.size.cells().zip(&state.weights) {
         let number = svg.lines().find(|line| {
             line.starts_with("<path class=\"number\"")
                 && line.contains(&format!(r#"data-cell="{},{}""#, cell.x, cell.y))

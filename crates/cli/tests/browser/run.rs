@@ -1,8 +1,8 @@
-//! Run and Stop.
+//! Running and stopping the bundled strategies.
 
 use mmsim_solvers::BundledStrategy;
 
-use crate::browser::{Browser, wait_for, watch};
+use crate::browser::{Browser, wait_for, with_page};
 use crate::page::Panel;
 use crate::simulator::bundled;
 
@@ -10,7 +10,7 @@ const RUN: &str = ".run [name=run]";
 const STOP: &str = ".run [name=stop]";
 
 fn is_running(live: Panel<'_>) -> bool {
-    live.says_of(".run", "data-running") == "true"
+    live.attribute(".run", "data-running") == "true"
 }
 
 fn options(browser: &Browser, live: Panel<'_>) -> Vec<String> {
@@ -20,53 +20,53 @@ fn options(browser: &Browser, live: Panel<'_>) -> Vec<String> {
 }
 
 #[test]
-fn each_bundled_mouse_runs_and_stops() {
-    // Where a wall follower reaches the goal as well.
-    watch(&["--maze", "hedgerow"], |browser, simulator| {
+fn each_strategy_runs_and_stops() {
+    // A maze in which wall followers reach the goal.
+    with_page(&["--maze", "hedgerow"], |browser, simulator| {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
-        live.wait_empty();
+        live.wait_until_empty();
         assert_eq!(options(browser, live), BundledStrategy::ALL.map(BundledStrategy::name));
         for strategy in BundledStrategy::ALL {
             let name = strategy.name();
-            // Slowly, until it is stopped.
+            // Slowly, then stop it.
             live.choose("[name=strategy]", name);
             assert_eq!(live.text(".run .about"), strategy.about());
             live.choose("[name=pace]", "50");
             live.click(RUN);
             wait_for("a mouse", || is_running(live).then_some(()));
             wait_for("some states", || {
-                let places = live.says("states").parse::<usize>().unwrap();
+                let places = live.data("states").parse::<usize>().unwrap();
                 (places > 2 && places < 20).then_some(())
             });
             live.click(STOP);
-            wait_for("its end", || (!is_running(live)).then_some(()));
-            let said = live.text(".run .says");
-            assert!(said.starts_with(&format!("{name}: stopped after ")), "{said}");
+            wait_for("the mouse to stop", || (!is_running(live)).then_some(()));
+            let result = live.text(".run .result");
+            assert!(result.starts_with(&format!("{name}: stopped after ")), "{result}");
             let states = simulator.info().states;
-            live.wait_run_at(simulator.run(), states - 1);
-            assert_eq!(live.place(), format!("state {states} of {states}"));
+            live.wait_for_run_state(simulator.run_number(), states - 1);
+            assert_eq!(live.position(), format!("State {states} of {states}"));
 
             // At full speed, to the goal.
             live.choose("[name=pace]", "0");
             live.click(RUN);
-            let said = wait_for("the goal", || {
-                let said = live.text(".run .says");
-                said.contains("goal reached").then_some(said)
+            let result = wait_for("the goal", || {
+                let result = live.text(".run .result");
+                result.contains("goal reached").then_some(result)
             });
             assert!(!is_running(live));
             let steps = simulator.info().states - 1;
-            live.wait_run_at(simulator.run(), steps);
+            live.wait_for_run_state(simulator.run_number(), steps);
             assert_eq!(live.text(".steps dd"), steps.to_string());
             let visited = live.text(".visited dd");
             let expected =
                 format!("{name}: goal reached after {steps} steps, {visited} cells visited");
-            assert_eq!(said, expected);
-            // What the same mouse tells is what it did.
-            let told = simulator.search(&maze, strategy);
-            live.wait_run_at(simulator.run(), told.len() - 1);
-            assert_eq!(told.len() - 1, steps);
-            live.assert_shows(&maze, &told);
+            assert_eq!(result, expected);
+            // The page shows the same states as a client's search.
+            let states = simulator.search(&maze, strategy);
+            live.wait_for_run_state(simulator.run_number(), states.len() - 1);
+            assert_eq!(states.len() - 1, steps);
+            live.assert_shows(&maze, &states);
         }
     });
 }

@@ -1,30 +1,30 @@
-//! What a client tells, written and read here as docs/protocol.md has it, without the crate that
-//! the simulator itself uses for that.
+//! States of a client, encoded and decoded independently of `mmsim-protocol`, from the description
+//! in docs/protocol.md.
 
 use mmsim_maze::{Cell, MazeSize};
 
-/// The bit of a cell that was visited.
+/// The bit of a visited cell.
 pub(crate) const VISITED: u8 = 1;
 
-/// The letter of a heading, what it adds to x and y, and the bit of the wall on that side.
+/// Letter of a heading, its offset in x and y, and the bit of the wall on that side.
 pub(crate) const SIDES: [(char, i8, i8, u8); 4] =
     [('N', 0, 1, 16), ('E', 1, 0, 2), ('S', 0, -1, 4), ('W', -1, 0, 8)];
 
-/// A state in a client's words.
+/// A state of a client.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Told {
+pub(crate) struct TestState {
     pub(crate) size: MazeSize,
     pub(crate) cell: Cell,
     pub(crate) heading: char,
-    /// Of the cell (x, y) at y · width + x.
+    /// Cell (x, y) is at y · width + x, as in `walls`.
     pub(crate) weights: Vec<u8>,
     pub(crate) walls: Vec<u8>,
 }
 
-impl Told {
-    /// A state that no other number has, with another weight in each cell and walls all over.
-    /// Nothing in it is the same with x and y exchanged.
-    pub(crate) fn of(number: usize, size: MazeSize) -> Self {
+impl TestState {
+    /// Returns a state that is unique to this number, with varied weights and walls. It differs from its
+    /// transpose.
+    pub(crate) fn new(number: usize, size: MazeSize) -> Self {
         let seed = u8::try_from(number * 37 % 251).unwrap();
         let mix = |cell: Cell, by: u8| {
             let mixed = cell.x.wrapping_mul(29).wrapping_add(cell.y.wrapping_mul(111));
@@ -37,7 +37,7 @@ impl Told {
             cell: Cell::new(part(number % width), part(number / width % height)),
             heading: ['E', 'N', 'W', 'S'][number % 4],
             weights: size.cells().map(|cell| mix(cell, 1)).collect(),
-            // Few walls, and of the three bits without a meaning none.
+            // Few walls, and no unused bits.
             walls: size.cells().map(|cell| mix(cell, 13) & mix(cell, 7) & 31).collect(),
         }
     }
@@ -46,34 +46,34 @@ impl Told {
         usize::from(cell.y) * usize::from(self.size.width()) + usize::from(cell.x)
     }
 
-    /// Whether the client believes in the wall on this side: the cells on both sides may say so.
-    pub(crate) fn believes(&self, cell: Cell, side: char) -> bool {
+    /// Whether the client reports a wall on this side, in either of the two cells.
+    pub(crate) fn has_wall(&self, cell: Cell, side: char) -> bool {
         let turn = SIDES.iter().position(|&(letter, ..)| letter == side).unwrap();
         let (_, dx, dy, bit) = SIDES[turn];
         let there = neighbour(self.size, cell, (dx, dy));
-        let says = |cell: Cell, bit: u8| self.walls[self.index(cell)] & bit != 0;
-        says(cell, bit) || there.is_none_or(|there| says(there, SIDES[(turn + 2) % 4].3))
+        let has_bit = |cell: Cell, bit: u8| self.walls[self.index(cell)] & bit != 0;
+        has_bit(cell, bit) || there.is_none_or(|there| has_bit(there, SIDES[(turn + 2) % 4].3))
     }
 
-    /// The message, each matrix in its order: `C` row by row from the south, `F` column by column
-    /// from the west.
+    /// Encodes the state with the orders of its matrices: `C` is row by row from the south, `F` column
+    /// by column from the west.
     pub(crate) fn message(&self, weights: char, walls: char) -> Vec<u8> {
         let mut message = vec![b'S', self.cell.x, self.cell.y, letter(self.heading)];
         for (order, matrix) in [(weights, &self.weights), (walls, &self.walls)] {
             message.push(letter(order));
-            let places = message.len();
-            message.resize(places + matrix.len(), 0);
+            let start = message.len();
+            message.resize(start + matrix.len(), 0);
             for cell in self.size.cells() {
-                message[places + place(order, self.size, cell)] = matrix[self.index(cell)];
+                message[start + offset(order, self.size, cell)] = matrix[self.index(cell)];
             }
         }
         message
     }
 
-    pub(crate) fn read(message: &[u8], size: MazeSize) -> Self {
+    pub(crate) fn decode(message: &[u8], size: MazeSize) -> Self {
         let matrix = |sent: &[u8]| {
             let order = char::from(sent[0]);
-            size.cells().map(|cell| sent[1 + place(order, size, cell)]).collect()
+            size.cells().map(|cell| sent[1 + offset(order, size, cell)]).collect()
         };
         Self {
             size,
@@ -89,8 +89,8 @@ fn letter(letter: char) -> u8 {
     u8::try_from(letter).unwrap()
 }
 
-/// Where a cell's byte is.
-fn place(order: char, size: MazeSize, cell: Cell) -> usize {
+/// The index of a cell's byte in a matrix.
+fn offset(order: char, size: MazeSize, cell: Cell) -> usize {
     let (x, y) = (usize::from(cell.x), usize::from(cell.y));
     match order {
         'C' => y * usize::from(size.width()) + x,
@@ -99,7 +99,7 @@ fn place(order: char, size: MazeSize, cell: Cell) -> usize {
     }
 }
 
-/// The cell beside this one, if it is in the maze.
+/// The neighbouring cell, or `None` outside the maze.
 pub(crate) fn neighbour(size: MazeSize, cell: Cell, (dx, dy): (i8, i8)) -> Option<Cell> {
     let there = Cell::new(cell.x.checked_add_signed(dx)?, cell.y.checked_add_signed(dy)?);
     size.contains(there).then_some(there)

@@ -1,4 +1,4 @@
-//! A page elsewhere in the same browser, and all that it can try.
+//! A page of another site in the same browser, and its attacks.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -9,45 +9,43 @@ use serde_json::{Value, json};
 
 use crate::browser::Browser;
 
-/// A web server that lets everybody do everything, and notes what is asked for. It ends with the
-/// process.
-pub(crate) struct Elsewhere {
+/// A web server that allows every origin and records its requests. It runs until the process exits.
+pub(crate) struct ForeignSite {
     port: String,
-    asked: Arc<Mutex<Vec<String>>>,
+    requests: Arc<Mutex<Vec<String>>>,
 }
 
-impl Elsewhere {
-    /// Each page of it is this one; all other requests get a short text.
+impl ForeignSite {
+    /// Serves this page for paths that end in `/`, and small dummy files otherwise.
     pub(crate) fn serve(page: &'static str) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port().to_string();
-        let asked = Arc::new(Mutex::new(Vec::new()));
-        let notes = Arc::clone(&asked);
+        let requests = Arc::new(Mutex::new(Vec::new()));
+        let log = Arc::clone(&requests);
         thread::spawn(move || {
             for stream in listener.incoming() {
-                let notes = Arc::clone(&notes);
-                thread::spawn(move || answer(stream.unwrap(), page, &notes));
+                let log = Arc::clone(&log);
+                thread::spawn(move || answer(stream.unwrap(), page, &log));
             }
         });
-        Self { port, asked }
+        Self { port, requests }
     }
 
-    /// Its address by a name, of this machine or not.
-    pub(crate) fn at(&self, host: &str) -> String {
+    /// The URL of the site under this host name.
+    pub(crate) fn url(&self, host: &str) -> String {
         format!("http://{host}:{}", self.port)
     }
 
-    /// How often it was asked for anything.
-    pub(crate) fn count(&self) -> usize {
-        self.asked.lock().unwrap().len()
+    pub(crate) fn request_count(&self) -> usize {
+        self.requests.lock().unwrap().len()
     }
 
-    pub(crate) fn was_asked(&self, what: &str) -> bool {
-        self.asked.lock().unwrap().iter().any(|asked| asked.starts_with(what))
+    pub(crate) fn has_request(&self, start: &str) -> bool {
+        self.requests.lock().unwrap().iter().any(|request| request.starts_with(start))
     }
 }
 
-fn answer(stream: TcpStream, page: &str, asked: &Mutex<Vec<String>>) -> Option<()> {
+fn answer(stream: TcpStream, page: &str, log: &Mutex<Vec<String>>) -> Option<()> {
     let mut stream = BufReader::new(stream);
     let (mut head, mut length) = (String::new(), 0);
     while !head.ends_with("\r\n\r\n") {
@@ -62,7 +60,7 @@ fn answer(stream: TcpStream, page: &str, asked: &Mutex<Vec<String>>) -> Option<(
     }
     stream.read_exact(&mut vec![0; length]).ok()?;
     let request = head.lines().next()?;
-    asked.lock().ok()?.push(request.to_string());
+    log.lock().ok()?.push(request.to_string());
     let path = request.split(' ').nth(1)?.split('?').next()?;
     let (kind, body) = match path.rsplit(['/', '.']).next()? {
         "" => ("text/html", page),
@@ -82,7 +80,7 @@ fn answer(stream: TcpStream, page: &str, asked: &Mutex<Vec<String>>) -> Option<(
     stream.get_mut().write_all(reply.as_bytes()).ok()
 }
 
-/// Tries all that a page can do to another one, and says what came of it.
+/// Tries everything that a page can do to another site, and returns the results.
 const ATTACK: &str = r#"
     const [target, recording, done] = arguments;
     const settle = (promise) =>
@@ -114,7 +112,7 @@ const ATTACK: &str = r#"
         json: await post("/api/maze", "cors", "application/json"),
         plain: await post("/api/maze", "no-cors", "text/plain"),
         run: await post("/api/mouse/run", "no-cors", "text/plain"),
-        bring: await settle(fetch(target + "/api/recordings?name=x.mcap",
+        upload: await settle(fetch(target + "/api/recordings?name=x.mcap",
             { method: "POST", mode: "no-cors", body: new Uint8Array(recording) }).then((reply) => reply.type)),
         beacon: navigator.sendBeacon(target + "/api/mouse/stop", text),
         form: await form("/api/maze"),
@@ -132,7 +130,7 @@ const ATTACK: &str = r#"
     }))();
 "#;
 
-/// What a page elsewhere achieves against an address, to which it would bring a recording, too.
+/// Runs the attacks from a page of another site against `target`; one uploads `recording`.
 pub(crate) fn attack(browser: &Browser, from: &str, target: &str, recording: &[u8]) -> Value {
     browser.open(from);
     browser.run_async(ATTACK, &[json!(target), json!(recording)])

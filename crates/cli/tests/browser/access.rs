@@ -1,34 +1,34 @@
-//! Others who would like to read and to steer: pages elsewhere, names that lie, other machines.
+//! Access control: other sites, DNS rebinding, forged headers, other machines.
 
 use serde_json::json;
 
-use crate::browser::{browse, wait_for, watch};
-use crate::elsewhere::{Elsewhere, attack};
+use crate::browser::{wait_for, with_browser, with_page};
+use crate::foreign_site::{ForeignSite, attack};
 use crate::harness::Home;
-use crate::http::{self, parts};
+use crate::http::{self, split_url};
 use crate::page::Panel;
 use crate::simulator::{bundled, page_address};
-use crate::told::Told;
+use crate::test_state::TestState;
 
 #[test]
-fn a_page_elsewhere_can_neither_read_nor_steer() {
-    watch(&["--maze", "harbour", "--record", "kept"], |browser, simulator| {
+fn other_sites_can_neither_read_nor_control() {
+    with_page(&["--maze", "harbour", "--record", "kept"], |browser, simulator| {
         let maze = bundled("01-harbour.txt");
-        let told: Vec<_> = (0..3).map(|number| Told::of(number, maze.size())).collect();
-        for told in &told {
-            simulator.send(&told.message('C', 'F'));
+        let states: Vec<_> = (0..3).map(|number| TestState::new(number, maze.size())).collect();
+        for state in &states {
+            simulator.send(&state.message('C', 'F'));
         }
-        Panel::live(browser).wait_at(2);
+        Panel::live(browser).wait_for_state(2);
         browser.leave();
-        let run = simulator.run();
-        let recording = simulator.at(&format!("/api/sources/live/recording.mcap?run={run}"));
+        let run = simulator.run_number();
+        let recording = simulator.url(&format!("/api/sources/live/recording.mcap?run={run}"));
         let recording = http::get(&recording).body;
 
-        // What these attacks achieve against somebody who does not mind.
-        let elsewhere = Elsewhere::serve("<!doctype html><title>elsewhere</title><body>");
-        let prey = Elsewhere::serve("<!doctype html><title>prey</title><body id=panels>");
+        // The attacks succeed against a server without access control.
+        let attacker = ForeignSite::serve("<!doctype html><title>attacker</title><body>");
+        let victim = ForeignSite::serve("<!doctype html><title>victim</title><body id=panels>");
         let found =
-            attack(browser, &elsewhere.at("evil.example"), &prey.at("127.0.0.1"), &recording);
+            attack(browser, &attacker.url("evil.example"), &victim.url("127.0.0.1"), &recording);
         for (what, expected) in [
             ("read", "read"),
             ("page", "read"),
@@ -45,12 +45,12 @@ fn a_page_elsewhere_can_neither_read_nor_steer() {
             assert_eq!(found[what], expected, "{found:#}");
         }
         for path in ["maze", "mouse/run", "mouse/stop", "recordings"] {
-            wait_for(path, || prey.was_asked(&format!("POST /api/{path}")).then_some(()));
+            wait_for(path, || victim.has_request(&format!("POST /api/{path}")).then_some(()));
         }
         assert!(browser.frame_has("#frame", "#panels"));
 
-        // From another site, and from another port of this one.
-        for from in [elsewhere.at("evil.example"), elsewhere.at("127.0.0.1")] {
+        // From another site, and from another port of the same host.
+        for from in [attacker.url("evil.example"), attacker.url("127.0.0.1")] {
             let found = attack(browser, &from, &simulator.page, &recording);
             for what in [
                 "read",
@@ -63,57 +63,60 @@ fn a_page_elsewhere_can_neither_read_nor_steer() {
                 "style",
                 "events",
             ] {
-                let said = found[what].as_str().unwrap();
-                assert!(said.starts_with("no: ") && !said.contains("late"), "{what}: {found:#}");
+                let result = found[what].as_str().unwrap();
+                assert!(
+                    result.starts_with("no: ") && !result.contains("late"),
+                    "{what}: {found:#}"
+                );
             }
             assert!(!browser.frame_has("#frame", "#panels"), "{found:#}");
             assert_eq!(browser.run::<Option<bool>>("return window.scripted", &[]), None);
         }
-        // By a name that somebody has pointed at this machine, it is no page of ours at all.
-        let (host, _) = parts(&simulator.page);
+        // DNS rebinding: a foreign name that resolves to this machine.
+        let (host, _) = split_url(&simulator.page);
         let port = host.rsplit(':').next().unwrap();
         let rebound = format!("http://rebound.example:{port}");
         browser.open(&rebound);
-        assert!(!browser.is_there("#panels"));
-        let said: String = browser.run("return document.body.innerText", &[]);
-        assert!(said.contains("expected a name of this machine"), "{said}");
+        assert!(!browser.exists("#panels"));
+        let text: String = browser.run("return document.body.innerText", &[]);
+        assert!(text.contains("expected a name of this machine"), "{text}");
         let read = "const [path, done] = arguments;
             fetch(path, { method: 'POST', body: '{}' }).then((reply) => reply.status).then(done);";
         assert_eq!(browser.run_async::<u16>(read, &[json!("/api/mouse/stop")]), 403);
 
-        // All of it was in vain.
+        // None of the attacks had an effect.
         let info = simulator.info();
         assert_eq!((info.name.as_str(), info.states), ("01-harbour", 3));
-        assert_eq!(simulator.run(), run);
-        let page = http::get(&simulator.at("/api/page")).json();
-        assert_eq!(page["opened"], json!([]), "no recording was brought");
-        browser.complaints();
+        assert_eq!(simulator.run_number(), run);
+        let page = http::get(&simulator.url("/api/page")).json();
+        assert_eq!(page["opened"], json!([]), "no recording was uploaded");
+        browser.take_errors();
         browser.open(&simulator.page);
         let live = Panel::live(browser);
-        live.wait_at(2);
-        live.assert_shows(&maze, &told);
-        assert_eq!(live.text(".run .says"), "", "no mouse was started");
+        live.wait_for_state(2);
+        live.assert_shows(&maze, &states);
+        assert_eq!(live.text(".run .result"), "", "no mouse was started");
 
-        // A link to it may be followed, as from a chat.
-        browser.open(&elsewhere.at("evil.example"));
-        browser.complaints();
+        // Links from other sites work.
+        browser.open(&attacker.url("evil.example"));
+        browser.take_errors();
         let follow = "const link = document.createElement('a');
             link.href = arguments[0]; document.body.append(link); link.click();";
         browser.run::<()>(follow, &[json!(simulator.page)]);
-        wait_for("the page", || browser.is_there(&live.part(".map svg")).then_some(()));
+        wait_for("the page", || browser.exists(&live.part(".map svg")).then_some(()));
     });
 }
 
 #[test]
 fn hostile_headers_are_refused() {
-    watch(&["--maze", "harbour"], |browser, simulator| {
-        Panel::live(browser).wait_empty();
-        let (host, _) = parts(&simulator.page);
+    with_page(&["--maze", "harbour"], |browser, simulator| {
+        Panel::live(browser).wait_until_empty();
+        let (host, _) = split_url(&simulator.page);
         let own = format!("http://{host}");
         let stop = |headers: &[(&str, &str)]| {
             let json = ("content-type", "application/json");
             let headers = [&[json], headers].concat();
-            http::request("POST", &simulator.at("/api/mouse/stop"), &headers, b"{}").status
+            http::request("POST", &simulator.url("/api/mouse/stop"), &headers, b"{}").status
         };
         assert_eq!(stop(&[("origin", &own)]), 204);
         assert_eq!(stop(&[]), 403);
@@ -126,7 +129,7 @@ fn hostile_headers_are_refused() {
             assert_eq!(stop(&[("origin", origin)]), 403, "{origin}");
         }
         let get =
-            |host: &str| http::request("GET", &simulator.at("/"), &[("host", host)], b"").status;
+            |host: &str| http::request("GET", &simulator.url("/"), &[("host", host)], b"").status;
         assert_eq!(get(host), 200);
         for host in [
             "evil.example",
@@ -140,42 +143,46 @@ fn hostile_headers_are_refused() {
 
 #[test]
 fn other_machines_need_the_token() {
-    browse(|browser| {
+    with_browser(|browser| {
         let home = Home::new();
         let arguments =
             ["--port", "0", "--viewer-port", "0", "--host", "0.0.0.0", "--maze", "harbour"];
         let serving = home.serve_until(&arguments, "watch at");
         let address = page_address(&serving);
-        let (host, path) = parts(&address);
+        let (host, path) = split_url(&address);
         let port = host.rsplit(':').next().unwrap();
         let token = path.strip_prefix("/?token=").unwrap();
         assert_eq!(token.len(), 32);
-        // By a name, as from another machine.
+        // Under a host name, as from another machine.
         let page = format!("http://mouse.example:{port}");
 
         browser.open(&page);
-        assert!(!browser.is_there("#panels"));
-        let said: String = browser.run("return document.body.innerText", &[]);
-        assert!(said.starts_with("expected the token"), "{said}");
+        assert!(!browser.exists("#panels"));
+        let text: String = browser.run("return document.body.innerText", &[]);
+        assert!(text.starts_with("expected the token"), "{text}");
         let local = format!("http://127.0.0.1:{port}");
         for path in ["/", "/page.js", "/api/mazes", "/events", "/?token=", "/api/page?token=0"] {
             assert_eq!(http::get(&format!("{local}{path}")).status, 401, "{path}");
         }
         assert_eq!(http::get(&format!("{local}/api/page?token={token}")).status, 200);
-        browser.complaints();
+        browser.take_errors();
 
         browser.open(&format!("{page}{path}"));
         let live = Panel::live(browser);
-        live.wait_empty();
+        live.wait_until_empty();
         live.assert_shows(&bundled("01-harbour.txt"), &[]);
-        assert_eq!(browser.address(), format!("{page}/"), "the token is not left in the address");
-        assert_eq!(browser.run::<String>("return document.cookie", &[]), "", "no script reads it");
-        // It can steer.
+        assert_eq!(browser.address(), format!("{page}/"), "the token is removed from the URL");
+        assert_eq!(
+            browser.run::<String>("return document.cookie", &[]),
+            "",
+            "scripts cannot read it"
+        );
+        // The page can control the simulator.
         live.click(".run [name=run]");
-        wait_for("a search", || (live.says("states") != "0").then_some(()));
+        wait_for("states", || (live.data("states") != "0").then_some(()));
         live.click(".run [name=stop]");
         browser.open(&page);
-        wait_for("the page", || browser.is_there(&live.part(".map svg")).then_some(()));
+        wait_for("the page", || browser.exists(&live.part(".map svg")).then_some(()));
         browser.leave();
     });
 }
