@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use mmsim_benches::{Noise, Searches, classic_mazes};
 use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::state_bytes;
-use mmsim_server::History;
+use mmsim_recording::History;
 
 /// One push in so many packs a block.
 const BLOCK_STATES: usize = 256;

@@ -9,7 +9,8 @@ use criterion::{Criterion, Throughput};
 use mmsim_benches::bundled_maze;
 use mmsim_maze::KnownMaze;
 use mmsim_protocol::{Order, encode_state};
-use mmsim_server::{Recorder, Server, Simulation};
+use mmsim_recording::Recorder;
+use mmsim_server::{Server, Simulation};
 
 /// Rounds of the comparison and round trips in each; the two sides take turns.
 const ROUNDS: usize = 15;

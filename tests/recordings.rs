@@ -6,7 +6,8 @@ use std::path::Path;
 
 use mmsim_client::{InMemory, search_run};
 use mmsim_maze::{Catalogue, KnownMaze, Maze, MazeSize};
-use mmsim_server::{Ending, Recording, RecordingWriter, Simulation};
+use mmsim_recording::{Integrity, Recording, RecordingWriter};
+use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_tests::bundled_mazes;
 
@@ -60,6 +61,6 @@ fn record(path: &Path, maze: &Maze, strategy: BundledStrategy) -> usize {
     writer.close().unwrap();
     let recording = Recording::open(path).unwrap();
     assert!(recording.history().iter().eq(simulation.history().iter()));
-    assert_eq!((recording.ending(), recording.maze()), (&Ending::Closed, Some(maze)));
+    assert_eq!((recording.integrity(), recording.maze()), (&Integrity::Closed, Some(maze)));
     recording.history().len()
 }

@@ -3,7 +3,7 @@
 use std::io::{self, Read};
 
 use mmsim_protocol::Request;
-use mmsim_server::{Ending, NoRecording, Recording};
+use mmsim_recording::{Integrity, ReadError, Recording};
 
 /// What a file begins with, before its records.
 const MAGIC_BYTES: usize = mcap::MAGIC.len();
@@ -19,13 +19,13 @@ pub fn run(content: &[u8]) {
     match (whole, piecewise) {
         (Ok(recording), Ok(piecewise)) => {
             check_alike(&recording, &piecewise);
-            assert_eq!(recording.ending(), piecewise.ending());
+            assert_eq!(recording.integrity(), piecewise.integrity());
             if has_chunks(content) {
                 return;
             }
-            if let &Ending::Cut { whole, .. } | &Ending::Damaged { whole, .. } = recording.ending()
+            if let &Integrity::Truncated { intact, .. } | &Integrity::Damaged { intact, .. } = recording.integrity()
             {
-                let rest = usize::try_from(whole).ok().and_then(|end| content.get(..end));
+                let rest = usize::try_from(intact).ok().and_then(|end| content.get(..end));
                 let shorter = Recording::read(rest.expect("an end inside of the file"));
                 check_alike(&recording, &shorter.expect("a recording without what follows"));
             }
@@ -51,7 +51,7 @@ fn has_chunks(content: &[u8]) -> bool {
 }
 
 /// Its parts fit together, and each state is one of its maze; or the error takes one line.
-fn check(result: &Result<Recording, NoRecording>, length: usize) {
+fn check(result: &Result<Recording, ReadError>, length: usize) {
     let recording = match result {
         Ok(recording) => recording,
         Err(error) => {
@@ -70,13 +70,13 @@ fn check(result: &Result<Recording, NoRecording>, length: usize) {
     for state in recording.history().iter() {
         assert!(matches!(Request::decode(&state, size), Ok(Request::State(_))));
     }
-    match recording.ending() {
-        Ending::Closed => {}
-        &Ending::Cut { whole, length: found } => {
-            assert!(whole <= found && found == length as u64);
+    match recording.integrity() {
+        Integrity::Closed => {}
+        &Integrity::Truncated { intact, length: found } => {
+            assert!(intact <= found && found == length as u64);
         }
-        Ending::Damaged { whole, reason } => {
-            assert!(*whole <= length as u64);
+        Integrity::Damaged { intact, reason } => {
+            assert!(*intact <= length as u64);
             assert!(!reason.contains(char::is_control), "in one line: {reason:?}");
         }
     }

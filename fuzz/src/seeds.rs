@@ -13,7 +13,8 @@ use mcap::records::Record;
 use mcap::{Compression, McapError, MessageStream, WriteOptions};
 use mmsim_fuzz::requests::{self, CUT, SIZES};
 use mmsim_maze::{Format, Maze};
-use mmsim_server::{RecordingWriter, Simulation};
+use mmsim_recording::RecordingWriter;
+use mmsim_server::Simulation;
 use serde_json::Value;
 use walkdir::WalkDir;
 

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use mmsim_server::{MemoryBudget, RecordError, Recorder, Simulation};
+use mmsim_recording::{MemoryBudget, RecordError, Recorder};
+use mmsim_server::Simulation;
 
 use crate::args::{KeepArgs, ReadingArgs};
 use crate::memory;

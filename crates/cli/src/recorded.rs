@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mmsim_client::{Transport, TransportError};
 use mmsim_protocol::{Info, Reply};
-use mmsim_server::{RecordError, RecordingWriter};
+use mmsim_recording::{RecordError, RecordingWriter};
 
 /// A transport that records each state which gets its `ok`. If that fails, the search goes on.
 pub(crate) struct Recorded<T> {

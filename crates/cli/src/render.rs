@@ -12,8 +12,7 @@ use mmsim_drawing::{
 };
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::State;
-use mmsim_server::NoRecording::NoMcap;
-use mmsim_server::{HistoryReader, Recording, RecordingError};
+use mmsim_recording::{HistoryReader, OpenError, ReadError, Recording};
 use mmsim_solvers::Distances;
 
 use crate::Outcome;
@@ -51,7 +50,7 @@ fn recording(
     let is_called_one = file.extension().is_some_and(|extension| extension == "mcap");
     match Recording::open_within(file, &keep::budget(&args.reading)) {
         Ok(recording) => Ok(Some(recording)),
-        Err(RecordingError::Io { .. } | RecordingError::Content { source: NoMcap, .. })
+        Err(OpenError::Io { .. } | OpenError::Content { source: ReadError::NotMcap, .. })
             if !is_called_one =>
         {
             Ok(None)

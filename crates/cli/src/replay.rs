@@ -7,7 +7,7 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, WallState};
 use mmsim_protocol::{Info, Matrix, Request, State};
-use mmsim_server::{Ending, MemoryBudget, Recording};
+use mmsim_recording::{Integrity, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
@@ -49,13 +49,13 @@ pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> Stri
 
 /// Whether a recording is not damaged, or a message that it is.
 pub(crate) fn is_whole(file: &Path, recording: &Recording) -> bool {
-    if let Ending::Damaged { whole, reason } = recording.ending() {
+    if let Integrity::Damaged { intact: whole, reason } = recording.integrity() {
         let file = file.display();
         complain(format_args!(
             "{file}: expected a whole recording, found {reason} at byte {whole}"
         ));
     }
-    !matches!(recording.ending(), Ending::Damaged { .. })
+    !matches!(recording.integrity(), Integrity::Damaged { .. })
 }
 
 /// Shows the recording in a browser.
@@ -95,12 +95,12 @@ fn summary(recording: &Recording) -> String {
         let local = began.to_zoned(TimeZone::system()).strftime("%Y-%m-%d %H:%M:%S");
         format!(" in {:.3} s, from {local}", milliseconds(recording, last) / 1e3)
     });
-    let ending = match recording.ending() {
-        Ending::Closed => "closed properly".into(),
-        Ending::Cut { whole, length } => {
+    let ending = match recording.integrity() {
+        Integrity::Closed => "closed properly".into(),
+        Integrity::Truncated { intact: whole, length } => {
             format!("not closed: the file ends at byte {length}, whole up to byte {whole}")
         }
-        Ending::Damaged { whole, .. } => format!("damaged after byte {whole}"),
+        Integrity::Damaged { intact: whole, .. } => format!("damaged after byte {whole}"),
     };
     format!("{states}{}, {ending}", time.unwrap_or_default())
 }
@@ -238,10 +238,10 @@ struct PoseAt {
 
 impl<'a> Report<'a> {
     fn new(args: &'a ReplayArgs, recording: &'a Recording, state: Option<Shown>) -> Self {
-        let (ending, whole_bytes) = match recording.ending() {
-            Ending::Closed => ("closed", None),
-            Ending::Cut { whole, .. } => ("cut", Some(*whole)),
-            Ending::Damaged { whole, .. } => ("damaged", Some(*whole)),
+        let (ending, whole_bytes) = match recording.integrity() {
+            Integrity::Closed => ("closed", None),
+            Integrity::Truncated { intact: whole, .. } => ("cut", Some(*whole)),
+            Integrity::Damaged { intact: whole, .. } => ("damaged", Some(*whole)),
         };
         Self {
             path: &args.file,

@@ -36,7 +36,7 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
     for _ in 0..2 {
         let (mut acknowledged, refusal) = send_until_refused(&server.address, 0, taken / 518);
         let refusal = refusal.unwrap_or_else(|| panic!("{acknowledged} states fit"));
-        let expected = "error: cannot keep another state: out of memory after ";
+        let expected = "error: cannot store another state: out of memory after ";
         assert!(refusal.starts_with(expected), "{refusal}");
         assert!(refusal.ends_with("; reset empties the history"), "{refusal}");
         assert!(acknowledged > 16 * MIB / 518, "{acknowledged} states");
@@ -160,7 +160,9 @@ fn a_small_file_with_many_states_takes_no_more_memory_than_the_limit() {
         let (most, code, said) = run_measured(command);
         assert_eq!(code, Some(1), "{said}");
         assert!(
-            said.contains("states take all that is left of 1 MiB for open recordings (--history-limit allows more)"),
+            said.contains(
+                "states fit into the 1 MiB that open recordings share (raise --history-limit)"
+            ),
             "{said}"
         );
         assert!(most < 64 * MIB, "{arguments:?}: {most} bytes");
@@ -203,7 +205,7 @@ fn all_that_is_open_on_the_page_shares_the_limit() {
         let (status, refusal) = open("b.mcap");
         assert_eq!(status, 400, "{refusal}");
         let expected =
-            "of 1 MiB for open recordings (close another one first; --history-limit allows more)";
+            " 1 MiB that open recordings share (close another recording, or raise --history-limit)";
         assert!(refusal.ends_with(expected), "{refusal}");
     }
     let grown = figure(server.id(), "VmHWM").unwrap() - before;

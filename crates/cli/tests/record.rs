@@ -10,7 +10,7 @@ use std::{fs, thread};
 
 use harness::noise::{send_until_refused, state};
 use harness::{Home, Serving, limited, recorded};
-use mmsim_server::{Ending, Recording};
+use mmsim_recording::{Integrity, Recording};
 use mmsim_tests::{ask, connect_to, wait_for};
 
 const MAZE: &str = "hedgerow";
@@ -154,20 +154,20 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     }
     let recordings = recordings(&home.path().join("recordings"));
     let [(first, flood_fill), (second, weight_increment)] = &recordings[..] else { panic!() };
-    assert_eq!(*flood_fill.ending(), Ending::Closed);
+    assert_eq!(*flood_fill.integrity(), Integrity::Closed);
     assert_eq!(
         flood_fill.maze().unwrap().to_string(),
         include_str!("../../../mazes/05-hedgerow.txt")
     );
     assert_eq!((flood_fill.info().states, weight_increment.info().states), (192, 446));
     #[cfg(unix)]
-    assert_eq!(*weight_increment.ending(), Ending::Closed);
+    assert_eq!(*weight_increment.integrity(), Integrity::Closed);
 
     let bytes = fs::metadata(&own).unwrap().len();
     assert!(bytes <= 192 * 40, "packed: {bytes} bytes");
     let client = Recording::open(&own).unwrap();
     assert!(client.history().iter().eq(flood_fill.history().iter()));
-    assert_eq!((client.maze(), client.ending()), (None, &Ending::Closed));
+    assert_eq!((client.maze(), client.integrity()), (None, &Integrity::Closed));
 
     let replay = |path: &Path, more: &[&str]| {
         home.run(&[&["replay", path.to_str().unwrap()], more].concat())
@@ -243,7 +243,7 @@ fn a_full_history_refuses_states_and_a_reset_makes_room() {
     let states = (0..10_000).take_while(|&number| ask(&socket, &state(number)) == b"ok").count();
     assert!((1900..2100).contains(&states), "{states} states of noise in a mebibyte");
     let reply = String::from_utf8(ask(&socket, &state(0))).unwrap();
-    assert!(reply.starts_with("error: cannot keep another state: the "), "{reply}");
+    assert!(reply.starts_with("error: cannot store another state: history limit of "), "{reply}");
     assert!(reply.contains(" so far take the 1 MiB of the history; reset empties it"), "{reply}");
     assert_eq!(ask(&socket, b"ping"), b"pong");
     assert_eq!(recordings(&home.path().join("r"))[0].1.info().states, states);
@@ -263,7 +263,10 @@ fn a_lost_folder_refuses_states_until_reset() {
     for _ in 0..3 {
         let reply = String::from_utf8(ask(&socket, &state(1))).unwrap();
         assert!(reply.starts_with("error: cannot record in r"), "{reply}");
-        assert!(reply.ends_with(": the file has gone; reset begins a new one"), "{reply}");
+        assert!(
+            reply.ends_with(": the file was removed or replaced (reset starts a new one)"),
+            "{reply}"
+        );
         assert_eq!(ask(&socket, b"W\0\0N").len(), 3);
     }
     assert!(ask(&socket, b"info").starts_with(b"{"));
@@ -272,7 +275,9 @@ fn a_lost_folder_refuses_states_until_reset() {
     for (folder, number) in [("moved", 0), ("r", 2)] {
         let (_, recording) = recordings(&home.path().join(folder)).swap_remove(0);
         assert!(recording.history().iter().eq([state(number)]), "{folder}");
-        assert!(matches!(*recording.ending(), Ending::Cut { whole, length } if whole == length));
+        assert!(
+            matches!(*recording.integrity(), Integrity::Truncated { intact, length } if intact == length)
+        );
     }
 }
 
@@ -296,11 +301,8 @@ fn a_recording_that_another_program_changes_refuses_states_until_reset() {
         for _ in 0..3 {
             let reply = String::from_utf8(ask(&socket, &state(20))).unwrap();
             assert!(reply.starts_with("error: cannot record in r/"), "round {round}: {reply}");
-            assert!(
-                reply.contains(": another program has changed the file, which has "),
-                "{reply}"
-            );
-            assert!(reply.ends_with("; reset begins a new one"), "{reply}");
+            assert!(reply.contains(": another program changed the file: expected "), "{reply}");
+            assert!(reply.ends_with(" (reset starts a new one)"), "{reply}");
             assert!(ask(&socket, b"info").windows(11).any(|bytes| bytes == b"\"states\":20"));
         }
         assert_eq!(ask(&socket, b"reset"), b"ok");
@@ -331,7 +333,7 @@ fn no_state_is_lost_when_the_server_is_killed_while_it_packs() {
         server.wait();
         let [(path, recording)] = &recordings(&folder)[..] else { panic!("round {round}") };
         assert!(recording.history().iter().eq((0..STATES).map(state)), "round {round}");
-        assert_eq!(*recording.ending(), Ending::Closed);
+        assert_eq!(*recording.integrity(), Integrity::Closed);
         packed += u32::from(fs::metadata(path).unwrap().len() < STATES * 545);
         left += fs::read_dir(&folder).unwrap().count() - 1;
         // The next server cleans up.
@@ -368,7 +370,7 @@ fn fill_disk(limit: usize) {
         let (_, recording) = recordings(&home.path().join("r")).swap_remove(index);
         assert!(recording.history().iter().eq((0..states as u64).map(state)), "file {index}");
         // Closed once it is packed, for which there may be room.
-        assert!(!matches!(*recording.ending(), Ending::Damaged { .. }));
+        assert!(!matches!(*recording.integrity(), Integrity::Damaged { .. }));
     };
     whole(0);
     assert_eq!(ask(&socket, b"reset"), b"ok");

@@ -7,7 +7,8 @@ use std::path::PathBuf;
 
 use harness::Home;
 use mmsim_maze::Maze;
-use mmsim_server::{RecordingWriter, Simulation};
+use mmsim_recording::RecordingWriter;
+use mmsim_server::Simulation;
 
 const MAZE: &str = "\
 o---o---o---o

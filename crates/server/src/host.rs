@@ -5,12 +5,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, RequestError};
+use mmsim_recording::{Clock, HistoryFull, PushError, Recorder, Times};
 use tracing::{debug, info, warn};
 
-use crate::clock::Clock;
 use crate::simulation::refuse;
-use crate::times::Times;
-use crate::{Change, HistoryFull, PushError, Recorder, ReplyBuffer, Simulation};
+use crate::{Change, ReplyBuffer, Simulation};
 
 /// A simulation, served.
 pub(crate) struct Host<'s> {
@@ -149,12 +148,13 @@ impl<'s> Host<'s> {
             Err(HistoryFull { limit, states }.to_string())
         } else {
             let follow = |recorder: &mut Recorder| {
-                recorder.follow(Change::State, request, self.simulation).map_err(|e| e.to_string())
+                let describe = || (self.simulation.info(), self.simulation.maze());
+                recorder.write(request, describe).map_err(|e| e.to_string())
             };
             self.recorder.as_mut().map_or(Ok(()), follow)
         };
         if kept.is_err() {
-            self.times.take_back();
+            self.times.undo_push();
         }
         kept
     }
@@ -214,7 +214,9 @@ mod tests {
         });
         let kept = kept.count();
         assert!((10_000..100_000).contains(&kept), "{kept} states");
-        assert!(reply.starts_with(b"error: cannot keep another state: the "));
+        assert!(reply.starts_with(
+            b"error: cannot store another state: history limit of 0 MiB reached after "
+        ));
         assert_eq!(board.read(), Status { run: 1, states: kept });
         assert_eq!(host.times().len(), kept);
         host.answer(b"reset", 1, &mut reply);

@@ -2,9 +2,8 @@
 //! around the mouse, and keeps every state that the client reports.
 //!
 //! [`Simulation`] does no input or output: it turns the bytes of a request into the bytes of its
-//! reply, whatever they are, and never panics. [`Server`] is the ZeroMQ server around it. The
-//! [`History`] has room for millions of states; a [`Recorder`] keeps them in files, which
-//! [`Recording`] reads.
+//! reply, whatever they are, and never panics. [`Server`] is the ZeroMQ server around it. The crate
+//! `mmsim-recording` stores the states, in memory and in files.
 //!
 //! ```
 //! use mmsim_maze::Maze;
@@ -23,40 +22,22 @@
 
 mod background;
 mod bind;
-mod block;
-mod budget;
-mod clock;
-mod history;
 mod host;
 pub mod limits;
-mod memory;
 mod monitor;
-mod motion_count;
 mod network;
 mod peer;
-mod recording;
 mod server;
 mod simulation;
-mod slabs;
 mod standing;
-mod times;
 mod zmtp;
 
 pub use background::Background;
 pub use bind::{BindError, listen};
-pub use block::{Block, States};
-pub use budget::MemoryBudget;
-pub use history::{Full as HistoryFull, History, PushError, Reader as HistoryReader};
 pub use host::Status;
 pub use monitor::{Monitor, MonitorError, Served};
-pub use motion_count::MotionCount;
-pub use recording::{
-    Ending, NoRecording, RecordError, Recorder, Recording, RecordingError, RecordingWriter,
-    save as save_recording,
-};
 pub use server::{ServeError, Server, Stop};
 pub use simulation::{Change, ReplyBuffer, Simulation};
-pub use times::Times;
 
 /// The code in the README of this crate runs.
 #[cfg(doctest)]

@@ -5,10 +5,10 @@ use std::sync::mpsc::{self, Sender};
 
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
+use mmsim_recording::{Block, Times};
 
 use crate::host::{Board, Host, Status};
 use crate::server::Shared;
-use crate::{Block, Times};
 
 /// What a watcher wants to know, answered by the server's thread between two requests.
 pub(crate) type Question = Box<dyn FnOnce(&mut Host<'_>) + Send>;

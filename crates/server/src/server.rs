@@ -8,12 +8,13 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use mio::Waker;
+use mmsim_recording::Recorder;
 
 use crate::bind::{BindError, listen};
 use crate::host::{Board, Host};
 use crate::monitor::Question;
 use crate::network::Network;
-use crate::{Monitor, Recorder, ReplyBuffer, Simulation};
+use crate::{Monitor, ReplyBuffer, Simulation};
 
 /// How long replies still on their way may delay the end of the server.
 const LINGER: Duration = Duration::from_millis(500);

@@ -5,8 +5,7 @@ use std::io::Write;
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, Info, Reply, Request};
-
-use crate::History;
+use mmsim_recording::History;
 
 /// The true maze and every state that a client has reported since the last reset.
 #[derive(Debug)]
@@ -86,7 +85,7 @@ impl Simulation {
 
     /// Takes back the state that was added last, for which something else failed.
     pub(crate) fn take_back(&mut self) {
-        self.history.take_back();
+        self.history.undo_push();
     }
 }
 
@@ -171,7 +170,9 @@ mod tests {
         assert_eq!(reply(&mut simulation, &state), b"ok");
         for _ in 0..3 {
             assert_eq!(simulation.handle(&state, &mut buffer), Change::Nothing);
-            assert!(buffer.starts_with(b"error: cannot keep another state: the 2 so far take "));
+            assert!(buffer.starts_with(
+                b"error: cannot store another state: history limit of 0 MiB reached after 2 "
+            ));
             assert_eq!(simulation.history().len(), 2);
             assert_eq!(reply(&mut simulation, b"ping"), b"pong");
         }

@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
 use mmsim_drawing::thumbnail;
-use mmsim_server::{Block, Ending, Recording};
+use mmsim_recording::{Block, Integrity, Recording};
 use mmsim_solvers::{BundledStrategy, MazeFacts};
 use serde::{Deserialize, Serialize};
 
@@ -164,12 +164,12 @@ async fn describe(State(state): SharedState, Path(id): Path<String>) -> Answer<J
         let info = &described.info;
         let (ending, note) = match source.ending() {
             None => (None, None),
-            Some(Ending::Closed) => (Some("closed"), None),
-            Some(Ending::Cut { .. }) => (
+            Some(Integrity::Closed) => (Some("closed"), None),
+            Some(Integrity::Truncated { .. }) => (
                 Some("cut"),
                 Some("not closed: it was cut off, or is still being written".to_string()),
             ),
-            Some(Ending::Damaged { whole, reason }) => {
+            Some(Integrity::Damaged { intact: whole, reason }) => {
                 (Some("damaged"), Some(format!("damaged after byte {whole}: {reason}")))
             }
         };

@@ -5,7 +5,7 @@ use std::io::{self, Seek};
 use std::path::{Path, PathBuf};
 
 use jiff::Timestamp;
-use mmsim_server::{Block, Recording, save_recording};
+use mmsim_recording::{Block, Recording, save as save_recording};
 use serde::Serialize;
 
 use crate::api_error::ApiError;

@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use axum::http::StatusCode;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, Request, State};
-use mmsim_server::{Block, Ending, Monitor, MonitorError, Recording, States, Status, Times};
+use mmsim_recording::{Block, Integrity, Recording, States, Times};
+use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
 use crate::costs::Costs;
@@ -136,10 +137,10 @@ impl Source {
     }
 
     /// How a recording ends.
-    pub(crate) fn ending(&self) -> Option<&Ending> {
+    pub(crate) fn ending(&self) -> Option<&Integrity> {
         match &self.origin {
             Origin::Live(_) => None,
-            Origin::Recording { recording, .. } => Some(recording.ending()),
+            Origin::Recording { recording, .. } => Some(recording.integrity()),
         }
     }
 

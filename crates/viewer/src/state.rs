@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use jiff::Timestamp;
 use mmsim_maze::{Catalogue, Maze};
-use mmsim_server::{MemoryBudget, Monitor, Recording, Server};
+use mmsim_recording::{MemoryBudget, Recording};
+use mmsim_server::{Monitor, Server};
 use mmsim_solvers::BundledStrategy;
 
 use crate::api_error::ApiError;

@@ -1,7 +1,7 @@
 //! One moment of a run: its state, and figures.
 
 use mmsim_drawing::TRAIL_CELLS;
-use mmsim_server::Block;
+use mmsim_recording::Block;
 use serde::Serialize;
 
 use crate::api_error::ApiError;
@@ -33,7 +33,7 @@ impl StateView {
         let missing = || ApiError::failed("expected a state");
         let message = states.get(at).ok_or_else(missing)?;
         let (_, map) = described.read(message)?;
-        let tally = states.tally(at).ok_or_else(missing)?;
+        let tally = states.motion_count(at).ok_or_else(missing)?;
         let cost = Cost::of(&map);
         let trail = cells(source, run, at)?;
         let width = u16::from(described.size.width());

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use mmsim_maze::Maze;
-use mmsim_server::Recording;
+use mmsim_recording::Recording;
 
 use crate::browser::{Browser, wait_for, with_browser, with_page};
 use crate::harness::{Home, Serving, recorded};

@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 use harness::{Ended, Home, Serving};
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use mmsim_protocol::{Request, State};
-use mmsim_server::Recording;
+use mmsim_recording::Recording;
 use mmsim_tests::{ask, connect_to, exit_of, output};
 use serde_json::json;
 

@@ -7,7 +7,8 @@ use std::path::Path;
 
 use mmsim_maze::{Catalogue, Cell, Maze};
 use mmsim_protocol::{Order, encode_state};
-use mmsim_server::{Background, Recorder, Server, Simulation};
+use mmsim_recording::Recorder;
+use mmsim_server::{Background, Server, Simulation};
 use mmsim_tests::{PATIENCE, ask, connect, stop, wait_for, within};
 use mmsim_viewer::{Limits, Serving, Viewer, ViewerConfig};
 use serde_json::Value;

@@ -1,25 +1,27 @@
-//! The time of day, by a clock that never goes back.
+//! Monotonic time of day.
 
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// Tells nanoseconds since the beginning of 1970 (UTC). They never go back, even if somebody sets
-/// the clock of the system meanwhile.
+/// A clock that returns nanoseconds since 1970 (UTC) and never goes back, even if the system clock
+/// is set.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Clock {
-    began: Instant,
-    /// Nanoseconds since 1970 at that moment.
+pub struct Clock {
+    started: Instant,
+    /// Nanoseconds since 1970 at `started`.
     since_epoch: u64,
 }
 
 impl Clock {
-    pub(crate) fn start() -> Self {
+    /// Creates a clock that agrees with the system clock now.
+    pub fn start() -> Self {
         let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let since_epoch = u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX);
-        Self { began: Instant::now(), since_epoch }
+        Self { started: Instant::now(), since_epoch }
     }
 
-    pub(crate) fn now(&self) -> u64 {
-        let elapsed = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
+    /// Returns the current time in nanoseconds since 1970 (UTC).
+    pub fn now(&self) -> u64 {
+        let elapsed = u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX);
         self.since_epoch.saturating_add(elapsed)
     }
 }
@@ -29,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_tells_the_time_of_day() {
+    fn now_is_the_time_of_day() {
         let clock = Clock::start();
         let (first, second) = (clock.now(), clock.now());
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_nanos();

@@ -1,41 +1,49 @@
-//! Chunks: records that another tool has packed together. The server's own recordings have none.
+//! Chunks: compressed groups of records.
 //!
 //! ```text
-//! chunk    start 8, end 8, unpacked length 8, checksum 4, compression (its length 4, its name),
-//!          packed length 8, packed records
-//! record   kind 1, length 8, body
+//! chunk    start time 8 bytes, end time 8, uncompressed length 8, CRC-32 4, length of the
+//!          compression's name 4, name, compressed length 8, compressed records
+//! record   kind 1 byte, length of the body 8, body
 //! ```
 
 use std::borrow::Cow;
 
-/// The records of a chunk as they were before they were packed, if those are no more than `most`
-/// bytes.
-pub(super) fn unpack(chunk: &[u8], most: usize) -> Result<Cow<'_, [u8]>, String> {
+/// Decompresses the records of a chunk, at most `max` bytes.
+pub(crate) fn unpack(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> {
     let (length, checksum, compression, packed) =
-        split(chunk).ok_or("a length goes beyond the end of its chunk")?;
+        split(chunk).ok_or("a length that exceeds its chunk")?;
     let length = usize::try_from(length)
         .ok()
-        .filter(|&length| length <= most)
-        .ok_or_else(|| format!("a chunk of {length} bytes, over the limit of {most}"))?;
+        .filter(|&length| length <= max)
+        .ok_or_else(|| format!("a chunk of {length} bytes, over the limit of {max}"))?;
     let records = match compression {
         b"" => Cow::Borrowed(packed),
         b"zstd" => zstd::bulk::decompress(packed, length)
             .map(Cow::Owned)
-            .map_err(|error| format!("a chunk that does not unpack: {error}"))?,
-        other => return Err(format!("a chunk packed with \"{}\"", other.escape_ascii())),
+            .map_err(|error| format!("a chunk that cannot be decompressed: {error}"))?,
+        other => {
+            return Err(format!(
+                "a chunk with the unknown compression \"{}\"",
+                other.escape_ascii()
+            ));
+        }
     };
     if records.len() != length {
-        return Err(format!("a chunk of {} bytes that promises {length}", records.len()));
+        return Err(format!(
+            "a chunk of {} bytes with the length {length} in its header",
+            records.len()
+        ));
     }
     match crc32fast::hash(&records) {
         found if checksum != 0 && found != checksum => {
-            Err(format!("a chunk with the checksum {found:08x} that promises {checksum:08x}"))
+            Err(format!("a chunk with the checksum {found:08x}, but {checksum:08x} in its header"))
         }
         _ => Ok(records),
     }
 }
 
-/// Unpacked length, checksum (0 if there is none), compression and packed records.
+/// Returns the uncompressed length, the checksum (0 if absent), the compression and the compressed
+/// records.
 fn split(chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
     let (_times, rest) = chunk.split_first_chunk::<16>()?;
     let (length, rest) = rest.split_first_chunk()?;
@@ -47,20 +55,21 @@ fn split(chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
     Some((u64::from_le_bytes(*length), u32::from_le_bytes(*checksum), name, packed))
 }
 
-/// The records one after the other, the kind and body of each, up to one that goes beyond the end.
-pub(super) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8]), String>> {
+/// Iterates over the kind and body of each record. Ends with an error at a record that exceeds the
+/// chunk.
+pub(crate) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8]), String>> {
     std::iter::from_fn(move || {
         if bytes.is_empty() {
             return None;
         }
         let record = record(bytes);
         bytes = record.map_or(&[], |(_, _, rest)| rest);
-        let beyond = || "a record goes beyond the end of its chunk".to_string();
-        Some(record.map(|(kind, body, _)| (kind, body)).ok_or_else(beyond))
+        let too_long = || "a record that exceeds its chunk".to_string();
+        Some(record.map(|(kind, body, _)| (kind, body)).ok_or_else(too_long))
     })
 }
 
-/// The kind and body of the first record, and what follows it.
+/// Returns the kind and body of the first record, and the bytes after it.
 fn record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let (&kind, rest) = bytes.split_first()?;
     let (length, rest) = rest.split_first_chunk()?;
@@ -89,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn records_come_back() {
+    fn records_are_decompressed() {
         let (length, checksum) = (RECORDS.len() as u64, crc32fast::hash(RECORDS));
         let zstd = zstd::bulk::compress(RECORDS, 1).unwrap();
         for chunk in [
@@ -104,16 +113,16 @@ mod tests {
     }
 
     #[test]
-    fn what_contradicts_itself_is_told() {
+    fn inconsistent_chunks_are_errors() {
         let error = |chunk: &[u8]| unpack(chunk, 100).unwrap_err();
-        insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk of 21 bytes that promises 99");
-        insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with the checksum 910bc603 that promises 00000007");
+        insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk of 21 bytes with the length 99 in its header");
+        insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with the checksum 910bc603, but 00000007 in its header");
         insta::assert_snapshot!(error(&chunk(101, 0, b"", RECORDS)), @"a chunk of 101 bytes, over the limit of 100");
-        insta::assert_snapshot!(error(&chunk(21, 0, b"lz4\x1b", RECORDS)), @r#"a chunk packed with "lz4\x1b""#);
-        insta::assert_snapshot!(error(&chunk(21, 0, b"zstd", RECORDS)), @"a chunk that does not unpack: Unknown frame descriptor");
+        insta::assert_snapshot!(error(&chunk(21, 0, b"lz4\x1b", RECORDS)), @r#"a chunk with the unknown compression "lz4\x1b""#);
+        insta::assert_snapshot!(error(&chunk(21, 0, b"zstd", RECORDS)), @"a chunk that cannot be decompressed: Unknown frame descriptor");
         let whole = chunk(21, 0, b"", RECORDS);
         for length in 0..whole.len() {
-            assert_eq!(error(&whole[..length]), "a length goes beyond the end of its chunk");
+            assert_eq!(error(&whole[..length]), "a length that exceeds its chunk");
         }
         for length in 1..RECORDS.len() {
             let last = records(&RECORDS[..length]).last().unwrap();

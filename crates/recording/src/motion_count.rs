@@ -1,22 +1,22 @@
-//! How far a mouse went and how often it turned, from state to state.
+//! Steps and turns between states.
 
 use std::ops::AddAssign;
 
 /// Steps and turns from the first state of a history to one of its states.
 ///
 /// ```
-/// use mmsim_server::{History, MotionCount};
+/// use mmsim_recording::{History, MotionCount};
 /// let mut history = History::new(mmsim_maze::MazeSize::new(2, 1)?);
 /// history.push(b"S\x00\x00NC\x01\x00C\x0d\x00")?;
 /// history.push(b"S\x01\x00EC\x01\x00C\x0d\x17")?;
-/// assert_eq!(history.tally(1), Some(MotionCount { steps: 1, turns: 1 }));
+/// assert_eq!(history.motion_count(1), Some(MotionCount { steps: 1, turns: 1 }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MotionCount {
-    /// Cells that the mouse went, as many as lie between two states, by rows and columns.
+    /// Number of steps: the sum of the Manhattan distances between consecutive cells.
     pub steps: u64,
-    /// Quarter turns of its heading: to turn round counts two.
+    /// Number of quarter turns; a U-turn counts two.
     pub turns: u64,
 }
 
@@ -28,7 +28,7 @@ impl AddAssign for MotionCount {
 }
 
 impl MotionCount {
-    /// What lies between the poses of two states that follow one another.
+    /// Returns the motion between the poses of two consecutive states.
     pub(crate) fn between([x, y, heading]: [u8; 3], [to_x, to_y, to_heading]: [u8; 3]) -> Self {
         let steps = u64::from(x.abs_diff(to_x)) + u64::from(y.abs_diff(to_y));
         let turns = match (quarter(heading), quarter(to_heading)) {
@@ -39,7 +39,7 @@ impl MotionCount {
     }
 }
 
-/// The bytes of the pose: x, y and the letter of the heading.
+/// Returns the bytes of the pose: x, y and the letter of the heading.
 pub(crate) fn pose(state: &[u8]) -> Option<[u8; 3]> {
     state.get(1..)?.first_chunk().copied()
 }
@@ -53,17 +53,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_go_by_rows_and_columns_and_turns_by_quarters() {
-        let tally = |before: &[u8], after: &[u8]| {
+    fn steps_are_manhattan_distances_and_turns_are_quarters() {
+        let motion = |before: &[u8], after: &[u8]| {
             let MotionCount { steps, turns } =
                 MotionCount::between(pose(before).unwrap(), pose(after).unwrap());
             (steps, turns)
         };
-        assert_eq!(tally(b"S\x00\x00N", b"S\x00\x01N"), (1, 0));
-        assert_eq!(tally(b"S\x03\x05N", b"S\x01\x09W"), (6, 1));
-        assert_eq!(tally(b"S\x03\x05E", b"S\x03\x05W"), (0, 2));
-        assert_eq!(tally(b"S\x03\x05W", b"S\x03\x05N"), (0, 1));
+        assert_eq!(motion(b"S\x00\x00N", b"S\x00\x01N"), (1, 0));
+        assert_eq!(motion(b"S\x03\x05N", b"S\x01\x09W"), (6, 1));
+        assert_eq!(motion(b"S\x03\x05E", b"S\x03\x05W"), (0, 2));
+        assert_eq!(motion(b"S\x03\x05W", b"S\x03\x05N"), (0, 1));
         assert_eq!(pose(b"S\x00\x00"), None);
-        assert_eq!(tally(b"S\x00\x00?", b"S\x00\x02N"), (2, 0));
+        assert_eq!(motion(b"S\x00\x00?", b"S\x00\x02N"), (2, 0));
     }
 }

@@ -1,4 +1,4 @@
-//! Writes a packed recording, of states that are kept elsewhere until it is whole.
+//! Writes a compressed recording of states that are stored elsewhere until it is complete.
 
 use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
@@ -8,40 +8,41 @@ use mcap::{Compression, McapError, WriteOptions};
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 
-use super::{INFO, MAZES, METADATA, PROTOCOL, STATES};
+use crate::layout::{INFO, MAZES, METADATA, PROTOCOL, STATES};
 
-/// Bytes of states that are packed together.
+/// Uncompressed size of a chunk in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// How hard they are packed. Higher levels take much longer for little, 3 takes a tenth more bytes.
+/// zstd level. Higher levels take much longer for little gain; level 3 takes a tenth more bytes.
 const LEVEL: u32 = 8;
 
-/// A recording in which states are packed. Until it is finished, states may be missing from the file.
-pub(super) struct PackedWriter<W: Write + Seek> {
+/// A writer of compressed recordings. States may be missing from the file until it is finished.
+pub(crate) struct PackedWriter<W: Write + Seek> {
     mcap: mcap::Writer<W>,
-    /// To be written before the first state.
+    /// Text of the true maze, until it is written before the first state.
     maze: Option<String>,
     channel_id: u16,
     states: u32,
 }
 
 impl<W: Write + Seek> PackedWriter<W> {
-    pub(super) fn new(to: W, info: &Info, maze: Option<&Maze>) -> Result<Self, McapError> {
+    pub(crate) fn new(to: W, info: &Info, maze: Option<&Maze>) -> Result<Self, McapError> {
         let options = options()
             .chunk_size(Some(CHUNK_BYTES))
             .compression(Some(Compression::Zstd))
             .compression_level(LEVEL)
-            // As much as the states take. Without both, readers read from the beginning to the end.
+            // Indexes would take as much space as the states. With neither of the two, readers read
+            // the file from start to end.
             .emit_message_indexes(false)
             .emit_chunk_indexes(false);
-        // Threads of its own would be in the way of a search.
+        // Extra threads would slow down a search.
         let mut mcap = options.compression_threads(0).create(to)?;
         let channel_id = describe(&mut mcap, info)?;
         Ok(Self { mcap, maze: maze.map(Maze::to_string), channel_id, states: 0 })
     }
 
-    /// Adds a state and the nanoseconds since 1970 at which it came.
-    pub(super) fn write(&mut self, time: u64, state: &[u8]) -> Result<(), McapError> {
+    /// Appends a state, received at `time` in nanoseconds since 1970 (UTC).
+    pub(crate) fn write(&mut self, time: u64, state: &[u8]) -> Result<(), McapError> {
         self.write_maze(time)?;
         let Self { mcap, channel_id, states, .. } = self;
         let header = MessageHeader {
@@ -58,7 +59,7 @@ impl<W: Write + Seek> PackedWriter<W> {
         self.maze.take().map_or(Ok(()), |maze| write_maze(&mut self.mcap, &maze, time))
     }
 
-    pub(super) fn finish(mut self) -> Result<W, McapError> {
+    pub(crate) fn finish(mut self) -> Result<W, McapError> {
         self.write_maze(0)?;
         self.mcap.finish()?;
         let mut to = self.mcap.into_inner();
@@ -67,14 +68,13 @@ impl<W: Write + Seek> PackedWriter<W> {
     }
 }
 
-/// Writes a recording of these states, each with the nanoseconds since the beginning of 1970 (UTC)
-/// at which it came. `info` tells of what simulation, and the true maze belongs into it where it is
-/// known.
+/// Writes a compressed recording, about 20 bytes per state.
 ///
-/// The states are packed, and take some twenty bytes each.
+/// `info` describes the simulation; `maze` is its true maze if known. Each state comes with its time
+/// in nanoseconds since 1970 (UTC).
 ///
 /// # Errors
-/// What is written to fails.
+/// Writing to `to` fails.
 pub fn save<S: AsRef<[u8]>>(
     to: impl Write + Seek,
     info: &Info,
@@ -88,16 +88,16 @@ pub fn save<S: AsRef<[u8]>>(
         }
         writer.finish()
     };
-    written().map(|_| ()).map_err(cause)
+    written().map(|_| ()).map_err(io_error)
 }
 
-/// How all recordings are written.
-pub(super) fn options() -> WriteOptions {
+/// Returns the options shared by all recordings.
+pub(crate) fn options() -> WriteOptions {
     WriteOptions::new().library(concat!("mmsim ", env!("CARGO_PKG_VERSION")))
 }
 
-/// Says of what it is a recording; gives the channel of its states.
-pub(super) fn describe(
+/// Writes the description of the simulation; returns the ID of the channel of states.
+pub(crate) fn describe(
     mcap: &mut mcap::Writer<impl Write + Seek>,
     info: &Info,
 ) -> Result<u16, McapError> {
@@ -111,8 +111,8 @@ pub(super) fn describe(
     mcap.add_channel(0, topic, encoding, &BTreeMap::new())
 }
 
-/// Writes the true maze, drawn, with the time of the recording's beginning.
-pub(super) fn write_maze(
+/// Writes the true maze as text, with the time at which the recording starts.
+pub(crate) fn write_maze(
     mcap: &mut mcap::Writer<impl Write + Seek>,
     maze: &str,
     time: u64,
@@ -123,8 +123,8 @@ pub(super) fn write_maze(
     mcap.write_to_known_channel(&header, maze.as_bytes())
 }
 
-/// What the operating system says.
-pub(super) fn cause(error: McapError) -> io::Error {
+/// Extracts the error of the operating system, if there is one.
+pub(crate) fn io_error(error: McapError) -> io::Error {
     match error {
         McapError::Io(error) => error,
         error => io::Error::other(error),
@@ -134,24 +134,24 @@ pub(super) fn cause(error: McapError) -> io::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Ending, Recording, Simulation};
+    use crate::reader::Integrity;
+    use crate::recording::Recording;
 
     #[test]
-    fn what_is_saved_is_read() {
-        let simulation =
-            Simulation::new("small", "o---o---o\n| S   G |\no---o---o\n".parse().unwrap());
+    fn a_saved_recording_can_be_read() {
+        let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
+        let info = Info::new("small", maze.size(), maze.start(), maze.goals(), 0);
         let state = |number: u64| {
             let [low, high, ..] = number.to_le_bytes();
             (1_000 + number * 7, [b"S\x00\x00NC\x01\x00C".as_slice(), &[low, high]].concat())
         };
         for count in [0, 1, 200_000] {
             let mut file = io::Cursor::new(Vec::new());
-            let maze = simulation.maze();
-            save(&mut file, &simulation.info(), Some(maze), (0..count).map(state)).unwrap();
+            save(&mut file, &info, Some(&maze), (0..count).map(state)).unwrap();
             let bytes = file.into_inner();
             let recording = Recording::read(bytes.as_slice()).unwrap();
-            assert_eq!(*recording.ending(), Ending::Closed);
-            assert_eq!(recording.maze(), Some(maze));
+            assert_eq!(*recording.integrity(), Integrity::Closed);
+            assert_eq!(recording.maze(), Some(&maze));
             assert_eq!(recording.history().len() as u64, count);
             let read = recording.times().iter().zip(recording.history().iter());
             assert!(read.eq((0..count).map(state)));

@@ -1,65 +1,64 @@
-//! A part of a history that can be taken elsewhere, to be read without holding up the server.
+//! A copy of part of a history, for other threads to read.
 
 use zstd::bulk::Decompressor;
 
-use crate::history::BLOCK_STATES;
 use crate::memory::reserve;
 use crate::motion_count::{self, MotionCount};
 
-/// Up to 256 states of a [`History`](crate::History) that follow one another, as they are kept.
+/// A copy of up to 256 consecutive states of a [`History`](crate::History), still compressed.
 #[derive(Clone, Debug)]
 pub struct Block {
     pub(crate) first: usize,
-    pub(crate) tally: MotionCount,
+    pub(crate) motion: MotionCount,
     pub(crate) state_bytes: usize,
     pub(crate) states: Vec<u8>,
     pub(crate) packed: bool,
 }
 
-/// Up to 256 states that follow one another, ready to be read.
+/// Up to 256 consecutive states, uncompressed.
 #[derive(Clone, Debug)]
 pub struct States {
     first: usize,
-    tally: MotionCount,
+    motion: MotionCount,
     state_bytes: usize,
     bytes: Vec<u8>,
 }
 
 impl Block {
-    /// How many states each block has, but for the last one.
-    pub const STATES: usize = BLOCK_STATES;
+    /// Number of states in every block except the last.
+    pub const STATES: usize = 256;
 
-    /// The states; `None` if the machine has no memory left for that.
+    /// Decompresses the states; `None` if out of memory.
     pub fn unpack(self) -> Option<States> {
-        let Self { first, tally, state_bytes, states, packed } = self;
+        let Self { first, motion, state_bytes, states, packed } = self;
         if !packed {
-            return Some(States { first, tally, state_bytes, bytes: states });
+            return Some(States { first, motion, state_bytes, bytes: states });
         }
         let mut bytes = Vec::new();
         reserve(&mut bytes, Self::STATES * state_bytes).ok()?;
         Decompressor::new().ok()?.decompress_to_buffer(&states, &mut bytes).ok()?;
-        Some(States { first, tally, state_bytes, bytes })
+        Some(States { first, motion, state_bytes, bytes })
     }
 }
 
 impl States {
-    /// How many there are.
+    /// Returns the number of states.
     pub const fn len(&self) -> usize {
         self.bytes.len() / self.state_bytes
     }
 
-    /// Whether there is none, which no history has.
+    /// Returns whether there are no states. A block of a history always has some.
     pub const fn is_empty(&self) -> bool {
         self.bytes.is_empty()
     }
 
-    /// The bytes of the state with this index in the whole history.
+    /// Returns the state with this index in the whole history.
     pub fn get(&self, index: usize) -> Option<&[u8]> {
         let start = index.checked_sub(self.first)?.checked_mul(self.state_bytes)?;
         self.bytes.get(start..start.checked_add(self.state_bytes)?)
     }
 
-    /// The bytes of all states from this index on, but at most of so many.
+    /// Returns the bytes of up to `count` states, starting at index `from`.
     pub fn range(&self, from: usize, count: usize) -> &[u8] {
         let start = from.saturating_sub(self.first).saturating_mul(self.state_bytes);
         let end = start.saturating_add(count.saturating_mul(self.state_bytes));
@@ -67,15 +66,15 @@ impl States {
         self.bytes.get(start..end).unwrap_or_default()
     }
 
-    /// What leads from the first state of the history to the one with this index.
-    pub fn tally(&self, index: usize) -> Option<MotionCount> {
+    /// Returns the motion from the first state of the history to the one with this index.
+    pub fn motion_count(&self, index: usize) -> Option<MotionCount> {
         self.get(index)?;
-        let mut tally = self.tally;
+        let mut motion = self.motion;
         for index in self.first..index {
             let pose = |index| self.get(index).and_then(motion_count::pose);
-            tally += MotionCount::between(pose(index)?, pose(index + 1)?);
+            motion += MotionCount::between(pose(index)?, pose(index + 1)?);
         }
-        Some(tally)
+        Some(motion)
     }
 }
 
@@ -91,7 +90,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(50))]
         #[test]
-        fn blocks_hold_what_the_history_holds(
+        fn blocks_equal_the_history(
             poses in prop::collection::vec((0u8..4, 0u8..3, 0usize..4), 1..700),
             taken_back in any::<bool>(),
             reads in prop::collection::vec((0usize..800, 0usize..300), 30),
@@ -102,26 +101,26 @@ mod tests {
                 state.resize(state_bytes(size), x ^ y);
                 state
             };
-            let (mut history, mut tally, mut tallies) = (History::new(size), MotionCount::default(), vec![]);
+            let (mut history, mut motion, mut motions) = (History::new(size), MotionCount::default(), vec![]);
             for (index, pose) in poses.iter().enumerate() {
                 if taken_back {
                     history.push(&state(&(3, 2, index % 4))).unwrap();
-                    history.take_back();
+                    history.undo_push();
                 }
                 history.push(&state(pose)).unwrap();
                 if let Some(before) = index.checked_sub(1).map(|before| poses[before]) {
                     let steps = pose.0.abs_diff(before.0) + pose.1.abs_diff(before.1);
                     let quarters = pose.2.abs_diff(before.2);
-                    tally.steps += u64::from(steps);
-                    tally.turns += quarters.min(4 - quarters) as u64;
+                    motion.steps += u64::from(steps);
+                    motion.turns += quarters.min(4 - quarters) as u64;
                 }
-                tallies.push(tally);
+                motions.push(motion);
             }
             for (index, count) in reads {
                 let states = history.block(index / Block::STATES).and_then(Block::unpack);
                 let got = states.as_ref().and_then(|states| states.get(index)).map(<[u8]>::to_vec);
                 prop_assert_eq!(&got, &history.get(index));
-                prop_assert_eq!(history.tally(index), tallies.get(index).copied());
+                prop_assert_eq!(history.motion_count(index), motions.get(index).copied());
                 if let Some(states) = states.filter(|_| got.is_some()) {
                     let end = (index + count).min(poses.len()).min(states.first + states.len());
                     let expected: Vec<u8> = poses[index..end].iter().flat_map(state).collect();

@@ -1,4 +1,4 @@
-//! Reads a recording as far as it is whole.
+//! Reads a recording up to its last intact record.
 
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -9,127 +9,157 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use mmsim_maze::{Escaped, Maze, MazeSize};
 use mmsim_protocol::{Info, Request};
 
-use super::{Ending, INFO, MAZE, MAZES, METADATA, NoRecording, STATES, chunk};
+use crate::chunk;
+use crate::error::ReadError;
+use crate::layout::{INFO, MAZE, MAZES, METADATA, STATES};
 use crate::memory;
 
-/// The longest record that is read, in bytes, and the most that is unpacked from one. A state takes
-/// 2,085 at most and a maze less than 10,000, but other tools pack records into chunks of some MiB.
+/// Maximum length of a record in bytes, compressed and uncompressed. A state takes at most 2,085
+/// bytes and a maze less than 10,000, but other tools write chunks of several MiB.
 const MAX_CHUNK_BYTES: usize = 16 << 20;
 
-/// The most that is unpacked from the chunks of a file, in bytes, and how much more for each byte of
-/// the file: a small file could hold states without end otherwise. What we pack ourselves gets at most
-/// some 400 times smaller.
+/// Bytes that the chunks of a file may decompress to, regardless of the length of the file.
 const MAX_UNPACKED_BYTES: u64 = 2 << 30;
-pub(super) const MAX_UNPACKED_FOR_EACH: u64 = 1000;
 
-/// The longest description that is read, in bytes. With the largest maze it takes less than 12,000,
-/// and all of it is kept.
+/// Additional bytes that chunks may decompress to, for each byte of the file.
+///
+/// Without a limit, a small file could contain endless states. Our own recordings are compressed by a
+/// factor of about 400 at most.
+pub(crate) const MAX_COMPRESSION_RATIO: u64 = 1000;
+
+/// Maximum length of a description in bytes, because it stays in memory. With the largest maze it
+/// takes less than 12,000.
 const MAX_DESCRIPTION_BYTES: usize = 64 << 10;
 
-/// The most that is read at once: as much as is asked for at a time is not promised to be there.
-pub(super) const STEP_BYTES: usize = 64 * 1024;
+/// Maximum number of bytes per read: a record's length may promise more than the file contains.
+pub(crate) const STEP_BYTES: usize = 64 * 1024;
 
-/// What a recording says of its simulation.
-#[derive(Clone, Debug)]
-pub(super) struct Description {
-    /// Without states.
-    pub(super) info: Info,
-    pub(super) size: MazeSize,
-    pub(super) maze: Option<Maze>,
+/// Whether a recording's file is complete. If not, it is intact up to a known byte.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Integrity {
+    /// The recording was closed.
+    Closed,
+    /// The file ends early: its writer was killed or is still writing.
+    Truncated {
+        /// Length of the intact records in bytes.
+        intact: u64,
+        /// Length of the file in bytes.
+        length: u64,
+    },
+    /// The file contains an invalid record.
+    Damaged {
+        /// Length of the intact records before it in bytes.
+        intact: u64,
+        /// What is wrong with it.
+        reason: String,
+    },
 }
 
-/// Reads a recording as far as it is whole. `take` is given each state with the nanoseconds since
-/// 1970 at which it was recorded; its error ends the reading.
-pub(super) fn read_states(
+/// The simulation that a recording describes.
+#[derive(Clone, Debug)]
+pub(crate) struct Description {
+    /// `states` is 0.
+    pub(crate) info: Info,
+    pub(crate) size: MazeSize,
+    pub(crate) maze: Option<Maze>,
+}
+
+/// Reads a recording up to its last intact record.
+///
+/// Calls `on_state` with each state and its time in nanoseconds since 1970 (UTC); an error of
+/// `on_state` is returned at once.
+pub(crate) fn read_states(
     mut source: impl Read,
-    take: impl FnMut(&Description, &[u8], u64) -> Result<(), NoRecording>,
-) -> Result<(Description, Ending), NoRecording> {
+    on_state: impl FnMut(&Description, &[u8], u64) -> Result<(), ReadError>,
+) -> Result<(Description, Integrity), ReadError> {
     let options = LinearReaderOptions::default()
         .with_record_length_limit(MAX_CHUNK_BYTES)
-        // A chunk that contradicts itself makes mcap 0.26 panic, so they are unpacked here.
+        // mcap 0.26 panics at an inconsistent chunk, so `chunk::unpack` decompresses them.
         .with_emit_chunks(true)
         .with_validate_data_section_crc(true);
     let mut reader = LinearReader::new_with_options(options);
-    let mut assembly = Assembly {
+    let mut records = Records {
         description: None,
         states: BTreeSet::new(),
         mazes: BTreeSet::new(),
         unpacked: 0,
         read: 0,
-        take,
+        on_state,
     };
-    // Bytes read, and how many of them are records that make sense. No more is ever read than
-    // what the next record needs.
-    let (mut length, mut whole) = (0, 0);
-    let ending = loop {
+    // Bytes read, and how many of them are intact records. Nothing is read beyond the next record.
+    let (mut length, mut intact) = (0, 0);
+    let integrity = loop {
         match reader.next_event() {
-            None => break Ending::Closed,
+            None => break Integrity::Closed,
             Some(Ok(LinearReadEvent::ReadRequest(need))) => {
-                // The buffer grows with what has come, up to twice what is needed.
+                // The buffer grows as bytes arrive, up to twice what is needed.
                 if need > STEP_BYTES && !memory::is_available(2 * need) {
-                    return Err(NoRecording::OutOfMemory);
+                    return Err(ReadError::OutOfMemory);
                 }
                 let count = source.read(reader.insert(need.min(STEP_BYTES)))?;
                 reader.notify_read(count);
                 length += count as u64;
-                assembly.read = length;
+                records.read = length;
             }
             Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                if let Err(reason) = assembly.take(opcode, data)? {
-                    break Ending::Damaged { whole, reason };
+                if let Err(reason) = records.add(opcode, data)? {
+                    break Integrity::Damaged { intact, reason };
                 }
-                whole = length;
+                intact = length;
             }
-            Some(Err(McapError::UnexpectedEof)) => break Ending::Cut { whole, length },
-            Some(Err(McapError::BadMagic)) if whole == 0 => return Err(NoRecording::NoMcap),
+            Some(Err(McapError::UnexpectedEof)) => break Integrity::Truncated { intact, length },
+            Some(Err(McapError::BadMagic)) if intact == 0 => return Err(ReadError::NotMcap),
             Some(Err(error)) => {
-                break Ending::Damaged { whole, reason: Escaped(error).to_string() };
+                break Integrity::Damaged { intact, reason: Escaped(error).to_string() };
             }
         }
     };
-    let Some(description) = assembly.description else {
-        let (at, found) = match ending {
-            Ending::Closed | Ending::Cut { .. } => (length, "the end of the file".into()),
-            Ending::Damaged { whole, reason } => (whole, reason),
+    let Some(description) = records.description else {
+        let (at, found) = match integrity {
+            Integrity::Closed | Integrity::Truncated { .. } => {
+                (length, "the end of the file".into())
+            }
+            Integrity::Damaged { intact, reason } => (intact, reason),
         };
-        return Err(NoRecording::NoDescription { at, found });
+        return Err(ReadError::MissingDescription { at, found });
     };
-    Ok((description, ending))
+    Ok((description, integrity))
 }
 
-/// A recording that is read record by record.
-struct Assembly<T> {
+/// The records read so far.
+struct Records<F> {
     description: Option<Description>,
-    /// The channels that carry states, and those that carry the maze.
+    /// Channels of states.
     states: BTreeSet<u16>,
+    /// Channels of the maze.
     mazes: BTreeSet<u16>,
-    /// How many bytes were unpacked from chunks.
+    /// Bytes decompressed from chunks.
     unpacked: u64,
-    /// How many bytes of the file were read.
+    /// Bytes read from the file.
     read: u64,
-    take: T,
+    on_state: F,
 }
 
-impl<T: FnMut(&Description, &[u8], u64) -> Result<(), NoRecording>> Assembly<T> {
-    /// Takes a record of any kind; the inner error says what is wrong with it.
-    fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, NoRecording> {
+impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
+    /// Adds a record of any kind. The inner error says what is wrong with the record.
+    fn add(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
         if opcode != op::CHUNK {
-            return self.take_plain(opcode, body);
+            return self.add_plain(opcode, body);
         }
         if !memory::is_available(MAX_CHUNK_BYTES) {
-            return Err(NoRecording::OutOfMemory);
+            return Err(ReadError::OutOfMemory);
         }
         let records = match chunk::unpack(body, MAX_CHUNK_BYTES) {
             Ok(records) => records,
             Err(reason) => return Ok(Err(reason)),
         };
         self.unpacked += records.len() as u64;
-        let most = MAX_UNPACKED_BYTES + MAX_UNPACKED_FOR_EACH * self.read;
-        if self.unpacked > most {
-            return Ok(Err(format!("chunks of more than {most} bytes")));
+        let max = MAX_UNPACKED_BYTES + MAX_COMPRESSION_RATIO * self.read;
+        if self.unpacked > max {
+            return Ok(Err(format!("chunks of more than {max} bytes")));
         }
         for record in chunk::records(&records) {
-            match record.map(|(opcode, body)| self.take_plain(opcode, body)) {
+            match record.map(|(opcode, body)| self.add_plain(opcode, body)) {
                 Ok(Ok(Ok(()))) => {}
                 Ok(result) => return result,
                 Err(reason) => return Ok(Err(reason)),
@@ -138,19 +168,18 @@ impl<T: FnMut(&Description, &[u8], u64) -> Result<(), NoRecording>> Assembly<T> 
         Ok(Ok(()))
     }
 
-    /// Takes a record that is no chunk.
-    fn take_plain(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, NoRecording> {
-        // Of the other kinds nothing is needed.
-        let most = match opcode {
+    /// Adds a record that is not a chunk.
+    fn add_plain(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
+        let max = match opcode {
             op::METADATA | op::CHANNEL => MAX_DESCRIPTION_BYTES,
             op::MESSAGE => MAX_CHUNK_BYTES,
             _ => return Ok(Ok(())),
         };
-        if body.len() > most {
+        if body.len() > max {
             return Ok(Ok(()));
         }
         if !strings_fit(opcode, body) {
-            return Ok(Err("a length goes beyond the end of its record".into()));
+            return Ok(Err("a length that exceeds its record".into()));
         }
         match (mcap::parse_record(opcode, body), &mut self.description) {
             (Ok(Record::Metadata(record)), None) if record.name == METADATA => {
@@ -176,7 +205,7 @@ impl<T: FnMut(&Description, &[u8], u64) -> Result<(), NoRecording>> Assembly<T> 
             {
                 match Request::decode(&data, description.size) {
                     Ok(Request::State(_)) => {
-                        (self.take)(description, &data, header.log_time)?;
+                        (self.on_state)(description, &data, header.log_time)?;
                     }
                     Ok(_) => return Ok(Err("expected a state, found another request".into())),
                     Err(error) => return Ok(Err(error.to_string())),
@@ -189,13 +218,13 @@ impl<T: FnMut(&Description, &[u8], u64) -> Result<(), NoRecording>> Assembly<T> 
     }
 }
 
-/// Whether each string in a record of metadata or a channel ends inside of the record. For one
-/// that does not, mcap reserves as many bytes as its length says, up to 4 GiB, before it finds out.
+/// Returns whether each string in a metadata or channel record ends inside the record. If one does
+/// not, mcap reserves as many bytes as its length says, up to 4 GiB, before it reports an error.
 fn strings_fit(opcode: u8, body: &[u8]) -> bool {
     let fit = || {
         let rest = match opcode {
             op::METADATA => after_string(body)?,
-            // Behind two numbers of two bytes each.
+            // The strings follow two numbers of two bytes each.
             op::CHANNEL => after_string(after_string(body.get(4..)?)?)?,
             _ => return Some(()),
         };
@@ -209,37 +238,38 @@ fn strings_fit(opcode: u8, body: &[u8]) -> bool {
     fit().is_some()
 }
 
-/// What follows the string at the beginning, which stands behind its length in bytes.
+/// Skips a string, which is preceded by its length in four bytes.
 fn after_string(bytes: &[u8]) -> Option<&[u8]> {
     let (length, rest) = bytes.split_first_chunk()?;
     rest.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)
 }
 
-/// Reads what a recording says of its simulation.
-fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, NoRecording> {
-    let wrong = |what: String| NoRecording::Description(what);
-    let info = info.ok_or_else(|| wrong("info is missing".into()))?;
-    let info: Info =
-        serde_json::from_str(info).map_err(|error| wrong(format!("info is no JSON: {error}")))?;
+/// Parses the description of the simulation.
+fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadError> {
+    let invalid = |what: String| ReadError::InvalidDescription(what);
+    let info = info.ok_or_else(|| invalid("info is missing".into()))?;
+    let info: Info = serde_json::from_str(info)
+        .map_err(|error| invalid(format!("info is not valid JSON: {error}")))?;
     let sides = (info.width, info.height);
     let size = info.size().ok_or_else(|| {
-        wrong(format!("the maze has {}x{} cells, not 1x1 to 32x32", sides.0, sides.1))
+        invalid(format!("the maze has {}x{} cells, not 1x1 to 32x32", sides.0, sides.1))
     })?;
     if info.start_pose().is_none_or(|start| !size.contains(start.cell)) {
-        return Err(wrong(format!("the start is none in a maze of {size} cells")));
+        return Err(invalid(format!("the start is not in the maze of {size} cells")));
     }
     let maze = maze.map(|text| read_maze(text.as_bytes(), size)).transpose()?;
     let info = Info { name: Escaped(&info.name).to_string(), ..info };
     Ok(Description { info, size, maze })
 }
 
-/// Reads a maze, drawn, of which the states have this size.
-fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, NoRecording> {
-    let wrong = |what: String| NoRecording::Description(what);
-    let maze = Maze::parse(text).map_err(|error| wrong(format!("the maze is none: {error}")))?;
+/// Parses the text of a maze, which must have the size of the states.
+fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> {
+    let invalid = |what: String| ReadError::InvalidDescription(what);
+    let maze =
+        Maze::parse(text).map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
     if maze.size() != size {
         let other = maze.size();
-        return Err(wrong(format!("the maze has {other} cells, but the states have {size}")));
+        return Err(invalid(format!("the maze has {other} cells, but the states have {size}")));
     }
     Ok(maze)
 }
@@ -252,7 +282,8 @@ mod tests {
     use mmsim_protocol::MazeSize;
 
     use super::*;
-    use crate::{Recording, RecordingWriter, Simulation};
+    use crate::recording::Recording;
+    use crate::writer::RecordingWriter;
 
     const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
@@ -260,13 +291,16 @@ mod tests {
         [b"S\x00\x00NC\x01".to_vec(), vec![number], b"C\x0d\x00".to_vec()].concat()
     }
 
-    /// The bytes of a recording of so many states.
+    fn info(maze: &Maze) -> Info {
+        Info::new("small", maze.size(), maze.start(), maze.goals(), 0)
+    }
+
+    /// Returns the bytes of a recording with this many states.
     fn recorded(states: u8) -> Vec<u8> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.mcap");
-        let simulation = Simulation::new("small", MAZE.parse().unwrap());
-        let mut writer =
-            RecordingWriter::create(&path, &simulation.info(), Some(simulation.maze())).unwrap();
+        let maze = MAZE.parse().unwrap();
+        let mut writer = RecordingWriter::create(&path, &info(&maze), Some(&maze)).unwrap();
         for number in 0..states {
             writer.write(&state(number)).unwrap();
         }
@@ -275,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_is_read_as_it_was_written() {
+    fn a_recording_survives_a_round_trip() {
         let recording = Recording::read(&recorded(200)[..]).unwrap();
         assert_eq!(recording.maze().unwrap().to_string(), MAZE);
         let size = MazeSize::new(2, 1).unwrap();
@@ -283,13 +317,13 @@ mod tests {
         assert_eq!(recording.info().name, "small");
         assert!(recording.history().iter().eq((0..200).map(state)));
         assert!(recording.times().iter().is_sorted() && recording.times().len() == 200);
-        assert_eq!(*recording.ending(), Ending::Closed);
+        assert_eq!(*recording.integrity(), Integrity::Closed);
     }
 
     #[test]
-    fn cut_at_any_byte_it_shows_the_whole_states_or_says_what_is_missing() {
+    fn a_file_truncated_anywhere_gives_its_intact_states_or_an_error() {
         let bytes = recorded(5);
-        // Where each state ends: its bytes are at the end of its record.
+        // Offset of the end of each state, which is the end of its record.
         let ends: Vec<usize> = (0..5)
             .map(|number| {
                 let state = state(number);
@@ -303,13 +337,14 @@ mod tests {
                     let states = ends.iter().filter(|&&end| end <= length).count();
                     let expected = (0..5).map(state).take(states);
                     assert!(recording.history().iter().eq(expected), "{length} bytes");
-                    let Ending::Cut { whole, length: found } = *recording.ending() else {
-                        panic!("{length} bytes: {:?}", recording.ending())
+                    let Integrity::Truncated { intact, length: found } = *recording.integrity()
+                    else {
+                        panic!("{length} bytes: {:?}", recording.integrity())
                     };
                     assert_eq!(found, length as u64);
                     assert!(
-                        whole <= found
-                            && ends.iter().all(|&end| end > length || end as u64 <= whole)
+                        intact <= found
+                            && ends.iter().all(|&end| end > length || end as u64 <= intact)
                     );
                     described = true;
                 }
@@ -321,7 +356,7 @@ mod tests {
             }
         }
         assert!(described);
-        assert_eq!(*Recording::read(&bytes[..]).unwrap().ending(), Ending::Closed);
+        assert_eq!(*Recording::read(&bytes[..]).unwrap().integrity(), Integrity::Closed);
     }
 
     #[test]
@@ -332,27 +367,29 @@ mod tests {
             let mut changed = bytes.clone();
             changed[at] ^= 0x55;
             match Recording::read(&changed[..]) {
-                Ok(recording) => noticed += usize::from(*recording.ending() != Ending::Closed),
+                Ok(recording) => {
+                    noticed += usize::from(*recording.integrity() != Integrity::Closed)
+                }
                 Err(_) => noticed += 1,
             }
         }
         assert!(noticed > bytes.len() / 2, "{noticed} of {}", bytes.len());
     }
 
-    /// Found by fuzzing: memory was reserved for as much as a length promised.
+    /// Found by fuzzing: as much memory was reserved as a length promised.
     #[test]
-    fn a_length_beyond_its_record_is_told_before_it_is_believed() {
+    fn a_length_that_exceeds_its_record_reserves_no_memory() {
         for (string, described) in [(&b"\x05\0\0\0mmsim"[..], false), (b"\x06\0\0\0/state", true)] {
             let mut bytes = recorded(1);
             let at = bytes.windows(string.len()).position(|bytes| bytes == string).unwrap();
             bytes[at + 3] = 0xff;
-            let wrong = "a length goes beyond the end of its record";
+            let wrong = "a length that exceeds its record";
             match Recording::read(&bytes[..]) {
                 Ok(recording) => {
                     assert!(described);
                     assert!(recording.history().is_empty());
                     assert!(
-                        matches!(recording.ending(), Ending::Damaged { reason, .. } if reason == wrong)
+                        matches!(recording.integrity(), Integrity::Damaged { reason, .. } if reason == wrong)
                     );
                 }
                 Err(error) => assert!(!described && error.to_string().contains(wrong), "{error}"),
@@ -360,23 +397,25 @@ mod tests {
         }
     }
 
-    /// Found by fuzzing: the name of a compression went to the terminal as it stood in the file.
+    /// Found by fuzzing: the name of a compression was printed without escaping.
     #[test]
-    fn what_a_damaged_file_says_is_escaped() {
+    fn text_of_a_damaged_file_is_escaped() {
         let mut bytes = recorded(0);
         let data_end =
             bytes.windows(9).position(|bytes| bytes == b"\x0f\x04\0\0\0\0\0\0\0").unwrap();
         bytes.truncate(data_end);
-        // A chunk: its length, 28 bytes of times, length and checksum, and the compression's name.
+        // A chunk: its length; 28 bytes of times, length and checksum; the name of the compression.
         bytes.extend([6, 44, 0, 0, 0, 0, 0, 0, 0]);
         bytes.extend([[0; 28].as_slice(), &[4, 0, 0, 0], b"\x1b[2J", &[0; 8]].concat());
         let recording = Recording::read(&bytes[..]).unwrap();
-        let Ending::Damaged { reason, .. } = recording.ending() else { panic!("{recording:?}") };
-        insta::assert_snapshot!(reason, @r#"a chunk packed with "\x1b[2J""#);
+        let Integrity::Damaged { reason, .. } = recording.integrity() else {
+            panic!("{recording:?}")
+        };
+        insta::assert_snapshot!(reason, @r#"a chunk with the unknown compression "\x1b[2J""#);
     }
 
     #[test]
-    fn what_is_no_recording_is_told() {
+    fn other_files_are_errors() {
         let error = |bytes: &[u8]| Recording::read(bytes).unwrap_err().to_string();
         insta::assert_snapshot!(error(b""), @"expected a recording's description of its maze, found the end of the file at byte 0");
         insta::assert_snapshot!(error(b"o---o---o\n"), @"expected a recording, which is an MCAP file, found something else at byte 0");
@@ -395,18 +434,17 @@ mod tests {
             )
         };
         insta::assert_snapshot!(other(&[]), @"expected a recording's description of its maze, found one in which info is missing");
-        insta::assert_snapshot!(other(&[("info", "{}")]), @"expected a recording's description of its maze, found one in which info is no JSON: missing field `name` at line 1 column 2");
+        insta::assert_snapshot!(other(&[("info", "{}")]), @"expected a recording's description of its maze, found one in which info is not valid JSON: missing field `name` at line 1 column 2");
         insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"expected a recording's description of its maze, found one in which the maze has 40x1 cells, not 1x1 to 32x32");
-        insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"expected a recording's description of its maze, found one in which the start is none in a maze of 2x1 cells");
-        insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"expected a recording's description of its maze, found one in which the maze is none: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
+        insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"expected a recording's description of its maze, found one in which the start is not in the maze of 2x1 cells");
+        insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"expected a recording's description of its maze, found one in which the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
         insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"expected a recording's description of its maze, found one in which the maze has 2x1 cells, but the states have 3x1");
     }
 
     #[test]
-    fn a_file_that_another_tool_packed_is_read_as_well() {
+    fn chunks_of_other_tools_are_read() {
         let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
-        let simulation = Simulation::new("small", MAZE.parse().unwrap());
-        let info = serde_json::to_string(&simulation.info()).unwrap();
+        let info = serde_json::to_string(&info(&MAZE.parse().unwrap())).unwrap();
         let metadata = [(INFO.into(), info)].into();
         mcap.write_metadata(&mcap::records::Metadata { name: METADATA.into(), metadata }).unwrap();
         let [topic, encoding] = STATES;
@@ -424,6 +462,6 @@ mod tests {
         let recording = Recording::read(&mcap.into_inner().into_inner()[..]).unwrap();
         assert!(recording.history().iter().eq((0..100).map(state)));
         assert_eq!((recording.times().last(), recording.maze()), (Some(106), None));
-        assert_eq!(*recording.ending(), Ending::Closed);
+        assert_eq!(*recording.integrity(), Integrity::Closed);
     }
 }

@@ -1,4 +1,4 @@
-//! Every state of a search, in the order in which they came.
+//! Every state of a search, in order.
 
 use std::collections::TryReserveError;
 use std::fmt;
@@ -12,22 +12,19 @@ use crate::memory::reserve;
 use crate::motion_count::{self, MotionCount};
 use crate::slabs::Slabs;
 
-/// States in a block.
-pub(crate) const BLOCK_STATES: usize = 256;
-
-/// How hard blocks are packed. States of real searches come to 9 bytes each at this level; higher
-/// ones take longer and gain nothing.
+/// zstd level of blocks. States of real searches take 9 bytes each at this level; higher levels are
+/// slower and no smaller.
 const LEVEL: i32 = 1;
 
 /// Every state since the last reset, as the bytes of its message.
 ///
-/// The newest states, up to 256, are kept as they came; once there is one more, they are packed
-/// into a block. Neighbouring states differ little, so those of real searches come to some 10 bytes
-/// each. Adding a state never moves those before it, and any of them can be read.
+/// The newest states, up to 256, are stored uncompressed. The next state compresses them into a
+/// block. Consecutive states differ little, so states of real searches take about 10 bytes each.
+/// Appending never moves older states, and any state can be read in microseconds.
 ///
 /// ```
 /// use mmsim_maze::MazeSize;
-/// use mmsim_server::History;
+/// use mmsim_recording::History;
 /// let mut history = History::new(MazeSize::new(2, 1)?);
 /// history.push(b"S\x00\x00NC\x01\x00C\x0d\x00")?;
 /// history.push(b"S\x01\x00EC\x01\x00C\x0d\x17")?;
@@ -36,74 +33,74 @@ const LEVEL: i32 = 1;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct History {
-    /// Length of a state in bytes, the same for all.
+    /// Length of every state in bytes.
     state_bytes: usize,
-    /// How many bytes may be held.
+    /// Maximum memory in bytes.
     limit: usize,
-    /// Blocks of 256 states. One that would not get smaller is as long as its states.
+    /// Compressed blocks of 256 states. Incompressible blocks are stored as they are.
     packed: Slabs,
-    /// The newest states as they came.
+    /// The newest states, uncompressed.
     open: Vec<u8>,
     packer: Packer,
-    /// What leads to the first state of each block.
-    tallies: Vec<MotionCount>,
+    /// Motion from the first state of the history to the first state of each block.
+    motions: Vec<MotionCount>,
     newest: Newest,
-    /// The state before that, as long as the newest can be taken back.
-    before: Newest,
+    /// `newest` before the newest state, for `undo_push`.
+    previous: Newest,
 }
 
-/// The pose of the newest state, as it stands in its message, and what leads to it.
+/// Pose of the newest state, as in its message, and the motion from the first state to it.
 #[derive(Clone, Copy)]
 struct Newest {
     pose: Option<[u8; 3]>,
-    tally: MotionCount,
+    motion: MotionCount,
 }
 
-/// A history that has no room for another state.
+/// A history that has reached its memory limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "cannot keep another state: the {states} so far take the {} MiB of the history; reset empties it \
-     (--history-limit allows more)",
+    "cannot store another state: history limit of {} MiB reached after {states} states (reset, or \
+     raise --history-limit)",
     limit >> 20
 )]
-pub struct Full {
-    /// How many bytes may be held.
+pub struct HistoryFull {
+    /// The limit in bytes.
     pub limit: usize,
-    /// How many states are held.
+    /// Number of states in the history.
     pub states: usize,
 }
 
-/// Why a state was not added to a history.
+/// A state that was not added to a history.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PushError {
-    /// Its message has not the length of a state of this maze.
+    /// The message does not have the length of a state of this maze.
     #[error("expected a state of {expected} bytes, found {found} bytes")]
     Length {
-        /// The length of every state, in bytes.
+        /// Length of every state in bytes.
         expected: usize,
-        /// That of the message.
+        /// Length of the message in bytes.
         found: usize,
     },
-    /// The history is as large as it may be.
+    /// The history has reached its memory limit.
     #[error(transparent)]
-    Full(#[from] Full),
-    /// The system has no memory left for it.
-    #[error("cannot keep another state: out of memory after {states}; reset empties the history")]
+    Full(#[from] HistoryFull),
+    /// The system is out of memory.
+    #[error("cannot store another state: out of memory after {states} states (reset)")]
     OutOfMemory {
-        /// How many states are held.
+        /// Number of states in the history.
         states: usize,
     },
 }
 
 impl History {
-    /// A history without a state, for a maze of this size, limited by the memory of the machine
-    /// alone.
+    /// Creates an empty history for a maze of this size, without a memory limit.
     pub const fn new(size: MazeSize) -> Self {
         Self::with_limit(size, usize::MAX)
     }
 
-    /// A history that holds at most so many bytes. What reading and packing need beside them, about
-    /// a mebibyte, is not counted.
+    /// Creates an empty history that uses at most `limit` bytes, not counting about one MiB of
+    /// working memory for compression.
     pub const fn with_limit(size: MazeSize, limit: usize) -> Self {
         Self {
             state_bytes: state_bytes(size),
@@ -111,36 +108,37 @@ impl History {
             packed: Slabs::new(),
             open: Vec::new(),
             packer: Packer(None),
-            tallies: Vec::new(),
+            motions: Vec::new(),
             newest: Newest::START,
-            before: Newest::START,
+            previous: Newest::START,
         }
     }
 
-    /// How many states there are.
+    /// Returns the number of states.
     pub const fn len(&self) -> usize {
-        self.packed.len() * BLOCK_STATES + self.open.len() / self.state_bytes
+        self.packed.len() * Block::STATES + self.open.len() / self.state_bytes
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no states.
     pub const fn is_empty(&self) -> bool {
         self.packed.len() == 0 && self.open.is_empty()
     }
 
-    /// How many bytes it holds, the packed states with what it takes to find them.
+    /// Returns the memory in use, in bytes.
     pub const fn bytes(&self) -> usize {
-        self.packed.bytes() + self.open.len() + self.tallies.len() * size_of::<MotionCount>()
+        self.packed.bytes() + self.open.len() + self.motions.len() * size_of::<MotionCount>()
     }
 
-    /// How many bytes it may hold.
+    /// Returns the memory limit in bytes.
     pub const fn limit(&self) -> usize {
         self.limit
     }
 
-    /// Adds a state.
+    /// Appends a state.
     ///
     /// # Errors
-    /// The message has not the length of a state, or there is no room for it. No state changes then.
+    /// The message does not have the length of a state, or there is no memory for it. No state
+    /// changes then.
     pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
         if state.len() != self.state_bytes {
             return Err(PushError::Length { expected: self.state_bytes, found: state.len() });
@@ -150,44 +148,45 @@ impl History {
         if self.open.len() == self.block_bytes() {
             self.pack().map_err(out_of_memory)?;
         }
-        let begins_block = self.open.is_empty();
-        let bytes = if begins_block { size_of::<MotionCount>() } else { 0 } + state.len();
+        let starts_block = self.open.is_empty();
+        let bytes = if starts_block { size_of::<MotionCount>() } else { 0 } + state.len();
         if self.bytes().saturating_add(bytes) > self.limit {
-            return Err(Full { limit: self.limit, states }.into());
+            return Err(HistoryFull { limit: self.limit, states }.into());
         }
         let room = self.block_bytes() - self.open.len();
         reserve(&mut self.open, room).map_err(out_of_memory)?;
-        reserve(&mut self.tallies, 1).map_err(out_of_memory)?;
+        reserve(&mut self.motions, 1).map_err(out_of_memory)?;
         self.open.extend_from_slice(state);
-        self.before = self.newest;
+        self.previous = self.newest;
         self.newest.follow(state);
-        if begins_block {
-            self.tallies.push(self.newest.tally);
+        if starts_block {
+            self.motions.push(self.newest.motion);
         }
         Ok(())
     }
 
-    /// Takes back the state that was just added, as if it had never come. Only the newest can be
-    /// taken back for sure: the one before it may be packed.
-    pub(crate) fn take_back(&mut self) {
+    /// Removes the newest state, as if it had never been added. It can be called once after each
+    /// [`push`](Self::push), because older states may be compressed.
+    pub fn undo_push(&mut self) {
         self.open.truncate(self.open.len().saturating_sub(self.state_bytes));
-        self.tallies.truncate(self.len().div_ceil(BLOCK_STATES));
-        self.newest = self.before;
+        self.motions.truncate(self.len().div_ceil(Block::STATES));
+        self.newest = self.previous;
     }
 
-    /// The bytes of the state with this index, counted from 0.
+    /// Returns the state with this index, counted from 0.
     pub fn get(&self, index: usize) -> Option<Vec<u8>> {
         self.reader().get(index).map(<[u8]>::to_vec)
     }
 
-    /// What leads from the first state to the one with this index.
-    pub fn tally(&self, index: usize) -> Option<MotionCount> {
-        self.block(index / BLOCK_STATES)?.unpack()?.tally(index)
+    /// Returns the motion from the first state to the one with this index.
+    pub fn motion_count(&self, index: usize) -> Option<MotionCount> {
+        self.block(index / Block::STATES)?.unpack()?.motion_count(index)
     }
 
-    /// The block with this index, for others to read: state `n` is in block `n / 256`. This copies
-    /// the block as it is kept, so it is quick; unpacking it takes its time wherever it is done.
-    /// `None` if there is no such block, or no memory left for a copy of it.
+    /// Copies the block with this index, which contains state `n` if the index is `n / 256`.
+    ///
+    /// The copy is fast because it stays compressed: the caller decompresses it, on any thread.
+    /// Returns `None` if there is no such block or no memory for the copy.
     pub fn block(&self, index: usize) -> Option<Block> {
         let (states, packed) = match self.packed.get(index) {
             Some(packed) => (packed, packed.len() != self.block_bytes()),
@@ -198,38 +197,38 @@ impl History {
         reserve(&mut copy, states.len()).ok()?;
         copy.extend_from_slice(states);
         Some(Block {
-            first: index * BLOCK_STATES,
-            tally: *self.tallies.get(index)?,
+            first: index * Block::STATES,
+            motion: *self.motions.get(index)?,
             state_bytes: self.state_bytes,
             states: copy,
             packed,
         })
     }
 
-    /// For reading many states: those of a block are unpacked once.
-    pub const fn reader(&self) -> Reader<'_> {
-        Reader { history: self, unpacker: None, block: None, states: Vec::new() }
+    /// Returns a reader for many states. It decompresses each block once if read in order.
+    pub const fn reader(&self) -> HistoryReader<'_> {
+        HistoryReader { history: self, unpacker: None, block: None, states: Vec::new() }
     }
 
-    /// All states, oldest first.
+    /// Iterates over all states, oldest first.
     pub fn iter(&self) -> impl Iterator<Item = Vec<u8>> {
         let mut reader = self.reader();
         (0..self.len()).map_while(move |index| reader.get(index).map(<[u8]>::to_vec))
     }
 
-    /// Forgets all states and frees their memory.
+    /// Removes all states and frees their memory.
     pub fn clear(&mut self) {
         self.packed = Slabs::new();
         self.open = Vec::new();
-        self.tallies = Vec::new();
-        (self.newest, self.before) = (Newest::START, Newest::START);
+        self.motions = Vec::new();
+        (self.newest, self.previous) = (Newest::START, Newest::START);
     }
 
     const fn block_bytes(&self) -> usize {
-        BLOCK_STATES * self.state_bytes
+        Block::STATES * self.state_bytes
     }
 
-    /// Makes a block of the open states.
+    /// Compresses the open states into a block.
     fn pack(&mut self) -> Result<(), TryReserveError> {
         self.packed.push(self.packer.pack(&self.open))?;
         self.open.clear();
@@ -245,55 +244,56 @@ impl fmt::Debug for History {
 }
 
 impl Newest {
-    const START: Self = Self { pose: None, tally: MotionCount { steps: 0, turns: 0 } };
+    const START: Self = Self { pose: None, motion: MotionCount { steps: 0, turns: 0 } };
 
-    /// Goes on to this state.
+    /// Updates to the next state.
     fn follow(&mut self, state: &[u8]) {
         let pose = motion_count::pose(state);
         if let (Some(before), Some(after)) = (self.pose, pose) {
-            self.tally += MotionCount::between(before, after);
+            self.motion += MotionCount::between(before, after);
         }
         self.pose = pose;
     }
 }
 
-/// What packs blocks, made for the first of them, and the room in which it does.
+/// A compressor and its output buffer, both created for the first block.
 struct Packer(Option<(Compressor<'static>, Vec<u8>)>);
 
 impl Packer {
-    /// The block packed, or as it is where that fails or gains nothing: no state may get lost.
+    /// Compresses a block. Returns the block itself if that fails or gains nothing, so that no state
+    /// is lost.
     fn pack<'p>(&'p mut self, block: &'p [u8]) -> &'p [u8] {
         self.try_pack(block).filter(|packed| packed.len() < block.len()).unwrap_or(block)
     }
 
     fn try_pack(&mut self, block: &[u8]) -> Option<&[u8]> {
         if self.0.is_none() {
-            let mut room = Vec::new();
-            reserve(&mut room, zstd::zstd_safe::compress_bound(block.len())).ok()?;
-            self.0 = Some((Compressor::new(LEVEL).ok()?, room));
+            let mut buffer = Vec::new();
+            reserve(&mut buffer, zstd::zstd_safe::compress_bound(block.len())).ok()?;
+            self.0 = Some((Compressor::new(LEVEL).ok()?, buffer));
         }
-        let (compressor, room) = self.0.as_mut()?;
-        compressor.compress_to_buffer(block, room).ok()?;
-        Some(room)
+        let (compressor, buffer) = self.0.as_mut()?;
+        compressor.compress_to_buffer(block, buffer).ok()?;
+        Some(buffer)
     }
 }
 
-/// Reads states of a history, one block at a time.
-pub struct Reader<'h> {
+/// Reads states of a history and caches one decompressed block.
+pub struct HistoryReader<'h> {
     history: &'h History,
     unpacker: Option<Decompressor<'static>>,
-    /// Which block is unpacked, and its states.
+    /// Index of the block in `states`.
     block: Option<usize>,
     states: Vec<u8>,
 }
 
-impl Reader<'_> {
-    /// The bytes of the state with this index, counted from 0; `None` if there is none, or if the
-    /// machine has no memory left to unpack it.
+impl HistoryReader<'_> {
+    /// Returns the state with this index, counted from 0; `None` if there is none or no memory to
+    /// decompress it.
     pub fn get(&mut self, index: usize) -> Option<&[u8]> {
         let (block, History { state_bytes, packed, open, .. }) =
-            (index / BLOCK_STATES, self.history);
-        let start = index % BLOCK_STATES * state_bytes;
+            (index / Block::STATES, self.history);
+        let start = index % Block::STATES * state_bytes;
         let states: &[u8] = match packed.get(block) {
             Some(packed) if packed.len() == self.history.block_bytes() => packed,
             Some(packed) => {
@@ -329,7 +329,7 @@ mod tests {
         number.to_le_bytes().into_iter().cycle().take(state_bytes(MazeSize::CLASSIC)).collect()
     }
 
-    /// A state that no compression makes smaller.
+    /// Returns an incompressible state.
     fn noise(number: u64) -> Vec<u8> {
         let mut seed = number.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
         let mut byte = || {
@@ -342,11 +342,11 @@ mod tests {
     }
 
     #[test]
-    fn every_state_is_kept_across_blocks() {
+    fn every_state_survives_across_blocks() {
         for make in [state, |number| noise(number as u64)] {
             let mut history = History::new(MazeSize::CLASSIC);
             assert!(history.is_empty());
-            for count in 0..3 * BLOCK_STATES + 7 {
+            for count in 0..3 * Block::STATES + 7 {
                 assert_eq!(history.len(), count);
                 assert!(history.get(count).is_none());
                 history.push(&make(count)).unwrap();
@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_state_is_not_kept() {
+    fn messages_of_another_length_are_refused() {
         let mut history = History::new(MazeSize::CLASSIC);
         let error = history.push(b"S").unwrap_err();
         assert_eq!(error, PushError::Length { expected: 518, found: 1 });
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_history_keeps_what_it_has_until_it_is_emptied() {
+    fn a_full_history_refuses_states_until_cleared() {
         let limit = 1 << 20;
         let mut history = History::with_limit(MazeSize::CLASSIC, limit);
         let error = loop {
@@ -384,8 +384,8 @@ mod tests {
         };
         let states = history.len();
         assert!((2000..=limit / 518).contains(&states), "{states} states");
-        assert_eq!(error, Full { limit, states }.into());
-        insta::assert_snapshot!(Full { limit, states: 7 }, @"cannot keep another state: the 7 so far take the 1 MiB of the history; reset empties it (--history-limit allows more)");
+        assert_eq!(error, HistoryFull { limit, states }.into());
+        insta::assert_snapshot!(HistoryFull { limit, states: 7 }, @"cannot store another state: history limit of 1 MiB reached after 7 states (reset, or raise --history-limit)");
         assert!(history.push(&noise(0)).is_err());
         assert!(history.iter().enumerate().all(|(index, kept)| kept == noise(index as u64)));
         assert_eq!(history.len(), states);
@@ -395,22 +395,22 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_state_can_be_taken_back() {
+    fn the_newest_state_can_be_undone() {
         let mut history = History::new(MazeSize::CLASSIC);
-        history.take_back();
-        for number in 0..2 * BLOCK_STATES + 2 {
+        history.undo_push();
+        for number in 0..2 * Block::STATES + 2 {
             history.push(&state(usize::MAX)).unwrap();
-            history.take_back();
+            history.undo_push();
             assert_eq!(history.len(), number);
             history.push(&state(number)).unwrap();
         }
-        assert!(history.iter().eq((0..2 * BLOCK_STATES + 2).map(state)));
+        assert!(history.iter().eq((0..2 * Block::STATES + 2).map(state)));
     }
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(50))]
         #[test]
-        fn a_history_is_a_list(
+        fn a_history_equals_a_list(
             (width, height) in (1usize..=8, 1usize..=8),
             bytes in prop::collection::vec(any::<u8>(), 1..40),
             count in 0usize..2000,

@@ -1,14 +1,13 @@
-//! Memory that several recordings share.
+//! Memory shared by several recordings.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Limits how much memory all recordings together take that are read within it. A recording gives
-/// its share back when it is dropped.
+/// A memory limit for all recordings that are open together. Dropping a recording frees its share.
 ///
 /// ```
 /// use std::sync::Arc;
-/// use mmsim_server::{MemoryBudget, Recording};
+/// use mmsim_recording::{MemoryBudget, Recording};
 /// let budget = Arc::new(MemoryBudget::new(100 << 20));
 /// let error = Recording::open_within("no-such.mcap".as_ref(), &budget).unwrap_err();
 /// assert!(error.to_string().starts_with("no-such.mcap: cannot be read: "));
@@ -20,30 +19,30 @@ pub struct MemoryBudget {
 }
 
 impl MemoryBudget {
-    /// Room for this many bytes.
+    /// Creates a budget of `limit` bytes.
     pub const fn new(limit: usize) -> Self {
         Self { limit, used: AtomicUsize::new(0) }
     }
 
-    /// Returns how many bytes there is room for in all.
+    /// Returns the limit in bytes.
     pub const fn limit(&self) -> usize {
         self.limit
     }
 
-    /// Returns how many bytes are taken.
+    /// Returns the number of bytes in use.
     pub fn used(&self) -> usize {
         self.used.load(Ordering::Relaxed)
     }
 }
 
 impl Default for MemoryBudget {
-    /// No limit but the memory of the machine.
+    /// Returns a budget without a limit.
     fn default() -> Self {
         Self::new(usize::MAX)
     }
 }
 
-/// A share of a budget, given back when it is dropped.
+/// Memory taken from a budget. Dropping the share returns it.
 #[derive(Debug)]
 pub(crate) struct Share {
     budget: Arc<MemoryBudget>,
@@ -51,7 +50,7 @@ pub(crate) struct Share {
 }
 
 impl Share {
-    /// Nothing yet.
+    /// Creates an empty share.
     pub(crate) fn new(budget: &Arc<MemoryBudget>) -> Self {
         Self { budget: Arc::clone(budget), bytes: 0 }
     }
@@ -60,7 +59,8 @@ impl Share {
         &self.budget
     }
 
-    /// Takes this many bytes in all, if there is room for them.
+    /// Grows the share to `bytes` if the budget allows; returns whether it does. A share never
+    /// shrinks.
     pub(crate) fn grow_to(&mut self, bytes: usize) -> bool {
         let more = bytes.saturating_sub(self.bytes);
         let grow = |used: usize| used.checked_add(more).filter(|&used| used <= self.budget.limit);
@@ -72,7 +72,7 @@ impl Share {
         has_room
     }
 
-    /// Returns how many bytes others have taken.
+    /// Returns the number of bytes in other shares.
     pub(crate) fn others(&self) -> usize {
         self.budget.used().saturating_sub(self.bytes)
     }
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_fill_the_budget_and_give_room_back() {
+    fn dropped_shares_free_the_budget() {
         let budget = Arc::new(MemoryBudget::new(100));
         let (mut one, mut other) = (Share::new(&budget), Share::new(&budget));
         assert!(one.grow_to(60) && one.grow_to(50), "a share never shrinks");

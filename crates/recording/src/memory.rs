@@ -1,27 +1,29 @@
-//! Memory for states, asked for in such a way that a refusal can be answered.
+//! Fallible allocation of memory for states.
 
 use std::collections::TryReserveError;
 use std::hint::black_box;
 
-/// Bytes that must be left for everything else when states take more. What else a process holds is
-/// bounded, and much of it is allocated where failing would end the process.
+/// Memory in bytes that must remain free after an allocation for states.
+///
+/// Everything else in the process has a bounded size, but most of it is allocated infallibly, so
+/// running out of memory there would abort the process.
 const HEADROOM_BYTES: usize = 4 << 20;
 
-/// Makes room for this many more elements, as long as the headroom is left beside them.
+/// Reserves capacity for `additional` more elements if the headroom remains free.
 pub(crate) fn reserve<T>(list: &mut Vec<T>, additional: usize) -> Result<(), TryReserveError> {
     if list.capacity() - list.len() >= additional {
         return Ok(());
     }
-    // The system only counts it; no page of it is touched.
+    // No page of it is touched, so this costs address space only.
     let mut headroom = Vec::<u8>::new();
     headroom.try_reserve_exact(HEADROOM_BYTES)?;
     list.try_reserve(additional)?;
-    // Otherwise the compiler may leave out an allocation that nobody uses.
+    // Otherwise the compiler may remove the unused allocation.
     black_box(&headroom);
     Ok(())
 }
 
-/// Returns whether this many bytes could be allocated now.
+/// Returns whether this many bytes can be allocated now.
 pub(crate) fn is_available(bytes: usize) -> bool {
     let mut list = Vec::<u8>::new();
     let reserved = reserve(&mut list, bytes);
@@ -34,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn more_than_there_can_be_is_refused() {
+    fn an_impossible_size_is_an_error() {
         let mut list = vec![7_u8; 3];
         assert!(reserve(&mut list, usize::MAX / 4).is_err());
         assert_eq!(list, [7; 3]);

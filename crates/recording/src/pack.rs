@@ -1,7 +1,7 @@
-//! Packs closed recordings: less than a tenth of the bytes, the same states.
+//! Compresses closed recordings to less than a tenth of their size.
 //!
-//! The packed file is written beside the recording and takes its place once it is whole, so every
-//! state is in the file of this name at any time, however the process ends.
+//! The compressed file is written next to the recording and replaces it once complete. So the
+//! recording has every state at any time, however the process ends.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, FileTimes};
@@ -17,15 +17,15 @@ use mcap::McapError;
 use tempfile::{Builder, NamedTempFile};
 use tracing::debug;
 
-use super::reader::{STEP_BYTES, read_states};
-use super::save::{PackedWriter, cause};
-use super::writer::{Identity, identity};
-use super::{Ending, NoRecording};
+use crate::error::ReadError;
 use crate::memory;
+use crate::reader::{Integrity, STEP_BYTES, read_states};
+use crate::save::{PackedWriter, io_error};
+use crate::sink::{Identity, identity};
 
 /// State shared by the packer and a server that shuts down.
 #[derive(Default)]
-pub(super) struct Packing {
+pub(crate) struct Packing {
     is_cancelled: AtomicBool,
     /// Path of the temporary file being written.
     unfinished: Mutex<Option<PathBuf>>,
@@ -33,11 +33,11 @@ pub(super) struct Packing {
 
 impl Packing {
     /// Creates a temporary file next to `path`. Fails once packing is cancelled.
-    fn begin(&self, path: &Path) -> io::Result<NamedTempFile> {
+    fn start(&self, path: &Path) -> io::Result<NamedTempFile> {
         let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         self.check()?;
         let name = path.file_name().unwrap_or_default();
-        let file = Builder::new().prefix(name).suffix(UNFINISHED).tempfile_in(folder(path))?;
+        let file = Builder::new().prefix(name).suffix(SUFFIX).tempfile_in(folder(path))?;
         *unfinished = Some(file.path().into());
         Ok(file)
     }
@@ -60,35 +60,35 @@ impl Packing {
     }
 }
 
-/// Fewer states are not worth packing: they take no more than a file system's block.
+/// Recordings with fewer states stay uncompressed: they fit into one block of the file system.
 const MIN_STATES: u32 = 8;
 
-/// What packing needs in memory, about, in bytes.
+/// Approximate memory needed for compression, in bytes.
 const WORKING_BYTES: usize = 8 << 20;
 
-/// Recordings that wait to be packed; further ones stay as they are.
-const MAX_WAITING: usize = 1000;
+/// Maximum number of queued recordings. Further ones stay uncompressed.
+const MAX_QUEUED: usize = 1000;
 
-/// How long the end of a server waits for the recordings that are not packed yet …
-const PATIENCE: Duration = Duration::from_secs(1);
+/// How long shutdown waits for the queue.
+const FINISH_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// … and for the one that is not packed by then to be given up.
-const GIVE_UP: Duration = Duration::from_millis(100);
+/// How long shutdown waits after that for the current recording to be cancelled.
+const CANCEL_TIMEOUT: Duration = Duration::from_millis(100);
 
-/// How the name ends of a file that is being written in place of a recording.
-const UNFINISHED: &str = ".packing";
+/// Suffix of the temporary file.
+const SUFFIX: &str = ".packing";
 
-/// A closed recording whose states are not packed.
-pub(super) struct Unpacked {
-    pub(super) path: PathBuf,
-    pub(super) identity: Identity,
-    /// How many states were acknowledged.
-    pub(super) states: u32,
+/// A closed recording that is not compressed.
+pub(crate) struct Unpacked {
+    pub(crate) path: PathBuf,
+    pub(crate) identity: Identity,
+    /// Number of states that were acknowledged.
+    pub(crate) states: u32,
 }
 
 impl Unpacked {
-    /// Packs the recording, unless that fails or is cancelled. It stays as it is then.
-    pub(super) fn pack(&self, packing: &Packing) -> io::Result<()> {
+    /// Compresses the recording. It stays unchanged if that fails or is cancelled.
+    pub(crate) fn pack(&self, packing: &Packing) -> io::Result<()> {
         let Self { path, identity: expected, states } = self;
         if *states < MIN_STATES {
             return Ok(());
@@ -98,9 +98,9 @@ impl Unpacked {
         }
         let original = File::open(path)?;
         let metadata = original.metadata()?;
-        let beside = packing.begin(path)?;
-        // Tells a server that starts in this folder that somebody still writes it.
-        beside.as_file().try_lock()?;
+        let target = packing.start(path)?;
+        // The lock keeps another server that starts in this folder from removing the file.
+        target.as_file().try_lock()?;
         let (mut writer, mut count) = (None, 0);
         let original = BufReader::with_capacity(STEP_BYTES, original);
         let read = read_states(original, |description, state, time| {
@@ -109,7 +109,7 @@ impl Unpacked {
                 let writer = match &mut writer {
                     Some(writer) => writer,
                     none => none.insert(PackedWriter::new(
-                        BufWriter::new(beside.as_file()),
+                        BufWriter::new(target.as_file()),
                         &description.info,
                         description.maze.as_ref(),
                     )?),
@@ -117,46 +117,46 @@ impl Unpacked {
                 writer.write(time, state)
             };
             count += 1;
-            add().map_err(|error| cause(error).into())
+            add().map_err(|error| io_error(error).into())
         });
-        let (_, ending) = read.map_err(|error| match error {
-            NoRecording::Io(error) => error,
+        let (_, integrity) = read.map_err(|error| match error {
+            ReadError::Io(error) => error,
             error => io::Error::other(error.to_string()),
         })?;
-        let is_whole = count == *states && !matches!(ending, Ending::Damaged { .. });
-        let Some(writer) = writer.filter(|_| is_whole) else {
-            return Err(io::Error::other(format!("{count} states in place of {states}")));
+        let is_complete = count == *states && !matches!(integrity, Integrity::Damaged { .. });
+        let Some(writer) = writer.filter(|_| is_complete) else {
+            return Err(io::Error::other(format!("expected {states} states, found {count}")));
         };
-        drop(writer.finish().map_err(cause)?);
-        beside.as_file().set_permissions(metadata.permissions())?;
-        // The page shows when a recording was last written.
+        drop(writer.finish().map_err(io_error)?);
+        target.as_file().set_permissions(metadata.permissions())?;
+        // The page shows the modification time as the time of the recording.
         let times = FileTimes::new().set_modified(metadata.modified()?);
-        beside.as_file().set_times(times)?;
-        beside.as_file().sync_all()?;
-        // Somebody may have removed it, or put another one there.
+        target.as_file().set_times(times)?;
+        target.as_file().sync_all()?;
+        // Another program may have removed or replaced the recording meanwhile.
         if identity(&fs::metadata(path)?) != *expected {
             return Err(io::ErrorKind::NotFound.into());
         }
-        beside.persist(path)?;
+        target.persist(path)?;
         Ok(())
     }
 }
 
-/// Packs recordings one after the other, in the background, on Linux at a low priority.
-pub(super) struct Packer {
-    waiting: SyncSender<Unpacked>,
+/// A background thread that compresses recordings one at a time, on Linux at a low priority.
+pub(crate) struct Packer {
+    queue: SyncSender<Unpacked>,
     packing: Arc<Packing>,
-    /// Disconnected when all is done.
+    /// Disconnected once the thread has ended.
     done: Receiver<()>,
 }
 
 impl Packer {
-    /// Begins with nothing to do.
+    /// Starts the thread.
     ///
     /// # Errors
-    /// The system has no thread left.
-    pub(super) fn start() -> io::Result<Self> {
-        let (waiting, next) = mpsc::sync_channel::<Unpacked>(MAX_WAITING);
+    /// The thread cannot be created.
+    pub(crate) fn start() -> io::Result<Self> {
+        let (queue, next) = mpsc::sync_channel::<Unpacked>(MAX_QUEUED);
         let (busy, done) = mpsc::channel();
         let packing = Arc::new(Packing::default());
         let shared = Arc::clone(&packing);
@@ -165,39 +165,39 @@ impl Packer {
             lower_priority();
             for unpacked in next {
                 if let Err(error) = unpacked.pack(&shared) {
-                    debug!("{} stays unpacked: {error}", unpacked.path.display());
+                    debug!("{} stays uncompressed: {error}", unpacked.path.display());
                 }
             }
         })?;
-        Ok(Self { waiting, packing, done })
+        Ok(Self { queue, packing, done })
     }
 
-    /// Packs this one as soon as those before it are packed. If too many wait, it stays as it is.
-    pub(super) fn pack(&self, unpacked: Unpacked) {
-        if let Err(error) = self.waiting.try_send(unpacked) {
-            debug!("a recording stays unpacked: {error}");
+    /// Queues a recording. If the queue is full, the recording stays uncompressed.
+    pub(crate) fn pack(&self, unpacked: Unpacked) {
+        if let Err(error) = self.queue.try_send(unpacked) {
+            debug!("a recording stays uncompressed: {error}");
         }
     }
 
-    /// Waits until all are packed, for a second. Those that are not stay as they are.
-    pub(super) fn finish(self) {
-        let Self { waiting, packing, done } = self;
-        drop(waiting);
-        if done.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+    /// Waits up to a second for the queue. The remaining recordings stay uncompressed.
+    pub(crate) fn finish(self) {
+        let Self { queue, packing, done } = self;
+        drop(queue);
+        if done.recv_timeout(FINISH_TIMEOUT) == Err(RecvTimeoutError::Timeout) {
             packing.cancel();
-            let _ = done.recv_timeout(GIVE_UP);
+            let _ = done.recv_timeout(CANCEL_TIMEOUT);
             packing.abandon();
         }
     }
 }
 
-/// Removes what a server that was killed while it packed has left in this folder.
-pub(super) fn remove_unfinished(folder: &Path) -> io::Result<()> {
+/// Removes the temporary files in `folder` left by a server that was killed.
+pub(crate) fn remove_unfinished(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
-        let is_unfinished = name.ends_with(UNFINISHED) && name.contains(".mcap");
-        // Another server holds a lock on the one that it writes.
+        let is_unfinished = name.ends_with(SUFFIX) && name.contains(".mcap");
+        // A server locks the temporary file that it is writing.
         if is_unfinished && File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
             fs::remove_file(&path)?;
         }
@@ -205,13 +205,13 @@ pub(super) fn remove_unfinished(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The folder of a file.
+/// Returns the folder of a file.
 fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Lowers the priority of this thread, but not to the minimum: a server that shuts down waits only a
-/// second for it. Only Linux has a priority for each thread.
+/// Lowers the priority of this thread, but not to the minimum because shutdown waits only a second for
+/// it. Only Linux has priorities for threads.
 fn lower_priority() {
     #[cfg(target_os = "linux")]
     let _ = rustix::process::setpriority_process(None, NICE);
@@ -225,19 +225,23 @@ mod tests {
     use std::time::SystemTime;
 
     use mmsim_maze::{Maze, MazeSize, Walls};
-    use mmsim_protocol::{Cell, state_bytes};
+    use mmsim_protocol::{Cell, Info, state_bytes};
 
-    use super::super::reader::MAX_UNPACKED_FOR_EACH;
     use super::*;
-    use crate::{Recording, RecordingWriter, Simulation};
+    use crate::reader::MAX_COMPRESSION_RATIO;
+    use crate::recording::Recording;
+    use crate::save::save;
+    use crate::writer::RecordingWriter;
 
-    fn simulation() -> Simulation {
-        let size = MazeSize::CLASSIC;
-        let maze = Maze::new(Walls::open(size), Cell::new(0, 0), size.central_cells()).unwrap();
-        Simulation::new("open", maze)
+    fn open_maze(size: MazeSize) -> Maze {
+        Maze::new(Walls::open(size), Cell::new(0, 0), size.central_cells()).unwrap()
     }
 
-    /// A state like those of a search: little changes from one to the next.
+    fn info(maze: &Maze) -> Info {
+        Info::new("open", maze.size(), maze.start(), maze.goals(), 0)
+    }
+
+    /// Returns a state as in a search: consecutive ones differ little.
     fn state(number: u32) -> Vec<u8> {
         let [low, high, ..] = number.to_le_bytes();
         let mut state = vec![7; state_bytes(MazeSize::CLASSIC)];
@@ -247,11 +251,10 @@ mod tests {
         state
     }
 
-    /// A closed recording of so many states, as it was written.
+    /// Returns a closed recording with this many states.
     fn unpacked(folder: &Path, states: u32) -> Unpacked {
-        let (path, simulation) = (folder.join("a.mcap"), simulation());
-        let mut writer =
-            RecordingWriter::create(&path, &simulation.info(), Some(simulation.maze())).unwrap();
+        let (path, maze) = (folder.join("a.mcap"), open_maze(MazeSize::CLASSIC));
+        let mut writer = RecordingWriter::create(&path, &info(&maze), Some(&maze)).unwrap();
         for number in 0..states {
             writer.write(&state(number)).unwrap();
         }
@@ -265,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_packed_recording_is_the_same_recording() {
+    fn compression_preserves_the_recording() {
         let folder = tempfile::tempdir().unwrap();
         let unpacked = unpacked(folder.path(), 5000);
         let then = SystemTime::UNIX_EPOCH + Duration::from_secs(1_000_000_000);
@@ -278,7 +281,8 @@ mod tests {
         assert_eq!((after.info(), after.maze()), (before.0.info(), before.0.maze()));
         assert!(after.history().iter().eq((0..5000).map(state)));
         assert!(after.times().iter().eq(before.0.times().iter()));
-        assert_eq!((after.ending(), after.maze()), (&Ending::Closed, Some(simulation().maze())));
+        assert_eq!(after.maze(), Some(&open_maze(MazeSize::CLASSIC)));
+        assert_eq!(*after.integrity(), Integrity::Closed);
         let metadata = fs::metadata(&unpacked.path).unwrap();
         assert!(metadata.len() * 10 < before.1.len(), "{} bytes", metadata.len());
         assert_eq!(metadata.modified().unwrap(), then);
@@ -287,13 +291,13 @@ mod tests {
     }
 
     #[test]
-    fn other_tools_read_a_packed_recording_from_the_beginning_to_the_end() {
+    fn other_tools_read_a_compressed_recording() {
         let folder = tempfile::tempdir().unwrap();
         let unpacked = unpacked(folder.path(), 5000);
         unpacked.pack(&Packing::default()).unwrap();
         let bytes = fs::read(&unpacked.path).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
-        // Readers that find an index of one kind but not the other show nothing at all.
+        // Readers that find only one of the two kinds of index show nothing.
         assert!(summary.chunk_indexes.is_empty());
         let statistics = summary.stats.unwrap();
         assert_eq!((statistics.message_count, statistics.chunk_count), (5001, 3));
@@ -311,25 +315,25 @@ mod tests {
         assert_eq!(states, 5000);
     }
 
-    /// The most that packing can gain must not look like a file that was made to fill memory.
+    /// The best possible compression must stay below the limit that guards against decompression
+    /// bombs.
     #[test]
-    fn the_same_state_again_and_again_is_read_however_well_it_is_packed() {
+    fn identical_states_stay_below_the_maximum_compression_ratio() {
         let size = MazeSize::HALF_SIZE;
-        let maze = Maze::new(Walls::open(size), Cell::new(0, 0), size.central_cells()).unwrap();
         let mut state = vec![7; state_bytes(size)];
         state[..5].copy_from_slice(b"S\0\0NC");
         state[5 + size.area()] = b'F';
-        let (info, count) = (Simulation::new("", maze).info(), 20_000_u64);
+        let (info, count) = (info(&open_maze(size)), 20_000_u64);
         let mut file = io::Cursor::new(Vec::new());
         let states = (0..count).map(|number| (1 << 60 | number << 14, &state));
-        crate::save_recording(&mut file, &info, None, states).unwrap();
+        save(&mut file, &info, None, states).unwrap();
         let bytes = file.into_inner().len() as u64;
         let unpacked = count * (state.len() as u64 + 31);
-        assert!(unpacked / bytes < MAX_UNPACKED_FOR_EACH, "{} times smaller", unpacked / bytes);
+        assert!(unpacked / bytes < MAX_COMPRESSION_RATIO, "{} times smaller", unpacked / bytes);
     }
 
     #[test]
-    fn what_cannot_be_packed_stays_as_it_is() {
+    fn a_recording_stays_unchanged_if_compression_fails() {
         let folder = tempfile::tempdir().unwrap();
         let Unpacked { path, identity: (device, file), states } = unpacked(folder.path(), 100);
         let bytes = fs::read(&path).unwrap();
@@ -343,35 +347,35 @@ mod tests {
         };
         assert!(pack(states, (device, file), true).is_err());
         assert!(pack(states + 1, (device, file), false).is_err(), "a state is missing");
-        assert!(pack(states - 1, (device, file), false).is_err(), "one too many");
+        assert!(pack(states - 1, (device, file), false).is_err(), "an extra state");
         assert!(pack(states, (device, file ^ 1), false).is_err(), "another file");
-        assert!(pack(MIN_STATES - 1, (device, file), false).is_ok(), "not worth it");
+        assert!(pack(MIN_STATES - 1, (device, file), false).is_ok(), "too few states");
     }
 
     #[test]
-    fn a_packer_that_is_abandoned_leaves_nothing_behind() {
+    fn an_abandoned_packer_leaves_no_file() {
         let folder = tempfile::tempdir().unwrap();
         let recording = unpacked(folder.path(), 100).path;
         let packing = Packing::default();
-        let beside = packing.begin(&recording).unwrap();
+        let target = packing.start(&recording).unwrap();
         assert_eq!(files(folder.path()), 2);
         packing.cancel();
         packing.abandon();
         assert_eq!(files(folder.path()), 1);
-        assert!(packing.begin(&recording).is_err());
-        assert!(beside.persist(&recording).is_err(), "too late");
+        assert!(packing.start(&recording).is_err());
+        assert!(target.persist(&recording).is_err(), "too late");
         assert_eq!(Recording::open(&recording).unwrap().history().len(), 100);
     }
 
     #[test]
-    fn recordings_that_wait_are_packed_in_the_background() {
+    fn queued_recordings_are_compressed_in_the_background() {
         let folders: Vec<_> = (0..20).map(|_| tempfile::tempdir().unwrap()).collect();
         let packer = Packer::start().unwrap();
         for folder in &folders {
             packer.pack(unpacked(folder.path(), 100));
         }
-        let Packer { waiting, done, .. } = packer;
-        drop(waiting);
+        let Packer { queue, done, .. } = packer;
+        drop(queue);
         assert_eq!(done.recv_timeout(Duration::from_secs(60)), Err(RecvTimeoutError::Disconnected));
         for folder in &folders {
             let path = folder.path().join("a.mcap");
@@ -382,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_killed_server_has_left_is_removed() {
+    fn leftovers_of_a_killed_server_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str| {
             let path = folder.path().join(name);

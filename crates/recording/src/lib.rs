@@ -1,0 +1,48 @@
+//! Recordings of micromouse searches: every state that a client reports, in memory and in files.
+//!
+//! A recording is an [MCAP](https://mcap.dev) file with the states of one simulation, from reset to
+//! reset. It survives a crash of the process up to the last state, and other tools can open it.
+//! docs/recordings.md describes its content.
+//!
+//! [`RecordingWriter`] writes one file and [`Recorder`] one file for each simulation; [`save`] writes
+//! states that are already in memory. [`Recording`] reads a file. A [`History`] holds millions of
+//! states in memory, compressed, and reads any of them in microseconds; [`Times`] holds the time of
+//! each.
+#![forbid(unsafe_code)]
+
+mod block;
+mod budget;
+mod chunk;
+mod clock;
+mod error;
+mod history;
+mod layout;
+mod memory;
+mod motion_count;
+mod pack;
+mod reader;
+mod recorder;
+mod recording;
+mod save;
+mod sink;
+mod slabs;
+mod times;
+mod writer;
+
+pub use block::{Block, States};
+pub use budget::MemoryBudget;
+pub use clock::Clock;
+pub use error::{OpenError, ReadError, RecordError};
+pub use history::{History, HistoryFull, HistoryReader, PushError};
+pub use motion_count::MotionCount;
+pub use reader::Integrity;
+pub use recorder::Recorder;
+pub use recording::Recording;
+pub use save::save;
+pub use times::Times;
+pub use writer::RecordingWriter;
+
+/// Compiles and runs the code in the README of this crate.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,221 @@
+//! Records each simulation into a new file in a folder.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use mmsim_maze::Maze;
+use mmsim_protocol::Info;
+use tracing::debug;
+
+use crate::error::RecordError;
+use crate::pack::{Packer, remove_unfinished};
+use crate::writer::RecordingWriter;
+
+/// How many names are tried for a file.
+const MAX_TRIES: u32 = 10_000;
+
+/// Maximum length of the maze's name in a file name, in bytes. File systems allow 255 bytes in all.
+const MAX_NAME_BYTES: usize = 100;
+
+/// Records simulations into a folder, one file for each simulation from reset to reset.
+///
+/// A file is created with its first state and compressed in the background once it is closed. Its
+/// name consists of the local time of the first state, the maze and a counter, such as
+/// `2026-11-21_18-19-49_harbour_0001.mcap`.
+pub struct Recorder {
+    folder: PathBuf,
+    /// Counter of the newest file.
+    number: u32,
+    current: Option<RecordingWriter>,
+    /// Reserves a file descriptor for the next file, because connections may use all others.
+    spare: Option<File>,
+    /// `None` until the first recording is closed.
+    packer: Option<Packer>,
+}
+
+impl Recorder {
+    /// Creates a recorder for `folder`, and the folder if it does not exist.
+    ///
+    /// # Errors
+    /// The folder, or a file in it, cannot be created.
+    pub fn new(folder: &Path) -> Result<Self, RecordError> {
+        let failed = |error| RecordError::new(folder, error);
+        fs::create_dir_all(folder).map_err(failed)?;
+        if let Err(error) = remove_unfinished(folder) {
+            debug!("cannot remove temporary files in {}: {error}", folder.display());
+        }
+        let spare = tempfile::tempfile_in(folder).map_err(failed)?;
+        Ok(Self {
+            folder: folder.into(),
+            number: 0,
+            current: None,
+            spare: Some(spare),
+            packer: None,
+        })
+    }
+
+    /// Appends a state to the current file. If none is open, creates one for the simulation and the
+    /// maze that `describe` returns.
+    ///
+    /// # Errors
+    /// The state cannot be recorded.
+    pub fn write<'m>(
+        &mut self,
+        state: &[u8],
+        describe: impl FnOnce() -> (Info, &'m Maze),
+    ) -> Result<(), RecordError> {
+        if let Some(current) = &mut self.current {
+            return current.write(state);
+        }
+        let (info, maze) = describe();
+        self.spare = None;
+        let written =
+            self.create(&info, maze).and_then(|new| self.current.insert(new).write(state));
+        self.reserve_descriptor();
+        written
+    }
+
+    /// Closes the current file, if there is one, and queues it for compression.
+    ///
+    /// # Errors
+    /// The summary cannot be written. All states are readable nevertheless.
+    pub fn close(&mut self) -> Result<(), RecordError> {
+        let Some(current) = self.current.take() else { return Ok(()) };
+        let (unpacked, closed) = current.close_unpacked();
+        self.reserve_descriptor();
+        if self.packer.is_none() {
+            self.packer = Packer::start().ok();
+        }
+        if let Some(packer) = &self.packer {
+            packer.pack(unpacked);
+        }
+        closed
+    }
+
+    /// Waits up to a second for closed files to be compressed. The remaining ones stay uncompressed.
+    pub fn finish(self) {
+        if let Some(packer) = self.packer {
+            packer.finish();
+        }
+    }
+
+    fn reserve_descriptor(&mut self) {
+        if self.spare.is_none() && self.current.is_none() {
+            self.spare = tempfile::tempfile_in(&self.folder).or_else(|_| tempfile::tempfile()).ok();
+        }
+    }
+
+    fn create(&mut self, info: &Info, maze: &Maze) -> Result<RecordingWriter, RecordError> {
+        fs::create_dir_all(&self.folder).map_err(|error| RecordError::new(&self.folder, error))?;
+        let time = jiff::Zoned::now().strftime("%Y-%m-%d_%H-%M-%S");
+        let name = file_name(&info.name);
+        loop {
+            self.number += 1;
+            let path = self.folder.join(format!("{time}_{name}_{:04}.mcap", self.number));
+            match RecordingWriter::create(&path, info, Some(maze)) {
+                // Another server, or an earlier run of this one, has used the name.
+                Err(RecordError { source, .. })
+                    if source.kind() == std::io::ErrorKind::AlreadyExists
+                        && !self.number.is_multiple_of(MAX_TRIES) => {}
+                result => return result,
+            }
+        }
+    }
+}
+
+/// Converts the name of a maze to part of a file name that is valid on any system.
+fn file_name(maze: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || "-.".contains(c) { c } else { '-' };
+    let mut room = MAX_NAME_BYTES;
+    let fits = |c: &char| {
+        room = room.saturating_sub(c.len_utf8());
+        room > 0
+    };
+    maze.chars().map(plain).take_while(fits).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reader::Integrity;
+    use crate::recording::Recording;
+
+    const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
+    const STATES: [&[u8]; 2] = [b"S\x00\x00NC\x01\x00C\x0d\x00", b"S\x01\x00EC\x01\x00C\x0d\x17"];
+
+    fn write(recorder: &mut Recorder, state: &[u8]) -> Result<(), RecordError> {
+        let maze: Maze = MAZE.parse().unwrap();
+        let info = Info::new("a/b c", maze.size(), maze.start(), maze.goals(), 0);
+        recorder.write(state, || (info, &maze))
+    }
+
+    fn files(folder: &Path) -> Vec<PathBuf> {
+        let mut files: Vec<_> =
+            fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        files.sort();
+        files
+    }
+
+    #[test]
+    fn each_simulation_has_a_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("new/folder");
+        let mut recorder = Recorder::new(&folder).unwrap();
+        recorder.close().unwrap();
+        assert!(files(&folder).is_empty(), "a file is created with its first state");
+        for state in STATES {
+            write(&mut recorder, state).unwrap();
+        }
+        recorder.close().unwrap();
+        assert_eq!(files(&folder).len(), 1);
+        write(&mut recorder, STATES[1]).unwrap();
+        let files = files(&folder);
+        assert_eq!(files.len(), 2);
+        for (number, (file, states)) in files.iter().zip([&STATES[..], &STATES[1..]]).enumerate() {
+            let name = file.file_name().unwrap().to_str().unwrap();
+            assert!(name.ends_with(&format!("_a-b-c_000{}.mcap", number + 1)), "{name}");
+            let recording = Recording::open(file).unwrap();
+            assert!(recording.history().iter().eq(states.iter().copied()), "{name}");
+            assert_eq!(recording.maze().unwrap().to_string(), MAZE);
+            assert_eq!(*recording.integrity() == Integrity::Closed, number == 0);
+        }
+        recorder.close().unwrap();
+        assert_eq!(*Recording::open(&files[1]).unwrap().integrity(), Integrity::Closed);
+    }
+
+    /// Windows does not remove a folder with an open file.
+    #[cfg(unix)]
+    #[test]
+    fn a_removed_folder_refuses_states_until_close() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("lost");
+        let mut recorder = Recorder::new(&folder).unwrap();
+        write(&mut recorder, STATES[0]).unwrap();
+        fs::remove_dir_all(&folder).unwrap();
+        for _ in 0..2 {
+            let error = write(&mut recorder, STATES[1]).unwrap_err().to_string();
+            let expected = ": the file was removed or replaced (reset starts a new one)";
+            assert!(error.ends_with(expected), "{error}");
+        }
+        recorder.close().unwrap();
+        write(&mut recorder, STATES[0]).unwrap();
+        let [file] = &files(&folder)[..] else { panic!() };
+        assert!(Recording::open(file).unwrap().history().iter().eq([STATES[0]]));
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_created_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "").unwrap();
+        let error = Recorder::new(&file.join("folder")).err().unwrap().to_string();
+        assert!(error.starts_with("cannot record in "), "{error}");
+    }
+
+    #[test]
+    fn file_names_are_valid_on_any_file_system() {
+        assert_eq!(file_name("01-harbour.x"), "01-harbour.x");
+        assert_eq!(file_name("../a:b\\c*?\n東京"), "..-a-b-c---東京");
+        assert!(file_name(&"東".repeat(100)).len() <= MAX_NAME_BYTES);
+    }
+}

@@ -1,0 +1,255 @@
+//! Writes whole records to a file that other programs may change.
+
+use std::fs::{self, File, Metadata};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// Device and inode of a file, which tell it from another file of the same name. Both are 0 on
+/// systems without inodes.
+pub(crate) type Identity = (u64, u64);
+
+#[cfg(unix)]
+pub(crate) fn identity(metadata: &Metadata) -> Identity {
+    use std::os::unix::fs::MetadataExt;
+    (metadata.dev(), metadata.ino())
+}
+
+#[cfg(not(unix))]
+pub(crate) fn identity(_: &Metadata) -> Identity {
+    (0, 0)
+}
+
+/// A file that can be appended to and truncated.
+pub(crate) trait Storage: Write {
+    /// Returns the length in bytes. Fails if the file is no longer at its path.
+    fn length(&self) -> io::Result<u64>;
+
+    /// Removes this many bytes from the end and continues writing there.
+    fn cut(&mut self, bytes: u64) -> io::Result<()>;
+}
+
+/// The file of a recording, which other programs may remove, replace or change.
+pub(crate) struct RecordingFile {
+    file: File,
+    path: PathBuf,
+    /// Identity of the file when it was created.
+    identity: Identity,
+}
+
+impl RecordingFile {
+    /// Creates a new file.
+    ///
+    /// On Unix it is opened for appending: a record then goes to the end of the file even if another
+    /// program changed it, so the length afterwards shows the change. Windows cannot truncate a file
+    /// that is open for appending.
+    pub(crate) fn create(path: &Path) -> io::Result<Self> {
+        let mut options = File::options();
+        let file = options.write(true).append(cfg!(unix)).create_new(true).open(path)?;
+        let identity = identity(&file.metadata()?);
+        Ok(Self { file, path: path.into(), identity })
+    }
+
+    pub(crate) const fn identity(&self) -> Identity {
+        self.identity
+    }
+}
+
+impl Write for RecordingFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Storage for RecordingFile {
+    fn length(&self) -> io::Result<u64> {
+        // Writing to a deleted file succeeds, but nobody can read what was written.
+        match fs::metadata(&self.path) {
+            Ok(metadata) if identity(&metadata) == self.identity => Ok(metadata.len()),
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Ok(self.file.metadata()?.len())
+            }
+            _ => Err(io::Error::other("the file was removed or replaced (reset starts a new one)")),
+        }
+    }
+
+    fn cut(&mut self, bytes: u64) -> io::Result<()> {
+        let length = self.file.metadata()?.len().saturating_sub(bytes);
+        self.file.set_len(length)?;
+        self.file.seek(SeekFrom::Start(length)).map(|_| ())
+    }
+}
+
+/// Buffers what is written until it is flushed, then writes all of it or nothing.
+pub(crate) struct Sink<S> {
+    storage: S,
+    /// Length of the complete records in the storage, in bytes.
+    whole: u64,
+    buffer: Vec<u8>,
+    /// Bytes after the complete records: part of a record whose write is unfinished or failed.
+    torn: u64,
+}
+
+impl<S> Sink<S> {
+    pub(crate) const fn new(storage: S) -> Self {
+        Self { storage, whole: 0, buffer: Vec::new(), torn: 0 }
+    }
+}
+
+impl<S: Storage> Sink<S> {
+    fn write_buffer(&mut self) -> io::Result<()> {
+        self.cut_torn()?;
+        let written = self.append().and_then(|()| self.check());
+        match written {
+            Ok(()) => (self.whole, self.torn) = (self.whole + self.torn, 0),
+            // If this fails, the next write tries again first.
+            Err(_) => drop(self.cut_torn()),
+        }
+        written
+    }
+
+    fn append(&mut self) -> io::Result<()> {
+        let mut rest = &self.buffer[..];
+        while !rest.is_empty() {
+            match self.storage.write(rest) {
+                Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+                Ok(count) => {
+                    rest = &rest[count..];
+                    self.torn += count as u64;
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    /// Fails if the file is longer or shorter than what was written to it.
+    fn check(&self) -> io::Result<()> {
+        let (expected, found) = (self.whole + self.torn, self.storage.length()?);
+        if found == expected {
+            return Ok(());
+        }
+        Err(io::Error::other(format!(
+            "another program changed the file: expected {expected} bytes, found {found} (reset \
+             starts a new one)"
+        )))
+    }
+
+    fn cut_torn(&mut self) -> io::Result<()> {
+        if self.torn > 0 {
+            self.storage.cut(self.torn)?;
+            self.torn = 0;
+        }
+        Ok(())
+    }
+}
+
+impl<S: Storage> Write for Sink<S> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.buffer.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let written = self.write_buffer();
+        self.buffer.clear();
+        written
+    }
+}
+
+impl<S> Seek for Sink<S> {
+    /// Returns the current position. Other seeks are unsupported; the MCAP writer makes none.
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        match to {
+            SeekFrom::Current(0) => Ok(self.whole + self.buffer.len() as u64),
+            _ => Err(io::ErrorKind::Unsupported.into()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disk with a capacity of `room` bytes. It cannot truncate while `stuck`.
+    struct Disk {
+        bytes: Vec<u8>,
+        room: usize,
+        stuck: bool,
+    }
+
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let count = bytes.len().min(self.room - self.bytes.len());
+            if count == 0 {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.bytes.extend_from_slice(&bytes[..count]);
+            Ok(count)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Storage for Disk {
+        fn length(&self) -> io::Result<u64> {
+            Ok(self.bytes.len() as u64)
+        }
+
+        fn cut(&mut self, bytes: u64) -> io::Result<()> {
+            if self.stuck {
+                return Err(io::ErrorKind::Other.into());
+            }
+            self.bytes.truncate(self.bytes.len() - usize::try_from(bytes).unwrap());
+            Ok(())
+        }
+    }
+
+    fn put(sink: &mut Sink<Disk>, bytes: &[u8]) -> io::Result<()> {
+        sink.write_all(bytes).unwrap();
+        sink.flush()
+    }
+
+    #[test]
+    fn a_failed_write_leaves_no_trace() {
+        let mut sink = Sink::new(Disk { bytes: Vec::new(), room: 10, stuck: false });
+        put(&mut sink, b"abcdef").unwrap();
+        assert!(put(&mut sink, b"ghijkl").is_err());
+        assert_eq!(sink.stream_position().unwrap(), 6);
+        assert_eq!(sink.storage.bytes, b"abcdef");
+        sink.storage.stuck = true;
+        assert!(put(&mut sink, b"mnopqr").is_err());
+        assert_eq!(sink.storage.bytes, b"abcdefmnop");
+        assert!(put(&mut sink, b"s").is_err(), "a record after a torn one is unreadable");
+        sink.storage.stuck = false;
+        put(&mut sink, b"tu").unwrap();
+        assert_eq!(sink.storage.bytes, b"abcdeftu");
+        sink.storage.room = 20;
+        put(&mut sink, b"vwxyz!").unwrap();
+        assert_eq!((sink.storage.bytes.len(), sink.stream_position().unwrap()), (14, 14));
+    }
+
+    #[test]
+    fn a_file_that_another_program_changed_is_not_written() {
+        let mut sink = Sink::new(Disk { bytes: Vec::new(), room: 100, stuck: false });
+        put(&mut sink, b"abcdef").unwrap();
+        for changed in [&b"abc"[..], b"", b"abcdef?"] {
+            sink.storage.bytes = changed.into();
+            for _ in 0..2 {
+                let error = put(&mut sink, b"ghi").unwrap_err().to_string();
+                let found = format!("expected 9 bytes, found {} (reset", changed.len() + 3);
+                assert!(error.contains(&found), "{error}");
+                assert_eq!(sink.storage.bytes, changed);
+            }
+        }
+        sink.storage.bytes = b"abcdef".into();
+        put(&mut sink, b"ghi").unwrap();
+        assert_eq!(sink.storage.bytes, b"abcdefghi");
+    }
+}

@@ -1,0 +1,108 @@
+//! Byte strings packed into large blocks of memory.
+
+use std::collections::TryReserveError;
+use std::iter;
+
+use crate::memory::reserve;
+
+/// Size of a slab in bytes.
+///
+/// Allocators return large blocks to the system as soon as they are freed, unlike small ones; glibc
+/// always does so above 32 MiB. The unused part of a slab takes address space but no memory.
+const SLAB_BYTES: usize = (32 << 20) + 4096;
+
+/// Size in bytes of the smallest slab, used when memory is short.
+const MIN_SLAB_BYTES: usize = 64 * 1024;
+
+/// A list of byte strings.
+#[derive(Debug, Default)]
+pub(crate) struct Slabs {
+    slabs: Vec<Vec<u8>>,
+    locations: Vec<Location>,
+    bytes: usize,
+}
+
+/// Location of a string.
+#[derive(Clone, Copy, Debug)]
+struct Location {
+    slab: usize,
+    start: usize,
+    length: usize,
+}
+
+impl Slabs {
+    pub(crate) const fn new() -> Self {
+        Self { slabs: Vec::new(), locations: Vec::new(), bytes: 0 }
+    }
+
+    /// Returns the number of strings.
+    pub(crate) const fn len(&self) -> usize {
+        self.locations.len()
+    }
+
+    /// Returns the memory used by the strings and their locations, in bytes.
+    pub(crate) const fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    /// Appends a string. Existing strings do not move.
+    ///
+    /// # Errors
+    /// Out of memory. Nothing changes then.
+    pub(crate) fn push(&mut self, bytes: &[u8]) -> Result<(), TryReserveError> {
+        reserve(&mut self.locations, 1)?;
+        if self.slabs.last().is_none_or(|slab| slab.capacity() - slab.len() < bytes.len()) {
+            reserve(&mut self.slabs, 1)?;
+            self.slabs.push(new_slab(bytes.len())?);
+        }
+        let slab = self.slabs.len() - 1;
+        if let Some(last) = self.slabs.last_mut() {
+            self.locations.push(Location { slab, start: last.len(), length: bytes.len() });
+            last.extend_from_slice(bytes);
+        }
+        self.bytes += bytes.len() + size_of::<Location>();
+        Ok(())
+    }
+
+    /// Returns the string with this index.
+    pub(crate) fn get(&self, index: usize) -> Option<&[u8]> {
+        let &Location { slab, start, length } = self.locations.get(index)?;
+        self.slabs.get(slab)?.get(start..start + length)
+    }
+}
+
+/// Allocates a slab of at least `least` bytes, smaller than usual if memory is short.
+fn new_slab(least: usize) -> Result<Vec<u8>, TryReserveError> {
+    let mut slab = Vec::new();
+    let sizes = iter::successors(Some(SLAB_BYTES), |size| Some(size / 2));
+    let sizes = sizes.take_while(|&size| size >= least.max(MIN_SLAB_BYTES));
+    for size in sizes {
+        if reserve(&mut slab, size).is_ok() {
+            return Ok(slab);
+        }
+    }
+    reserve(&mut slab, least)?;
+    Ok(slab)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strings_survive_across_slabs() {
+        let mut slabs = Slabs::new();
+        let strings = [vec![1; SLAB_BYTES - 10], vec![2; 10], vec![], vec![3; 11], vec![4; 1]];
+        for (count, string) in strings.iter().enumerate() {
+            assert_eq!((slabs.len(), slabs.get(count)), (count, None));
+            slabs.push(string).unwrap();
+        }
+        assert_eq!(slabs.slabs.len(), 2);
+        for (index, string) in strings.iter().enumerate() {
+            assert!(slabs.get(index) == Some(string));
+        }
+        assert_eq!(slabs.bytes(), SLAB_BYTES + 12 + 5 * size_of::<Location>());
+        slabs.push(&vec![5; SLAB_BYTES + 1]).unwrap();
+        assert_eq!(slabs.get(5).map(<[u8]>::len), Some(SLAB_BYTES + 1));
+    }
+}
