@@ -236,7 +236,8 @@ fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, NoRec
 /// Reads a maze, drawn, of which the states have this size.
 fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, NoRecording> {
     let wrong = |what: String| NoRecording::Description(what);
-    let maze = Maze::parse(text).map_err(|error| wrong(format!("the maze is none: {error}")))?;
+    let maze = String::from_utf8_lossy(text).parse();
+    let maze: Maze = maze.map_err(|error| wrong(format!("the maze is none: {error}")))?;
     if maze.size() != size {
         let other = maze.size();
         return Err(wrong(format!("the maze has {other} cells, but the states have {size}")));
