@@ -8,7 +8,8 @@ use std::time::Instant;
 
 use criterion::{BatchSize, Criterion, Throughput};
 use mmsim_client::{InMemory, search_run};
-use mmsim_maze::{Catalogue, Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
+use mmsim_formats::Catalogue;
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::{BundledStrategy, Mouse, Move, Strategy};
 
@@ -41,7 +42,7 @@ fn mazes_of(folders: &[&str], is_wanted: fn(MazeSize) -> bool) -> Vec<Maze> {
 /// There is none of this name.
 pub fn bundled_maze(name: &str) -> Maze {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../mazes");
-    Maze::read(&folder.join(name).with_extension("txt")).unwrap()
+    mmsim_formats::read_maze(&folder.join(name).with_extension("txt")).unwrap()
 }
 
 /// A server of this maze on a free port of loopback.

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mmsim_maze::Catalogue;
+use mmsim_formats::Catalogue;
 use mmsim_solvers::MazeFacts;
 use mmsim_tests::bundled_mazes;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use mmsim_maze::{Cell, CellSet, Maze, MazeSize};
+use mmsim_maze::{Cell, CellSet, MazeSize};
 use mmsim_solvers::MazeFacts;
 use mmsim_tests::shared;
 use serde::Deserialize;
@@ -24,7 +24,7 @@ fn all_text_mazes_equal_their_facts() {
     let facts: BTreeMap<String, Facts> = serde_json::from_slice(&facts).unwrap();
     assert_eq!(facts.len(), 281);
     for (name, facts) in facts {
-        let maze = Maze::read(&folder.join(&name)).unwrap();
+        let maze = mmsim_formats::read_maze(&folder.join(&name)).unwrap();
         let size = MazeSize::new(facts.size[0], facts.size[1]).unwrap();
         let marked: CellSet = facts.goals.iter().map(|&[x, y]| Cell::new(x, y)).collect();
         let goals = if marked.is_empty() { size.central_cells() } else { marked };
@@ -48,7 +48,7 @@ fn trial_mazes_read() {
     for (name, side) in
         [("test_maze_01.txt", 12), ("test_maze_02.txt", 14), ("test_maze_03.txt", 16)]
     {
-        let maze = Maze::read(&folder.join(name)).unwrap();
+        let maze = mmsim_formats::read_maze(&folder.join(name)).unwrap();
         assert_eq!(maze.size(), MazeSize::new(side, side).unwrap(), "{name}");
         assert_eq!(*maze.goals(), maze.size().central_cells(), "{name}");
         let facts = MazeFacts::new(&maze);

@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use mmsim_maze::{Catalogue, Cell, CellSet, Heading, MazeSize, Walls};
+use mmsim_formats::Catalogue;
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 use mmsim_solvers::{Distances, Downhill, Instructions, steps_between};
 use mmsim_tests::{bundled_mazes, shared};
 

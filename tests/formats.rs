@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use mmsim_maze::{Catalogue, Cell, Format, Heading, Maze};
+use mmsim_formats::{Catalogue, Format};
+use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_tests::{bundled_mazes, shared};
 
 /// The mazes of a folder, but for those in the format of the trial.
@@ -23,7 +24,7 @@ fn held(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
         for format in Format::ALL {
             let Ok(content) = format.write(maze) else { continue };
             assert_eq!(Format::detect(&content), format, "{path} as {format}");
-            let back = Maze::parse(&content).unwrap();
+            let back = mmsim_formats::parse_maze(&content).unwrap();
             assert_eq!(back.to_string(), maze.to_string(), "{path} as {format}");
             assert_eq!(&back, maze, "{path} as {format}");
             *held.entry(format.name()).or_default() += 1;
@@ -53,7 +54,7 @@ fn real_mazes_read_from_csv() {
     for (path, maze) in text_mazes(&folder) {
         let csv = csv(&maze);
         assert_eq!(Format::detect(csv.as_bytes()), Format::Csv, "{path}");
-        assert_eq!(csv.parse().as_ref(), Ok(&maze), "{path}");
+        assert_eq!(mmsim_formats::parse_maze(csv.as_bytes()).as_ref(), Ok(&maze), "{path}");
     }
 }
 
@@ -78,7 +79,7 @@ fn real_mazes_read_from_hex_rows() {
             let text = hex_rows(maze, order, set_is_open, |line, at| lies[lie](last, line, at));
             assert_eq!(Format::detect(text.as_bytes()), Format::Hex, "{path}");
             let reading = Format::Hex.read(text.as_bytes()).unwrap();
-            let (is_right, is_told) = (reading.maze == *maze, reading.ambiguous_way.is_some());
+            let (is_right, is_told) = (reading.maze == *maze, reading.ambiguous_encoding.is_some());
             assert!(is_right || is_told, "{path}:\n{text}");
             (usize::from(is_right), usize::from(is_told))
         };

@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use mmsim_client::{InMemory, search_run};
-use mmsim_maze::{Catalogue, KnownMaze, Maze, MazeSize};
+use mmsim_formats::Catalogue;
+use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_recording::{Integrity, Recording, RecordingWriter};
 use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse};

@@ -6,7 +6,8 @@ use std::ops::ControlFlow;
 use std::thread;
 
 use mmsim_client::{Zmq, ask_info, search_run};
-use mmsim_maze::{Catalogue, Cell, KnownMaze, Maze, Unknown};
+use mmsim_formats::Catalogue;
+use mmsim_maze::{Cell, KnownMaze, Maze, Unknown};
 use mmsim_protocol::{MazeSize, Request};
 use mmsim_server::{Server, Simulation};
 use mmsim_solvers::MazeFacts;

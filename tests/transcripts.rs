@@ -29,7 +29,8 @@ fn from_hex<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Er
 }
 
 fn maze(shared: &Path, name: &str) -> Maze {
-    Maze::read(&shared.join("mazes/classic").join(name).with_extension("txt")).unwrap()
+    mmsim_formats::read_maze(&shared.join("mazes/classic").join(name).with_extension("txt"))
+        .unwrap()
 }
 
 fn transcript(shared: &Path, client: &str, maze: &str) -> Vec<Exchange> {

@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use mmsim_maze::{Catalogue, KnownMaze, Maze};
+use mmsim_formats::Catalogue;
+use mmsim_maze::{KnownMaze, Maze};
 use mmsim_tests::{json_lines, shared};
 use mmsim_trial::{
     Action, BundledRobot, Ending, KeyPoints, Score, Settings, Trial, Variant, race_optimum,
@@ -53,7 +54,7 @@ fn recorded_runs_go_the_same_way_again() {
     for file in files {
         for (number, recorded) in (1..).zip(json_lines::<Recorded>(&file.path())) {
             let run = format!("{}, run {number}", file.path().display());
-            let maze = Maze::read(&mazes.join(&recorded.maze)).unwrap();
+            let maze = mmsim_formats::read_maze(&mazes.join(&recorded.maze)).unwrap();
             let mut trial = Trial::new(&maze);
             for (step, (readings, answer)) in (1..).zip(&recorded.steps) {
                 assert_eq!(trial.ending(), None, "{run}, step {step}");
@@ -80,7 +81,7 @@ fn recorded_runs_go_the_same_way_again() {
 fn race_optima_are_the_published_ones() {
     let Some(mazes) = shared("mazes/trial") else { return };
     for (name, expected) in [("test_maze_01", 17), ("test_maze_02", 22), ("test_maze_03", 25)] {
-        let maze = Maze::read(&mazes.join(name).with_extension("txt")).unwrap();
+        let maze = mmsim_formats::read_maze(&mazes.join(name).with_extension("txt")).unwrap();
         let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals());
         assert_eq!(optimum, Some(expected), "{name}");
     }
@@ -92,7 +93,8 @@ type Figures = [(u32, u32); 3];
 fn figures(robot: BundledRobot, settings: &Settings) -> Option<Figures> {
     let mazes = shared("mazes/trial")?;
     let ending = |number| {
-        let maze = Maze::read(&mazes.join(format!("test_maze_0{number}.txt"))).unwrap();
+        let maze =
+            mmsim_formats::read_maze(&mazes.join(format!("test_maze_0{number}.txt"))).unwrap();
         let mut robot = robot.robot(KnownMaze::unexplored(&maze), settings);
         match try_robot(&maze, &mut robot) {
             Ending::Scored(score) => (score.explore_steps, score.race_steps),
@@ -237,7 +239,7 @@ fn champion_scores_less_than_the_best_public_robot_of_each_maze() {
     let scores = |seed| {
         let settings = Settings { seed, ..Settings::default() };
         ["test_maze_01", "test_maze_02", "test_maze_03"].map(|name| {
-            let maze = Maze::read(&mazes.join(name).with_extension("txt")).unwrap();
+            let maze = mmsim_formats::read_maze(&mazes.join(name).with_extension("txt")).unwrap();
             let mut champion =
                 BundledRobot::Champion.robot(KnownMaze::unexplored(&maze), &settings);
             match try_robot(&maze, &mut champion) {

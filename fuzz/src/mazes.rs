@@ -1,6 +1,7 @@
 //! Maze files, in whichever format they are.
 
-use mmsim_maze::{Format, Maze, ParseError, Place};
+use mmsim_formats::{Format, Location, ParseError};
+use mmsim_maze::Maze;
 
 /// Reads the content as that of a file, then the same below a title that makes it another format,
 /// then in each format; and checks the maze or the error.
@@ -13,7 +14,7 @@ pub fn run(content: &[u8]) {
 }
 
 fn read(content: &[u8]) {
-    let result = Maze::parse(content);
+    let result = mmsim_formats::parse_maze(content);
     if let Ok(text) = str::from_utf8(content) {
         assert_eq!(result, text.parse(), "the same from bytes and from text");
     }
@@ -47,7 +48,7 @@ fn check_maze(maze: &Maze) {
     for format in Format::ALL {
         if let Ok(written) = format.write(maze) {
             assert_eq!(Format::detect(&written), format);
-            assert_eq!(Maze::parse(&written).as_ref(), Ok(maze), "{format}");
+            assert_eq!(mmsim_formats::parse_maze(&written).as_ref(), Ok(maze), "{format}");
         }
     }
 }
@@ -57,8 +58,8 @@ fn check_maze(maze: &Maze) {
 fn check_error(format: Format, error: &ParseError, text: &str) {
     assert!(!error.to_string().contains(char::is_control), "in one line: {error:?}");
     let (line, column) = match error.place {
-        Place::Text { line, column } => (line, column),
-        Place::Byte(byte) => {
+        Location::Text { line, column } => (line, column),
+        Location::Byte(byte) => {
             assert_eq!(format, Format::Maz);
             assert!((1..=257).contains(&byte), "{error}");
             return;

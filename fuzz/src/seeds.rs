@@ -12,7 +12,8 @@ use mcap::read::LinearReader;
 use mcap::records::Record;
 use mcap::{Compression, McapError, MessageStream, WriteOptions};
 use mmsim_fuzz::requests::{self, CUT, SIZES};
-use mmsim_maze::{Format, Maze};
+use mmsim_formats::Format;
+use mmsim_maze::Maze;
 use mmsim_recording::RecordingWriter;
 use mmsim_server::Simulation;
 use serde_json::Value;
@@ -58,7 +59,7 @@ fn main() -> io::Result<()> {
     for folder in [Path::new("mazes"), &shared.join("mazes")] {
         for file in files(folder, "txt") {
             let content = fs::read(file)?;
-            if let Ok(bytes) = Maze::parse(&content).map(|maze| Format::Maz.write(&maze)) {
+            if let Ok(bytes) = mmsim_formats::parse_maze(&content).map(|maze| Format::Maz.write(&maze)) {
                 bytes.map_or(Ok(()), |bytes| seeds.write(&bytes))?;
             }
             seeds.write(&content)?;

@@ -1,6 +1,6 @@
 //! The bundled mazes, part of the command.
 
-use mmsim_maze::Catalogue;
+use mmsim_formats::Catalogue;
 
 /// Names and contents of the mazes in the folder `mazes`.
 macro_rules! mazes {
@@ -43,7 +43,7 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mazes");
         let files = Catalogue::from_path(&folder).unwrap();
         let names = |catalogue: &Catalogue| {
-            catalogue.entries().iter().map(mmsim_maze::Entry::name).collect::<Vec<_>>()
+            catalogue.entries().iter().map(mmsim_formats::Entry::name).collect::<Vec<_>>()
         };
         assert_eq!(names(&catalogue()), names(&files));
     }

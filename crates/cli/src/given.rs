@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mmsim_maze::Catalogue;
+use mmsim_formats::Catalogue;
 
 use crate::output::complain;
 use crate::selection::{Collection, Selected, SelectionError};

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use mmsim_maze::Catalogue;
+use mmsim_formats::Catalogue;
 use mmsim_server::Background;
 use mmsim_viewer::ViewerConfig;
 

@@ -13,7 +13,7 @@ pub(crate) use args::MazesArgs;
 use std::path::{Path, PathBuf};
 
 use args::MazesCommand;
-use mmsim_maze::{Format, ReadError, maze_content};
+use mmsim_formats::{Format, ReadError, read_content};
 use mmsim_solvers::Distances;
 use row::{Row, print_rows};
 use serde::Serialize;
@@ -45,7 +45,7 @@ fn list(mazes: Option<&Path>, json: bool) -> Outcome {
 fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) -> Outcome {
     let (path, maze) = if let Some(format) = format {
         let path = PathBuf::from(name);
-        let maze = format.parse(&maze_content(&path)?);
+        let maze = format.parse(&read_content(&path)?);
         let maze = maze.map_err(|source| ReadError::Parse { path: path.clone(), source })?;
         (path, maze)
     } else {

@@ -3,7 +3,8 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
-use mmsim_maze::{Catalogue, CatalogueError, Escaped, Maze, ReadError};
+use mmsim_formats::{Catalogue, CatalogueError, ReadError};
+use mmsim_maze::{Escaped, Maze};
 use mmsim_solvers::MazeFacts;
 use tracing::info;
 

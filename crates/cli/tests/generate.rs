@@ -6,7 +6,8 @@ use std::collections::HashSet;
 use std::fs;
 
 use harness::Home;
-use mmsim_maze::{Catalogue, Maze};
+use mmsim_formats::Catalogue;
+use mmsim_maze::Maze;
 
 #[test]
 fn the_same_seed_prints_the_same_maze() {

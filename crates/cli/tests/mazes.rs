@@ -5,7 +5,7 @@ mod harness;
 use std::fs;
 
 use harness::Home;
-use mmsim_maze::Format;
+use mmsim_formats::Format;
 use serde_json::json;
 
 const SMALL: &str = "o---o---o\n| S   G |\no---o---o\n";

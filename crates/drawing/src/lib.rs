@@ -30,7 +30,7 @@
 //!     .with_weights(|cell| 1 - cell.x)
 //!     .with_theme(Theme::Dark);
 //! assert!(scene.svg().starts_with("<svg "));
-//! # Ok::<(), mmsim_maze::ParseError>(())
+//! # Ok::<(), mmsim_maze::ParseMazeError>(())
 //! ```
 //!
 //! The crate does no input or output and knows neither the protocol nor the file formats.

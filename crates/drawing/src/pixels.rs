@@ -72,7 +72,7 @@ impl Scene<'_> {
     /// use mmsim_drawing::Scene;
     /// let maze: mmsim_maze::Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
     /// assert_eq!(Scene::from_maze(&maze).width_within(640), 640, "it is 44 by 24 units large");
-    /// # Ok::<(), mmsim_maze::ParseError>(())
+    /// # Ok::<(), mmsim_maze::ParseMazeError>(())
     /// ```
     pub fn width_within(&self, side_px: u32) -> u32 {
         let (width, height) = units(self.size);

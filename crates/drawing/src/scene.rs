@@ -25,7 +25,7 @@ pub const TRAIL_CELLS: usize = 500;
 ///     .with_layers(Layers { heat: false, ..Layers::ALL })
 ///     .with_theme(Theme::Dark);
 /// assert!(scene.page_svg().contains(r#"data-wall="0,0,N""#));
-/// # Ok::<(), mmsim_maze::ParseError>(())
+/// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene<'a> {

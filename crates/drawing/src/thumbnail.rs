@@ -11,7 +11,7 @@ use mmsim_maze::{Cell, Heading, Maze};
 /// let maze: mmsim_maze::Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
 /// let svg = mmsim_drawing::thumbnail(&maze);
 /// assert!(svg.contains(r#"viewBox="-.2 -.2 2.4 1.4""#));
-/// # Ok::<(), mmsim_maze::ParseError>(())
+/// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 pub fn thumbnail(maze: &Maze) -> String {
     let size = maze.size();

@@ -9,8 +9,9 @@
 use std::error::Error;
 use std::path::Path;
 
+use mmsim_formats::Catalogue;
 use mmsim_generator::{Style, generate};
-use mmsim_maze::{Catalogue, Cell, CellSet, Heading, Maze, MazeSize};
+use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize};
 use mmsim_solvers::{Distances, MazeFacts};
 
 /// What is measured, and in what.

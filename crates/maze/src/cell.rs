@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use crate::{CellSet, Heading};
+use crate::cell_set::CellSet;
+use crate::heading::Heading;
 
 /// A cell of the maze, counted from the south-west corner: x grows east, y grows north.
 ///

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{Cell, MazeSize};
+use crate::cell::{Cell, MazeSize};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 

@@ -1,8 +1,6 @@
-//! Headings, steps and poses.
+//! Headings and steps.
 
 use core::fmt;
-
-use crate::Cell;
 
 /// Where a mouse's nose points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -85,35 +83,6 @@ impl Step {
     pub const ALL: [Self; 4] = [Self::Front, Self::Left, Self::Right, Self::Back];
 }
 
-/// Where a mouse stands and where its nose points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Pose {
-    /// The cell it stands in.
-    pub cell: Cell,
-    /// Where its nose points.
-    pub heading: Heading,
-}
-
-impl Pose {
-    /// A mouse in `cell` with its nose towards `heading`.
-    pub const fn new(cell: Cell, heading: Heading) -> Self {
-        Self { cell, heading }
-    }
-
-    /// The pose after `step`, whatever walls there are; `None` where a coordinate would leave 0
-    /// to 255.
-    pub fn after(self, step: Step) -> Option<Self> {
-        let heading = self.heading.turned(step);
-        self.cell.neighbour(heading).map(|cell| Self { cell, heading })
-    }
-}
-
-impl fmt::Display for Pose {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} heading {}", self.cell, self.heading)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,16 +97,5 @@ mod tests {
             assert_eq!(heading.back(), heading.right().right());
             assert_eq!(heading.turned(Step::Back), heading.turned(Step::Left).turned(Step::Left));
         }
-    }
-
-    #[test]
-    fn a_step_is_a_turn_and_one_cell() {
-        let pose = Pose::new(Cell::new(5, 5), Heading::East);
-        let ends: Vec<_> = Step::ALL.into_iter().map(|step| pose.after(step).unwrap()).collect();
-        assert_eq!(ends[0], Pose::new(Cell::new(6, 5), Heading::East));
-        assert_eq!(ends[1], Pose::new(Cell::new(5, 6), Heading::North));
-        assert_eq!(ends[2], Pose::new(Cell::new(5, 4), Heading::South));
-        assert_eq!(ends[3], Pose::new(Cell::new(4, 5), Heading::West));
-        assert_eq!(Pose::new(Cell::new(0, 0), Heading::North).after(Step::Left), None);
     }
 }

@@ -1,7 +1,11 @@
 //! What a mouse knows of a maze.
 
-use crate::walls::Sides;
-use crate::{Cell, CellSet, Heading, Maze, MazeSize, Pose, TextPicture, Walls, WallsAround};
+use crate::cell::{Cell, MazeSize};
+use crate::cell_set::CellSet;
+use crate::heading::Heading;
+use crate::maze::Maze;
+use crate::pose::Pose;
+use crate::walls::{Sides, Walls, WallsAround};
 
 /// What a mouse knows: the size, the start, the goal cells, the cells it has visited, and each
 /// wall as present, absent or unknown. The outer walls are known from the start.
@@ -163,11 +167,6 @@ impl KnownMaze {
         if self.size().contains(cell) {
             self.visited.insert(cell);
         }
-    }
-
-    /// The map as text, to which numbers and the mouse may be added.
-    pub fn picture(&self) -> TextPicture<'_> {
-        TextPicture::from_known_maze(self)
     }
 }
 

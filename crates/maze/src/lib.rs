@@ -1,5 +1,4 @@
-//! Micromouse mazes: cells, walls, the true maze, what a mouse knows of it, and the files they
-//! are kept in.
+//! Micromouse mazes: cells, walls, the true maze, and what a mouse knows of it.
 //!
 //! ```text
 //!        north, y                 posts and walls of a 2×2 maze:
@@ -14,10 +13,10 @@
 //! Cell (0, 0) is the south-west corner, x grows east, y grows north, and the mouse starts heading
 //! north. Sizes are run-time values from 1×1 to 32×32, square or not.
 //!
-//! Two types hold walls for two kinds of people: [`Maze`] is the truth, which only a simulator
-//! has; [`KnownMaze`] is what a mouse has seen, where each wall is present, absent or unknown.
-//! Both store a wall once ([`Walls`]), so two cells cannot disagree about the one between them,
-//! and both count everything outside of the maze as a wall, so nobody checks bounds.
+//! [`Maze`] is the true maze, which only a simulator has. [`KnownMaze`] is what a mouse has seen:
+//! each wall is present, absent or unknown. Both store each wall once ([`Walls`]), so two cells cannot
+//! disagree about the wall between them. Everything outside the maze counts as a wall, so callers need
+//! no bounds checks.
 //!
 //! ```
 //! use mmsim_maze::{Heading, Maze, Step};
@@ -34,45 +33,36 @@
 //! assert_eq!(start.heading, Heading::North);
 //! assert!(!maze.walls().around(start).front);
 //! assert!(maze.goals().contains(ahead.after(Step::Right).unwrap().cell));
-//! # Ok::<(), mmsim_maze::ParseError>(())
+//! # Ok::<(), mmsim_maze::ParseMazeError>(())
 //! ```
 //!
-//! The crate is `no_std` and allocates nothing unless its feature `std` (on by default) is there,
-//! which adds the formats, the files and the folders of them.
+//! The crate is `no_std` and allocates nothing. Files are read by the crate `mmsim-formats`.
 #![forbid(unsafe_code)]
-#![cfg_attr(not(any(test, feature = "std")), no_std)]
+#![cfg_attr(not(test), no_std)]
 
-#[cfg(feature = "std")]
-mod catalogue;
 mod cell;
 mod cell_set;
 mod escaped;
-#[cfg(feature = "std")]
-mod file;
-#[cfg(feature = "std")]
-mod format;
 mod heading;
 mod known;
 mod maze;
+mod parse;
 mod picture;
+mod pose;
 mod walls;
 
-#[cfg(feature = "std")]
-pub use catalogue::{Catalogue, CatalogueError, Entry};
 pub use cell::{Cell, MazeSize, SizeError};
 pub use cell_set::CellSet;
 pub use escaped::{Escaped, needs_escape};
-#[cfg(feature = "std")]
-pub use file::{MAX_FILE_BYTES, ReadError, maze_content, maze_content_of};
-#[cfg(feature = "std")]
-pub use format::{Format, FormatNameError, ParseError, ParseErrorKind, Place, Reading, WriteError};
-pub use heading::{Heading, Pose, Step};
+pub use heading::{Heading, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};
 pub use maze::{Maze, MazeError};
+pub use parse::ParseMazeError;
 pub use picture::TextPicture;
+pub use pose::Pose;
 pub use walls::{Sides, Walls, WallsAround};
 
-/// The code in the README of this crate runs.
+/// Runs the code in this crate's README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

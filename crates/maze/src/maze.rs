@@ -1,13 +1,15 @@
 //! The true maze.
 
-use core::fmt;
-
-use crate::{Cell, CellSet, Heading, MazeSize, Pose, TextPicture, Walls};
+use crate::cell::{Cell, MazeSize};
+use crate::cell_set::CellSet;
+use crate::heading::Heading;
+use crate::pose::Pose;
+use crate::walls::Walls;
 
 /// The true maze: all walls, where the mouse starts and where it shall go. Only a simulator holds
 /// one; a mouse has a [`KnownMaze`](crate::KnownMaze).
 ///
-/// Its [`Display`](fmt::Display) is the text format, which [`str::parse`] reads back.
+/// Its [`Display`](core::fmt::Display) is the text format, which [`str::parse`] reads back.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Maze {
     walls: Walls,
@@ -79,7 +81,7 @@ impl Maze {
     /// o---o---o---o
     /// ".parse()?;
     /// assert!(maze.posts_without_wall().eq([Cell::new(1, 1)]));
-    /// # Ok::<(), mmsim_maze::ParseError>(())
+    /// # Ok::<(), mmsim_maze::ParseMazeError>(())
     /// ```
     pub fn posts_without_wall(&self) -> impl Iterator<Item = Cell> + '_ {
         let size = self.size();
@@ -96,17 +98,6 @@ impl Maze {
             !is_middle(north_east)
                 && !walls.into_iter().any(|(cell, heading)| self.walls.has(cell, heading))
         })
-    }
-
-    /// The maze as text, to which numbers and a mouse may be added.
-    pub fn picture(&self) -> TextPicture<'_> {
-        TextPicture::from_maze(self)
-    }
-}
-
-impl fmt::Display for Maze {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.picture().fmt(f)
     }
 }
 

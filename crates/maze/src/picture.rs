@@ -2,7 +2,12 @@
 
 use core::fmt::{self, Write};
 
-use crate::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose, WallState};
+use crate::cell::{Cell, MazeSize};
+use crate::cell_set::CellSet;
+use crate::heading::Heading;
+use crate::known::{KnownMaze, WallState};
+use crate::maze::Maze;
+use crate::pose::Pose;
 
 /// A maze, or what a mouse knows of one, as text with north on top.
 ///
@@ -45,16 +50,28 @@ enum Drawn<'a> {
     Known(&'a KnownMaze),
 }
 
+impl Maze {
+    /// Returns the maze as text, to which numbers, letters and a mouse can be added.
+    pub const fn picture(&self) -> TextPicture<'_> {
+        TextPicture::new(Drawn::Truth(self))
+    }
+}
+
+impl KnownMaze {
+    /// Returns the map as text, to which numbers, letters and the mouse can be added.
+    pub const fn picture(&self) -> TextPicture<'_> {
+        TextPicture::new(Drawn::Known(self))
+    }
+}
+
+impl fmt::Display for Maze {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.picture().fmt(f)
+    }
+}
+
 impl<'a> TextPicture<'a> {
-    pub(crate) const fn from_maze(maze: &'a Maze) -> Self {
-        Self::of(Drawn::Truth(maze))
-    }
-
-    pub(crate) const fn from_known_maze(map: &'a KnownMaze) -> Self {
-        Self::of(Drawn::Known(map))
-    }
-
-    const fn of(drawn: Drawn<'a>) -> Self {
+    const fn new(drawn: Drawn<'a>) -> Self {
         Self { drawn, numbers: None, letters: None, mouse: None, compact: false }
     }
 
@@ -239,9 +256,8 @@ impl fmt::Debug for TextPicture<'_> {
 
 #[cfg(test)]
 mod tests {
-
     use super::*;
-    use crate::{Walls, WallsAround};
+    use crate::walls::{Walls, WallsAround};
 
     fn maze() -> Maze {
         let mut walls = Walls::open(MazeSize::new(3, 2).unwrap());

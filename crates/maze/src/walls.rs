@@ -1,6 +1,8 @@
 //! The walls of a maze, each stored once.
 
-use crate::{Cell, Heading, MazeSize, Pose};
+use crate::cell::{Cell, MazeSize};
+use crate::heading::Heading;
+use crate::pose::Pose;
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
@@ -84,7 +86,7 @@ impl Walls {
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
         let is_outer = Sides::outer(self.size, cell).has(heading);
         if !is_outer && self.has(cell, heading) != present {
-            self.toggle(cell, Sides::of(heading));
+            self.toggle(cell, Sides::from_heading(heading));
         }
     }
 
@@ -160,19 +162,17 @@ impl Sides {
         Self(north as u8 | (east as u8) << 1 | (south as u8) << 2 | (west as u8) << 3)
     }
 
-    /// Those of these bits: 1 north, 2 east, 4 south, 8 west.
-    #[cfg(feature = "std")]
-    pub(crate) const fn from_bits(bits: u8) -> Self {
+    /// Creates a set of sides from bits: 1 north, 2 east, 4 south, 8 west. Other bits are ignored.
+    pub const fn from_bits(bits: u8) -> Self {
         Self(bits & Self::ALL.0)
     }
 
-    /// The way back.
-    #[cfg(feature = "std")]
-    pub(crate) const fn bits(self) -> u8 {
+    /// Returns the sides as bits: 1 north, 2 east, 4 south, 8 west.
+    pub const fn bits(self) -> u8 {
         self.0
     }
 
-    pub(crate) const fn of(heading: Heading) -> Self {
+    pub(crate) const fn from_heading(heading: Heading) -> Self {
         Self(1 << heading as u8)
     }
 

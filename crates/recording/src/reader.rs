@@ -265,8 +265,8 @@ fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadE
 /// Parses the text of a maze, which must have the size of the states.
 fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> {
     let invalid = |what: String| ReadError::InvalidDescription(what);
-    let maze =
-        Maze::parse(text).map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
+    let maze = String::from_utf8_lossy(text).parse();
+    let maze: Maze = maze.map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
     if maze.size() != size {
         let other = maze.size();
         return Err(invalid(format!("the maze has {other} cells, but the states have {size}")));

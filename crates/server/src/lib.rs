@@ -16,7 +16,7 @@
 //! assert_eq!(reply, [1, 1, 0]);
 //! simulation.handle(b"what?", &mut reply);
 //! assert!(reply.starts_with(b"error: expected "));
-//! # Ok::<(), mmsim_maze::ParseError>(())
+//! # Ok::<(), mmsim_maze::ParseMazeError>(())
 //! ```
 #![forbid(unsafe_code)]
 

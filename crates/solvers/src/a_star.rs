@@ -19,7 +19,7 @@ const WORDS: usize = MazeSize::MAX_AREA / 64;
 /// let path = ShortestPath::find(maze.walls(), maze.start().cell, Cell::new(1, 1)).unwrap();
 /// assert_eq!(path.length(), 2);
 /// assert!(path.headings().eq([Heading::East, Heading::North]));
-/// # Ok::<(), mmsim_maze::ParseError>(())
+/// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct ShortestPath {

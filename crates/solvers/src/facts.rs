@@ -11,7 +11,7 @@ use crate::Distances;
 /// let maze = "o---o---o---o\n| S   G |   |\no---o---o---o\n".parse()?;
 /// let facts = MazeFacts::new(&maze);
 /// assert_eq!((facts.shortest_path, facts.reachable_cells), (Some(1), 2));
-/// # Ok::<(), mmsim_maze::ParseError>(())
+/// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MazeFacts {

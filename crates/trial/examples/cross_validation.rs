@@ -10,7 +10,8 @@
 use std::error::Error;
 use std::path::Path;
 
-use mmsim_maze::{Catalogue, KnownMaze, Maze};
+use mmsim_formats::Catalogue;
+use mmsim_maze::{KnownMaze, Maze};
 use mmsim_trial::{Champion, Ending, Habits, Rule, race_optimum, try_robot};
 use rayon::prelude::*;
 

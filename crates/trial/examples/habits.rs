@@ -8,7 +8,8 @@
 use std::error::Error;
 use std::path::Path;
 
-use mmsim_maze::{Catalogue, Maze};
+use mmsim_formats::Catalogue;
+use mmsim_maze::Maze;
 use mmsim_trial::{Habits, race_optimum};
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -12,7 +12,8 @@ use std::error::Error;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use mmsim_maze::{Catalogue, KnownMaze, Maze};
+use mmsim_formats::Catalogue;
+use mmsim_maze::{KnownMaze, Maze};
 use mmsim_trial::{Action, Champion, Habits, Noise, Robot, Rule, try_watched};
 
 /// A robot, and how long it took for each step.
@@ -35,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for path in std::env::args().skip(1) {
         let catalogue = Catalogue::from_path(Path::new(&path))?;
         let mazes: Vec<Maze> =
-            catalogue.entries().iter().map(mmsim_maze::Entry::maze).collect::<Result<_, _>>()?;
+            catalogue.entries().iter().map(mmsim_formats::Entry::maze).collect::<Result<_, _>>()?;
         for noise in [0., 0.1] {
             let mut steps: Vec<Duration> =
                 mazes.iter().flat_map(|maze| least_of_three(maze, noise)).collect();

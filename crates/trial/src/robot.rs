@@ -29,7 +29,7 @@ use crate::{Action, Ending, Noise, Trial};
 /// let maze = "o---o\n| G |\no   o\n| S |\no---o\n".parse()?;
 /// let Ending::Scored(score) = try_robot(&maze, &mut Straight(0)) else { panic!("no score") };
 /// assert_eq!(score.to_string(), "1.067");
-/// # Ok::<(), mmsim_maze::ParseError>(())
+/// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 pub trait Robot {
     /// What to do, once the sensors have told how many open cells lie to the left, in front and to

@@ -27,7 +27,7 @@ use crate::Action;
 /// let Some(Ending::Scored(score)) = trial.ending() else { panic!("{:?}", trial.ending()) };
 /// assert_eq!((score.explore_steps, score.race_steps), (3, 2));
 /// assert_eq!(score.to_string(), "2.100");
-/// # Ok::<(), mmsim_maze::ParseError>(())
+/// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Trial<'m> {

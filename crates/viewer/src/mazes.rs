@@ -1,6 +1,7 @@
 //! The mazes that the page lists.
 
-use mmsim_maze::{Catalogue, Entry, Maze, MazeSize};
+use mmsim_formats::{Catalogue, Entry};
+use mmsim_maze::{Maze, MazeSize};
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 

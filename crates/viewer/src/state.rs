@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use jiff::Timestamp;
-use mmsim_maze::{Catalogue, Maze};
+use mmsim_formats::Catalogue;
+use mmsim_maze::Maze;
 use mmsim_recording::{MemoryBudget, Recording};
 use mmsim_server::{Monitor, Server};
 use mmsim_solvers::BundledStrategy;

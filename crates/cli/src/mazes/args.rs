@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
+use mmsim_formats::Format;
 use mmsim_generator::Style;
-use mmsim_maze::{Format, MazeSize};
+use mmsim_maze::MazeSize;
 
 use crate::args::parse_size;
 

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use mmsim_maze::{Catalogue, Entry, Format, Maze};
+use mmsim_formats::{Catalogue, Entry, Format};
+use mmsim_maze::Maze;
 use serde::Serialize;
 
 use super::finding::{Finding, Severity, lines};

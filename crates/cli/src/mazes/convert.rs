@@ -3,9 +3,8 @@
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
-use mmsim_maze::{
-    Cell, CellSet, Format, Maze, ReadError, WriteError, maze_content, maze_content_of,
-};
+use mmsim_formats::{Format, ReadError, WriteError, read_content, read_content_from};
+use mmsim_maze::{Cell, CellSet, Maze};
 
 use super::args::ConvertArgs;
 use super::finding::ambiguity;
@@ -65,18 +64,18 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
     let is_standard = path == Path::new(STANDARD);
     let path = if is_standard { Path::new("standard input") } else { path };
     let content = if is_standard {
-        maze_content_of(io::stdin().lock(), path)?
+        read_content_from(io::stdin().lock(), path)?
     } else if path.is_dir() {
         return Err(format!("{}: expected a maze file, found a folder", path.display()).into());
     } else {
-        maze_content(path)?
+        read_content(path)?
     };
     let reading = format.unwrap_or_else(|| Format::detect(&content)).read(&content);
     let reading = reading.map_err(|errors| match errors.into_iter().next() {
         Some(source) => ReadError::Parse { path: path.into(), source }.to_string(),
         None => format!("{}: expected a maze, found none", path.display()),
     })?;
-    if let Some(way) = &reading.ambiguous_way {
+    if let Some(way) = &reading.ambiguous_encoding {
         complain(format_args!("{}: {}", path.display(), ambiguity(way)));
     }
     match reading.unknown_walls.len() {

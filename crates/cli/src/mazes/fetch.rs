@@ -10,7 +10,7 @@ use std::path::Path;
 
 use archive::{Contents, Files};
 use folder::Placed;
-use mmsim_maze::{Escaped, Maze};
+use mmsim_maze::Escaped;
 use serde::Serialize;
 
 use super::args::FetchArgs;
@@ -115,8 +115,9 @@ impl Collection {
             leave_top_folder_out(&mut files);
         }
         let files: Vec<(String, Vec<u8>)> = files.into_iter().collect();
-        let are_mazes =
-            map_each(&files, |(path, content)| !is_text(path) && Maze::parse(content).is_ok());
+        let are_mazes = map_each(&files, |(path, content)| {
+            !is_text(path) && mmsim_formats::parse_maze(content).is_ok()
+        });
         let files: Files = files
             .into_iter()
             .zip(are_mazes)

@@ -1,6 +1,7 @@
 //! What is to be said against a maze file.
 
-use mmsim_maze::{Cell, CellSet, Escaped, ParseError, ParseErrorKind, Place, Reading};
+use mmsim_formats::{Location, ParseError, ParseErrorKind, ParsedMaze};
+use mmsim_maze::{Cell, CellSet, Escaped};
 use mmsim_solvers::Distances;
 use serde::Serialize;
 
@@ -59,7 +60,7 @@ impl Finding {
         };
         let cell = error.cell.map(|cell| [cell.x, cell.y]);
         let found = Self { kind, cell, ..Self::unreadable(error.to_string()) };
-        found.at_place(error.place)
+        found.at_place(error.location)
     }
 
     /// A maze that another file holds as well.
@@ -69,8 +70,8 @@ impl Finding {
     }
 
     /// What is to be said against a maze and what its reader took for granted.
-    pub(super) fn from_reading(reading: &Reading) -> Vec<Self> {
-        let Reading { maze, unknown_walls, ambiguous_way } = reading;
+    pub(super) fn from_reading(reading: &ParsedMaze) -> Vec<Self> {
+        let ParsedMaze { maze, unknown_walls, ambiguous_encoding, .. } = reading;
         let start = maze.start().cell;
         let from_start: CellSet = [start].into_iter().collect();
         let distances = Distances::flood(maze.walls(), &from_start);
@@ -85,7 +86,8 @@ impl Finding {
         }
         let warning =
             |kind, message| Self { severity: Severity::Warning, kind, ..Self::unreadable(message) };
-        findings.extend(ambiguous_way.iter().map(|way| warning(Kind::Ambiguous, ambiguity(way))));
+        findings
+            .extend(ambiguous_encoding.iter().map(|way| warning(Kind::Ambiguous, ambiguity(way))));
         findings.extend(unknown_walls.iter().map(|&place| {
             let message = format!("{place}: an unknown wall, taken as open");
             warning(Kind::UnknownWalls, message).at_place(place)
@@ -105,10 +107,10 @@ impl Finding {
         Self { cell: Some([cell.x, cell.y]), place: cell.to_string(), ..self }
     }
 
-    fn at_place(self, place: Place) -> Self {
+    fn at_place(self, place: Location) -> Self {
         let (line, column, byte) = match place {
-            Place::Text { line, column } => (Some(line), Some(column), None),
-            Place::Byte(byte) => (None, None, Some(byte)),
+            Location::Text { line, column } => (Some(line), Some(column), None),
+            Location::Byte(byte) => (None, None, Some(byte)),
             _ => (None, None, None),
         };
         Self { line, column, byte, place: place.to_string(), ..self }

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::{self, Path, PathBuf};
 
+use mmsim_formats::Format;
 use mmsim_generator::generate;
-use mmsim_maze::{Format, Maze};
+use mmsim_maze::Maze;
 use mmsim_solvers::MazeFacts;
 use serde::{Serialize, Serializer};
 

@@ -4,7 +4,8 @@ use std::fmt::Display;
 use std::io;
 use std::path::Path;
 
-use mmsim_maze::{Entry, Escaped, Maze};
+use mmsim_formats::Entry;
+use mmsim_maze::{Escaped, Maze};
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 

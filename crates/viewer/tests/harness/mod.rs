@@ -5,7 +5,8 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 
-use mmsim_maze::{Catalogue, Cell, Maze};
+use mmsim_formats::Catalogue;
+use mmsim_maze::{Cell, Maze};
 use mmsim_protocol::{Order, encode_state};
 use mmsim_recording::Recorder;
 use mmsim_server::{Background, Server, Simulation};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Read};
 
 use flate2::bufread::{DeflateDecoder, GzDecoder};
-use mmsim_maze::MAX_FILE_BYTES;
+use mmsim_formats::MAX_FILE_BYTES;
 use rawzip::{CompressionMethod, ZipArchive, ZipFileHeaderRecord};
 use tar::EntryType;
 

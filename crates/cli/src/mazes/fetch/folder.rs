@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
-use mmsim_maze::MAX_FILE_BYTES;
+use mmsim_formats::MAX_FILE_BYTES;
 use tempfile::TempDir;
 
 use super::archive::Files;

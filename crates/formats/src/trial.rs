@@ -1,18 +1,20 @@
 //! The number format of the two-run trial.
 
-use super::rows::{Item, end, items, lines};
-use super::stated::{self, Stated};
-use super::{ParseError, quoted, size, unmarked};
-use crate::{Cell, Maze, MazeSize, Sides};
+use mmsim_maze::{Cell, Maze, MazeSize, Sides};
 
-pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
+use crate::cell_record::{self, CellRecord};
+use crate::error::{ParseError, quoted};
+use crate::parsed_maze::{size, unmarked_maze};
+use crate::rows::{Item, end, items, lines};
+
+pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     let columns = parse_columns(text)?;
     let size = size(columns.len(), columns.len())?;
-    let walls = stated::walls(size, |Cell { x, y }| &columns[usize::from(x)][usize::from(y)])?;
-    unmarked(walls)
+    let record = |Cell { x, y }| &columns[usize::from(x)][usize::from(y)];
+    unmarked_maze(cell_record::walls(size, record)?)
 }
 
-pub(super) fn write(maze: &Maze) -> String {
+pub(crate) fn write(maze: &Maze) -> String {
     let size = maze.size();
     let mut text = format!("{}\n", size.width());
     for x in 0..size.width() {
@@ -23,9 +25,8 @@ pub(super) fn write(maze: &Maze) -> String {
     text
 }
 
-/// What is stated of the cells, `[x][y]`: as many columns as the first line says, each with as
-/// many numbers.
-fn parse_columns(text: &str) -> Result<Vec<Vec<Stated>>, ParseError> {
+/// Reads the records, `[x][y]`. The first line gives the number of columns and the length of each.
+fn parse_columns(text: &str) -> Result<Vec<Vec<CellRecord>>, ParseError> {
     let mut lines = lines(text);
     let (mut last, side) = match lines.next() {
         Some((line, content)) => (line, parse_side(line, content)?),
@@ -46,6 +47,7 @@ fn parse_columns(text: &str) -> Result<Vec<Vec<Stated>>, ParseError> {
     }
     Ok(columns)
 }
+
 fn parse_side(line: usize, content: &str) -> Result<usize, ParseError> {
     content
         .trim()
@@ -58,12 +60,12 @@ fn parse_side(line: usize, content: &str) -> Result<usize, ParseError> {
         })
 }
 
-fn parse_column(line: usize, content: &str, side: usize) -> Result<Vec<Stated>, ParseError> {
+fn parse_column(line: usize, content: &str, side: usize) -> Result<Vec<CellRecord>, ParseError> {
     let items = items(line, content);
     if let Some(beyond) = items.get(side) {
         return Err(beyond.error(format!("the end of the line after {side} numbers")));
     }
-    let numbers: Vec<Stated> = items.iter().map(parse_number).collect::<Result<_, _>>()?;
+    let numbers: Vec<CellRecord> = items.iter().map(parse_number).collect::<Result<_, _>>()?;
     if numbers.len() < side {
         let found = format!("{} numbers", numbers.len());
         return Err(ParseError::new(line, end(content), format!("{side} numbers"), found));
@@ -71,24 +73,29 @@ fn parse_column(line: usize, content: &str, side: usize) -> Result<Vec<Stated>, 
     Ok(numbers)
 }
 
-fn parse_number(item: &Item) -> Result<Stated, ParseError> {
+fn parse_number(item: &Item) -> Result<CellRecord, ParseError> {
     let number = item.text.parse::<u8>().ok().filter(|&number| number <= 15);
     let open = number.ok_or_else(|| item.error("a number from 0 to 15"))?;
     let (sides, found) = (Sides::from_bits(!open), open.to_string());
-    Ok(Stated { sides, place: item.place(), found })
+    Ok(CellRecord { sides, location: item.location(), found })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Format;
+    use crate::format::Format;
 
-    /// Written line by line from the west, each from the south.
+    /// Columns from the west, each from the south.
     const MAZE: &str = "4\n1,7,5,4\n2,10,3,6\n11,13,14,8\n9,5,13,4\n";
+
+    fn parse(text: &str) -> Result<Maze, ParseError> {
+        assert_eq!(Format::detect(text.as_bytes()), Format::Trial, "{text}");
+        Format::Trial.parse(text.as_bytes())
+    }
 
     #[test]
     fn lines_are_columns_and_bits_are_openings() {
-        let maze: Maze = MAZE.parse().unwrap();
+        let maze = parse(MAZE).unwrap();
         insta::assert_snapshot!(maze, @"
         o---o---o---o---o
         |   |       |   |
@@ -104,16 +111,15 @@ mod tests {
     }
 
     #[test]
-    fn blanks_and_carriage_returns_do_not_matter() {
+    fn blanks_and_carriage_returns_are_ignored() {
         let text = "\n ".to_string() + &MAZE.replace(',', " , ").replace('\n', " \r\n\r\n");
-        assert_eq!(text.parse::<Maze>(), MAZE.parse());
+        assert_eq!(parse(&text), parse(MAZE));
     }
 
     #[test]
     fn errors_name_both_cells() {
-        let error = |from: &str, to: &str| {
-            MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
-        };
+        let error =
+            |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
         insta::assert_snapshot!(error("2,10", "2,8"), @"line 4, column 4: expected (2, 1) closed to the west, as (1, 1) is to the east at line 3, column 3, found 13");
         insta::assert_snapshot!(error("1,7,5", "1,5,5"), @"line 3, column 3: expected (1, 1) closed to the west, as (0, 1) is to the east at line 2, column 3, found 10");
         insta::assert_snapshot!(error("1,7", "5,7"), @"line 2, column 1: expected (0, 0) closed to the south, an outer wall, found 5");

@@ -1,11 +1,13 @@
 //! The format of the Python simulators: rows from the north, a code from 1 to 16 for each cell.
 
-use super::rows::{Item, items, table};
-use super::stated::{self, Stated};
-use super::{ParseError, unmarked};
-use crate::{Maze, Sides};
+use mmsim_maze::{Maze, Sides};
 
-/// The sides with a wall of the codes from 1 on, as the bits of [`Sides`].
+use crate::cell_record::{self, CellRecord};
+use crate::error::ParseError;
+use crate::parsed_maze::unmarked_maze;
+use crate::rows::{Item, items, table};
+
+/// The walls of the codes from 1 on, as the bits of [`Sides`].
 const CODES: [u8; 16] = {
     const N: u8 = 1;
     const E: u8 = 2;
@@ -31,39 +33,48 @@ const CODES: [u8; 16] = {
     ]
 };
 
-pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
+pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     let (rows, size) = table(text, "numbers", items)?;
-    let rows: Vec<Vec<Stated>> =
+    let rows: Vec<Vec<CellRecord>> =
         rows.iter().map(|row| row.iter().map(parse_cell).collect()).collect::<Result<_, _>>()?;
     let from_north = |y: u8| usize::from(size.height() - 1 - y);
-    unmarked(stated::walls(size, |cell| &rows[from_north(cell.y)][usize::from(cell.x)])?)
+    let record = |cell: mmsim_maze::Cell| &rows[from_north(cell.y)][usize::from(cell.x)];
+    unmarked_maze(cell_record::walls(size, record)?)
 }
 
-fn parse_cell(item: &Item) -> Result<Stated, ParseError> {
+fn parse_cell(item: &Item) -> Result<CellRecord, ParseError> {
     let bits = number(item.text).and_then(|code| CODES.get(code.checked_sub(1)?).copied());
     let bits = bits.ok_or_else(|| item.error("a whole number from 1 to 16"))?;
-    Ok(Stated { sides: Sides::from_bits(bits), place: item.place(), found: item.text.to_string() })
+    let (location, found) = (item.location(), item.text.to_string());
+    Ok(CellRecord { sides: Sides::from_bits(bits), location, found })
 }
 
-/// A whole number, which may be written as numpy does: `1.0` or `1.000000000000000000e+00`.
-pub(super) fn number(text: &str) -> Option<usize> {
+/// Parses a whole number up to 99, also in numpy's notations `1.0` and `1.000000000000000000e+00`.
+pub(crate) fn number(text: &str) -> Option<usize> {
     let number: f64 = text.parse().ok()?;
-    let is_one = number.fract() == 0.0 && (0.0..=99.0).contains(&number);
+    let is_whole = number.fract() == 0.0 && (0.0..=99.0).contains(&number);
     // Checked to be whole and small.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    is_one.then_some(number as usize)
+    is_whole.then_some(number as usize)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Format, Heading};
+    use mmsim_maze::Heading;
+
+    use crate::format::Format;
 
     const MAZE: &str = "8,2,7\n9,9,9\n11,5,6\n";
 
+    fn parse(text: &str) -> Result<Maze, ParseError> {
+        assert_eq!(Format::detect(text.as_bytes()), Format::Csv, "{text}");
+        Format::Csv.parse(text.as_bytes())
+    }
+
     #[test]
     fn rows_are_from_the_north() {
-        let maze: Maze = MAZE.parse().unwrap();
+        let maze = parse(MAZE).unwrap();
         insta::assert_snapshot!(maze, @"
         o---o---o---o
         |           |
@@ -88,11 +99,11 @@ mod tests {
     }
 
     #[test]
-    fn variations_read_alike() {
-        let floats = |format: &dyn Fn(f64) -> String, between: &str| -> String {
+    fn variations_are_equal() {
+        let floats = |format: &dyn Fn(f64) -> String, separator: &str| -> String {
             let row = |line: &str| {
                 let numbers = line.split(',').map(|number| format(number.parse().unwrap()));
-                numbers.collect::<Vec<_>>().join(between) + "\n"
+                numbers.collect::<Vec<_>>().join(separator) + "\n"
             };
             MAZE.lines().map(row).collect()
         };
@@ -101,21 +112,19 @@ mod tests {
             ("blanks", MAZE.replace(',', " ,  ")),
             ("trailing commas", MAZE.replace('\n', ",\n")),
             ("semicolons", MAZE.replace(',', ";")),
-            ("blanks alone", MAZE.replace(',', "  ")),
+            ("only blanks", MAZE.replace(',', "  ")),
             ("a byte order mark", "\u{feff}".to_string() + MAZE),
             ("floats", floats(&|number| format!("{number:.1}"), ",")),
             ("what numpy.savetxt writes", floats(&|number| format!("{number:.18}e+00"), " ")),
         ] {
-            assert_eq!(Format::detect(text.as_bytes()), Format::Csv, "{what}");
-            assert_eq!(text.parse::<Maze>(), MAZE.parse(), "{what}");
+            assert_eq!(parse(&text), parse(MAZE), "{what}");
         }
     }
 
     #[test]
-    fn errors_name_place_expected_and_found() {
-        let error = |from: &str, to: &str| {
-            MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
-        };
+    fn errors_name_location_expected_and_found() {
+        let error =
+            |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
         insta::assert_snapshot!(error("9,9,9", "9,15,9"), @"line 2, column 3: expected (1, 1) closed to the west, as (0, 1) is to the east at line 2, column 1, found 15");
         insta::assert_snapshot!(error("8,2", "1,2"), @"line 1, column 1: expected (0, 2) closed to the north, an outer wall, found 1");
         insta::assert_snapshot!(error("9,9,9", "9,17,9"), @r#"line 2, column 3: expected a whole number from 1 to 16, found "17""#);

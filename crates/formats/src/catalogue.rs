@@ -1,4 +1,4 @@
-//! A collection of mazes, from a folder or built in.
+//! Collections of mazes, from a folder or built in.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -6,44 +6,47 @@ use std::{fs, io};
 
 use walkdir::{DirEntry, WalkDir};
 
-use crate::{Maze, ReadError, maze_content};
+use mmsim_maze::Maze;
+
+use crate::file::{ReadError, read_content};
+use crate::read::parse_maze;
 
 /// A collection of mazes, in the order of their paths.
 ///
-/// Nothing is read until [`Entry::maze`] asks for it, so a large folder costs a listing only.
+/// Files are read by [`Entry::maze`], so a large folder costs only a listing.
 ///
 /// ```
-/// use mmsim_maze::Catalogue;
+/// use mmsim_formats::Catalogue;
 /// let catalogue = Catalogue::from_texts(&[("small.txt", "o---o\n|   |\no---o\n")]);
 /// let entry = catalogue.matching("SMALL").next().unwrap();
 /// assert_eq!(entry.maze()?.size().area(), 1);
-/// # Ok::<(), mmsim_maze::ReadError>(())
+/// # Ok::<(), mmsim_formats::ReadError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Catalogue {
     entries: Vec<Entry>,
 }
 
-/// One maze of a collection.
+/// A maze of a collection, which may be unreadable.
 #[derive(Clone, Debug)]
 pub struct Entry {
     path: PathBuf,
-    /// The content of a maze that is built in, else the file is read.
+    /// The content of a built-in maze, or `None` for a file.
     text: Option<&'static str>,
 }
 
-/// A folder that cannot be listed.
+/// A path that cannot be listed.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: cannot be read: {source}", path.display())]
 pub struct CatalogueError {
     /// The file or folder.
     pub path: PathBuf,
-    /// What the operating system says.
+    /// The error of the operating system.
     pub source: io::Error,
 }
 
 impl Catalogue {
-    /// The mazes that are built in, as pairs of name and content.
+    /// Creates a collection of built-in mazes from pairs of name and content.
     pub fn from_texts(texts: &[(&'static str, &'static str)]) -> Self {
         let entry = |&(name, text): &(&'static str, &'static str)| Entry {
             path: name.into(),
@@ -52,12 +55,12 @@ impl Catalogue {
         Self { entries: texts.iter().map(entry).collect() }
     }
 
-    /// The file `path`, or every file in the folder `path` and its subfolders, but for hidden
-    /// ones and those that end in `.md` or `.json`. Links are followed. A subfolder that cannot be
-    /// listed is an entry that cannot be read.
+    /// Lists the file `path`, or all files in the folder `path` and its subfolders. Hidden files and
+    /// files that end in `.md` or `.json` are skipped, and links are followed. A subfolder that cannot
+    /// be listed becomes an unreadable entry.
     ///
     /// # Errors
-    /// `path` is not there or cannot be listed.
+    /// Returns an error if `path` does not exist or cannot be listed.
     pub fn from_path(path: &Path) -> Result<Self, CatalogueError> {
         let error = |source| CatalogueError { path: path.into(), source };
         let paths = if fs::metadata(path).map_err(error)?.is_dir() {
@@ -70,13 +73,12 @@ impl Catalogue {
         Ok(Self { entries })
     }
 
-    /// All entries, whether they can be read or not.
+    /// Returns all entries, including unreadable ones.
     pub fn entries(&self) -> &[Entry] {
         &self.entries
     }
 
-    /// The entries whose path holds all the words of `words`, which are parted by blanks, without
-    /// regard to case.
+    /// Returns the entries whose path contains each of the blank-separated `words`, in any case.
     pub fn matching(&self, words: &str) -> impl Iterator<Item = &Entry> {
         let words: Vec<String> = words.split_whitespace().map(str::to_lowercase).collect();
         self.entries.iter().filter(move |entry| {
@@ -87,12 +89,12 @@ impl Catalogue {
 }
 
 impl Entry {
-    /// The file, or the name of a maze that is built in.
+    /// Returns the path of the file, or the name of a built-in maze.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The name of the maze: that of its file without the ending.
+    /// Returns the name of the maze: its file name without the extension.
     pub fn name(&self) -> String {
         self.path.file_stem().unwrap_or_default().to_string_lossy().to_string()
     }
@@ -100,33 +102,33 @@ impl Entry {
     /// Reads the maze.
     ///
     /// # Errors
-    /// As for [`Maze::read`].
+    /// See [`read_maze`](crate::read_maze).
     pub fn maze(&self) -> Result<Maze, ReadError> {
-        Maze::parse(&self.content()?)
+        parse_maze(&self.content()?)
             .map_err(|source| ReadError::Parse { path: self.path.clone(), source })
     }
 
     /// Reads the content of the file.
     ///
     /// # Errors
-    /// As for [`maze_content`].
+    /// See [`read_content`].
     pub fn content(&self) -> Result<Cow<'static, [u8]>, ReadError> {
         match self.text {
             Some(text) => Ok(Cow::Borrowed(text.as_bytes())),
-            None => maze_content(&self.path).map(Cow::Owned),
+            None => read_content(&self.path).map(Cow::Owned),
         }
     }
 }
 
-/// The files that may be mazes, and folders that cannot be listed: reading those as a file says
-/// what is wrong with them.
+/// Lists the files that may be mazes, and the subfolders that cannot be listed: reading those as a
+/// file returns the error.
 fn list_folder(folder: &Path) -> Vec<PathBuf> {
     let is_hidden = |entry: &DirEntry| {
         entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")
     };
-    let is_other = |path: &Path| {
-        let ending = path.extension().unwrap_or_default();
-        ["md", "json"].iter().any(|other| ending.eq_ignore_ascii_case(other))
+    let is_skipped = |path: &Path| {
+        let extension = path.extension().unwrap_or_default();
+        ["md", "json"].iter().any(|skipped| extension.eq_ignore_ascii_case(skipped))
     };
     let mut paths: Vec<PathBuf> = WalkDir::new(folder)
         .follow_links(true)
@@ -134,11 +136,11 @@ fn list_folder(folder: &Path) -> Vec<PathBuf> {
         .filter_entry(|entry| !is_hidden(entry))
         .filter_map(|entry| match entry {
             Ok(entry) => entry.file_type().is_file().then(|| entry.into_path()),
-            // A link back to a folder around it leads to nothing new.
+            // A link to a parent folder, whose files are listed already.
             Err(error) if error.loop_ancestor().is_some() => None,
             Err(error) => error.path().map(Path::to_path_buf),
         })
-        .filter(|path| !is_other(path))
+        .filter(|path| !is_skipped(path))
         .collect();
     paths.sort();
     paths
@@ -155,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_is_searched_with_its_subfolders() {
+    fn subfolders_are_listed() {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| {
             let path = folder.path().join(name);
@@ -165,21 +167,21 @@ mod tests {
         write("b.txt", MAZE);
         write("deep/er/a.maze", MAZE);
         write("deep/Rubbish", "rubbish");
-        for passed_over in ["README.md", "facts.json", ".hidden/c.txt", ".d.txt"] {
-            write(passed_over, MAZE);
+        for skipped in ["README.md", "facts.json", ".hidden/c.txt", ".d.txt"] {
+            write(skipped, MAZE);
         }
         let catalogue = Catalogue::from_path(folder.path()).unwrap();
         assert_eq!(names(catalogue.entries()), ["b", "Rubbish", "a"]);
         assert_eq!(names(catalogue.matching("ER DEEP")), ["a"]);
         assert_eq!(names(catalogue.matching("a.maze")), ["a"]);
-        assert_eq!(names(catalogue.matching("nothing like it")), [""; 0]);
+        assert_eq!(names(catalogue.matching("no such maze")), [""; 0]);
         let readable = catalogue.entries().iter().map(|entry| entry.maze().is_ok());
         assert!(readable.eq([true, false, true]));
     }
 
     #[cfg(unix)]
     #[test]
-    fn links_are_followed_but_not_in_circles() {
+    fn links_are_followed_without_loops() {
         use std::os::unix::fs::symlink;
         let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         fs::write(elsewhere.path().join("a.txt"), MAZE).unwrap();
@@ -192,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_a_collection_of_one() {
+    fn a_file_is_a_collection_of_one_maze() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("one.md");
         fs::write(&path, MAZE).unwrap();

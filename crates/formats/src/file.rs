@@ -1,12 +1,15 @@
-//! Mazes in files.
+//! Reading maze files.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use crate::{Maze, ParseError};
+use mmsim_maze::Maze;
 
-/// The largest maze file that is read, in bytes; a 32×32 maze drawn as text takes 8,385.
+use crate::error::ParseError;
+use crate::read::parse_maze;
+
+/// The maximum size of a maze file, in bytes. A 32×32 maze drawn as text takes 8,385.
 pub const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// A file from which no maze could be read.
@@ -18,54 +21,60 @@ pub enum ReadError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// The content is no maze.
+    /// The content is not a maze.
     #[error("{}: {source}", path.display())]
     Parse {
         /// The file.
         path: PathBuf,
-        /// Where in the file, what was expected and what was found.
+        /// The error in the content.
         source: ParseError,
     },
 }
 
-impl Maze {
-    /// Reads a maze file, telling its [`Format`](crate::Format) from the content.
-    ///
-    /// # Errors
-    /// A file that cannot be read, is too large or holds no maze; the error names the file.
-    pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let content = maze_content(path)?;
-        Self::parse(&content).map_err(|source| ReadError::Parse { path: path.into(), source })
-    }
+/// Reads a maze file in any [`Format`](crate::Format).
+///
+/// # Errors
+/// Returns an error with the path if the file is unreadable, too large or not a maze.
+pub fn read_maze(path: &Path) -> Result<Maze, ReadError> {
+    parse_maze(&read_content(path)?)
+        .map_err(|source| ReadError::Parse { path: path.into(), source })
 }
 
-/// The content of a maze file, for [`Format::detect`](crate::Format::detect) and
+/// Reads the content of a maze file, for [`Format::detect`](crate::Format::detect) and
 /// [`Format::read`](crate::Format::read).
 ///
 /// # Errors
-/// A file that cannot be read or has more than [`MAX_FILE_BYTES`]; the error names the file.
-pub fn maze_content(path: &Path) -> Result<Vec<u8>, ReadError> {
+/// Returns an error with the path if the file is unreadable or larger than [`MAX_FILE_BYTES`].
+pub fn read_content(path: &Path) -> Result<Vec<u8>, ReadError> {
     let file = File::open(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
-    maze_content_of(file, path)
+    read_content_from(file, path)
 }
 
-/// The same from a reader that is open already, such as the standard input; `path` stands for it in
-/// errors.
+/// Reads the content of a maze file from an open reader, such as the standard input. Errors name
+/// it `path`.
 ///
 /// # Errors
-/// As for [`maze_content`].
-pub fn maze_content_of(reader: impl Read, path: &Path) -> Result<Vec<u8>, ReadError> {
+/// See [`read_content`].
+pub fn read_content_from(reader: impl Read, path: &Path) -> Result<Vec<u8>, ReadError> {
     let mut content = Vec::new();
     let read = reader.take(MAX_FILE_BYTES + 1).read_to_end(&mut content);
     read.map_err(|source| ReadError::Io { path: path.into(), source })?;
     if content.len() as u64 > MAX_FILE_BYTES {
-        let source = ParseError::too_large(&content);
+        let source = too_large(&content);
         return Err(ReadError::Parse { path: path.into(), source });
     }
     Ok(content)
+}
+
+/// The error for a file that continues after this content.
+fn too_large(content: &[u8]) -> ParseError {
+    let lines = content.split(|&byte| byte == b'\n');
+    let column = lines.clone().next_back().map_or(0, <[u8]>::len) + 1;
+    let expected = format!("the end of the file before byte {}", content.len());
+    ParseError::new(lines.count(), column, expected, "more")
 }
 
 #[cfg(test)]
@@ -78,7 +87,7 @@ mod tests {
     fn errors_name_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let error = |name: &str| {
-            let error = Maze::read(&folder.path().join(name)).unwrap_err().to_string();
+            let error = read_maze(&folder.path().join(name)).unwrap_err().to_string();
             error.replace(&*folder.path().to_string_lossy(), "FOLDER").replace('\\', "/")
         };
         fs::write(folder.path().join("maze.txt"), "o---o\n| S |\no-- o\n").unwrap();
@@ -86,6 +95,6 @@ mod tests {
         insta::assert_snapshot!(error("maze.txt"), @r#"FOLDER/maze.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
         insta::assert_snapshot!(error("large"), @"FOLDER/large: line 1, column 1048578: expected the end of the file before byte 1048577, found more");
         assert!(error("missing").starts_with("FOLDER/missing: cannot be read: "));
-        assert!(error("").contains("cannot be read: "), "a folder is no file");
+        assert!(error("").contains("cannot be read: "), "a folder is not a file");
     }
 }

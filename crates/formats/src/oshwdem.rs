@@ -1,13 +1,16 @@
-//! The format of the OSHWDEM maze generator, whose axes are turned: the cell in row r and column c
-//! of the file is x = r, y = c, so that file right is north, down east, left south, up west.
+//! The format of the OSHWDEM maze generator. Its axes are turned: the cell in row r and column c of
+//! the file is x = r, y = c, so right is north, down east, left south and up west.
 
-use super::{ParseError, cell, finish, grid, size};
-use crate::{CellSet, Heading, Maze, Walls};
+use mmsim_maze::{CellSet, Heading, Maze, Walls};
 
-pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
+use crate::error::ParseError;
+use crate::grid::{self, Dots};
+use crate::parsed_maze::{cell, maze, size};
+
+pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     let title = text.lines().position(|line| !line.trim().is_empty()).unwrap_or(0);
     let drawing: usize = text.split_inclusive('\n').take(title + 1).map(str::len).sum();
-    let grid = grid::parse(&text[drawing..], title + 2, grid::Dots::Wall)?;
+    let grid = grid::parse(&text[drawing..], title + 2, Dots::Wall)?;
     let mut walls = Walls::open(size(grid.rows, grid.columns)?);
     for (row, column) in grid.cells() {
         walls.set(cell(row, column), Heading::East, grid.below[row][column]);
@@ -38,13 +41,13 @@ pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
             goals.insert(cell(mark.row - up, mark.column - left));
         }
     }
-    Ok(finish(walls, start, goals)?)
+    Ok(maze(walls, start, goals)?)
 }
 
 #[cfg(test)]
 mod tests {
-
     use super::*;
+    use crate::format::Format;
 
     const GENERATED: &str = "\
 OSHWDEM Maze Generator v1.2 R42263
@@ -61,9 +64,14 @@ OSHWDEM Maze Generator v1.2 R42263
 +---+---+---+---+---+
 ";
 
+    fn parse(text: &str) -> Result<Maze, ParseError> {
+        assert_eq!(Format::detect(text.as_bytes()), Format::Oshwdem, "{text}");
+        Format::Oshwdem.parse(text.as_bytes())
+    }
+
     #[test]
     fn the_axes_are_turned() {
-        let maze: Maze = GENERATED.parse().unwrap();
+        let maze = parse(GENERATED).unwrap();
         insta::assert_snapshot!(maze, @"
         o---o---o---o---o---o
         |           |       |
@@ -80,15 +88,14 @@ OSHWDEM Maze Generator v1.2 R42263
     }
 
     #[test]
-    fn errors_count_the_title() {
-        let error = |from: &str, to: &str| {
-            GENERATED.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
-        };
+    fn line_numbers_include_the_title() {
+        let error =
+            |from: &str, to: &str| parse(&GENERATED.replacen(from, to, 1)).unwrap_err().to_string();
         insta::assert_snapshot!(error("| A |", "| S |"), @r#"line 3, column 2: expected "A" or nothing in a cell, found "S""#);
         insta::assert_snapshot!(error("|   |   |", "| A |   |"), @r#"line 5, column 2: expected one start, found "A""#);
         insta::assert_snapshot!(error("B", "X"), @r#"line 6, column 13: expected a post, or "B" in the middle of the goal, found "X""#);
         insta::assert_snapshot!(error("+   +   +   B", "+   B   +   B"), @r#"line 6, column 13: expected one goal, found "B""#);
         insta::assert_snapshot!(error("+   +   +   B", "B   +   +   +"), @r#"line 6, column 1: expected the goal at a post inside the maze, found "B""#);
-        insta::assert_snapshot!("OSHWDEM\n".parse::<Maze>().unwrap_err(), @"line 2, column 1: expected a maze, found the end of the file");
+        insta::assert_snapshot!(parse("OSHWDEM\n").unwrap_err(), @"line 2, column 1: expected a maze, found the end of the file");
     }
 }

@@ -1,45 +1,57 @@
-//! Which format a file is in, judged by what it looks like.
+//! Format detection.
 //!
-//! A file with something wrong in it shall still be told, so that the error is about its own
-//! format. So what decides is the first lines, and the others only where these leave it open.
+//! A file with an error must still be detected, so that the error refers to the format it was
+//! written in. Therefore the first lines decide, and the others only if these are ambiguous.
 
-use super::rows::{Item, items, lines};
-use super::{Format, csv, grid, hex, maz, num, text_of};
-use crate::MazeSize;
+use mmsim_maze::MazeSize;
 
-pub(super) fn format(content: &[u8]) -> Format {
-    if maz::is_it(content) {
-        return Format::Maz;
-    }
-    let text = &text_of(content);
-    let mut first_lines = lines(text).map(|(_, content)| content.trim());
-    let (first, second) = (first_lines.next().unwrap_or(""), first_lines.next().unwrap_or(""));
-    if first.starts_with("OSHWDEM") {
-        Format::Oshwdem
-    } else if num::is_line(first) || num::is_line(second) {
-        Format::Num
-    } else if is_side(first) && (is_parted(second) || !is_hex(second)) {
-        Format::Trial
-    } else if is_parted(first) {
-        table(text, first)
-    } else if is_hex(first) && !is_parted(second) && (is_hex(second) || !is_drawn(first)) {
-        Format::Hex
-    } else if grid::has_unknown(text) {
-        Format::Maze
-    } else {
-        Format::Text
+use crate::format::Format;
+use crate::rows::{Item, decode_text, items, lines};
+use crate::{csv, grid, hex, maz, num};
+
+impl Format {
+    /// Detects the format of this content, which may have errors.
+    ///
+    /// ```
+    /// use mmsim_formats::Format;
+    /// assert_eq!(Format::detect(b"o---o\n| S |\no---o\n"), Format::Text);
+    /// assert_eq!(Format::detect(b"2\n1,3\n4,12\n"), Format::Trial);
+    /// ```
+    pub fn detect(content: &[u8]) -> Self {
+        if maz::matches(content) {
+            return Self::Maz;
+        }
+        let text = &decode_text(content);
+        let mut first_lines = lines(text).map(|(_, content)| content.trim());
+        let (first, second) = (first_lines.next().unwrap_or(""), first_lines.next().unwrap_or(""));
+        if first.starts_with("OSHWDEM") {
+            Self::Oshwdem
+        } else if num::matches_line(first) || num::matches_line(second) {
+            Self::Num
+        } else if is_side(first) && (is_separated(second) || !is_hex(second)) {
+            Self::Trial
+        } else if is_separated(first) {
+            detect_table(text, first)
+        } else if is_hex(first) && !is_separated(second) && (is_hex(second) || !is_drawn(first)) {
+            Self::Hex
+        } else if grid::has_unknown(text) {
+            Self::Maze
+        } else {
+            Self::Text
+        }
     }
 }
 
-/// The format of a file whose first line is parted by commas, semicolons or blanks.
-fn table(text: &str, first: &str) -> Format {
-    let parts = items(1, first);
+/// Detects the format of a file whose first line has commas, semicolons or blanks.
+fn detect_table(text: &str, first: &str) -> Format {
+    let first_items = items(1, first);
     let is_number = |item: &Item| csv::number(item.text).is_some();
     let is_digit = |item: &Item| hex::are_digits(&[hex::digit(*item)]);
     if !is_hex(first) {
-        let numbers = parts.iter().filter(|&item| is_number(item)).count();
-        let most = if first.contains([',', ';']) { parts.len().div_ceil(2) } else { parts.len() };
-        return if numbers >= most { Format::Csv } else { Format::Text };
+        let numbers = first_items.iter().filter(|&item| is_number(item)).count();
+        let count = first_items.len();
+        let required = if first.contains([',', ';']) { count.div_ceil(2) } else { count };
+        return if numbers >= required { Format::Csv } else { Format::Text };
     }
     let rows = || lines(text).take(usize::from(MazeSize::MAX_SIDE));
     let any = |is: &dyn Fn(&Item) -> bool| {
@@ -49,20 +61,20 @@ fn table(text: &str, first: &str) -> Format {
         Format::Csv
     } else if any(&|item| !is_number(item) || item.text.starts_with('0')) {
         Format::Hex
-    } else if csv::parse(text).is_err() && hex::read(text).is_ok() {
-        // Digits from 1 to 9 alone are codes as well, so it is the one that makes a maze.
+    } else if csv::parse(text).is_err() && hex::parse(text).is_ok() {
+        // The digits 1 to 9 are codes as well, so the format that makes a maze wins.
         Format::Hex
     } else {
         Format::Csv
     }
 }
 
-/// The side of a maze of the trial: one number of at most two digits.
+/// Whether a line may be the side of a maze of the trial: one number of one or two digits.
 fn is_side(line: &str) -> bool {
     (1..=2).contains(&line.len()) && line.bytes().all(|c| c.is_ascii_digit())
 }
 
-/// Whether a row of digits may be one of posts and walls that all look alike.
+/// Whether a row of digits may be a row of posts and walls that look alike.
 fn is_drawn(line: &str) -> bool {
     line.len() >= 3 && line.chars().all(|c| line.starts_with(c))
 }
@@ -71,7 +83,7 @@ fn is_hex(line: &str) -> bool {
     hex::are_digits(&hex::digits(1, line))
 }
 
-fn is_parted(line: &str) -> bool {
+fn is_separated(line: &str) -> bool {
     line.contains([',', ';']) || items(1, line).len() > 1
 }
 
@@ -123,7 +135,7 @@ mod tests {
             ("hex digits that are codes that make no maze", "5,9\n2,2\n", Format::Hex),
             ("six hex digits a row", "9 5 5 5 5 3\nc 5 5 5 5 6\n", Format::Hex),
         ] {
-            assert_eq!(format(content.as_bytes()), expected, "{what}");
+            assert_eq!(Format::detect(content.as_bytes()), expected, "{what}");
         }
     }
 }

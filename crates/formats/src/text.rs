@@ -1,29 +1,33 @@
-//! The text format: north on top.
+//! Drawings with north on top.
 
-use super::{ParseError, Reading, cell, finish, grid, size};
-use crate::{CellSet, Heading, Walls};
+use mmsim_maze::{CellSet, Heading, Walls};
 
-pub(super) fn read(text: &str) -> Result<Reading, Vec<ParseError>> {
-    read_grid(&grid::parse(text, 1, grid::Dots::Wall)?)
+use crate::error::ParseError;
+use crate::grid::{self, Dots, Grid};
+use crate::parsed_maze::{ParsedMaze, cell, maze, size};
+
+/// Reads a drawing in which dots are walls.
+pub(crate) fn parse(text: &str) -> Result<ParsedMaze, Vec<ParseError>> {
+    to_maze(&grid::parse(text, 1, Dots::Wall)?)
 }
 
-/// The maze of a drawing with north on top.
-pub(super) fn read_grid(grid: &grid::Grid) -> Result<Reading, Vec<ParseError>> {
+/// Builds the maze of a drawing with north on top.
+pub(crate) fn to_maze(grid: &Grid) -> Result<ParsedMaze, Vec<ParseError>> {
     if let Some(mark) = grid.post_marks.first() {
         return Err(mark.error("posts of one character").into());
     }
-    let maze_cell = |row: usize, column: usize| cell(column, grid.rows - 1 - row);
+    let cell = |row: usize, column: usize| cell(column, grid.rows - 1 - row);
     let mut walls = Walls::open(size(grid.columns, grid.rows)?);
     for (row, column) in grid.cells() {
-        walls.set(maze_cell(row, column), Heading::South, grid.below[row][column]);
-        walls.set(maze_cell(row, column), Heading::East, grid.right[row][column]);
+        walls.set(cell(row, column), Heading::South, grid.below[row][column]);
+        walls.set(cell(row, column), Heading::East, grid.right[row][column]);
     }
     let (mut start, mut goals) = (None, CellSet::EMPTY);
     for mark in &grid.cell_marks {
         if !["S", "G", "SG"].contains(&mark.text.as_str()) {
             return Err(mark.error(r#""S", "G" or nothing in a cell"#).into());
         }
-        let cell = maze_cell(mark.row, mark.column);
+        let cell = cell(mark.row, mark.column);
         if mark.text.contains('S') && start.replace(cell).is_some() {
             return Err(mark.error("one start").into());
         }
@@ -31,13 +35,16 @@ pub(super) fn read_grid(grid: &grid::Grid) -> Result<Reading, Vec<ParseError>> {
             goals.insert(cell);
         }
     }
-    let maze = finish(walls, start, goals)?;
-    Ok(Reading { unknown_walls: grid.unknown.clone(), ..Reading::of(maze) })
+    let maze = maze(walls, start, goals)?;
+    Ok(ParsedMaze { unknown_walls: grid.unknown.clone(), ..maze.into() })
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::{Cell, Format, Maze, MazeSize};
+    use mmsim_maze::{Cell, Maze, MazeSize};
+
+    use crate::error::ParseError;
+    use crate::format::Format;
 
     const MAZE: &str = "\
 o---o---o---o
@@ -47,20 +54,24 @@ o   o---o   o
 o---o---o---o
 ";
 
-    fn error(text: &str) -> String {
-        text.parse::<Maze>().unwrap_err().to_string()
+    fn parse(text: &str) -> Result<Maze, ParseError> {
+        assert_eq!(Format::detect(text.as_bytes()), Format::Text, "{text}");
+        Format::Text.parse(text.as_bytes())
     }
 
-    /// The same maze, written as others do.
+    fn error(text: &str) -> String {
+        parse(text).unwrap_err().to_string()
+    }
+
     #[test]
-    fn variations_read_alike() {
-        let maze: Maze = MAZE.parse().unwrap();
+    fn variations_are_equal() {
+        let maze = parse(MAZE).unwrap();
         assert_eq!(maze.to_string(), MAZE);
         assert_eq!(*maze.goals(), [Cell::new(1, 1), Cell::new(2, 1)].into_iter().collect());
         for (what, text) in [
             ("plus signs", MAZE.replace('o', "+")),
             ("dots", MAZE.replace('o', ".")),
-            ("a sign beyond ASCII", MAZE.replace('o', "·")),
+            ("a post outside ASCII", MAZE.replace('o', "·")),
             ("other walls", MAZE.replace('-', "=").replace('|', "!")),
             ("walls of several kinds", MAZE.replace("| S", "I S")),
             ("carriage returns", MAZE.replace('\n', "\r\n")),
@@ -79,31 +90,31 @@ o---o---o---o
                 "+--+--+--+\n|   G  G |\n+  +--+  +\n|S |     |\n+--+--+--+\n".to_string(),
             ),
         ] {
-            assert_eq!(text.parse().as_ref(), Ok(&maze), "{what}");
+            assert_eq!(parse(&text).as_ref(), Ok(&maze), "{what}");
         }
     }
 
     #[test]
     fn start_and_goal_are_optional() {
-        let maze: Maze = MAZE.replace(['S', 'G'], " ").parse().unwrap();
+        let maze = parse(&MAZE.replace(['S', 'G'], " ")).unwrap();
         assert_eq!(maze.start().cell, Cell::new(0, 0));
         assert_eq!(*maze.goals(), MazeSize::new(3, 2).unwrap().central_cells());
     }
 
     #[test]
-    fn a_maze_of_one_kind_of_character_reads() {
-        let maze: Maze = MAZE.replace(['o', '-', '|'], "#").parse().unwrap();
-        assert_eq!(maze, MAZE.parse().unwrap());
-        let narrow: Maze = "#######\n#  G G#\n# ### #\n#S#   #\n#######\n".parse().unwrap();
+    fn posts_and_walls_may_look_alike() {
+        let maze = parse(&MAZE.replace(['o', '-', '|'], "#")).unwrap();
+        assert_eq!(Ok(&maze), parse(MAZE).as_ref());
+        let narrow = parse("#######\n#  G G#\n# ### #\n#S#   #\n#######\n").unwrap();
         assert_eq!(narrow, maze);
-        let digits = MAZE.replace(['o', '-', '|'], "1").parse();
+        let digits = parse(&MAZE.replace(['o', '-', '|'], "1"));
         assert_eq!(digits, Ok(maze));
     }
 
     #[test]
-    fn trailing_blanks_may_be_missing_but_no_wall() {
+    fn trailing_blanks_may_be_missing_but_walls_may_not() {
         let text = "o---o---o\n|       |\no   o   o\n|   |   |\no---o---o\n";
-        assert!(text.parse::<Maze>().is_ok());
+        assert!(parse(text).is_ok());
         insta::assert_snapshot!(
             error(&text.replace("|       |", "|")),
             @"line 2, column 9: expected the outer wall, found the end of the line"
@@ -115,7 +126,7 @@ o---o---o---o
     }
 
     #[test]
-    fn errors_name_place_expected_and_found() {
+    fn errors_name_location_expected_and_found() {
         let replaced = |from: &str, to: &str| error(&MAZE.replacen(from, to, 1));
         insta::assert_snapshot!(replaced("o---o   o", "o-- o   o"), @r#"line 3, column 6: expected "---" or three spaces between posts, found "-- ""#);
         insta::assert_snapshot!(replaced("o   o---", "o   ----"), @r#"line 3, column 5: expected a post 'o', found "----o   o""#);
@@ -133,21 +144,21 @@ o---o---o---o
         insta::assert_snapshot!(replaced("o---o---o---o\n|", "o---o---o---o\n\n\nnot |"), @r#"line 4, column 13: expected the outer wall, found " ""#);
     }
 
-    /// Its first two rows would make a maze alone.
+    /// The first rows alone would be a maze.
     #[test]
-    fn every_gap_is_told_at_its_own_place() {
+    fn every_gap_is_reported_at_its_own_location() {
         let text = "o---o---o\n|       |\no---o---o\n|       |\no---o---o\n  official: 2\n";
-        let places = |first: &str, second: &str| -> Vec<String> {
+        let locations = |first: &str, second: &str| -> Vec<String> {
             let row = "|       |\n";
             let text = text.replacen(row, "ROW", 1).replacen(row, second, 1).replace("ROW", first);
             let errors = Format::Text.read(text.as_bytes()).unwrap_err();
-            errors.iter().map(|error| error.place.to_string()).collect()
+            errors.iter().map(|error| error.location.to_string()).collect()
         };
         let (row, bare) = ("|       |\n", "  S\n");
         let at = |line: usize| [1, 9].map(|column| format!("line {line}, column {column}"));
-        assert_eq!(places(row, bare), at(4));
-        assert_eq!(places(bare, row), at(2));
-        assert_eq!(places(bare, bare), [at(2), at(4)].concat());
+        assert_eq!(locations(row, bare), at(4));
+        assert_eq!(locations(bare, row), at(2));
+        assert_eq!(locations(bare, bare), [at(2), at(4)].concat());
     }
 
     #[test]
@@ -158,12 +169,12 @@ o---o---o---o
         insta::assert_snapshot!(error(&lines(3)), @r#"line 3, column 2: expected the outer wall, found "   ""#);
         insta::assert_snapshot!(error(&lines(4)), @"line 5, column 1: expected a row of posts, found the end of the file");
         for end in 1..MAZE.trim_end().len() {
-            assert!(MAZE[..end].parse::<Maze>().is_err(), "cut after {end} bytes");
+            assert!(parse(&MAZE[..end]).is_err(), "cut after {end} bytes");
         }
     }
 
     #[test]
-    fn more_than_32_cells_are_too_many() {
+    fn more_than_32_cells_are_an_error() {
         let wide = "o".to_string() + &"---o".repeat(33);
         insta::assert_snapshot!(error(&wide), @"line 1, column 130: expected at most 32 cells side by side, found 33 cells");
         let high = "o---o\n|   |\n".repeat(33) + "o---o\n";

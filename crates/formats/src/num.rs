@@ -1,58 +1,62 @@
-//! The format of one line a cell: its place and its four walls.
+//! The format with a line for each cell: its coordinates and its four walls.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::rows::{Item, end, items, lines};
-use super::stated::{self, Stated};
-use super::{ParseError, ParseErrorKind, cell, quoted, size, unmarked};
-use crate::{Cell, Heading, Maze, MazeSize, Sides};
+use mmsim_maze::{Cell, Heading, Maze, MazeSize, Sides};
 
-/// Whether a line is one of such a file.
-pub(super) fn is_line(content: &str) -> bool {
+use crate::cell_record::{self, CellRecord};
+use crate::error::{ParseError, ParseErrorKind, quoted};
+use crate::parsed_maze::{cell, size, unmarked_maze};
+use crate::rows::{Item, end, items, lines};
+
+/// Returns whether a line has this format.
+pub(crate) fn matches_line(content: &str) -> bool {
     let items: Vec<&str> = content.split_whitespace().collect();
     let is_number = |item: &&str| item.len() <= 2 && item.bytes().all(|c| c.is_ascii_digit());
     let is_wall = |item: &&str| ["0", "1"].contains(item);
     items.len() == 6 && items.iter().all(is_number) && items[2..].iter().all(is_wall)
 }
 
-pub(super) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
-    let mut cells: BTreeMap<Cell, Stated> = BTreeMap::new();
+pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
+    let mut cells: BTreeMap<Cell, CellRecord> = BTreeMap::new();
     for (line, content) in lines(text) {
-        let (cell, stated) = parse_line(line, content)?;
+        let (cell, record) = parse_line(line, content)?;
         if let Some(before) = cells.get(&cell) {
-            let expected = format!("{cell} once, as at {}", before.place);
-            let error = ParseError::at(stated.place, expected, "it twice").with_cell(cell);
+            let expected = format!("{cell} once, as at {}", before.location);
+            let error = ParseError::at(record.location, expected, "it twice").with_cell(cell);
             return Err(error.with_kind(ParseErrorKind::Contradiction).into());
         }
-        cells.insert(cell, stated);
+        cells.insert(cell, record);
     }
-    let count = |of: fn(&Cell) -> u8| cells.keys().map(of).max().map_or(0, |last| last + 1);
-    let size = size(count(|cell| cell.x).into(), count(|cell| cell.y).into())?;
+    let count = |coordinate: fn(&Cell) -> u8| {
+        cells.keys().map(coordinate).max().map_or(0, |last| usize::from(last) + 1)
+    };
+    let size = size(count(|cell| cell.x), count(|cell| cell.y))?;
     let missing: Vec<Cell> = size.cells().filter(|cell| !cells.contains_key(cell)).collect();
     if let Some(first) = missing.first() {
         let last = lines(text).last().map_or(0, |(line, _)| line);
         let expected = format!("a line for each cell of {size}");
-        let error = ParseError::new(last + 1, 1, expected, format!("none for {}", named(&missing)));
-        return Err(error.with_cell(*first).into());
+        let found = format!("none for {}", abbreviated(&missing));
+        return Err(ParseError::new(last + 1, 1, expected, found).with_cell(*first).into());
     }
-    unmarked(stated::walls(size, |cell| &cells[&cell])?)
+    unmarked_maze(cell_record::walls(size, |cell| &cells[&cell])?)
 }
 
-pub(super) fn write(maze: &Maze) -> String {
+pub(crate) fn write(maze: &Maze) -> String {
     let size = maze.size();
     let columns = 0..size.width();
     let cells = columns.flat_map(|x| (0..size.height()).map(move |y| Cell { x, y }));
     cells.fold(String::new(), |mut text, cell| {
         let sides = maze.walls().sides(cell);
         let [north, east, south, west] = Heading::ALL.map(|heading| u8::from(sides.has(heading)));
-        // A string takes whatever is written.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{} {} {north} {east} {south} {west}", cell.x, cell.y);
         text
     })
 }
 
-fn parse_line(line: usize, content: &str) -> Result<(Cell, Stated), ParseError> {
+fn parse_line(line: usize, content: &str) -> Result<(Cell, CellRecord), ParseError> {
     let items = items(line, content);
     let [x, y, sides @ ..] = items.as_slice() else { return Err(not_six(line, content, &items)) };
     let [_, _, _, _] = sides else { return Err(not_six(line, content, &items)) };
@@ -65,8 +69,8 @@ fn parse_line(line: usize, content: &str) -> Result<(Cell, Stated), ParseError> 
             _ => return Err(side.error("0 or 1 for a wall")),
         }
     }
-    let (place, found) = (x.place(), quoted(content.trim()));
-    Ok((cell, Stated { sides: Sides::from_bits(bits), place, found }))
+    let (location, found) = (x.location(), quoted(content.trim()));
+    Ok((cell, CellRecord { sides: Sides::from_bits(bits), location, found }))
 }
 
 fn not_six(line: usize, content: &str, items: &[Item]) -> ParseError {
@@ -80,8 +84,8 @@ fn coordinate(item: &Item) -> Result<usize, ParseError> {
     number.ok_or_else(|| item.error("a coordinate from 0 to 31"))
 }
 
-/// The first of some cells, and how many more there are.
-fn named(cells: &[Cell]) -> String {
+/// Names the first three cells, and how many follow.
+fn abbreviated(cells: &[Cell]) -> String {
     const SHOWN: usize = 3;
     let shown: Vec<String> = cells.iter().take(SHOWN).map(Cell::to_string).collect();
     let shown = shown.join(", ");
@@ -94,7 +98,7 @@ fn named(cells: &[Cell]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Format;
+    use crate::format::Format;
 
     const MAZE: &str = "\
 0 0 0 1 1 1
@@ -103,9 +107,14 @@ mod tests {
 1 1 1 1 0 0
 ";
 
+    fn parse(text: &str) -> Result<Maze, ParseError> {
+        assert_eq!(Format::detect(text.as_bytes()), Format::Num, "{text}");
+        Format::Num.parse(text.as_bytes())
+    }
+
     #[test]
     fn lines_are_cells_in_any_order() {
-        let maze: Maze = MAZE.parse().unwrap();
+        let maze = parse(MAZE).unwrap();
         insta::assert_snapshot!(maze, @"
         o---o---o
         | G   G |
@@ -114,17 +123,15 @@ mod tests {
         o---o---o
         ");
         let lines: Vec<&str> = MAZE.lines().rev().collect();
-        let turned = "\n ".to_string() + &lines.join(" \r\n\r\n");
-        assert_eq!(Format::detect(turned.as_bytes()), Format::Num);
-        assert_eq!(turned.parse().as_ref(), Ok(&maze));
+        let reversed = "\n ".to_string() + &lines.join(" \r\n\r\n");
+        assert_eq!(parse(&reversed).as_ref(), Ok(&maze));
         assert_eq!(Format::Num.write(&maze).as_deref(), Ok(MAZE.as_bytes()));
     }
 
     #[test]
     fn errors_name_cells_and_lines() {
-        let error = |from: &str, to: &str| {
-            MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
-        };
+        let error =
+            |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
         insta::assert_snapshot!(error("1 0 0 1 1 1", "1 0 0 1 1 0"), @r#"line 3, column 1: expected (1, 0) closed to the west, as (0, 0) is to the east at line 1, column 1, found "1 0 0 1 1 0""#);
         insta::assert_snapshot!(error("0 0 0 1 1 1", "0 0 0 1 1 0"), @r#"line 1, column 1: expected (0, 0) closed to the west, an outer wall, found "0 0 0 1 1 0""#);
         insta::assert_snapshot!(error("1 0 0 1 1 1", "0 0 0 1 1 1"), @"line 3, column 1: expected (0, 0) once, as at line 1, column 1, found it twice");

@@ -1,35 +1,37 @@
-//! The binary format `.maz`: a byte a cell of a 16×16 maze.
+//! The binary format `.maz`: one byte for each cell of a 16×16 maze.
 
-use super::stated::{self, Stated};
-use super::{ParseError, Place, cell, unmarked};
-use crate::{Cell, Maze, MazeSize, Sides};
+use mmsim_maze::{Cell, Maze, MazeSize, Sides};
+
+use crate::cell_record::{self, CellRecord};
+use crate::error::{Location, ParseError};
+use crate::parsed_maze::{cell, unmarked_maze};
 
 const SIZE: MazeSize = MazeSize::CLASSIC;
 
-/// Whether this is such a file, or one with something wrong in it. No text starts with the 14 of a
-/// start cell that is open to the north only, nor is it made of bytes below 16, but for blanks.
-pub(super) fn is_it(content: &[u8]) -> bool {
-    let is_short = content.iter().all(|&byte| byte < 16);
+/// Returns whether the content is a `.maz` file, valid or not. A text does not start with byte 14, a
+/// start cell open to the north only, and has bytes of 16 and above unless it is blank.
+pub(crate) fn matches(content: &[u8]) -> bool {
+    let is_low = content.iter().all(|&byte| byte < 16);
     let is_blank = content.iter().all(|byte| (9..=13).contains(byte));
-    is_short && !is_blank || content.len() == SIZE.area() && content.first() == Some(&14)
+    is_low && !is_blank || content.len() == SIZE.area() && content.first() == Some(&14)
 }
 
-pub(super) fn parse(content: &[u8]) -> Result<Maze, Vec<ParseError>> {
+pub(crate) fn parse(content: &[u8]) -> Result<Maze, Vec<ParseError>> {
     if content.len() != SIZE.area() {
         let (index, found) = (content.len().min(SIZE.area()), content.len());
         let expected = format!("{} bytes, one for each cell of {SIZE}", SIZE.area());
-        let error = ParseError::at(Place::Byte(index + 1), expected, found.to_string());
-        return Err(ParseError { cell: cell_of(index), ..error }.into());
+        let error = ParseError::at(Location::Byte(index + 1), expected, found.to_string());
+        return Err(ParseError { cell: cell_at(index), ..error }.into());
     }
-    let cells: Vec<Stated> = content
+    let cells: Vec<CellRecord> = content
         .iter()
         .enumerate()
         .map(|(index, &byte)| parse_cell(index, byte))
         .collect::<Result<_, _>>()?;
-    unmarked(stated::walls(SIZE, |cell| &cells[index(cell)])?)
+    unmarked_maze(cell_record::walls(SIZE, |cell| &cells[index(cell)])?)
 }
 
-pub(super) fn write(maze: &Maze) -> Vec<u8> {
+pub(crate) fn write(maze: &Maze) -> Vec<u8> {
     let columns = 0..SIZE.width();
     columns
         .flat_map(|x| (0..SIZE.height()).map(move |y| Cell { x, y }))
@@ -41,25 +43,27 @@ fn index(cell: Cell) -> usize {
     usize::from(SIZE.height()) * usize::from(cell.x) + usize::from(cell.y)
 }
 
-/// The cell that the byte with this index is of, unless it lies beyond the last.
-fn cell_of(index: usize) -> Option<Cell> {
+/// Returns the cell of the byte with this index, or `None` after the last cell.
+fn cell_at(index: usize) -> Option<Cell> {
     let height = usize::from(SIZE.height());
     (index < SIZE.area()).then(|| cell(index / height, index % height))
 }
 
-fn parse_cell(index: usize, byte: u8) -> Result<Stated, ParseError> {
-    let (place, found) = (Place::Byte(index + 1), byte.to_string());
+fn parse_cell(index: usize, byte: u8) -> Result<CellRecord, ParseError> {
+    let (location, found) = (Location::Byte(index + 1), byte.to_string());
     if byte >= 16 {
-        let error = ParseError::at(place, "a byte from 0 to 15", found);
-        return Err(ParseError { cell: cell_of(index), ..error });
+        let error = ParseError::at(location, "a byte from 0 to 15", found);
+        return Err(ParseError { cell: cell_at(index), ..error });
     }
-    Ok(Stated { sides: Sides::from_bits(byte), place, found })
+    Ok(CellRecord { sides: Sides::from_bits(byte), location, found })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{CellSet, Format, Heading, Walls};
+    use mmsim_maze::{CellSet, Heading, Walls};
+
+    use crate::format::Format;
 
     /// A start that is open to the north only, in a maze without another inner wall.
     fn seed() -> Vec<u8> {
@@ -83,7 +87,7 @@ mod tests {
         let seed = seed();
         assert_eq!(seed[..3], [14, 8, 8]);
         assert_eq!(Format::detect(&seed), Format::Maz);
-        assert_eq!(Maze::parse(&seed).as_ref(), Ok(&maze));
+        assert_eq!(Format::Maz.parse(&seed).as_ref(), Ok(&maze));
         assert_eq!(Format::Maz.write(&maze).as_ref(), Ok(&seed));
     }
 
@@ -102,13 +106,13 @@ mod tests {
         let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
         let bytes = Format::Maz.write(&maze).unwrap();
         assert_eq!(bytes[1..15], [b'\n'; 14]);
-        assert_eq!(Maze::parse(&bytes), Ok(maze));
+        assert_eq!(Format::Maz.parse(&bytes), Ok(maze));
     }
 
     #[test]
     fn errors_name_the_byte_and_the_cells() {
         let told = |content: &[u8]| {
-            let error = Maze::parse(content).unwrap_err();
+            let error = Format::Maz.parse(content).unwrap_err();
             let cell = error.cell.map_or("no cell".into(), |cell| cell.to_string());
             format!("{error}; {cell}")
         };

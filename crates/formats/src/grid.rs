@@ -1,83 +1,84 @@
-//! Posts and walls drawn as text, still without axes: what the text formats have in common.
+//! Mazes drawn as text, in the rows and columns of the file.
 
-use super::{ParseError, ParseErrorKind, Place, quoted};
-use crate::MazeSize;
+use mmsim_maze::MazeSize;
 
-/// A drawn maze as it stands in the file: rows from the top, columns from the left.
-pub(super) struct Grid {
-    pub(super) rows: usize,
-    pub(super) columns: usize,
-    /// `below[row][column]`: a wall below the cell.
-    pub(super) below: Vec<Vec<bool>>,
-    /// `right[row][column]`: a wall to the right of the cell.
-    pub(super) right: Vec<Vec<bool>>,
-    /// What is written in cells.
-    pub(super) cell_marks: Vec<Mark>,
-    /// What is written in place of posts; (0, 0) is the post in the upper left corner.
-    pub(super) post_marks: Vec<Mark>,
-    /// Where it is unknown whether there is a wall.
-    pub(super) unknown: Vec<Place>,
-    /// Where an outer wall is missing.
+use crate::error::{Location, ParseError, ParseErrorKind, quoted};
+
+/// A drawn maze. Rows count from the top, columns from the left.
+pub(crate) struct Grid {
+    pub(crate) rows: usize,
+    pub(crate) columns: usize,
+    /// `below[row][column]`: whether there is a wall below the cell.
+    pub(crate) below: Vec<Vec<bool>>,
+    /// `right[row][column]`: whether there is a wall to the right of the cell.
+    pub(crate) right: Vec<Vec<bool>>,
+    /// Marks in cells.
+    pub(crate) cell_marks: Vec<Mark>,
+    /// Marks in place of posts. (0, 0) is the post in the upper left corner.
+    pub(crate) post_marks: Vec<Mark>,
+    /// Walls marked as unknown.
+    pub(crate) unknown: Vec<Location>,
+    /// Missing outer walls.
     gaps: Vec<ParseError>,
     dots: Dots,
 }
 
-/// What a dot in place of an inner wall is.
+/// The meaning of a dot in place of an inner wall.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Dots {
-    /// A wall, as any other character.
+pub(crate) enum Dots {
+    /// A wall, like any other character.
     Wall,
-    /// A wall that nobody knows of, which counts as open.
+    /// An unknown wall, which is read as open.
     Unknown,
 }
 
-/// Something written in a cell or in place of a post.
-pub(super) struct Mark {
-    pub(super) row: usize,
-    pub(super) column: usize,
-    /// What is written, without blanks around it.
-    pub(super) text: String,
+/// A mark in a cell or in place of a post.
+pub(crate) struct Mark {
+    pub(crate) row: usize,
+    pub(crate) column: usize,
+    /// The mark without blanks around it.
+    pub(crate) text: String,
     line: usize,
     at: usize,
 }
 
 impl Mark {
-    pub(super) fn error(&self, expected: &str) -> ParseError {
+    pub(crate) fn error(&self, expected: &str) -> ParseError {
         ParseError::new(self.line, self.at, expected, quoted(&self.text))
     }
 }
 
-/// Reads the drawing in `text`, whose first line in the file is number `first_line`.
+/// Parses the drawing in `text`, which starts at line `first_line` of the file.
 ///
 /// # Errors
-/// Every gap in the outer wall, and whatever else is wrong first.
-pub(super) fn parse(text: &str, first_line: usize, dots: Dots) -> Result<Grid, Vec<ParseError>> {
+/// Returns every gap in the outer wall, and of other errors the first.
+pub(crate) fn parse(text: &str, first_line: usize, dots: Dots) -> Result<Grid, Vec<ParseError>> {
     let (grid, errors) = read(text, first_line, dots)?;
     if errors.is_empty() { Ok(grid) } else { Err(errors) }
 }
 
-/// Whether there are unknown walls in the drawing, be it in order or not.
-pub(super) fn has_unknown(text: &str) -> bool {
+/// Returns whether the drawing has unknown walls, even if it has errors.
+pub(crate) fn has_unknown(text: &str) -> bool {
     read(text, 1, Dots::Unknown).is_ok_and(|(grid, _)| !grid.unknown.is_empty())
 }
 
-/// The drawing as far as it can be read, and what is wrong with it.
+/// Reads the drawing up to the first error other than a gap, and returns it with all errors.
 fn read(text: &str, first_line: usize, dots: Dots) -> Result<(Grid, Vec<ParseError>), ParseError> {
     let lines = drawing_lines(text, first_line)?;
     let pitches = pitches(&lines[0])?;
-    // Posts or outer walls of dots are known.
+    // If posts or outer walls are dots, so may be known inner walls.
     let is_dotted = lines.iter().take(2).any(|line| line.at(0) == '.');
     let dots = if is_dotted { Dots::Wall } else { dots };
     let first = read_with(&lines, pitches[0], dots);
     if first.1.is_empty() {
         return Ok(first);
     }
-    // Where posts and walls look alike, the pitch is the first with which there is a maze.
+    // If posts and walls look alike, the first pitch that gives a maze wins.
     let mut others = pitches.iter().skip(1).map(|&other| read_with(&lines, other, dots));
     Ok(others.find(|(_, errors)| errors.is_empty()).unwrap_or(first))
 }
 
-/// Reads a drawing with a post every `pitch` characters.
+/// Reads a drawing with a post every `pitch` characters, and returns it with all errors.
 fn read_with(
     lines: &[Line],
     (pitch, columns): (usize, usize),
@@ -102,8 +103,8 @@ fn read_with(
 }
 
 impl Grid {
-    /// Every (row, column).
-    pub(super) fn cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+    /// Returns the row and column of every cell.
+    pub(crate) fn cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let columns = self.columns;
         (0..self.rows).flat_map(move |row| (0..columns).map(move |column| (row, column)))
     }
@@ -182,8 +183,8 @@ impl Grid {
             .collect()
     }
 
-    /// Whether there is a wall at the `length` characters from `from`, of which all or none are
-    /// blank, but for a dot in the middle. An outer wall must be there.
+    /// Returns whether there is a wall at the `length` characters from `from`: all of them blank, none
+    /// of them, or all but a dot in the middle. Records outer walls that are missing.
     fn read_wall(
         &mut self,
         line: &Line,
@@ -206,7 +207,7 @@ impl Grid {
         if is_unknown && outer {
             self.gaps.push(gap());
         } else if is_unknown {
-            self.unknown.push(Place::Text { line: line.number, column: middle + 1 });
+            self.unknown.push(Location::Text { line: line.number, column: middle + 1 });
         } else if blanks > 0 && blanks < length && from < line.characters.len() {
             let expected = match length {
                 2 => r#""--" or two spaces between posts"#,
@@ -220,14 +221,15 @@ impl Grid {
     }
 }
 
-/// A line of the drawing: its number in the file and its characters without trailing blanks.
+/// A line of the drawing without trailing blanks, and its number in the file.
 struct Line {
     number: usize,
     characters: Vec<char>,
 }
 
 impl Line {
-    /// The character there; a blank beyond the end, where trailing blanks may be missing.
+    /// Returns the character at `index`. Beyond the end it is a blank, because trailing blanks may be
+    /// missing.
     fn at(&self, index: usize) -> char {
         self.characters.get(index).copied().unwrap_or(' ')
     }
@@ -245,8 +247,8 @@ impl Line {
     }
 }
 
-/// The lines that belong to the drawing: posts and cells in turn, posts first and last. What
-/// follows after them is no concern of ours.
+/// Returns the lines of the drawing: posts and cells alternate, posts come first and last. Lines
+/// after the drawing are ignored.
 fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>, ParseError> {
     let mut following = (first_line..)
         .zip(text.lines())
@@ -262,7 +264,7 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>, ParseError>
         if let Some(index) = line.characters.iter().position(unprintable) {
             let found = match line.at(index) {
                 '\t' => "a tab".into(),
-                char::REPLACEMENT_CHARACTER => "a byte that is no text".into(),
+                char::REPLACEMENT_CHARACTER => "a byte that is not text".into(),
                 character => format!("{character:?}"),
             };
             return Err(line.error(index, "a maze drawn with printable characters", &found));
@@ -286,10 +288,10 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>, ParseError>
     }
 }
 
-/// Whether the line after a row of posts is another row of cells rather than text that follows the
-/// maze. It is one if it starts with a wall: `|`, or whatever the first row of cells starts with.
-/// So is one that starts with a blank, or is as long as a row of posts, if such a row follows: lest a
-/// maze with a gap in its outer wall be read as a smaller one.
+/// Returns whether the line after a row of posts is a row of cells, and not text after the maze. A
+/// row of cells starts with a wall: `|`, or the first character of the first row of cells. A line that
+/// starts with a blank, or is as long as a row of posts, is a row of cells if a row of posts follows.
+/// Otherwise a maze with a gap in its outer wall would be read as a smaller maze.
 fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     let (posts, wall) = (&lines[0], lines.get(1).map_or('|', |cells| cells.at(0)));
     let is_as_long = |line: &Line| line.characters.len() == posts.characters.len();
@@ -301,8 +303,8 @@ fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     lines.len() == 1 || is_row
 }
 
-/// The possible distances between two posts in characters, each with the number of cells side by
-/// side, off the first line: several where posts and walls look alike, at least one.
+/// Infers from the first line the distance between two posts, in characters, with the number of cells
+/// side by side. Returns several candidates if posts and walls look alike, and at least one.
 fn pitches(line: &Line) -> Result<Vec<(usize, usize)>, ParseError> {
     let post = line.at(0);
     let pitches = match line.characters.iter().skip(1).position(|&c| c == post) {
@@ -318,18 +320,18 @@ fn pitches(line: &Line) -> Result<Vec<(usize, usize)>, ParseError> {
     if possible.is_empty() { measured(&pitches[0]).map(|one| vec![one]) } else { Ok(possible) }
 }
 
-/// The number of cells side by side, off the first line.
+/// Returns the number of cells side by side, according to the first line.
 fn measure(line: &Line, pitch: usize) -> Result<usize, ParseError> {
-    const MOST: usize = MazeSize::MAX_SIDE as usize;
+    const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
     let last = line.characters.len() - 1;
     if !last.is_multiple_of(pitch) || last == 0 {
         let at = last - last % pitch;
         let expected = format!("a post {:?} every {pitch} columns", line.at(0));
         return Err(line.error(at + 1, &expected, &quoted(&line.rest(at + 1))));
     }
-    if last / pitch > MOST {
+    if last / pitch > MAX_SIDE {
         let found = format!("{} cells", last / pitch);
-        return Err(line.error(MOST * pitch + 1, "at most 32 cells side by side", &found));
+        return Err(line.error(MAX_SIDE * pitch + 1, "at most 32 cells side by side", &found));
     }
     Ok(last / pitch)
 }

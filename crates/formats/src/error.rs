@@ -1,0 +1,105 @@
+//! Errors in the content of a maze file.
+
+use std::fmt;
+
+use mmsim_maze::Cell;
+
+/// An error in a maze file: where it is, what was expected there and what was found.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{location}: expected {expected}, found {found}")]
+#[non_exhaustive]
+pub struct ParseError {
+    /// The kind of error.
+    pub kind: ParseErrorKind,
+    /// Where in the file.
+    pub location: Location,
+    /// The cell it concerns, if the format tells.
+    pub cell: Option<Cell>,
+    /// What was expected.
+    pub expected: String,
+    /// What was found.
+    pub found: String,
+}
+
+/// The kind of error in a maze file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ParseErrorKind {
+    /// The content violates the format.
+    Unreadable,
+    /// Two locations in the file contradict each other.
+    Contradiction,
+    /// An outer wall is missing.
+    OpenPerimeter,
+}
+
+/// A location in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Location {
+    /// A location in a text file.
+    Text {
+        /// The line, counted from 1.
+        line: usize,
+        /// The column in characters, counted from 1.
+        column: usize,
+    },
+    /// A byte of a binary file, counted from 1.
+    Byte(usize),
+}
+
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text { line, column } => write!(f, "line {line}, column {column}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+        }
+    }
+}
+
+impl ParseError {
+    /// An error at a line and column of a text file.
+    pub(crate) fn new(
+        line: usize,
+        column: usize,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Self {
+        Self::at(Location::Text { line, column }, expected, found)
+    }
+
+    pub(crate) fn at(
+        location: Location,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Self {
+        let (kind, expected, found) = (ParseErrorKind::Unreadable, expected.into(), found.into());
+        Self { kind, location, cell: None, expected, found }
+    }
+
+    pub(crate) fn with_kind(self, kind: ParseErrorKind) -> Self {
+        Self { kind, ..self }
+    }
+
+    pub(crate) fn with_cell(self, cell: Cell) -> Self {
+        Self { cell: Some(cell), ..self }
+    }
+}
+
+impl From<ParseError> for Vec<ParseError> {
+    fn from(error: ParseError) -> Self {
+        vec![error]
+    }
+}
+
+/// Quotes content of the file for an error message: escaped and at most 24 characters long.
+pub(crate) fn quoted(found: &str) -> String {
+    const MAX_CHARACTERS: usize = 24;
+    if found.is_empty() {
+        return "the end of the line".to_string();
+    }
+    match found.char_indices().nth(MAX_CHARACTERS) {
+        Some((end, _)) => format!("{:?}…", &found[..end]),
+        None => format!("{found:?}"),
+    }
+}

@@ -1,0 +1,439 @@
+//! Rows of hex digits, one digit for each cell. The encoding is inferred: of 32 candidates, the first
+//! that gives a maze wins.
+
+use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Sides, Walls};
+
+use crate::cell_record::{self, CellRecord};
+use crate::error::{ParseError, quoted};
+use crate::parsed_maze::{ParsedMaze, unmarked_maze};
+use crate::rows::{Item, MAX_ITEMS, items, table};
+
+const SIDE: usize = MazeSize::MAX_SIDE as usize;
+
+/// The usual headings of the bits 1, 2, 4 and 8: clockwise from the north, and counter-clockwise
+/// from the east.
+const BIT_ORDERS: [[Heading; 4]; 2] = {
+    use Heading::{East, North, South, West};
+    [[North, East, South, West], [East, North, West, South]]
+};
+
+/// How the lines of the file lie in the maze.
+#[derive(Clone, Copy)]
+struct Layout {
+    /// Whether a line is a column of the maze instead of a row.
+    columns: bool,
+    /// Whether the first line is at the north or east edge.
+    lines_reversed: bool,
+    /// Whether the first digit of a line is at the north or east edge.
+    digits_reversed: bool,
+}
+
+impl Layout {
+    /// All layouts, the usual ones first: as a maze is drawn, and as in `.maz` files.
+    const ALL: [Self; 8] = {
+        const fn layout(columns: bool, lines_reversed: bool, digits_reversed: bool) -> Layout {
+            Layout { columns, lines_reversed, digits_reversed }
+        }
+        [
+            layout(false, true, false),
+            layout(true, false, false),
+            layout(false, true, true),
+            layout(false, false, false),
+            layout(false, false, true),
+            layout(true, false, true),
+            layout(true, true, false),
+            layout(true, true, true),
+        ]
+    };
+
+    fn words(self) -> String {
+        let (lines, far, near, across, from) = if self.columns {
+            ("columns", "east", "west", "north", "south")
+        } else {
+            ("rows", "north", "south", "east", "west")
+        };
+        let lines_from = if self.lines_reversed { far } else { near };
+        let digits_from = if self.digits_reversed { across } else { from };
+        format!("{lines} from the {lines_from}, each from the {digits_from}")
+    }
+
+    /// Returns the size of the maze of a table whose width is the length of a line.
+    fn maze_size(self, table: MazeSize) -> MazeSize {
+        let (digits, lines) = (usize::from(table.width()), usize::from(table.height()));
+        let (width, height) = if self.columns { (lines, digits) } else { (digits, lines) };
+        MazeSize::new(width, height).unwrap_or(table)
+    }
+
+    /// Returns the line of a cell, and the digit in that line.
+    fn position(self, size: MazeSize, Cell { x, y }: Cell) -> (usize, usize) {
+        let (line, lines, digit, digits) = if self.columns {
+            (x, size.width(), y, size.height())
+        } else {
+            (y, size.height(), x, size.width())
+        };
+        let at = |index: u8, count: u8, reversed: bool| {
+            usize::from(if reversed { count - 1 - index } else { index })
+        };
+        (at(line, lines, self.lines_reversed), at(digit, digits, self.digits_reversed))
+    }
+}
+
+/// The digits in one layout.
+struct Digits {
+    layout: Layout,
+    size: MazeSize,
+    /// Bit x of `planes[bit][y]` is that bit of the digit of (x, y).
+    planes: [[u32; SIDE]; 4],
+}
+
+impl Digits {
+    fn new(values: &[Vec<u8>], table: MazeSize, layout: Layout) -> Self {
+        let size = layout.maze_size(table);
+        let mut planes = [[0; SIDE]; 4];
+        for cell in size.cells() {
+            let (line, digit) = layout.position(size, cell);
+            for (bit, plane) in planes.iter_mut().enumerate() {
+                let value = u32::from(values[line][digit] >> bit & 1);
+                plane[usize::from(cell.y)] |= value << cell.x;
+            }
+        }
+        Self { layout, size, planes }
+    }
+}
+
+/// An encoding of a maze as digits.
+#[derive(Clone, Copy)]
+struct Encoding<'a> {
+    digits: &'a Digits,
+    /// The headings of the bits 1, 2, 4 and 8.
+    bits: [Heading; 4],
+    /// Whether set bits are open sides instead of walls.
+    set_is_open: bool,
+}
+
+impl<'a> Encoding<'a> {
+    /// Returns all encodings, in the order in which they are tried.
+    fn all(layouts: &'a [Digits]) -> impl Iterator<Item = Self> {
+        BIT_ORDERS.into_iter().flat_map(move |bits| {
+            [false, true].into_iter().flat_map(move |set_is_open| {
+                layouts.iter().map(move |digits| Self { digits, bits, set_is_open })
+            })
+        })
+    }
+
+    fn words(self) -> String {
+        let set = if self.set_is_open { "open" } else { "walls" };
+        let [one, two, four, eight] = self.bits;
+        format!("{}, bits 1 2 4 8 {set} {one} {two} {four} {eight}", self.digits.layout.words())
+    }
+
+    /// Returns which cells have a wall towards `heading`: bit x of row y.
+    fn walls_towards(self, heading: Heading) -> [u32; SIDE] {
+        let bit = self.bits.iter().position(|&of_bit| of_bit == heading).unwrap_or(0);
+        let columns = u32::MAX >> (u32::BITS - u32::from(self.digits.size.width()));
+        let open = if self.set_is_open { columns } else { 0 };
+        self.digits.planes[bit].map(|row| row ^ open)
+    }
+
+    /// Returns the walls, and the number of faults: contradictions, missing outer walls, and a start
+    /// that is not open to the north only.
+    fn decode(self) -> (Walls, u32) {
+        let [north, east, south, west] = Heading::ALL.map(|heading| self.walls_towards(heading));
+        let (width, height) = (self.digits.size.width(), usize::from(self.digits.size.height()));
+        let columns = u32::MAX >> (u32::BITS - u32::from(width));
+        let row_faults = |y: usize| {
+            let above = if y + 1 < height { south[y + 1] } else { columns };
+            let right = west[y] >> 1 | 1 << (width - 1);
+            (north[y] ^ above).count_ones() + (east[y] ^ right).count_ones() + (!west[y] & 1)
+        };
+        let start_faults = (north[0] & 1) + (!east[0] & 1);
+        let faults = (0..height).map(row_faults).sum::<u32>()
+            + (south[0] ^ columns).count_ones()
+            + start_faults.min(1);
+        (Walls::from_rows(self.digits.size, north, east), faults)
+    }
+
+    fn sides(self, digit: u8) -> Sides {
+        let set = if self.set_is_open { !digit } else { digit };
+        let bits = self.bits.into_iter().enumerate();
+        Sides::from_bits(bits.map(|(bit, heading)| (set >> bit & 1) << heading as u8).sum())
+    }
+}
+
+/// The prefixes of hex numbers.
+const PREFIXES: [&str; 2] = ["0x", "0X"];
+
+/// Splits a line into digits. If they are separated, each may have the prefix `0x` or `0`.
+pub(crate) fn digits(line: usize, content: &str) -> Vec<Item<'_>> {
+    match items(line, content)[..] {
+        [row] => characters(without_prefix(row, PREFIXES)),
+        ref items => items.iter().copied().map(digit).collect(),
+    }
+}
+
+/// Returns whether all items are hex digits, and there is at least one.
+pub(crate) fn are_digits(items: &[Item]) -> bool {
+    !items.is_empty() && items.iter().all(|item| value(item).is_some())
+}
+
+fn value(item: &Item) -> Option<u8> {
+    u8::from_str_radix(item.text, 16).ok().filter(|_| item.text.len() == 1)
+}
+
+/// Returns a separated digit without its prefix.
+pub(crate) fn digit(item: Item) -> Item {
+    let item = without_prefix(item, PREFIXES);
+    if item.text.len() == 2 { without_prefix(item, ["0"]) } else { item }
+}
+
+/// Returns the item without the first of these prefixes that it has.
+fn without_prefix(item: Item<'_>, prefixes: impl IntoIterator<Item = &'static str>) -> Item<'_> {
+    let without = |prefix: &str| {
+        let text = item.text.strip_prefix(prefix)?;
+        Some(Item { text, column: item.column + prefix.len(), ..item })
+    };
+    prefixes.into_iter().find_map(without).unwrap_or(item)
+}
+
+fn characters(row: Item) -> Vec<Item> {
+    (row.column..)
+        .zip(row.text.char_indices())
+        .map(|(column, (at, c))| Item { text: &row.text[at..at + c.len_utf8()], column, ..row })
+        .take(MAX_ITEMS)
+        .collect()
+}
+
+pub(crate) fn parse(text: &str) -> Result<ParsedMaze, Vec<ParseError>> {
+    let (rows, table) = table(text, "hex digits", digits)?;
+    let row = |row: &Vec<Item>| row.iter().map(parse_digit).collect::<Result<Vec<_>, _>>();
+    let values: Vec<Vec<u8>> = rows.iter().map(row).collect::<Result<_, _>>()?;
+    let layouts = Layout::ALL.map(|layout| Digits::new(&values, table, layout));
+    let mut nearest: Option<(u32, Encoding)> = None;
+    let mut mazes: Vec<(Encoding, Maze)> = Vec::new();
+    for encoding in Encoding::all(&layouts) {
+        match encoding.decode() {
+            (walls, 0) => mazes.push((encoding, unmarked_maze(walls)?)),
+            (_, faults) if nearest.is_none_or(|(fewest, _)| faults < fewest) => {
+                nearest = Some((faults, encoding));
+            }
+            _ => {}
+        }
+    }
+    let first = mazes.iter().find(|(_, maze)| is_goal_reachable(maze)).or(mazes.first());
+    if let Some((encoding, maze)) = first.cloned() {
+        let is_ambiguous = mazes.iter().any(|(_, other)| *other != maze);
+        let ambiguous_encoding = is_ambiguous.then(|| encoding.words());
+        return Ok(ParsedMaze { ambiguous_encoding, ..maze.into() });
+    }
+    // Without a maze every encoding has a fault.
+    Err(nearest.map_or_else(Vec::new, |(_, encoding)| faults(&rows, &values, encoding)))
+}
+
+fn parse_digit(item: &Item) -> Result<u8, ParseError> {
+    value(item).ok_or_else(|| item.error("a hex digit"))
+}
+
+/// Returns an error for each fault of this encoding.
+fn faults(rows: &[Vec<Item>], values: &[Vec<u8>], encoding: Encoding) -> Vec<ParseError> {
+    let record = |(item, &value): (&Item, &u8)| CellRecord {
+        sides: encoding.sides(value),
+        location: item.location(),
+        found: quoted(item.text),
+    };
+    let records: Vec<Vec<CellRecord>> = rows
+        .iter()
+        .zip(values)
+        .map(|(row, values)| row.iter().zip(values).map(record).collect())
+        .collect();
+    let Digits { layout, size, .. } = *encoding.digits;
+    let record = |cell| {
+        let (line, digit) = layout.position(size, cell);
+        &records[line][digit]
+    };
+    let mut errors = cell_record::walls(size, record).err().unwrap_or_default();
+    let start = Cell::new(0, 0);
+    let CellRecord { sides, location, found } = record(start);
+    if *sides != Sides::from_bits(!1) {
+        let expected = format!("the start cell {start} open to the north only");
+        errors.push(ParseError::at(*location, expected, found).with_cell(start));
+    }
+    let nearest = format!(", in the nearest encoding: {}", encoding.words());
+    for error in &mut errors {
+        error.found += &nearest;
+    }
+    errors
+}
+
+fn is_goal_reachable(maze: &Maze) -> bool {
+    let (mut reached, mut ahead) = (CellSet::EMPTY, vec![maze.start().cell]);
+    while let Some(cell) = ahead.pop() {
+        if reached.insert(cell) {
+            ahead.extend(maze.walls().open_neighbours(cell));
+        }
+    }
+    maze.goals().iter().any(|goal| reached.contains(goal))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::format::Format;
+
+    /// Rows from the north, bits north east south west set for walls.
+    const MAZE: &str = "9553\na93a\naaaa\nec46\n";
+
+    fn parse(text: &str) -> Result<Maze, ParseError> {
+        assert_eq!(Format::detect(text.as_bytes()), Format::Hex, "{text}");
+        Format::Hex.parse(text.as_bytes())
+    }
+
+    #[test]
+    fn there_are_32_encodings() {
+        let table = MazeSize::new(1, 1).unwrap();
+        let layouts = Layout::ALL.map(|layout| Digits::new(&[vec![0]], table, layout));
+        let encodings: BTreeSet<String> = Encoding::all(&layouts).map(Encoding::words).collect();
+        assert_eq!((encodings.len(), Encoding::all(&layouts).count()), (32, 32));
+        let first = Encoding::all(&layouts).next().map(Encoding::words);
+        insta::assert_snapshot!(first.unwrap(), @"rows from the north, each from the west, bits 1 2 4 8 walls north east south west");
+    }
+
+    #[test]
+    fn rows_from_the_north_are_tried_first() {
+        insta::assert_snapshot!(parse(MAZE).unwrap(), @"
+        o---o---o---o---o
+        |               |
+        o   o---o---o   o
+        |   | G   G |   |
+        o   o   o   o   o
+        |   | G | G |   |
+        o   o   o   o   o
+        | S |           |
+        o---o---o---o---o
+        ");
+    }
+
+    #[test]
+    fn every_encoding_is_inferred() {
+        let maze = parse(MAZE).unwrap();
+        let blank = vec![vec![0; 4]; 4];
+        let layouts = Layout::ALL.map(|layout| Digits::new(&blank, maze.size(), layout));
+        for encoding in Encoding::all(&layouts) {
+            let text = text(&written(maze.walls(), encoding));
+            assert_eq!(parse(&text).as_ref(), Ok(&maze), "{}:\n{text}", encoding.words());
+        }
+    }
+
+    #[test]
+    fn variations_are_equal() {
+        let separated = |separator: &str, prefix: &str| -> String {
+            let row = |line: &str| {
+                let digits = line.chars().map(|digit| format!("{prefix}{digit}"));
+                digits.collect::<Vec<_>>().join(separator) + "\n"
+            };
+            MAZE.lines().map(row).collect()
+        };
+        let before_rows = |prefix: &str| {
+            prefix.to_string() + &MAZE.trim_end().replace('\n', &format!("\n{prefix}"))
+        };
+        for (what, text) in [
+            ("capitals", MAZE.to_uppercase()),
+            ("carriage returns and blank lines", MAZE.replace('\n', "\r\n\r\n")),
+            ("blanks", separated(" ", "")),
+            ("commas", separated(",", "")),
+            ("commas and blanks", separated(", ", "")),
+            ("trailing commas", separated(",", "").replace('\n', ",\n")),
+            ("0x before each digit", separated(", ", "0x")),
+            ("0X before each digit", separated(", ", "0X").to_uppercase()),
+            ("two digits", separated(" ", "0")),
+            ("0x and two digits", separated(",", "0x0")),
+            ("0x before each row", before_rows("0x")),
+            ("0X before each row", before_rows("0X")),
+        ] {
+            assert_eq!(parse(&text), parse(MAZE), "{what}");
+        }
+    }
+
+    #[test]
+    fn errors_name_the_nearest_encoding() {
+        let error =
+            |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
+        insta::assert_snapshot!(error("a93a", "a92a"), @r#""#);
+        insta::assert_snapshot!(error("9553", "1553"), @r#""#);
+        insta::assert_snapshot!(error("ec46", "cc46"), @r#""#);
+        insta::assert_snapshot!(error("a93a", "a93"), @"");
+        insta::assert_snapshot!(error("a93a", "a93g"), @r#""#);
+        insta::assert_snapshot!(parse("f\n").unwrap_err(), @r#""#);
+    }
+
+    fn text(values: &[Vec<u8>]) -> String {
+        let digit = |&value: &u8| char::from_digit(value.into(), 16).unwrap();
+        values.iter().flat_map(|line| line.iter().map(digit).chain(['\n'])).collect()
+    }
+
+    /// Encodes walls as digits.
+    fn written(walls: &Walls, encoding: Encoding) -> Vec<Vec<u8>> {
+        // A layout is its own inverse.
+        let layout = encoding.digits.layout;
+        let table = layout.maze_size(walls.size());
+        let mut values = vec![vec![0; table.width().into()]; table.height().into()];
+        for cell in walls.size().cells() {
+            let (line, digit) = layout.position(walls.size(), cell);
+            let sides = walls.sides(cell);
+            values[line][digit] = (0..16).find(|&value| encoding.sides(value) == sides).unwrap();
+        }
+        values
+    }
+
+    /// Random walls with a valid start.
+    fn any_walls() -> impl Strategy<Value = Walls> {
+        let rows = prop::array::uniform32(any::<u32>());
+        (1usize..=8, 2usize..=8, rows, rows).prop_map(|(width, height, north, east)| {
+            let mut walls = Walls::from_rows(MazeSize::new(width, height).unwrap(), north, east);
+            walls.set(Cell::new(0, 0), Heading::North, false);
+            walls.set(Cell::new(0, 0), Heading::East, true);
+            walls
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn decoding_equals_a_comparison_cell_by_cell(
+            walls in any_walls(),
+            written_in in any::<prop::sample::Index>(),
+            damage in prop::collection::vec((any::<prop::sample::Index>(), 0u8..16), 0..3),
+        ) {
+            let layouts = |values: &[Vec<u8>]| {
+                let table = MazeSize::new(values[0].len(), values.len()).unwrap();
+                Layout::ALL.map(|layout| Digits::new(values, table, layout))
+            };
+            let side = usize::from(walls.size().width().max(walls.size().height()));
+            let blank = layouts(&vec![vec![0; side]; side]);
+            let encoding = Encoding::all(&blank).nth(written_in.index(32)).unwrap();
+            let mut values = written(&walls, encoding);
+            let is_damaged = !damage.is_empty();
+            for (place, value) in damage {
+                let place = place.index(values.len() * values[0].len());
+                let width = values[0].len();
+                values[place / width][place % width] = value;
+            }
+            let text = text(&values);
+            let rows: Vec<Vec<Item>> = text.lines().zip(1..).map(|(row, line)| digits(line, row)).collect();
+            for encoding in Encoding::all(&layouts(&values)) {
+                let errors = faults(&rows, &values, encoding);
+                let (decoded, count) = encoding.decode();
+                prop_assert_eq!(count as usize, errors.len(), "{}", encoding.words());
+                if errors.is_empty() {
+                    for cell in decoded.size().cells() {
+                        let (line, digit) = encoding.digits.layout.position(decoded.size(), cell);
+                        prop_assert_eq!(decoded.sides(cell), encoding.sides(values[line][digit]));
+                    }
+                }
+            }
+            prop_assert!(is_damaged || Format::Hex.read(text.as_bytes()).is_ok());
+        }
+    }
+}

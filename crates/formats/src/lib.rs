@@ -1,0 +1,57 @@
+//! Micromouse maze files: formats, detection, reading, writing, and collections of mazes.
+//!
+//! The format of a file is detected from its content, whatever its name:
+//!
+//! ```
+//! use mmsim_formats::{Format, parse_maze};
+//!
+//! let trial = b"2\n1,3\n4,12\n";
+//! assert_eq!(Format::detect(trial), Format::Trial);
+//! let maze = parse_maze(trial)?;
+//! assert_eq!(maze.to_string(), "\
+//! o---o---o
+//! | G   G |
+//! o   o   o
+//! |SG | G |
+//! o---o---o
+//! ");
+//! assert_eq!(Format::Num.write(&maze)?, b"0 0 0 1 1 1\n0 1 1 0 0 1\n1 0 0 1 1 1\n1 1 1 1 0 0\n");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`read_maze`] reads a file, and a [`Catalogue`] lists a folder of them. Errors name the line and
+//! column, what was expected and what was found.
+#![forbid(unsafe_code)]
+
+mod catalogue;
+mod cell_record;
+mod csv;
+mod detect;
+mod error;
+mod file;
+mod format;
+mod grid;
+mod hex;
+mod maz;
+mod maze;
+mod num;
+mod oshwdem;
+mod parsed_maze;
+mod read;
+mod rows;
+mod text;
+mod trial;
+mod write;
+
+pub use catalogue::{Catalogue, CatalogueError, Entry};
+pub use error::{Location, ParseError, ParseErrorKind};
+pub use file::{MAX_FILE_BYTES, ReadError, read_content, read_content_from, read_maze};
+pub use format::{Format, FormatNameError};
+pub use parsed_maze::ParsedMaze;
+pub use read::parse_maze;
+pub use write::WriteError;
+
+/// Runs the code in this crate's README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,264 @@
+//! Reading mazes.
+
+use mmsim_maze::Maze;
+
+use crate::error::ParseError;
+use crate::format::Format;
+use crate::parsed_maze::ParsedMaze;
+use crate::rows::decode_text;
+use crate::{csv, hex, maz, maze, num, oshwdem, text, trial};
+
+impl Format {
+    /// Reads a maze in this format, with the assumptions made.
+    ///
+    /// # Errors
+    /// Returns every contradiction and every gap in the outer wall, and of other errors the first.
+    ///
+    /// ```
+    /// use mmsim_formats::Format;
+    /// let errors = Format::Text.read(b"o   o\n| S |\no   o\n").unwrap_err();
+    /// assert_eq!(errors.len(), 2, "two gaps in the outer wall");
+    /// ```
+    pub fn read(self, content: &[u8]) -> Result<ParsedMaze, Vec<ParseError>> {
+        let text = &decode_text(content);
+        if self != Self::Maz && text.trim().is_empty() {
+            let found = if content.is_empty() { "an empty file" } else { "only blanks" };
+            return Err(ParseError::new(1, 1, "a maze", found).into());
+        }
+        match self {
+            Self::Text => text::parse(text),
+            Self::Maze => maze::parse(text),
+            Self::Oshwdem => oshwdem::parse(text).map(ParsedMaze::from),
+            Self::Trial => trial::parse(text).map(ParsedMaze::from),
+            Self::Num => num::parse(text).map(ParsedMaze::from),
+            Self::Csv => csv::parse(text).map(ParsedMaze::from),
+            Self::Hex => hex::parse(text),
+            Self::Maz => maz::parse(content).map(ParsedMaze::from),
+        }
+    }
+
+    /// Reads a maze in this format, without the assumptions made.
+    ///
+    /// # Errors
+    /// Returns the first error of [`read`](Self::read).
+    pub fn parse(self, content: &[u8]) -> Result<Maze, ParseError> {
+        match self.read(content) {
+            Ok(parsed) => Ok(parsed.maze),
+            Err(errors) => Err(errors.into_iter().next().unwrap_or_else(|| {
+                ParseError::new(1, 1, format!("a maze in the format {self}"), "none")
+            })),
+        }
+    }
+}
+
+/// Reads a maze from the content of a file in any [`Format`].
+///
+/// # Errors
+/// Returns the first error, with its location.
+///
+/// ```
+/// let error = mmsim_formats::parse_maze(b"o---o\n| S |\no-- o\n").unwrap_err();
+/// assert_eq!(
+///     error.to_string(),
+///     r#"line 3, column 2: expected "---" or three spaces between posts, found "-- ""#
+/// );
+/// ```
+pub fn parse_maze(content: &[u8]) -> Result<Maze, ParseError> {
+    Format::detect(content).parse(content)
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::error::{Location, ParseErrorKind};
+
+    #[test]
+    fn files_that_are_not_mazes_are_errors() {
+        let error = |content: &[u8]| parse_maze(content).unwrap_err().to_string();
+        insta::assert_snapshot!(error(b""), @"line 1, column 1: expected a maze, found an empty file");
+        insta::assert_snapshot!(error(b" \r\n\n\t "), @"line 1, column 1: expected a maze, found only blanks");
+        insta::assert_snapshot!(error(b"\x7fELF\x02\x01\x01\x00\x00\xff\xfe\n\x00"), @r"line 1, column 1: expected a maze drawn with printable characters, found '\u{7f}'");
+        insta::assert_snapshot!(error(b"# A README\n\nSome words.\n"), @r##"line 1, column 1: expected a row of posts and walls such as "o---o---o", found "# A README""##);
+        insta::assert_snapshot!(error(b"{\n  \"maze\": 1\n}\n"), @r#"line 1, column 1: expected a row of posts and walls such as "o---o---o", found "{""#);
+        insta::assert_snapshot!(error(b"hello\n"), @r#"line 1, column 1: expected a row of posts and walls such as "o---o---o", found "hello""#);
+    }
+
+    #[test]
+    fn all_gaps_and_contradictions_are_reported() {
+        let errors = |content: &str| -> Vec<(ParseErrorKind, Option<Cell>)> {
+            let errors = Format::detect(content.as_bytes()).read(content.as_bytes()).unwrap_err();
+            errors.into_iter().map(|error| (error.kind, error.cell)).collect()
+        };
+        let gap = (ParseErrorKind::OpenPerimeter, None);
+        let unreadable = (ParseErrorKind::Unreadable, None);
+        assert_eq!(errors("o   o---o\n| S .    \no---o---o\n"), [gap, gap]);
+        assert_eq!(errors("o   o---o\n| S .    \no--- ---o\n"), [gap, gap, unreadable]);
+        let at = |x, y| Some(Cell::new(x, y));
+        assert_eq!(
+            errors("2\n1,6\n4,5\n"),
+            [
+                (ParseErrorKind::Contradiction, at(1, 1)),
+                (ParseErrorKind::Contradiction, at(1, 1)),
+                (ParseErrorKind::OpenPerimeter, at(1, 0)),
+                (ParseErrorKind::OpenPerimeter, at(1, 1)),
+            ]
+        );
+    }
+
+    fn any_maze() -> impl Strategy<Value = Maze> {
+        let rows = prop::array::uniform32(any::<u32>());
+        let cells = prop::collection::vec((any::<u8>(), any::<u8>()), 1..6);
+        (1usize..=32, 1usize..=32, rows, rows, cells).prop_map(
+            |(width, height, north, east, cells)| {
+                let size = MazeSize::new(width, height).unwrap();
+                let mut cells =
+                    cells.into_iter().map(|(x, y)| Cell::new(x % size.width(), y % size.height()));
+                let start = cells.next().unwrap();
+                let walls = Walls::from_rows(size, north, east);
+                Maze::new(walls, start, cells.collect::<CellSet>()).unwrap()
+            },
+        )
+    }
+
+    /// Mazes that most formats can hold: square or 16×16, often without marks.
+    fn likely_maze() -> impl Strategy<Value = Maze> {
+        (any_maze(), any::<bool>(), any::<bool>()).prop_map(|(maze, classic, marked)| {
+            let width = maze.size().width().into();
+            let size =
+                if classic { MazeSize::CLASSIC } else { MazeSize::new(width, width).unwrap() };
+            let walls =
+                Walls::from_rows(size, *maze.walls().north_rows(), *maze.walls().east_rows());
+            if marked {
+                return maze;
+            }
+            Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap()
+        })
+    }
+
+    /// Reads the content in every format, and checks each maze or error.
+    fn check(content: &[u8]) {
+        let detected = Format::detect(content);
+        assert_eq!(parse_maze(content), detected.parse(content));
+        for format in Format::ALL {
+            match format.read(content) {
+                Ok(parsed) => {
+                    assert_eq!(format.parse(content).as_ref(), Ok(&parsed.maze));
+                    assert!(parsed.unknown_walls.is_empty() || format == Format::Maze);
+                    assert!(parsed.ambiguous_encoding.is_none() || format == Format::Hex);
+                    check_written(&parsed.maze);
+                }
+                Err(errors) => {
+                    assert_eq!(format.parse(content).as_ref().err(), errors.first());
+                    errors.iter().for_each(|error| check_error(format, error, content));
+                }
+            }
+        }
+        check_line_ends(content, detected);
+    }
+
+    /// A maze reads back from every format that can hold it, and the format is detected.
+    fn check_written(maze: &Maze) {
+        for format in Format::ALL {
+            if let Ok(content) = format.write(maze) {
+                assert_eq!(Format::detect(&content), format);
+                assert_eq!(parse_maze(&content).as_ref(), Ok(maze), "{format}");
+            }
+        }
+    }
+
+    /// An error takes one line, and its location is in the file or just after a line or the end. Missing
+    /// trailing blanks of a drawing count as columns.
+    fn check_error(format: Format, error: &ParseError, content: &[u8]) {
+        assert!(!error.to_string().contains(char::is_control), "{error:?}");
+        let Location::Text { line, column } = error.location else {
+            let Location::Byte(byte) = error.location else { panic!("{error:?}") };
+            let area = MazeSize::CLASSIC.area();
+            assert!(format == Format::Maz && (1..=area + 1).contains(&byte), "{error}");
+            return;
+        };
+        let text = decode_text(content);
+        let lengths: Vec<usize> = text.lines().map(|line| line.chars().count()).collect();
+        assert!((1..=lengths.len() + 1).contains(&line), "{error} in {} lines", lengths.len());
+        let length = match format {
+            Format::Text | Format::Maze | Format::Oshwdem => lengths.iter().max(),
+            _ => lengths.get(line - 1),
+        };
+        assert!((1..=length.map_or(0, |&length| length) + 1).contains(&column), "{error}");
+    }
+
+    /// Line ends and a byte order mark change neither the format nor the result.
+    fn check_line_ends(content: &[u8], format: Format) {
+        let Ok(text) = str::from_utf8(content) else { return };
+        if format == Format::Maz || text.contains(['\r', '\u{feff}']) {
+            return;
+        }
+        for line_end in ["\r\n", "\r"] {
+            let same = format!("\u{feff}{}", text.replace('\n', line_end));
+            assert_eq!(Format::detect(same.as_bytes()), format);
+            assert_eq!(format.read(same.as_bytes()), format.read(content));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn written_mazes_read_back(maze in likely_maze()) {
+            check_written(&maze);
+        }
+
+        #[test]
+        fn a_drawing_parses_as_text_and_as_a_picture(maze in any_maze()) {
+            let text = maze.to_string();
+            let parsed = Format::Text.read(text.as_bytes());
+            prop_assert_eq!(parsed, Ok(ParsedMaze::from(maze.clone())));
+            prop_assert_eq!(text.parse(), Ok(maze));
+        }
+
+        #[test]
+        fn line_ends_and_trailing_blanks_are_ignored(
+            maze in any_maze(),
+            ends in prop::collection::vec(0usize..5, 70),
+        ) {
+            let mut text = String::new();
+            for (line, end) in maze.to_string().lines().zip(ends.iter().cycle()) {
+                text += line;
+                text += ["\n", "\r\n", "  \t\n", "\r\n  \n\n", "\r"][*end];
+            }
+            prop_assert_eq!(parse_maze(text.as_bytes()), Ok(maze));
+        }
+
+        #[test]
+        fn any_bytes_are_a_maze_or_have_located_errors(
+            content in prop::collection::vec(any::<u8>(), 0..300),
+        ) {
+            check(&content);
+        }
+
+        #[test]
+        fn any_table_is_a_maze_or_has_located_errors(
+            content in "([0-9a-f]{1,2}[,; \n.]){1,60}",
+        ) {
+            check(content.as_bytes());
+        }
+
+        #[test]
+        fn a_damaged_file_is_a_maze_or_has_located_errors(
+            maze in likely_maze(),
+            format in any::<prop::sample::Index>(),
+            damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..4),
+            cut in any::<prop::sample::Index>(),
+        ) {
+            let format = Format::ALL[format.index(Format::ALL.len())];
+            let mut content = format.write(&maze).unwrap_or_else(|_| maze.to_string().into());
+            for (index, byte) in damage {
+                let index = index.index(content.len());
+                content[index] = byte;
+            }
+            check(&content);
+            content.truncate(cut.index(content.len()));
+            check(&content);
+        }
+    }
+}

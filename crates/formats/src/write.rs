@@ -1,0 +1,126 @@
+//! Writing mazes.
+
+use mmsim_maze::{Cell, CellSet, Maze, MazeSize};
+
+use crate::format::Format;
+use crate::{maz, num, trial};
+
+/// A maze that a [`Format`] cannot hold.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The format is read-only.
+    #[error("expected a format that can be written, {}, found {format}", writable())]
+    ReadOnly {
+        /// The format.
+        format: Format,
+    },
+    /// The format cannot hold mazes of this size.
+    #[error("{format} holds mazes of {expected}, found one of {found}")]
+    Size {
+        /// The format.
+        format: Format,
+        /// The sizes it can hold.
+        expected: &'static str,
+        /// The size of the maze.
+        found: MazeSize,
+    },
+    /// The format cannot mark the start, and the maze starts elsewhere than at (0, 0).
+    #[error("{format} marks no start: expected it at (0, 0), found it at {found}")]
+    Start {
+        /// The format.
+        format: Format,
+        /// The start of the maze.
+        found: Cell,
+    },
+    /// The format cannot mark the goal, and the goal is not in the central cells.
+    #[error("{format} marks no goal: expected the central cells {expected}, found {found}")]
+    Goal {
+        /// The format.
+        format: Format,
+        /// The central cells.
+        expected: String,
+        /// The goal cells of the maze.
+        found: String,
+    },
+}
+
+impl Format {
+    /// Writes a maze. Reading the result returns the same maze.
+    ///
+    /// # Errors
+    /// Returns an error if the format is read-only or cannot hold the size, start or goal of this
+    /// maze.
+    ///
+    /// ```
+    /// use mmsim_formats::Format;
+    /// use mmsim_maze::{Cell, CellSet, Maze, MazeSize, Walls};
+    /// let walls = Walls::open(MazeSize::new(2, 1)?);
+    /// let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY)?;
+    /// assert_eq!(Format::Num.write(&maze)?, b"0 0 1 0 1 1\n1 0 1 1 1 0\n");
+    /// let error = Format::Maz.write(&maze).unwrap_err();
+    /// assert_eq!(error.to_string(), "maz holds mazes of 16x16 cells, found one of 2x1");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn write(self, maze: &Maze) -> Result<Vec<u8>, WriteError> {
+        let size = maze.size();
+        let (holds, expected) = match self {
+            Self::Text => return Ok(maze.to_string().into()),
+            Self::Maz => (size == MazeSize::CLASSIC, "16x16 cells"),
+            Self::Trial => (
+                size.width() == size.height() && size.width().is_multiple_of(2),
+                "as many cells each way, an even number",
+            ),
+            Self::Num => (true, "any size"),
+            Self::Maze | Self::Oshwdem | Self::Csv | Self::Hex => {
+                return Err(WriteError::ReadOnly { format: self });
+            }
+        };
+        if !holds {
+            return Err(WriteError::Size { format: self, expected, found: size });
+        }
+        let (start, centre) = (maze.start().cell, size.central_cells());
+        if start != Cell::new(0, 0) {
+            return Err(WriteError::Start { format: self, found: start });
+        }
+        if *maze.goals() != centre {
+            let (expected, found) = (listed(&centre), listed(maze.goals()));
+            return Err(WriteError::Goal { format: self, expected, found });
+        }
+        Ok(match self {
+            Self::Maz => maz::write(maze),
+            Self::Trial => trial::write(maze).into(),
+            _ => num::write(maze).into(),
+        })
+    }
+}
+
+fn listed(cells: &CellSet) -> String {
+    cells.iter().map(|cell| cell.to_string()).collect::<Vec<_>>().join(" ")
+}
+
+/// The names of the writable formats.
+fn writable() -> String {
+    let writable = Format::ALL.into_iter().filter(|format| format.is_writable());
+    writable.map(Format::name).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_name_what_the_format_cannot_hold() {
+        let written = |format: Format, text: &str| {
+            let maze: Maze = text.parse().unwrap();
+            format.write(&maze).map_or_else(|error| error.to_string(), |_| "written".into())
+        };
+        let row = "o---o---o\n|       |\no---o---o\n";
+        insta::assert_snapshot!(written(Format::Num, row), @"written");
+        insta::assert_snapshot!(written(Format::Maz, row), @"maz holds mazes of 16x16 cells, found one of 2x1");
+        insta::assert_snapshot!(written(Format::Trial, row), @"trial holds mazes of as many cells each way, an even number, found one of 2x1");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"num marks no start: expected it at (0, 0), found it at (1, 0)");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"num marks no goal: expected the central cells (0, 0) (1, 0), found (0, 0)");
+        insta::assert_snapshot!(written(Format::Hex, row), @"expected a format that can be written, text, trial, maz, num, found hex");
+    }
+}

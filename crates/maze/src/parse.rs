@@ -1,0 +1,145 @@
+//! Mazes from their text picture.
+
+use core::str::FromStr;
+
+use crate::cell::{Cell, MazeSize};
+use crate::cell_set::CellSet;
+use crate::heading::Heading;
+use crate::maze::Maze;
+use crate::walls::Walls;
+
+/// A text that is not the picture of a maze.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}, column {column}: expected {expected}")]
+#[non_exhaustive]
+pub struct ParseMazeError {
+    /// The line, counted from 1.
+    pub line: usize,
+    /// The column in bytes, counted from 1.
+    pub column: usize,
+    /// What was expected there.
+    pub expected: &'static str,
+}
+
+/// Reads a maze from text as its [`Display`](core::fmt::Display) writes it. Blank lines and trailing
+/// blanks are ignored. The crate `mmsim-formats` reads other drawings and file formats.
+///
+/// ```
+/// use mmsim_maze::Maze;
+/// let error = "o---o\n| S |\no-- o\n".parse::<Maze>().unwrap_err();
+/// assert_eq!(error.to_string(), r#"line 3, column 2: expected "---" or three blanks"#);
+/// ```
+impl FromStr for Maze {
+    type Err = ParseMazeError;
+
+    fn from_str(text: &str) -> Result<Self, ParseMazeError> {
+        let lines = || {
+            let lines =
+                (1..).zip(text.lines()).map(|(line, text)| Line { line, text: text.trim_end() });
+            lines.filter(|line| !line.text.is_empty())
+        };
+        let first = lines().next().unwrap_or(Line { line: 1, text: "" });
+        let (width, height) = (first.text.len() / 4, lines().count() / 2);
+        let size = MazeSize::new(width, height)
+            .map_err(|_| first.error(0, "the picture of a maze of 1x1 to 32x32 cells"))?;
+        let (mut walls, mut start, mut goals) = (Walls::open(size), None, CellSet::EMPTY);
+        let mut lines = lines();
+        let mut last = first;
+        for y in (0..size.height()).rev() {
+            let posts = lines.next().unwrap_or(last);
+            posts.read_walls(size, y, Heading::North, &mut walls)?;
+            last = lines.next().unwrap_or(last);
+            last.read_cells(size, y, &mut walls, &mut start, &mut goals)?;
+        }
+        let end = Line { line: last.line + 1, text: "" };
+        lines.next().unwrap_or(end).read_walls(size, 0, Heading::South, &mut walls)?;
+        if let Some(rest) = lines.next() {
+            return Err(rest.error(0, "the end of the picture"));
+        }
+        Maze::new(walls, start.unwrap_or(Cell::new(0, 0)), goals)
+            .map_err(|_| first.error(0, "a start and goals inside the maze"))
+    }
+}
+
+/// A line of the picture without trailing blanks.
+#[derive(Clone, Copy)]
+struct Line<'a> {
+    line: usize,
+    text: &'a str,
+}
+
+impl Line<'_> {
+    const fn error(self, at: usize, expected: &'static str) -> ParseMazeError {
+        ParseMazeError { line: self.line, column: at + 1, expected }
+    }
+
+    /// Returns which of `choices` the line has at this byte.
+    fn choice(
+        self,
+        at: usize,
+        choices: &[&str],
+        expected: &'static str,
+    ) -> Result<usize, ParseMazeError> {
+        let rest = self.text.get(at..).unwrap_or("");
+        let found = choices.iter().position(|choice| rest.starts_with(choice));
+        found.ok_or(self.error(at, expected))
+    }
+
+    /// Reads a row of posts and the walls towards `heading` of the cells in row `y`.
+    fn read_walls(
+        self,
+        size: MazeSize,
+        y: u8,
+        heading: Heading,
+        walls: &mut Walls,
+    ) -> Result<(), ParseMazeError> {
+        const CHOICES: &[&str] = &["---", "   "];
+        for x in 0..size.width() {
+            let (cell, at) = (Cell::new(x, y), 4 * usize::from(x));
+            self.choice(at, &["o"], r#"a post "o""#)?;
+            if size.neighbour(cell, heading).is_none() {
+                self.choice(at + 1, &CHOICES[..1], r#"the outer wall, "---""#)?;
+            } else {
+                let choice = self.choice(at + 1, CHOICES, r#""---" or three blanks"#)?;
+                walls.set(cell, heading, choice == 0);
+            }
+        }
+        let end = 4 * usize::from(size.width());
+        self.choice(end, &["o"], r#"a post "o""#)?;
+        self.ends_at(end + 1)
+    }
+
+    /// Reads the cells in row `y` and the walls between them.
+    fn read_cells(
+        self,
+        size: MazeSize,
+        y: u8,
+        walls: &mut Walls,
+        start: &mut Option<Cell>,
+        goals: &mut CellSet,
+    ) -> Result<(), ParseMazeError> {
+        self.choice(0, &["|"], r#"the outer wall, "|""#)?;
+        for x in 0..size.width() {
+            let (cell, at) = (Cell::new(x, y), 4 * usize::from(x) + 1);
+            let mark =
+                self.choice(at, &["   ", " S ", " G ", "SG "], "a cell, empty or with S, G or SG")?;
+            if mark % 2 == 1 && start.replace(cell).is_some() {
+                return Err(self.error(at, "one start"));
+            }
+            if mark >= 2 {
+                goals.insert(cell);
+            }
+            if x + 1 == size.width() {
+                self.choice(at + 3, &["|"], r#"the outer wall, "|""#)?;
+            } else {
+                let choice = self.choice(at + 3, &["|", " "], r#""|" or a blank"#)?;
+                walls.set(cell, Heading::East, choice == 0);
+            }
+        }
+        self.ends_at(4 * usize::from(size.width()) + 1)
+    }
+
+    fn ends_at(self, end: usize) -> Result<(), ParseMazeError> {
+        if self.text.len() > end { Err(self.error(end, "the end of the line")) } else { Ok(()) }
+    }
+}
