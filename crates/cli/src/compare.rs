@@ -1,12 +1,11 @@
-//! `mmsim compare`: strategies in whole collections of mazes.
+//! `mmsim compare`: compare strategies over collections of mazes.
 
-mod args;
+pub(crate) mod args;
 mod cpu_time;
 mod report;
 mod search;
 
-pub(crate) use args::CompareArgs;
-
+use args::CompareArgs;
 use cpu_time::measure;
 use indicatif::ProgressBar;
 use mmsim_solvers::BundledStrategy;
@@ -14,18 +13,18 @@ use rayon::ThreadPoolBuilder;
 use report::{SearchReport, StrategyReport};
 use search::{Figures, Search};
 
-use crate::Outcome;
-use crate::given::Given;
 use crate::grid::aligned;
+use crate::inputs::Inputs;
 use crate::output::{print, print_json, progress};
 use crate::parallel::map_each;
 use crate::selection::Selected;
+use crate::usage::CommandResult;
 
-/// A strategy that is to search a maze.
+/// A strategy and the maze it is to search.
 type Job<'a> = (BundledStrategy, &'a Selected);
 
-pub(crate) fn run(args: &CompareArgs) -> Outcome {
-    let Given { mazes, are_all } = Given::read_or_default(&args.mazes);
+pub(crate) fn run(args: &CompareArgs) -> CommandResult {
+    let Inputs { mazes, all_readable } = Inputs::read_or_default(&args.mazes);
     let reports = compare(&args.strategies(), &mazes, args.jobs)?;
     if args.json {
         print_json(&serde_json::to_string_pretty(&reports)?)?;
@@ -37,11 +36,11 @@ pub(crate) fn run(args: &CompareArgs) -> Outcome {
         let rows = reports.iter().map(StrategyReport::row);
         print(&aligned(&[StrategyReport::head()].into_iter().chain(rows).collect::<Vec<_>>()))?;
     }
-    Ok(are_all)
+    Ok(all_readable)
 }
 
-/// Lets each strategy search each maze, in so many threads, without a number in one for each
-/// processor. While that goes on a terminal shows how far it is.
+/// Lets each strategy search each maze, in `threads` threads or one per processor. A terminal shows
+/// the progress.
 fn compare(
     strategies: &[BundledStrategy],
     mazes: &[Selected],
@@ -50,7 +49,7 @@ fn compare(
     let jobs: Vec<Job<'_>> = (strategies.iter())
         .flat_map(|&strategy| mazes.iter().map(move |maze| (strategy, maze)))
         .collect();
-    // No threads without work; 0 is rayon's word for one for each processor.
+    // No idle threads; 0 means one per processor to rayon.
     let threads = threads.map_or(0, |threads| usize::from(threads).min(jobs.len().max(1)));
     let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
     let bar = progress(ProgressBar::new(jobs.len() as u64), "{wide_bar} {pos} of {len} searches");
@@ -67,8 +66,8 @@ fn compare(
     Ok(strategies.iter().map(|&strategy| StrategyReport::of(strategy, of_next())).collect())
 }
 
-/// Lets a strategy search a maze. The time is the processor time of all there is to a search, from the
-/// making of mouse and strategy to the last decision; what figures are made from it is not.
+/// Lets a strategy search a maze. The measured processor time spans from creating the mouse to the last
+/// decision of the search run; computing the figures does not count.
 fn search(&(strategy, given): &Job<'_>) -> SearchReport {
     let max_states = strategy.max_states();
     let ((search, mouse), time) =

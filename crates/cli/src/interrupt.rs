@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
 
-use crate::output::say;
+use crate::output::note;
 
 /// Told once the user wants the command to end.
 pub(crate) struct Interrupt {
@@ -26,7 +26,7 @@ impl Interrupt {
         on_signal(move || {
             if io::stderr().is_terminal() {
                 // Past the ^C that the terminal shows.
-                say("");
+                note("");
             }
             let _ = tell.send(());
         })?;

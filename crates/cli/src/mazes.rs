@@ -1,6 +1,6 @@
 //! `mmsim mazes`: list, show, check, convert, fetch and generate mazes.
 
-mod args;
+pub(crate) mod args;
 mod check;
 mod convert;
 mod fetch;
@@ -8,21 +8,19 @@ mod finding;
 mod generate;
 mod row;
 
-pub(crate) use args::MazesArgs;
-
 use std::path::{Path, PathBuf};
 
-use args::MazesCommand;
+use args::{MazesArgs, MazesCommand};
 use mmsim_formats::{Format, ReadError, read_content};
 use mmsim_solvers::Distances;
-use row::{Row, print_rows};
+use row::{MazeRow, print_rows};
 use serde::Serialize;
 
-use crate::Outcome;
 use crate::output::{print, print_json};
 use crate::selection::{Collection, Selected};
+use crate::usage::CommandResult;
 
-pub(crate) fn run(args: &MazesArgs) -> Outcome {
+pub(crate) fn run(args: &MazesArgs) -> CommandResult {
     match &args.command {
         MazesCommand::List { mazes, json } => list(mazes.as_deref(), *json),
         MazesCommand::Show { name, mazes, format, json } => {
@@ -35,14 +33,14 @@ pub(crate) fn run(args: &MazesArgs) -> Outcome {
     }
 }
 
-fn list(mazes: Option<&Path>, json: bool) -> Outcome {
-    let rows: Vec<Row> =
-        Collection::at(mazes)?.catalogue.entries().iter().map(Row::from_entry).collect();
+fn list(mazes: Option<&Path>, json: bool) -> CommandResult {
+    let rows: Vec<MazeRow> =
+        Collection::at(mazes)?.catalogue.entries().iter().map(MazeRow::from_entry).collect();
     print_rows(&rows, json)?;
     Ok(true)
 }
 
-fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) -> Outcome {
+fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) -> CommandResult {
     let (path, maze) = if let Some(format) = format {
         let path = PathBuf::from(name);
         let maze = format.parse(&read_content(&path)?);
@@ -52,12 +50,12 @@ fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) ->
         let Selected { path, maze, .. } = Collection::with(name, mazes)?.select(name)?;
         (path, maze)
     };
-    let row = Row::from_maze(&path, &maze);
+    let row = MazeRow::from_maze(&path, &maze);
     if json {
         #[derive(Serialize)]
         struct Shown {
             #[serde(flatten)]
-            row: Row,
+            row: MazeRow,
             maze: String,
         }
         let shown = Shown { row, maze: maze.to_string() };

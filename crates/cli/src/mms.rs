@@ -1,96 +1,98 @@
-//! `mmsim mms`: a mouse that was written for the simulator mms searches a maze of ours.
+//! `mmsim mms`: run a mouse written for the mms simulator.
 
-mod args;
+pub(crate) mod args;
 mod button;
 mod child;
-mod ended;
+mod exit;
 mod simulator;
-
-pub(crate) use args::MmsArgs;
 
 use std::error::Error;
 use std::time::Duration;
 
+use args::MmsArgs;
 use button::Button;
 use child::{Child, Line, MAX_LINE_BYTES, Next};
-use ended::{Ended, How};
+use exit::{ExitCause, MouseExit};
 use mmsim_client::{Transport, Zmq};
-use mmsim_maze::{Cell, Heading, KnownMaze, Pose};
+use mmsim_maze::KnownMaze;
 use mmsim_mms::{Command, CommandError, Excerpt, Mouse, Reply};
-use simulator::{Simulator, Stop};
+use simulator::{Interruption, Simulator};
 
-use crate::args::wrong_usage;
-use crate::hosting;
+use crate::connection::{ask_maze, endpoint, explain, maze_from_args, report_waiting};
 use crate::interrupt::Interrupt;
-use crate::output::{complain, print, print_json, say};
+use crate::local_server;
+use crate::output::{note, print, print_json, warn};
 use crate::selection::Collection;
-use crate::solve::{ask_goals, endpoint, explain, say_waiting, told_goals};
+use crate::usage::UsageError;
 
-/// How long it may take until Ctrl-C is noticed while a mouse thinks.
-const GLANCE: Duration = Duration::from_millis(50);
+/// How often Ctrl-C is checked while a mouse computes.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// A line that was begun and has no end after this time, a number of whole glances, gets none.
-const LONG: Duration = Duration::from_secs(1);
+/// The time after which an incomplete line is reported, a multiple of the poll interval.
+const INCOMPLETE_LINE_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Runs the mouse; gives the exit code.
+/// Runs the mouse and returns the exit code.
 pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
-    match &args.elsewhere.connect {
-        None => in_own_maze(args),
-        Some(connect) => in_maze_of(&endpoint(connect), args),
+    match &args.remote.connect {
+        None => run_locally(args),
+        Some(connect) => run_remotely(&endpoint(connect), args),
     }
 }
 
-fn in_own_maze(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
-    let told = &args.elsewhere.told;
-    if told.size.is_some() || !told.goal.is_empty() {
-        wrong_usage("mms", "expected --connect with --size and --goal, found none");
+fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
+    let known = &args.remote.known;
+    if known.size.is_some() || !known.goal.is_empty() {
+        return Err(UsageError::new("mms", "--size and --goal require --connect").into());
     }
     let collection = Collection::at(args.mazes.as_deref())?;
     let selected = collection.select(&args.maze.words.join(" "))?;
     let map = KnownMaze::unexplored(&selected.maze);
-    let (server, interrupt) =
-        hosting::begin(selected, collection.catalogue, args.port, &args.keep, Some(&args.viewer))?;
+    let (server, interrupt) = local_server::start(
+        selected,
+        collection.catalogue,
+        args.port,
+        &args.retention,
+        Some(&args.viewer),
+    )?;
     let address = server.address();
-    let transport = Zmq::connect(address, None, |waiting| say_waiting(&waiting, false))?;
-    let ended = search(args, transport, &map, &interrupt)?;
-    if matches!(ended.how, How::Interrupted | How::NotStarted(_)) {
-        // There is nothing more to look at.
+    let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
+    let exit = search(args, transport, &map, &interrupt)?;
+    if matches!(exit.cause, ExitCause::Interrupted | ExitCause::NotStarted(_)) {
+        // There is nothing left to watch.
     } else if args.stays() {
-        say(format_args!("still serving at {address}; Ctrl-C ends it"));
+        note(format_args!("still serving at {address}; press Ctrl-C to stop"));
         interrupt.wait();
     } else if !args.viewer.no_viewer {
-        say("the page has gone with the mouse; --stay keeps it");
+        note("viewer page closed with the mouse; use --stay to keep it open");
     }
     server.stop()?;
-    Ok(ended.code())
+    Ok(exit.code())
 }
 
-fn in_maze_of(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
-    let told = told_goals("mms", &args.elsewhere.told);
-    let asks_server = told.is_none();
-    let mut transport = Zmq::connect(endpoint, None, |waiting| say_waiting(&waiting, asks_server))?;
-    let (map, _) = match told {
-        Some((size, goals)) => {
-            let start = Pose::new(Cell::new(0, 0), Heading::North);
-            (KnownMaze::new(size, start.cell, goals), start)
-        }
-        None => ask_goals(&mut transport, args.elsewhere.told.size)?,
+fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
+    let known = maze_from_args("mms", &args.remote.known)?;
+    let asks_server = known.is_none();
+    let mut transport =
+        Zmq::connect(endpoint, None, |waiting| report_waiting(&waiting, asks_server))?;
+    let (map, _) = match known {
+        Some(known) => known,
+        None => ask_maze(&mut transport, args.remote.known.size)?,
     };
-    // A simulator that is not there yet may be waited for until Ctrl-C.
+    // Until the simulator replies, Ctrl-C exits at once.
     transport.exchange(b"ping", &mut Vec::new())?;
-    search(args, transport, &map, &Interrupt::catch()?).map(|ended| ended.code())
+    search(args, transport, &map, &Interrupt::catch()?).map(|exit| exit.code())
 }
 
-/// Lets the mouse search a maze of which no more is known than this, and tells how that went.
+/// Runs the mouse in a maze of which it knows `map`, and reports how that went.
 fn search(
     args: &MmsArgs,
     transport: impl Transport,
     map: &KnownMaze,
     interrupt: &Interrupt,
-) -> Result<Ended, Box<dyn Error>> {
+) -> Result<MouseExit, Box<dyn Error>> {
     let pace = Duration::from_millis(args.pace);
-    let mut simulator = Simulator::begin(transport, map.size(), interrupt, pace)?;
-    let mut search = Search {
+    let mut simulator = Simulator::new(transport, map.size(), interrupt, pace)?;
+    let mut session = Session {
         button: Button::from_stdin(),
         mouse: Mouse::new(map.size(), map.start(), *map.goals()),
         limit: args.limit,
@@ -98,31 +100,33 @@ fn search(
         crashes: 0,
         refused: 0,
     };
-    let how = match Child::start(&args.command) {
-        Ok(child) => search.run(child, &mut simulator, interrupt).unwrap_or_else(|how| how),
-        Err(error) => How::NotStarted(error),
+    let cause = match Child::start(&args.command) {
+        Ok(child) => session.run(child, &mut simulator, interrupt).unwrap_or_else(|cause| cause),
+        Err(error) => ExitCause::NotStarted(error),
     };
-    let Search { mouse, crashes, refused, .. } = search;
-    let ended = Ended { mouse, how, crashes, refused };
-    match &ended.how {
-        How::LostSimulator(error) => complain(format_args!("mmsim: {}", explain(error))),
-        How::NotStarted(error) | How::Failed(error) => complain(format_args!("mmsim: {error}")),
-        How::ByItself(_) | How::Limit(_) | How::Interrupted => {}
+    let Session { mouse, crashes, refused, .. } = session;
+    let exit = MouseExit { mouse, cause, crashes, refused };
+    match &exit.cause {
+        ExitCause::LostSimulator(error) => warn(format_args!("mmsim: {}", explain(error))),
+        ExitCause::NotStarted(error) | ExitCause::Failed(error) => {
+            warn(format_args!("mmsim: {error}"))
+        }
+        ExitCause::Exited(_) | ExitCause::Limit(_) | ExitCause::Interrupted => {}
     }
-    let was_started = !matches!(ended.how, How::NotStarted(_));
+    let was_started = !matches!(exit.cause, ExitCause::NotStarted(_));
     if was_started {
-        say(ended.summary());
+        note(exit.summary());
     }
     if args.json {
-        print_json(&serde_json::to_string(&ended.report())?)?;
+        print_json(&serde_json::to_string(&exit.report())?)?;
     } else if args.score && was_started {
-        print(&ended.scores())?;
+        print(&exit.scores())?;
     }
-    Ok(ended)
+    Ok(exit)
 }
 
-/// A mouse on its way.
-struct Search {
+/// A mouse that is running.
+struct Session {
     button: Button,
     mouse: Mouse,
     limit: Option<u32>,
@@ -131,62 +135,60 @@ struct Search {
     refused: u64,
 }
 
-impl Search {
-    /// Does what the mouse says until it ends, or until that is stopped.
+impl Session {
+    /// Obeys the mouse until it exits or is stopped.
     fn run<T: Transport>(
         &mut self,
         mut child: Child,
         simulator: &mut Simulator<'_, T>,
         interrupt: &Interrupt,
-    ) -> Result<How, How> {
-        simulator.tell(&self.mouse)?;
+    ) -> Result<ExitCause, ExitCause> {
+        simulator.update(&self.mouse)?;
         let mut silence = Duration::ZERO;
         loop {
             if interrupt.wait_for(Duration::ZERO) {
-                return Err(How::Interrupted);
+                return Err(ExitCause::Interrupted);
             }
-            match child.next(GLANCE) {
+            match child.next(POLL_INTERVAL) {
                 Next::Line(line) => {
                     self.answer(&line, &child, simulator)?;
                     silence = Duration::ZERO;
                 }
-                // What it has started may hold the pipe for longer than itself.
+                // A process that the mouse has started may keep the pipe open after the mouse exits.
                 Next::Silence if child.status().is_ok_and(|status| status.is_some()) => break,
                 Next::Silence => {
-                    silence += GLANCE;
-                    if silence == LONG {
-                        self.say_begun(&child.begun());
+                    silence += POLL_INTERVAL;
+                    if silence == INCOMPLETE_LINE_TIMEOUT {
+                        self.report_incomplete(&child.incomplete_line());
                     }
                 }
                 Next::End => break,
             }
         }
         child.end_replies();
-        // What it showed last.
-        simulator.tell(&self.mouse)?;
-        let mut glance = Duration::from_millis(1);
+        // The last markers that the mouse set.
+        simulator.update(&self.mouse)?;
+        let mut interval = Duration::from_millis(1);
         loop {
             let status = child.status();
-            // Ctrl-C may have reached both.
-            let patience = if matches!(status, Ok(None)) { glance } else { Duration::ZERO };
-            if interrupt.wait_for(patience) {
-                return Err(How::Interrupted);
+            // Ctrl-C may have reached both processes.
+            let timeout = if matches!(status, Ok(None)) { interval } else { Duration::ZERO };
+            if interrupt.wait_for(timeout) {
+                return Err(ExitCause::Interrupted);
             }
             match status {
-                Ok(Some(status)) => return Ok(How::ByItself(status)),
-                Ok(None) => glance = GLANCE.min(2 * glance),
-                Err(error) => return Err(How::Failed(error.to_string())),
+                Ok(Some(status)) => return Ok(ExitCause::Exited(status)),
+                Ok(None) => interval = POLL_INTERVAL.min(2 * interval),
+                Err(error) => return Err(ExitCause::Failed(error.to_string())),
             }
         }
     }
 
-    /// Says of a line that is not at its end yet that the mouse waits for nothing.
-    fn say_begun(&self, begun: &[u8]) {
-        if !begun.is_empty() {
-            let (line, begun) = (self.lines + 1, Excerpt::new(begun));
-            complain(format_args!(
-                "mms: line {line}: expected the end of the line, found nothing yet after {begun}"
-            ));
+    /// Reports an incomplete line: the mouse may be waiting for a reply to it.
+    fn report_incomplete(&self, start: &[u8]) {
+        if !start.is_empty() {
+            let (line, start) = (self.lines + 1, Excerpt::new(start));
+            warn(format_args!("mms: line {line}: no newline yet after {start}"));
         }
     }
 
@@ -195,7 +197,7 @@ impl Search {
         line: &Line,
         child: &Child,
         simulator: &mut Simulator<'_, T>,
-    ) -> Result<(), How> {
+    ) -> Result<(), ExitCause> {
         self.lines += 1;
         if matches!(line, Line::Whole(line) if line.trim_ascii().is_empty()) {
             return Ok(());
@@ -207,7 +209,7 @@ impl Search {
             Ok(command) => command,
             Err(error) => {
                 self.refused += 1;
-                complain(format_args!("mms: line {}: {error}", self.lines));
+                warn(format_args!("mms: line {}: {error}", self.lines));
                 return Ok(());
             }
         };
@@ -217,9 +219,9 @@ impl Search {
         if let Some(limit) = self.limit.filter(|_| is_movement)
             && self.mouse.scores().total().cost() > limit.into()
         {
-            return Err(How::Limit(limit));
+            return Err(ExitCause::Limit(limit));
         }
-        reply.map_or(Ok(()), |reply| child.reply(reply)).map_err(How::Failed)
+        reply.map_or(Ok(()), |reply| child.reply(reply)).map_err(ExitCause::Failed)
     }
 
     fn command<'l>(&self, line: &'l Line) -> Result<Command<'l>, String> {
@@ -227,22 +229,21 @@ impl Search {
             Line::Whole(line) => Command::parse(line, self.mouse.map().size())
                 .map_err(|error: CommandError| error.to_string()),
             Line::TooLong(start) => Err(format!(
-                "expected at most {MAX_LINE_BYTES} bytes, found more, which begin with {}",
+                "expected at most {MAX_LINE_BYTES} bytes, found more, starting with {}",
                 Excerpt::new(start)
             )),
-            Line::Unfinished(line) => Err(format!(
-                "expected the end of the line, found nothing after {}",
-                Excerpt::new(line)
-            )),
+            Line::Unfinished(line) => {
+                Err(format!("expected a newline, found end of output after {}", Excerpt::new(line)))
+            }
         }
     }
 }
 
-impl From<Stop> for How {
-    fn from(stop: Stop) -> Self {
-        match stop {
-            Stop::Interrupted => Self::Interrupted,
-            Stop::Failed(error) => Self::LostSimulator(error),
+impl From<Interruption> for ExitCause {
+    fn from(interruption: Interruption) -> Self {
+        match interruption {
+            Interruption::CtrlC => Self::Interrupted,
+            Interruption::Error(error) => Self::LostSimulator(error),
         }
     }
 }

@@ -1,12 +1,10 @@
 //! `mmsim render`: pictures of mazes and recordings.
 
-mod args;
-
-pub(crate) use args::RenderArgs;
+pub(crate) mod args;
 
 use std::path::Path;
 
-use args::{PictureFormat, ThemeArg};
+use args::{PictureFormat, RenderArgs, ThemeArg};
 use mmsim_drawing::{
     Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, TRAIL_CELLS, Theme, frame_indices,
 };
@@ -15,43 +13,43 @@ use mmsim_protocol::State;
 use mmsim_recording::{HistoryReader, OpenError, ReadError, Recording};
 use mmsim_solvers::Distances;
 
-use crate::Outcome;
-use crate::keep;
-use crate::output::{replace, say};
-use crate::replay::{decode, is_whole, no_state};
+use crate::output::{note, replace};
+use crate::playback::{decode, is_undamaged, no_state};
+use crate::retention::recording_budget;
 use crate::selection::{Collection, Selected};
+use crate::usage::CommandResult;
 
-/// How many pixels the longer side of a picture has unless its width is given.
+/// The default length of the longer side of a picture, in pixels.
 const SIDE_PX: u32 = 640;
 
-pub(crate) fn run(args: &RenderArgs) -> Outcome {
+pub(crate) fn run(args: &RenderArgs) -> CommandResult {
     let source = args.source.join(" ");
-    let (picture, is_good) = match recording(args, Path::new(&source))? {
+    let (picture, is_intact) = match recording(args, Path::new(&source))? {
         Some(recording) => {
             let file = Path::new(&source);
             let picture = if args.output.format == PictureFormat::Gif {
                 animation(args, file, &recording)?
             } else {
-                moment(args, file, &recording)?
+                draw_state(args, file, &recording)?
             };
-            (picture, is_whole(file, &recording))
+            (picture, is_undamaged(file, &recording))
         }
         None => (maze(args, &source)?, true),
     };
     replace(&args.output.path, &picture)?;
-    Ok(is_good)
+    Ok(is_intact)
 }
 
-/// The recording in this file. A file that is none and is not called one is taken for a maze.
+/// Opens a recording. Returns `None` for any other file that does not end in .mcap: it may be a maze.
 fn recording(
     args: &RenderArgs,
     file: &Path,
 ) -> Result<Option<Recording>, Box<dyn std::error::Error>> {
-    let is_called_one = file.extension().is_some_and(|extension| extension == "mcap");
-    match Recording::open_within(file, &keep::budget(&args.reading)) {
+    let is_named_mcap = file.extension().is_some_and(|extension| extension == "mcap");
+    match Recording::open_within(file, &recording_budget(&args.reading)) {
         Ok(recording) => Ok(Some(recording)),
         Err(OpenError::Io { .. } | OpenError::Content { source: ReadError::NotMcap, .. })
-            if !is_called_one =>
+            if !is_named_mcap =>
         {
             Ok(None)
         }
@@ -64,10 +62,10 @@ fn maze(args: &RenderArgs, name: &str) -> Result<Vec<u8>, Box<dyn std::error::Er
         Collection::with(name, args.mazes.as_deref())?.select(name)?;
     let path = path.display();
     if args.output.format == PictureFormat::Gif {
-        return Err(format!("{path}: expected a recording to make a .gif of, found a maze").into());
+        return Err(format!("{path}: cannot animate a maze (a .gif needs a recording)").into());
     }
     if args.at.is_some() {
-        return Err(format!("{path}: expected a recording for --at, found a maze").into());
+        return Err(format!("{path}: --at needs a recording, and this is a maze").into());
     }
     let distances = Distances::flood(maze.walls(), maze.goals());
     let layers = Layers { numbers: args.distances, heat: args.heat, trail: false };
@@ -75,15 +73,15 @@ fn maze(args: &RenderArgs, name: &str) -> Result<Vec<u8>, Box<dyn std::error::Er
     still(args, scene)
 }
 
-/// The picture of one state, or of the maze if there is none.
-fn moment(
+/// Draws one state, or the maze if the recording has no states.
+fn draw_state(
     args: &RenderArgs,
     file: &Path,
     recording: &Recording,
 ) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
-    let search = Search::of(args, file, recording)?;
+    let search = RecordedSearch::new(args, file, recording)?;
     let Some(last) = search.last else {
-        let scene = Scene::from_map(&search.before).with_truth(recording.maze());
+        let scene = Scene::from_map(&search.initial).with_truth(recording.maze());
         return still(args, scene.with_layers(search.layers));
     };
     search.show(&mut recording.history().reader(), last, |scene| still(args, scene))?
@@ -94,16 +92,16 @@ fn animation(
     file: &Path,
     recording: &Recording,
 ) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
-    let search = Search::of(args, file, recording)?;
+    let search = RecordedSearch::new(args, file, recording)?;
     let Some(last) = search.last else {
         let file = file.display();
-        return Err(format!("{file}: expected a state to make a .gif of, found none").into());
+        return Err(format!("{file}: cannot animate a recording without states").into());
     };
     let states = last + 1;
     let indices = frame_indices(states, MAX_FRAMES);
     if indices.len() < states {
         let (frames, picture) = (indices.len(), args.output.path.display());
-        say(format_args!("{picture}: {frames} frames, evenly spaced, of {states} states"));
+        note(format_args!("{picture}: {frames} frames, evenly spaced, of {states} states"));
     }
     let mut reader = recording.history().reader();
     let mut animation = None;
@@ -117,7 +115,7 @@ fn animation(
     Ok(animation.unwrap_or_else(|| Animation::new(SIDE_PX)).finish()?)
 }
 
-/// A scene as a file that does not move.
+/// Draws a scene as SVG or PNG.
 fn still(args: &RenderArgs, scene: Scene<'_>) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let scene = scene.with_theme(theme(args));
     if args.output.format == PictureFormat::Svg {
@@ -133,23 +131,23 @@ fn theme(args: &RenderArgs) -> Theme {
     }
 }
 
-/// The states of a recording, to be drawn one by one.
-struct Search<'a> {
+/// A recording whose states are drawn one by one.
+struct RecordedSearch<'a> {
     truth: Option<&'a Maze>,
-    /// What a client knows before its first state, with the start and the goals.
-    before: KnownMaze,
-    /// The last state to be drawn.
+    /// What a client knows before its first state: the size, the start and the goals.
+    initial: KnownMaze,
+    /// The last state to draw.
     last: Option<usize>,
     layers: Layers,
     file: &'a Path,
 }
 
-impl<'a> Search<'a> {
-    fn of(args: &RenderArgs, file: &'a Path, recording: &'a Recording) -> Result<Self, String> {
+impl<'a> RecordedSearch<'a> {
+    fn new(args: &RenderArgs, file: &'a Path, recording: &'a Recording) -> Result<Self, String> {
         let (info, states) = (recording.info(), recording.history().len());
         if args.distances {
             let file = file.display();
-            return Err(format!("{file}: expected a maze for --distances, found a recording"));
+            return Err(format!("{file}: --distances needs a maze, and this is a recording"));
         }
         if let Some(index) = args.at.filter(|&index| index >= states) {
             return Err(no_state(file, recording, index));
@@ -157,14 +155,14 @@ impl<'a> Search<'a> {
         let last = args.at.or(states.checked_sub(1));
         Ok(Self {
             truth: recording.maze(),
-            before: info.known_maze().ok_or_else(|| unreadable(file))?,
+            initial: info.known_maze().ok_or_else(|| unreadable(file))?,
             last,
             layers: Layers { numbers: !args.no_numbers, heat: args.heat, trail: !args.no_trail },
             file,
         })
     }
 
-    /// Shows a state to `draw`.
+    /// Passes the scene of a state to `draw`.
     fn show<T>(
         &self,
         reader: &mut HistoryReader<'_>,
@@ -173,13 +171,13 @@ impl<'a> Search<'a> {
     ) -> Result<T, String> {
         let mut trail = Vec::new();
         for index in index.saturating_sub(TRAIL_CELLS - 1)..=index {
-            let state = reader.get(index).and_then(|message| decode(message, self.before.size()));
+            let state = reader.get(index).and_then(|message| decode(message, self.initial.size()));
             trail.push(state.ok_or_else(|| unreadable(self.file))?.pose().cell);
         }
         let message = reader.get(index).ok_or_else(|| unreadable(self.file))?;
         let state: State<'_> =
-            decode(message, self.before.size()).ok_or_else(|| unreadable(self.file))?;
-        let map = state.map(self.before.start(), *self.before.goals());
+            decode(message, self.initial.size()).ok_or_else(|| unreadable(self.file))?;
+        let map = state.map(self.initial.start(), *self.initial.goals());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)
             .with_mouse(state.pose())

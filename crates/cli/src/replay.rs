@@ -1,74 +1,62 @@
 //! `mmsim replay`: show a recording.
 
+pub(crate) mod args;
+
 use std::path::Path;
 use std::sync::Arc;
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, WallState};
-use mmsim_protocol::{Info, Matrix, Request, State};
+use mmsim_protocol::{Info, Matrix};
 use mmsim_recording::{Integrity, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
 
-use crate::Outcome;
-use crate::args::{ReplayArgs, ViewerArgs};
+use crate::args::ViewerArgs;
 use crate::interrupt::Interrupt;
-use crate::output::{complain, counted, goal_away, print, stream_json};
+use crate::output::{counted, goal_away, print, stream_json};
+use crate::playback::{decode, is_undamaged, no_state};
+use crate::retention::recording_budget;
 use crate::screen::{still, still_maze};
-use crate::{keep, stderr, watching};
+use crate::usage::CommandResult;
+use crate::{page, stderr};
+use args::ReplayArgs;
 
-pub(crate) fn run(args: &ReplayArgs) -> Outcome {
-    let budget = keep::budget(&args.reading);
+pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
+    let budget = recording_budget(&args.reading);
     let recording = Recording::open_within(&args.file, &budget)?;
     if args.serve {
         return serve(args, recording, budget);
     }
     let shown = match (args.at, recording.history().len().checked_sub(1)) {
         (Some(index), _) => Some(
-            Shown::of(&recording, index).ok_or_else(|| no_state(&args.file, &recording, index))?,
+            StateReport::read(&recording, index)
+                .ok_or_else(|| no_state(&args.file, &recording, index))?,
         ),
-        (None, last) => last.and_then(|last| Shown::of(&recording, last)),
+        (None, last) => last.and_then(|last| StateReport::read(&recording, last)),
     };
     if args.json {
-        let report = Report::new(args, &recording, shown);
+        let report = ReplayReport::new(args, &recording, shown);
         stream_json(&report)?;
     } else {
         print(&text(args, &recording, shown.as_ref()))?;
     }
-    Ok(is_whole(&args.file, &recording))
-}
-
-/// The error that a recording has no state with this number.
-pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> String {
-    let last = recording.history().len().checked_sub(1);
-    let states = last.map_or("none".into(), |last| format!("0 to {last}"));
-    format!("{}: expected --at one of its states, {states}, found {index}", file.display())
-}
-
-/// Whether a recording is not damaged, or a message that it is.
-pub(crate) fn is_whole(file: &Path, recording: &Recording) -> bool {
-    if let Integrity::Damaged { intact: whole, reason } = recording.integrity() {
-        let file = file.display();
-        complain(format_args!(
-            "{file}: expected a whole recording, found {reason} at byte {whole}"
-        ));
-    }
-    !matches!(recording.integrity(), Integrity::Damaged { .. })
+    Ok(is_undamaged(&args.file, &recording))
 }
 
 /// Shows the recording in a browser.
-fn serve(args: &ReplayArgs, recording: Recording, budget: Arc<MemoryBudget>) -> Outcome {
+fn serve(args: &ReplayArgs, recording: Recording, budget: Arc<MemoryBudget>) -> CommandResult {
     let viewer_port = Some(args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT));
     let viewer_args = ViewerArgs { viewer_port, open: args.open, no_viewer: false };
-    let viewer = watching::bind(&viewer_args, "127.0.0.1")?;
+    let viewer = page::bind(&viewer_args, "127.0.0.1")?;
     let interrupt = Interrupt::catch()?;
     stderr::write_in_background();
     print(&text(args, &recording, None))?;
     let title = args.file.file_name().unwrap_or_default().to_string_lossy().to_string();
-    let show = ViewerConfig::default().with_budget(budget).with_recording(&title, recording);
-    watching::begin(viewer, show, &viewer_args)?;
+    let config = ViewerConfig::default().with_budget(budget).with_recording(&title, recording);
+    page::serve(viewer, config, &viewer_args)?;
     interrupt.wait();
     Ok(true)
 }
@@ -77,8 +65,8 @@ fn file(args: &ReplayArgs) -> Escaped<std::path::Display<'_>> {
     Escaped(args.file.display())
 }
 
-/// What is told without `--json`: of what it is a recording, the maze, and one state.
-fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&Shown>) -> String {
+/// Returns the output without `--json`: a summary, the maze, and one state.
+fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -> String {
     let (info, size) = (recording.info(), recording.size());
     let goal = recording.maze().map(|maze| goal_away(MazeFacts::new(maze).shortest_path));
     let goal = goal.map(|goal| format!(", {goal}")).unwrap_or_default();
@@ -88,7 +76,7 @@ fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&Shown>) -> Stri
     format!("{}: {}, {size}{goal}\n{}\n{maze}{state}", file(args), info.name, summary(recording))
 }
 
-/// How many states there are, since when, and how the file ends.
+/// Returns the number of states, their time, and how the file ends.
 fn summary(recording: &Recording) -> String {
     let states = counted(recording.history().len() as u64, "state");
     let time = began(recording).zip(recording.times().last()).map(|(began, last)| {
@@ -97,10 +85,10 @@ fn summary(recording: &Recording) -> String {
     });
     let ending = match recording.integrity() {
         Integrity::Closed => "closed properly".into(),
-        Integrity::Truncated { intact: whole, length } => {
-            format!("not closed: the file ends at byte {length}, whole up to byte {whole}")
+        Integrity::Truncated { intact, length } => {
+            format!("not closed: the file ends at byte {length}, intact up to byte {intact}")
         }
-        Integrity::Damaged { intact: whole, .. } => format!("damaged after byte {whole}"),
+        Integrity::Damaged { intact, .. } => format!("damaged after byte {intact}"),
     };
     format!("{states}{}, {ending}", time.unwrap_or_default())
 }
@@ -109,22 +97,22 @@ fn began(recording: &Recording) -> Option<Timestamp> {
     Timestamp::from_nanosecond(recording.times().iter().next()?.into()).ok()
 }
 
-/// Time since the first state.
-#[expect(clippy::cast_precision_loss, reason = "no search takes so long that it matters")]
+/// Returns the time since the first state.
+#[expect(clippy::cast_precision_loss, reason = "searches are too short for the loss to matter")]
 fn milliseconds(recording: &Recording, time: u64) -> f64 {
     let first = recording.times().iter().next().unwrap_or(time);
     time.saturating_sub(first) as f64 / 1e6
 }
 
-/// One state. The names are those of the JSON.
+/// One state. The field names are JSON keys.
 #[derive(Serialize)]
-struct Shown {
+struct StateReport {
     index: usize,
     ms: f64,
     cell: [u8; 2],
     heading: char,
     visited_cells: usize,
-    /// Walls that the client says are there or not and are not or are; null if the maze is unknown.
+    /// The number of walls that the client reports wrongly; null if the maze is unknown.
     wrong_walls: Option<usize>,
     /// The byte of cell (x, y) is at `[x][y]`.
     weights: Vec<Vec<u8>>,
@@ -134,8 +122,8 @@ struct Shown {
     picture: String,
 }
 
-impl Shown {
-    fn of(recording: &Recording, index: usize) -> Option<Self> {
+impl StateReport {
+    fn read(recording: &Recording, index: usize) -> Option<Self> {
         let message = recording.history().get(index)?;
         let state = decode(&message, recording.size())?;
         let (pose, info) = (state.pose(), recording.info());
@@ -162,7 +150,7 @@ impl Shown {
         let visited = counted(*visited_cells as u64, "cell");
         let wrong = match wrong_walls {
             Some(count @ 1..) => {
-                format!(", mistaken about {}", counted(*count as u64, "wall"))
+                format!(", {} wrong", counted(*count as u64, "wall"))
             }
             _ => String::new(),
         };
@@ -170,20 +158,13 @@ impl Shown {
     }
 }
 
-pub(crate) fn decode(message: &[u8], size: MazeSize) -> Option<State<'_>> {
-    match Request::decode(message, size) {
-        Ok(Request::State(state)) => Some(state),
-        _ => None,
-    }
-}
-
-/// A matrix by columns from the west, each from the south.
+/// Returns the columns of a matrix from west to east, each from south to north.
 fn columns(size: MazeSize, matrix: Matrix<'_>) -> Vec<Vec<u8>> {
     let column = |x| (0..size.height()).filter_map(|y| matrix.at(Cell::new(x, y))).collect();
     (0..size.width()).map(column).collect()
 }
 
-/// How many walls the client knows wrongly.
+/// Counts the walls that the client reports wrongly.
 fn wrong_walls(map: &KnownMaze, maze: &Maze) -> usize {
     let sides = |cell| [Heading::North, Heading::East].map(|heading| (cell, heading));
     let is_wrong = |&(cell, heading): &(Cell, Heading)| match map.wall(cell, heading) {
@@ -194,9 +175,9 @@ fn wrong_walls(map: &KnownMaze, maze: &Maze) -> usize {
     map.size().cells().flat_map(sides).filter(is_wrong).count()
 }
 
-/// What `--json` prints: what `info` told, and what is in the file.
+/// The output of `--json`: the `info` of the maze, and the content of the file.
 #[derive(Serialize)]
-struct Report<'a> {
+struct ReplayReport<'a> {
     path: &'a Path,
     #[serde(flatten)]
     info: &'a Info,
@@ -204,17 +185,17 @@ struct Report<'a> {
     began: Option<String>,
     /// `closed`, `cut` or `damaged`.
     ending: &'static str,
-    /// Bytes of whole records, where the file is not closed.
+    /// The bytes of intact records if the file was not closed.
     whole_bytes: Option<u64>,
     maze: Option<String>,
-    /// Where the mouse was in each state, unless one of them is asked for.
+    /// The pose in each state, without `--at`.
     #[serde(skip_serializing_if = "Option::is_none")]
     poses: Option<Poses<'a>>,
-    /// The state that is asked for, else the last.
-    state: Option<Shown>,
+    /// The state of `--at`, else the last one.
+    state: Option<StateReport>,
 }
 
-/// The poses of all states, each made only when it is printed.
+/// The poses of all states, decoded while they are printed.
 struct Poses<'a>(&'a Recording);
 
 impl Serialize for Poses<'_> {
@@ -236,12 +217,12 @@ struct PoseAt {
     heading: char,
 }
 
-impl<'a> Report<'a> {
-    fn new(args: &'a ReplayArgs, recording: &'a Recording, state: Option<Shown>) -> Self {
+impl<'a> ReplayReport<'a> {
+    fn new(args: &'a ReplayArgs, recording: &'a Recording, state: Option<StateReport>) -> Self {
         let (ending, whole_bytes) = match recording.integrity() {
             Integrity::Closed => ("closed", None),
-            Integrity::Truncated { intact: whole, .. } => ("cut", Some(*whole)),
-            Integrity::Damaged { intact: whole, .. } => ("damaged", Some(*whole)),
+            Integrity::Truncated { intact, .. } => ("cut", Some(*intact)),
+            Integrity::Damaged { intact, .. } => ("damaged", Some(*intact)),
         };
         Self {
             path: &args.file,

@@ -1,4 +1,4 @@
-//! What the mouse knows, shown to the one who runs it.
+//! The map of a mouse on the terminal.
 
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal};
@@ -10,27 +10,30 @@ use terminal_size::{Height, Width, terminal_size};
 
 use crate::output::{counted, print};
 
-/// Where the map is shown: at the end, and on a terminal also on the way, redrawn in place.
+/// The time between two steps that a viewer can follow, in milliseconds.
+pub(crate) const DEFAULT_PACE_MS: u64 = 50;
+
+/// Shows the map at the end of a search, and on a terminal also during it, redrawn in place.
 pub(crate) struct Screen {
     strategy: BundledStrategy,
-    /// Whether to show the mouse on its way.
+    /// Whether to show the map during the search.
     is_live: bool,
-    /// Whether something was drawn, which the next picture replaces.
+    /// Whether a map was drawn, which the next one replaces.
     drawn: bool,
 }
 
-/// How a search ended, in the words of the summary.
+/// Returns the words of the summary for how a search ended.
 pub(crate) fn ending(run: &SearchRun) -> &'static str {
     if run.goal_reached { "goal reached" } else { "goal not reached" }
 }
 
 impl Screen {
-    /// A screen for a mouse of this strategy. Only a terminal shows it on its way.
+    /// Returns a screen for a mouse with this strategy. Only a terminal shows the map during the search.
     pub(crate) fn new(strategy: BundledStrategy, is_live: bool) -> Self {
         Self { strategy, is_live: is_live && io::stdout().is_terminal(), drawn: false }
     }
 
-    /// Shows the mouse on its way, as well as the terminal has room.
+    /// Shows the map during the search, in the largest form that fits the terminal.
     pub(crate) fn show<S: Strategy>(
         &mut self,
         mouse: &Mouse<S>,
@@ -45,13 +48,13 @@ impl Screen {
         let map = pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
             let (width, height) = (mouse.map().size().width(), mouse.map().size().height());
             let (columns, lines) = (4 * u16::from(width) + 1, u16::from(height) + 4);
-            let _ = write!(status, "; a window of {columns}x{lines} shows the map");
+            let _ = write!(status, "; the map needs a window of {columns}x{lines}");
             String::new()
         });
         self.replace(&map, &status)
     }
 
-    /// Shows the last picture, which stays, and a line that sums the run up.
+    /// Shows the final map and a summary line.
     pub(crate) fn finish<S: Strategy>(
         &mut self,
         mouse: &Mouse<S>,
@@ -59,7 +62,7 @@ impl Screen {
         ending: &str,
     ) -> io::Result<()> {
         let [numbers, compact] = pictures(mouse);
-        // What was shown on the way has the same form at the end.
+        // The map keeps the form it had during the search.
         let is_compact = self.is_live && !fits(&numbers, terminal());
         let map = if is_compact && fits(&compact, (terminal().0, usize::MAX)) {
             compact
@@ -78,12 +81,12 @@ impl Screen {
         }
     }
 
-    /// Writes over what was drawn before, from the upper left corner of the screen.
+    /// Draws over the previous map, from the upper left corner of the screen.
     fn replace(&mut self, map: &str, status: &str) -> io::Result<()> {
         let mut frame = String::from(if self.drawn { "\x1b[H" } else { "\x1b[2J\x1b[H" });
         self.drawn = true;
         for line in map.lines().chain([status]) {
-            // Writing to a string cannot fail. What is left of an old line is erased.
+            // Writing to a string cannot fail. The escape sequence erases the rest of the old line.
             let _ = write!(frame, "{line}\x1b[K\r\n");
         }
         frame += "\x1b[J";
@@ -91,25 +94,24 @@ impl Screen {
     }
 }
 
-/// Columns and lines of the terminal.
+/// Returns the columns and lines of the terminal.
 fn terminal() -> (usize, usize) {
     let (Width(columns), Height(lines)) = terminal_size().unwrap_or((Width(80), Height(24)));
     (columns.into(), lines.into())
 }
 
-/// Whether the picture has room, with a line for the status, one for the cursor, and one for what
-/// is said at the end.
+/// Whether the picture fits, with one line each for the status, the cursor and a final message.
 fn fits(picture: &str, (columns, lines): (usize, usize)) -> bool {
     let widest = picture.lines().map(str::len).max().unwrap_or(0);
     picture.lines().count() + 3 <= lines && widest <= columns
 }
 
-/// The map as the mouse knows it: with its weights unless they are all zero, and small.
+/// Returns the map of the mouse: with its weights unless they are all zero, and compact.
 fn pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
-    pictures_of(mouse.map(), mouse.pose(), &|cell| mouse.weight(cell))
+    map_pictures(mouse.map(), mouse.pose(), &|cell| mouse.weight(cell))
 }
 
-fn pictures_of(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> [String; 2] {
+fn map_pictures(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> [String; 2] {
     let number = |cell| Some(weight(cell)).filter(|&weight| weight != u16::MAX);
     let drawing = map.picture().with_mouse(pose);
     let all_zero = map.size().cells().all(|cell| weight(cell) == 0);
@@ -118,18 +120,17 @@ fn pictures_of(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> [St
     [numbers, drawing.compact().to_string()]
 }
 
-/// A map that is printed once, with its weights unless they are all zero or the terminal is too
-/// narrow for them.
+/// Returns a map to print once, with its weights unless they are all zero or do not fit the terminal.
 pub(crate) fn still(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> String {
-    wide_or_compact(pictures_of(map, pose, weight))
+    wide_or_compact(map_pictures(map, pose, weight))
 }
 
-/// A maze that is printed once.
+/// Returns a maze to print once.
 pub(crate) fn still_maze(maze: &Maze) -> String {
     wide_or_compact([maze.to_string(), maze.picture().compact().to_string()])
 }
 
-/// Only lines that are too long are a nuisance, the upper ones may scroll away.
+/// Returns the compact form if only that fits the width of the terminal. Lines may scroll away.
 pub(crate) fn wide_or_compact([wide, compact]: [String; 2]) -> String {
     let room = (terminal().0, usize::MAX);
     let is_better = !fits(&wide, room) && fits(&compact, room);

@@ -1,4 +1,4 @@
-//! Which maze is meant.
+//! Selecting a maze from a collection.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -9,23 +9,24 @@ use mmsim_solvers::MazeFacts;
 use tracing::info;
 
 use crate::embedded;
-use crate::output::{complain, own_command};
+use crate::output::{own_command, warn};
 
-/// The folder below the user's own in which mazes are looked for.
+/// The folder of mazes in the user's home folder.
 const HOME_FOLDER: &str = ".mmsim";
 
-/// Where mazes are looked for if nobody says where, `None` without a folder of the user's own.
+/// Returns the default folder of mazes, `None` if the user has no home folder.
 pub(crate) fn home_folder() -> Option<PathBuf> {
     Some(env::home_dir()?.join(HOME_FOLDER))
 }
 
-/// A collection of mazes and what it is called in messages.
+/// A collection of mazes.
 pub(crate) struct Collection {
     pub(crate) catalogue: Catalogue,
-    place: String,
-    /// Where it is, empty for the bundled mazes.
+    /// The name of the collection in messages.
+    location: String,
+    /// The path of the collection, empty for the bundled mazes.
     path: PathBuf,
-    /// Whether nobody named it: a maze that it lacks may be a bundled one then.
+    /// Whether this is the user's default collection, which the bundled mazes extend.
     is_default: bool,
 }
 
@@ -38,70 +39,69 @@ pub(crate) struct Selected {
 }
 
 impl Selected {
-    /// The path as people are shown it.
+    /// Returns the path, escaped for messages.
     pub(crate) fn shown_path(&self) -> String {
         Escaped(self.path.display()).to_string()
     }
 }
 
-/// Why there is no maze.
+/// Why no maze was selected.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SelectionError {
     #[error(transparent)]
     Catalogue(#[from] CatalogueError),
-    #[error(
-        "expected a maze whose path holds {words:?}, found none of {count} in {place}; {list} shows them"
-    )]
-    NoMatch { words: String, count: usize, place: String, list: String },
-    #[error("expected a maze in {place}, found none")]
-    Empty { place: String },
+    #[error("no maze in {location} matches {words:?} (list the {count} files with {list})")]
+    NoMatch { words: String, count: usize, location: String, list: String },
+    #[error("no mazes in {location}")]
+    Empty { location: String },
     #[error("{0}")]
     Unreadable(#[from] ReadError),
 }
 
 impl Collection {
-    /// The mazes at this path. Without one those in the user's own folder, and where that holds
-    /// none the bundled ones.
+    /// Returns the mazes at `path`; without a path, those in the user's folder or, if there are none,
+    /// the bundled mazes.
     pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
-        let Some(path) = path else { return Ok(Self::of_the_user().unwrap_or_else(Self::bundled)) };
-        let place = path.display().to_string();
+        let Some(path) = path else { return Ok(Self::from_home().unwrap_or_else(Self::bundled)) };
+        let location = path.display().to_string();
         let catalogue = Catalogue::from_path(path)?;
-        Ok(Self { catalogue, place, path: path.into(), is_default: false })
+        Ok(Self { catalogue, location, path: path.into(), is_default: false })
     }
 
-    /// The mazes in which one is looked for by this name: the file itself, if it is one and no other
-    /// place is given.
+    /// Returns the collection to search for a maze by name: the file of this name if it exists and no
+    /// path is given.
     pub(crate) fn with(name: &str, path: Option<&Path>) -> Result<Self, SelectionError> {
         let file = Path::new(name);
         Self::at(path.or_else(|| Some(file).filter(|file| file.is_file())))
     }
 
-    fn of_the_user() -> Option<Self> {
+    fn from_home() -> Option<Self> {
         let path = home_folder()?;
         let catalogue = Catalogue::from_path(&path).ok()?;
-        let place = path.display().to_string();
+        let location = path.display().to_string();
         if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {
-            return Some(Self { catalogue, place, path, is_default: true });
+            return Some(Self { catalogue, location, path, is_default: true });
         }
-        complain(format_args!("expected mazes in {place}, found none; here are the bundled ones"));
+        warn(format_args!("no mazes in {location}; using the bundled mazes"));
         None
     }
 
     fn bundled() -> Self {
         Self {
             catalogue: embedded::catalogue(),
-            place: "the bundled mazes".into(),
+            location: "the bundled mazes".into(),
             path: PathBuf::new(),
             is_default: false,
         }
     }
 
-    /// The first maze whose path holds these words, of the bundled ones if nobody said where to look
-    /// and there is none; without a word, the first whose goal can be reached. Files that are no mazes are passed over and counted in a message.
+    /// Returns the first maze whose path contains `words`; without words, the first with a reachable
+    /// goal. The default collection falls back to the bundled mazes. A warning counts the unreadable
+    /// files that were skipped.
     pub(crate) fn select(&self, words: &str) -> Result<Selected, SelectionError> {
         let any = words.trim().is_empty();
-        let (mut unreadable, mut found, mut better_than_none) = (Vec::new(), None, None);
-        info!("{} files in {}", self.catalogue.entries().len(), self.place);
+        let (mut unreadable, mut found, mut fallback) = (Vec::new(), None, None);
+        info!("{} files in {}", self.catalogue.entries().len(), self.location);
         for entry in self.catalogue.matching(words) {
             let maze = match entry.maze() {
                 Ok(maze) => maze,
@@ -116,30 +116,28 @@ impl Collection {
                 found = Some(selected);
                 break;
             }
-            better_than_none.get_or_insert(selected);
+            fallback.get_or_insert(selected);
         }
-        let Some(selected) = found.or(better_than_none) else {
+        let Some(selected) = found.or(fallback) else {
             if self.is_default
                 && unreadable.is_empty()
                 && let Ok(bundled) = Self::bundled().select(words)
             {
                 return Ok(bundled);
             }
-            let (place, count) = (self.place.clone(), self.catalogue.entries().len());
+            let (location, count) = (self.location.clone(), self.catalogue.entries().len());
             return Err(match unreadable.into_iter().next() {
                 Some(error) => error.into(),
-                None if count == 0 => SelectionError::Empty { place },
+                None if count == 0 => SelectionError::Empty { location },
                 None => {
                     let list = own_command(&format!("mazes list {}", self.path.display()));
-                    SelectionError::NoMatch { words: words.into(), count, place, list }
+                    SelectionError::NoMatch { words: words.into(), count, location, list }
                 }
             });
         };
         if let Some(error) = unreadable.first() {
-            let (count, place) = (unreadable.len(), &self.place);
-            complain(format_args!(
-                "passed over {count} of {place} that cannot be read, such as {error}"
-            ));
+            let (count, location) = (unreadable.len(), &self.location);
+            warn(format_args!("skipped {count} unreadable files in {location}, such as {error}"));
         }
         Ok(selected)
     }
@@ -152,31 +150,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_or_the_first_goal_within_reach_select() {
+    fn selects_by_words_or_the_first_reachable_goal() {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
         let closed = "o---o---o\n| S | G |\no---o---o\n";
         write("a-closed.txt", closed);
         write("b-rubbish.txt", "rubbish");
         let collection = || Collection::at(Some(folder.path())).unwrap();
-        assert_eq!(collection().select("").unwrap().name, "a-closed", "better than none");
+        assert_eq!(collection().select("").unwrap().name, "a-closed", "fallback");
         write("c-open.txt", "o---o---o\n| S   G |\no---o---o\n");
         assert_eq!(collection().select("").unwrap().name, "c-open");
         assert_eq!(collection().select("A CLOSED").unwrap().name, "a-closed");
         let error = collection().select("rubbish").unwrap_err().to_string();
         assert!(error.contains("b-rubbish.txt: line 1, column 1: expected "), "{error}");
         let error = collection().select("no such").unwrap_err().to_string();
-        assert!(
-            error.starts_with(r#"expected a maze whose path holds "no such", found none of 3"#)
-        );
+        assert!(error.contains(r#"matches "no such" (list the 3 files"#), "{error}");
     }
 
     #[test]
-    fn an_empty_folder_has_no_maze() {
+    fn empty_folder_has_no_maze() {
         let folder = tempfile::tempdir().unwrap();
         let error =
             Collection::at(Some(folder.path())).unwrap().select("").unwrap_err().to_string();
-        assert!(error.starts_with("expected a maze in "), "{error}");
+        assert!(error.starts_with("no mazes in "), "{error}");
         assert!(Collection::at(Some(&folder.path().join("none"))).is_err());
     }
 }

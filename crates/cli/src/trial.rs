@@ -1,58 +1,47 @@
-//! `mmsim trial`: robots on the two-run trial.
+//! `mmsim trial`: run robots in the two-run trial.
 
-mod args;
+pub(crate) mod args;
 mod compare;
+mod outcome;
 mod report;
 mod results;
 mod serve;
 mod table;
-mod tried;
 
-pub(crate) use args::TrialArgs;
-
+use args::TrialArgs;
+use outcome::{Job, run_trials};
 use results::Results;
-use tried::{Contender, Tried};
 
-use crate::Outcome;
-use crate::args::wrong_usage;
-use crate::given::Given;
-use crate::parallel::map_each;
+use crate::inputs::Inputs;
 use crate::selection::Selected;
+use crate::usage::{CommandResult, UsageError};
 
-/// How many trials run before what came of them is printed.
-const AT_A_TIME: usize = 32;
+/// The number of trials to run before their results are printed.
+const BATCH: usize = 32;
 
-/// A robot to be put on trial in a maze.
-type Job<'a> = (&'a Selected, &'a Contender);
-
-pub(crate) fn run(args: &TrialArgs) -> Outcome {
-    if args.watch.is_told() && !args.serve {
-        wrong_usage("trial", "expected --serve with an option that concerns it, found none");
+pub(crate) fn run(args: &TrialArgs) -> CommandResult {
+    if args.watch.is_set() && !args.serve {
+        return Err(UsageError::new("trial", "options for --serve require --serve").into());
     }
-    let Given { mazes, are_all } = Given::read(&args.mazes);
-    let is_done = if args.compare {
+    let Inputs { mazes, all_readable } = Inputs::read(&args.mazes);
+    let succeeded = if args.compare {
         compare::run(args, &mazes)?
     } else if args.serve {
         mazes.is_empty() || serve::run(args, mazes)?
     } else {
-        try_all(args, &mazes)?
+        run_all(args, &mazes)?
     };
-    Ok(is_done && are_all)
+    Ok(succeeded && all_readable)
 }
 
-fn try_all(args: &TrialArgs, mazes: &[Selected]) -> Outcome {
+fn run_all(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     let contenders = args.contenders();
     let jobs: Vec<Job<'_>> = (mazes.iter())
         .flat_map(|maze| contenders.iter().map(move |contender| (maze, contender)))
         .collect();
     let mut results = Results::new(&jobs, args);
-    for some in jobs.chunks(AT_A_TIME) {
-        results.add(stand_trial(some))?;
+    for batch in jobs.chunks(BATCH) {
+        results.add(run_trials(batch))?;
     }
     results.finish()
-}
-
-/// Runs trials on all processors; gives what came of them in the same order.
-fn stand_trial(jobs: &[Job<'_>]) -> Vec<Tried> {
-    map_each(jobs, |(given, contender)| contender.stand_trial(&given.maze))
 }

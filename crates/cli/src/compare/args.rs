@@ -1,4 +1,4 @@
-//! The command line of `mmsim compare`.
+//! Arguments of `mmsim compare`.
 
 use std::path::PathBuf;
 
@@ -8,36 +8,36 @@ use mmsim_solvers::BundledStrategy;
 
 const AFTER_HELP: &str = "\
 Examples:
-  mmsim compare                                   all strategies in the bundled mazes
-  mmsim compare mazes/                            in the mazes of a folder
+  mmsim compare                                   compare all strategies in the default mazes
+  mmsim compare mazes/                            use the mazes in a folder
   mmsim compare harbour my-maze.txt --strategies flood-fill,swing
-  mmsim compare mazes/ --csv > searches.csv       a line for each search, for a spreadsheet
-  mmsim compare mazes/ --json                     the same and the means, for a program
+  mmsim compare mazes/ --csv > searches.csv       write a CSV file, one line per search
+  mmsim compare mazes/ --json                     print searches and means as JSON
 
 Columns:
-  reached    in how many mazes it reached the goal, of those that have a way to it
-  given up   in how many it said that there is no way, of those that have none
+  reached    mazes in which the strategy reached the goal, of those with a reachable goal
+  given up   mazes in which it reported an unreachable goal, of those with an unreachable goal
   to goal    steps to the goal
-  proven     in how many of the mazes it reached the goal in it proved the shortest path
-  after      steps until it had proven that, the mean over these
+  proven     solved mazes in which the shortest path was proven
+  after      steps until it was proven, mean over these mazes
   in all     steps of the whole search run, without a fast run
-  turns      quarter turns in it; turning round is two
-  path       steps of the shortest path over what was known at the end
-  shortest   steps of the shortest path that there is
-  found      in how many mazes these two are the same
-  µs         processor time of the search, in microseconds
+  turns      quarter turns in the search run; a turn back counts as two
+  path       length of the shortest path through the known cells at the end, in steps
+  shortest   length of the shortest path in the maze, in steps
+  found      solved mazes in which path equals shortest
+  µs         processor time of the search in microseconds
 
-The numbers with a decimal are means over the mazes in which the strategy reached the goal.
+Numbers with a decimal are means over the mazes in which the strategy reached the goal.
 
-Exit code 0 says that all mazes could be read and were searched, however that went.";
+The exit code is 0 if all mazes could be read, whatever the searches found.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct CompareArgs {
-    /// Maze files, folders, which are searched with their subfolders, and words of the path of a
-    /// maze [default: all mazes of ~/.mmsim where that holds any, else the bundled mazes]
+    /// Maze files, folders to search recursively, and words from the path of a maze [default: all mazes
+    /// in ~/.mmsim if there are any, else the bundled mazes]
     pub(crate) mazes: Vec<PathBuf>,
-    /// The strategies, parted by commas; may be given several times
+    /// Comma-separated list of strategies; may be repeated
     #[arg(
         long,
         value_name = "NAME,...",
@@ -46,11 +46,10 @@ pub(crate) struct CompareArgs {
         value_parser = strategies()
     )]
     strategies: Vec<Strategies>,
-    /// Search in this many threads, at least 1; the results are the same [default: the number of
-    /// processors]
+    /// Use N threads; the results do not depend on it [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
-    /// Print CSV: a header, and a line for each search
+    /// Print CSV: a header and one line per search
     #[arg(long, conflicts_with = "json")]
     pub(crate) csv: bool,
     /// Print a JSON array
@@ -58,7 +57,7 @@ pub(crate) struct CompareArgs {
     pub(crate) json: bool,
 }
 
-/// The value of `--strategies` that is no name.
+/// The value of `--strategies` for all strategies.
 const ALL: &str = "all";
 
 /// A value of `--strategies`.
@@ -69,15 +68,15 @@ enum Strategies {
 }
 
 impl CompareArgs {
-    /// The strategies that are asked for, each once.
+    /// Returns the selected strategies, each once.
     pub(crate) fn strategies(&self) -> Vec<BundledStrategy> {
         let mut strategies = Vec::new();
-        for asked in &self.strategies {
-            let asked: &[BundledStrategy] = match asked {
+        for value in &self.strategies {
+            let selected: &[BundledStrategy] = match value {
                 Strategies::All => &BundledStrategy::ALL,
                 Strategies::One(strategy) => std::slice::from_ref(strategy),
             };
-            for strategy in asked {
+            for strategy in selected {
                 if !strategies.contains(strategy) {
                     strategies.push(*strategy);
                 }
@@ -90,9 +89,9 @@ impl CompareArgs {
 fn strategies() -> impl TypedValueParser<Value = Strategies> {
     let one =
         |strategy: BundledStrategy| PossibleValue::new(strategy.name()).help(strategy.about());
-    let all = PossibleValue::new(ALL).help("all of them");
+    let all = PossibleValue::new(ALL).help("all strategies");
     let values = BundledStrategy::ALL.map(one).into_iter().chain([all]);
-    // Nothing but these is let through.
+    // The parser accepts only these values.
     PossibleValuesParser::new(values)
         .map(|name| name.parse().map_or(Strategies::All, Strategies::One))
 }

@@ -1,4 +1,4 @@
-//! `mmsim mazes check`: what is wrong with maze files.
+//! `mmsim mazes check`: find problems in maze files.
 
 use std::collections::HashMap;
 use std::fmt::Display;
@@ -9,31 +9,31 @@ use mmsim_maze::Maze;
 use serde::Serialize;
 
 use super::finding::{Finding, Severity, lines};
-use super::row::Row;
-use crate::Outcome;
+use super::row::MazeRow;
 use crate::output::{print, print_json};
+use crate::usage::CommandResult;
 
-/// What there is to say of a file. The names are those of the JSON.
+/// A file and its problems. The field names are JSON keys.
 #[derive(Serialize)]
 struct Checked {
     #[serde(flatten)]
-    row: Row,
+    row: MazeRow,
     format: Option<&'static str>,
     findings: Vec<Finding>,
 }
 
-pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> Outcome {
+pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> CommandResult {
     let mut seen = HashMap::new();
     let mut files = Vec::new();
     for path in paths {
         match Catalogue::from_path(path) {
             Ok(catalogue) if catalogue.entries().is_empty() => {
-                let error = format!("{}: expected a maze file, found none", path.display());
+                let error = format!("{}: no maze files", path.display());
                 files.push(Checked::unread(path, &error));
             }
             Ok(catalogue) => {
                 let entries = catalogue.entries().iter();
-                files.extend(entries.map(|entry| Checked::of(entry, format, &mut seen)));
+                files.extend(entries.map(|entry| Checked::new(entry, format, &mut seen)));
             }
             Err(error) => files.push(Checked::unread(path, &error)),
         }
@@ -48,8 +48,8 @@ pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> Outc
 }
 
 impl Checked {
-    /// Checks a file, `seen` being where each maze was found first.
-    fn of(entry: &Entry, format: Option<Format>, seen: &mut HashMap<Maze, PathBuf>) -> Self {
+    /// Checks a file. `seen` has the first path of each maze.
+    fn new(entry: &Entry, format: Option<Format>, seen: &mut HashMap<Maze, PathBuf>) -> Self {
         let path = entry.path();
         let content = match entry.content() {
             Ok(content) => content,
@@ -58,7 +58,7 @@ impl Checked {
         let format = format.unwrap_or_else(|| Format::detect(&content));
         let (row, findings) = match format.read(&content) {
             Ok(reading) => {
-                let row = Row::from_maze(path, &reading.maze);
+                let row = MazeRow::from_maze(path, &reading.maze);
                 let mut findings = Finding::from_reading(&reading);
                 let first = seen.entry(reading.maze).or_insert_with(|| path.into());
                 if !is_same_file(first, path) {
@@ -69,26 +69,26 @@ impl Checked {
             Err(errors) => {
                 let findings: Vec<Finding> = errors.iter().map(Finding::from_error).collect();
                 let first = errors.first().map(ToString::to_string).unwrap_or_default();
-                (Row::from_error(path, &format!("{}: {first}", path.display())), findings)
+                (MazeRow::from_error(path, &format!("{}: {first}", path.display())), findings)
             }
         };
         Self { row, format: Some(format.name()), findings }
     }
 
-    /// A file or folder that cannot be read; the error names it.
+    /// Returns the result for an unreadable file or folder, which the error names.
     fn unread(path: &Path, error: &impl Display) -> Self {
         let findings = vec![Finding::unreadable(error.to_string())];
-        Self { row: Row::from_error(path, error), format: None, findings }
+        Self { row: MazeRow::from_error(path, error), format: None, findings }
     }
 
-    /// A line that says the first error or what the maze is like, and one for each kind of finding.
+    /// Formats a line with the first error or the facts of the maze, and one per kind of finding.
     fn text(&self) -> String {
-        let told = usize::from(self.row.error.is_some()).min(self.findings.len());
-        format!("{}\n{}", self.row.line(), lines(&self.findings[told..]))
+        let printed = usize::from(self.row.error.is_some()).min(self.findings.len());
+        format!("{}\n{}", self.row.line(), lines(&self.findings[printed..]))
     }
 }
 
-/// Whether two paths lead to one file: it may be named twice, in other words or by a link.
+/// Whether two paths lead to the same file, as through a link.
 fn is_same_file(one: &Path, other: &Path) -> bool {
     let is_same = |(one, other)| one == other;
     one == other || one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(is_same)

@@ -14,10 +14,10 @@ use mmsim_maze::Escaped;
 use serde::Serialize;
 
 use super::args::FetchArgs;
-use crate::Outcome;
-use crate::output::{counted, own_command, print, print_json, say};
+use crate::output::{counted, note, own_command, print, print_json};
 use crate::parallel::map_each;
 use crate::selection::home_folder;
+use crate::usage::CommandResult;
 
 /// What was fetched. The names are those of the JSON.
 #[derive(Serialize)]
@@ -44,7 +44,7 @@ struct Collection {
     odd: Vec<String>,
 }
 
-pub(super) fn run(args: &FetchArgs) -> Outcome {
+pub(super) fn run(args: &FetchArgs) -> CommandResult {
     let Some(folder) = args.folder.clone().or_else(home_folder) else {
         let fetch = own_command("mazes fetch DIR");
         return Err(
@@ -96,7 +96,7 @@ fn say_files(done: &str, which: &str, files: &[String]) {
         let count = counted(files.len() as u64, "file");
         let (first, more) =
             (files[..files.len().min(3)].join(", "), if files.len() > 3 { ", …" } else { "" });
-        say(format_args!("{done} {count} {which}: {first}{more}"));
+        note(format_args!("{done} {count} {which}: {first}{more}"));
     }
 }
 

@@ -1,4 +1,4 @@
-//! What is to be said against a maze file.
+//! Problems in a maze file.
 
 use mmsim_formats::{Location, ParseError, ParseErrorKind, ParsedMaze};
 use mmsim_maze::{Cell, CellSet, Escaped};
@@ -7,17 +7,17 @@ use serde::Serialize;
 
 use crate::output::counted;
 
-/// Something to be said against a maze file. The names are those of the JSON.
+/// A problem in a maze file. The field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Finding {
     pub(super) severity: Severity,
-    kind: Kind,
+    kind: FindingKind,
     message: String,
     line: Option<usize>,
     column: Option<usize>,
     byte: Option<usize>,
     cell: Option<[u8; 2]>,
-    /// The place as it is told where there are many.
+    /// The position in a summary of several findings.
     #[serde(skip)]
     place: String,
 }
@@ -29,10 +29,10 @@ pub(super) enum Severity {
     Warning,
 }
 
-/// In the order in which they are told.
+/// The kinds of findings, in the order in which they are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum Kind {
+enum FindingKind {
     Unreadable,
     Contradiction,
     OpenPerimeter,
@@ -45,31 +45,35 @@ enum Kind {
 }
 
 impl Finding {
-    /// A file of which nothing can be read.
+    /// Returns the finding for an unreadable file.
     pub(super) fn unreadable(message: String) -> Self {
-        let (severity, kind, place) = (Severity::Error, Kind::Unreadable, String::new());
+        let (severity, kind, place) = (Severity::Error, FindingKind::Unreadable, String::new());
         let (line, column, byte, cell) = (None, None, None, None);
         Self { severity, kind, message, line, column, byte, cell, place }
     }
 
     pub(super) fn from_error(error: &ParseError) -> Self {
         let kind = match error.kind {
-            ParseErrorKind::Contradiction => Kind::Contradiction,
-            ParseErrorKind::OpenPerimeter => Kind::OpenPerimeter,
-            _ => Kind::Unreadable,
+            ParseErrorKind::Contradiction => FindingKind::Contradiction,
+            ParseErrorKind::OpenPerimeter => FindingKind::OpenPerimeter,
+            _ => FindingKind::Unreadable,
         };
         let cell = error.cell.map(|cell| [cell.x, cell.y]);
         let found = Self { kind, cell, ..Self::unreadable(error.to_string()) };
         found.at_place(error.location)
     }
 
-    /// A maze that another file holds as well.
+    /// Returns the finding for a maze that an earlier file contains too.
     pub(super) fn duplicate(path: &str) -> Self {
         let message = format!("the same walls, start and goal as {path}");
-        Self { severity: Severity::Warning, kind: Kind::Duplicate, ..Self::unreadable(message) }
+        Self {
+            severity: Severity::Warning,
+            kind: FindingKind::Duplicate,
+            ..Self::unreadable(message)
+        }
     }
 
-    /// What is to be said against a maze and what its reader took for granted.
+    /// Returns the problems of a maze and the assumptions made to read it.
     pub(super) fn from_reading(reading: &ParsedMaze) -> Vec<Self> {
         let ParsedMaze { maze, unknown_walls, ambiguous_encoding, .. } = reading;
         let start = maze.start().cell;
@@ -80,25 +84,26 @@ impl Finding {
         if maze.goals().iter().all(|goal| is_cut_off(&goal))
             && let Some(goal) = maze.goals().iter().next()
         {
-            let message = format!("no way leads from the start {start} to the goal {goal}");
-            let finding = Self { kind: Kind::GoalUnreachable, ..Self::unreadable(message) };
+            let message = format!("goal {goal} unreachable from the start {start}");
+            let finding = Self { kind: FindingKind::GoalUnreachable, ..Self::unreadable(message) };
             findings.push(finding.at_cell(goal));
         }
         let warning =
             |kind, message| Self { severity: Severity::Warning, kind, ..Self::unreadable(message) };
-        findings
-            .extend(ambiguous_encoding.iter().map(|way| warning(Kind::Ambiguous, ambiguity(way))));
+        findings.extend(
+            ambiguous_encoding.iter().map(|way| warning(FindingKind::Ambiguous, ambiguity(way))),
+        );
         findings.extend(unknown_walls.iter().map(|&place| {
-            let message = format!("{place}: an unknown wall, taken as open");
-            warning(Kind::UnknownWalls, message).at_place(place)
+            let message = format!("{place}: unknown wall, assumed open");
+            warning(FindingKind::UnknownWalls, message).at_place(place)
         }));
         findings.extend(maze.posts_without_wall().map(|cell| {
             let message = format!("no wall touches the post south-west of {cell}");
-            warning(Kind::PostsWithoutWall, message).at_cell(cell)
+            warning(FindingKind::PostsWithoutWall, message).at_cell(cell)
         }));
         findings.extend(maze.size().cells().filter(is_cut_off).map(|cell| {
-            let message = format!("the cell {cell} cannot be reached");
-            warning(Kind::UnreachableCells, message).at_cell(cell)
+            let message = format!("cell {cell} is unreachable");
+            warning(FindingKind::UnreachableCells, message).at_cell(cell)
         }));
         findings
     }
@@ -117,12 +122,12 @@ impl Finding {
     }
 }
 
-/// That other mazes fit a file as well, which was read in this way.
+/// Returns the message that a file was read in one of several possible ways.
 pub(super) fn ambiguity(way: &str) -> String {
-    format!("other mazes fit these digits too; taken is: {way}")
+    format!("ambiguous digits, which fit other mazes too; read as: {way}")
 }
 
-/// A line for each finding, but one for all of a kind.
+/// Formats the findings, one line per kind.
 pub(super) fn lines(findings: &[Finding]) -> String {
     let mut findings = findings.to_vec();
     findings.sort_by_key(|finding| finding.kind);
@@ -135,19 +140,20 @@ pub(super) fn lines(findings: &[Finding]) -> String {
     findings.chunk_by(same_kind).map(line).collect()
 }
 
-/// How many there are of a kind, and where the first few are.
-fn summary(group: &[Finding], kind: Kind) -> String {
+/// Formats findings of one kind: their number and the first positions.
+fn summary(group: &[Finding], kind: FindingKind) -> String {
     const SHOWN: usize = 3;
     let count = group.len();
     let what = match kind {
-        Kind::PostsWithoutWall => format!("{count} posts that no wall touches, south-west of "),
-        Kind::UnreachableCells => format!("{count} cells that cannot be reached: "),
-        Kind::UnknownWalls => format!("{count} unknown walls, taken as open, at "),
-        Kind::Contradiction => format!("{count} more contradictions, at "),
-        Kind::OpenPerimeter => format!("{count} more gaps in the outer wall, at "),
-        Kind::Unreadable | Kind::GoalUnreachable | Kind::Ambiguous | Kind::Duplicate => {
-            counted(count as u64, "finding") + ": "
-        }
+        FindingKind::PostsWithoutWall => format!("{count} posts without a wall, south-west of "),
+        FindingKind::UnreachableCells => format!("{count} unreachable cells: "),
+        FindingKind::UnknownWalls => format!("{count} unknown walls, assumed open, at "),
+        FindingKind::Contradiction => format!("{count} more contradictions, at "),
+        FindingKind::OpenPerimeter => format!("{count} more gaps in the outer wall, at "),
+        FindingKind::Unreadable
+        | FindingKind::GoalUnreachable
+        | FindingKind::Ambiguous
+        | FindingKind::Duplicate => counted(count as u64, "finding") + ": ",
     };
     let places: Vec<&str> = group.iter().take(SHOWN).map(|finding| &finding.place[..]).collect();
     let more = match count.saturating_sub(SHOWN) {

@@ -1,4 +1,4 @@
-//! `mmsim mazes generate`: new mazes.
+//! `mmsim mazes generate`: generate mazes.
 
 use std::fs;
 use std::path::{self, Path, PathBuf};
@@ -10,11 +10,11 @@ use mmsim_solvers::MazeFacts;
 use serde::{Serialize, Serializer};
 
 use super::args::GenerateArgs;
-use super::convert::format_by_ending;
-use crate::Outcome;
-use crate::output::{counted, is_file, own_command, print, print_json, replace, say};
+use super::convert::format_from_extension;
+use crate::output::{counted, is_file, note, own_command, print, print_json, replace};
+use crate::usage::CommandResult;
 
-/// A maze with what it is made from. The names are those of the JSON.
+/// A maze and its parameters. The field names are JSON keys.
 #[derive(Serialize)]
 struct Generated {
     seed: u64,
@@ -31,11 +31,11 @@ fn as_text<S: Serializer>(maze: &Maze, serializer: S) -> Result<S::Ok, S::Error>
     serializer.collect_str(maze)
 }
 
-pub(super) fn run(args: &GenerateArgs) -> Outcome {
+pub(super) fn run(args: &GenerateArgs) -> CommandResult {
     let seed = args.seed.unwrap_or_else(|| {
-        // Short enough to be typed.
+        // A u32 is short enough to type.
         let seed = fastrand::u32(..).into();
-        say(format_args!("--seed {seed} gives the same again"));
+        note(format_args!("seed {seed} (repeat with --seed {seed})"));
         seed
     });
     let mazes =
@@ -76,7 +76,7 @@ impl Generated {
     }
 }
 
-/// Writes each maze into a file. One that holds something else stays as it is, unless told.
+/// Writes each maze to a file. A file with other content is not replaced without `--force`.
 fn write(
     mazes: impl Iterator<Item = Generated>,
     output: &Path,
@@ -90,22 +90,22 @@ fn write(
     let is_folder = args.count > 1 || asks_for_folder || output.is_dir();
     if is_folder {
         fs::create_dir_all(output)
-            .map_err(|error| format!("{}: cannot be created: {error}", output.display()))?;
+            .map_err(|error| format!("cannot create {}: {error}", output.display()))?;
     }
     for generated in mazes {
         let path: PathBuf =
             if is_folder { output.join(generated.file_name()) } else { output.into() };
-        let format = format_by_ending(&path).unwrap_or(Format::Text);
+        let format = format_from_extension(&path).unwrap_or(Format::Text);
         let content = format
             .write(&generated.maze)
-            .map_err(|error| format!("{}: not written: {error}", path.display()))?;
-        // Of one that cannot be read the writing tells.
+            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        // An unreadable target fails on write.
         match is_file(&path).then(|| fs::read(&path)) {
             Some(Ok(old)) if old == content => {}
             Some(Ok(_)) if !args.force => {
                 let path = path.display();
                 return Err(format!(
-                    "{path}: expected no file or the same maze, found something else; --force replaces it"
+                    "{path} already exists with other content (use --force to replace it)"
                 ));
             }
             _ => replace(&path, &content)?,
@@ -113,8 +113,8 @@ fn write(
     }
     let (mazes, place) = (counted(args.count, "maze"), output.display());
     let serve = own_command(&format!("{place}"));
-    say(format_args!(
-        "{mazes} in {place}; {serve} serves {}",
+    note(format_args!(
+        "wrote {mazes} to {place}; serve {} with {serve}",
         if is_folder { "one" } else { "it" }
     ));
     Ok(())

@@ -1,4 +1,4 @@
-//! What there is to say of a maze file in one line.
+//! A maze file in one line.
 
 use std::fmt::Display;
 use std::io;
@@ -11,9 +11,9 @@ use serde::Serialize;
 
 use crate::output::{counted, goal_away, print, print_json};
 
-/// What there is to say of a file. The names are those of the JSON.
+/// The facts of a maze file. The field names are JSON keys.
 #[derive(Serialize)]
-pub(super) struct Row {
+pub(super) struct MazeRow {
     path: String,
     width: Option<u8>,
     height: Option<u8>,
@@ -23,7 +23,7 @@ pub(super) struct Row {
     pub(super) error: Option<String>,
 }
 
-impl Row {
+impl MazeRow {
     pub(super) fn from_entry(entry: &Entry) -> Self {
         match entry.maze() {
             Ok(maze) => Self::from_maze(entry.path(), &maze),
@@ -56,7 +56,7 @@ impl Row {
         }
     }
 
-    /// The row as text, escaped: the error names the file itself.
+    /// Formats the row as escaped text. An error names the file itself.
     pub(super) fn line(&self) -> String {
         let Self { path, width: Some(width), height: Some(height), goals: Some(goals), .. } = self
         else {
@@ -65,16 +65,16 @@ impl Row {
         let size = format!("{width}x{height}");
         let goal = goal_away(self.shortest_path);
         let cells = usize::from(*width) * usize::from(*height);
-        let closed = match cells - self.reachable_cells.unwrap_or(cells) {
+        let unreachable = match cells - self.reachable_cells.unwrap_or(cells) {
             0 => String::new(),
-            closed => format!(", {} cannot be reached", counted(closed as u64, "cell")),
+            unreachable => format!(", {} unreachable", counted(unreachable as u64, "cell")),
         };
         let goals = counted(goals.len() as u64, "goal cell");
-        format!("{}: {size}, {goals}, {goal}{closed}", Escaped(path))
+        format!("{}: {size}, {goals}, {goal}{unreachable}", Escaped(path))
     }
 }
 
-pub(super) fn print_rows(rows: &[Row], json: bool) -> io::Result<()> {
+pub(super) fn print_rows(rows: &[MazeRow], json: bool) -> io::Result<()> {
     if json {
         return print_json(&serde_json::to_string_pretty(rows)?);
     }

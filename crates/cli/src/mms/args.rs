@@ -1,4 +1,4 @@
-//! The command line of `mmsim mms`.
+//! Arguments of `mmsim mms`.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -6,65 +6,64 @@ use std::path::PathBuf;
 use clap::Args;
 use mmsim_protocol::DEFAULT_PORT;
 
-use crate::args::{KeepArgs, MazeArg, ToldArgs, ViewerArgs};
+use crate::args::{KnownMazeArgs, MazeArg, RetentionArgs, ViewerArgs};
 
 const AFTER_HELP: &str = "\
 Examples:
-  mmsim mms --open -- ./my-mouse                 watch its search in a browser
-  mmsim mms --maze hedgerow -- python3 Main.py   in the first maze whose path holds this word
-  mmsim mms --pace 50 -- java -jar mouse.jar     slowly
-  mmsim mms --score --limit 2000 -- ./my-mouse   score it
+  mmsim mms --open -- ./my-mouse                 watch the mouse in a browser
+  mmsim mms --maze hedgerow -- python3 Main.py   use the first maze whose path contains this word
+  mmsim mms --pace 50 -- java -jar mouse.jar     run slowly
+  mmsim mms --score --limit 2000 -- ./my-mouse   print its scores
   mmsim mms --connect tcp://127.0.0.1:6574 -- ./my-mouse
+                                                 use the maze of a running simulator
 
-Enter presses the reset button. The exit code is the mouse's own, or 128 and the number of the
-signal that ended it; 1 if it could not be started, came to --limit or lost the simulator; 130
+Press Enter to press the reset button. The exit code is that of the mouse, or 128 plus the number of
+the signal that killed it; 1 if the mouse did not start, exceeded --limit or lost the simulator; 130
 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct MmsArgs {
-    /// A maze file, or a folder that is searched with its subfolders [default: ~/.mmsim where
-    /// that exists, else the bundled mazes]
+    /// Maze file, or folder to search recursively [default: ~/.mmsim if it exists, else the bundled
+    /// mazes]
     #[arg(conflicts_with = "connect")]
     pub(crate) mazes: Option<PathBuf>,
-    /// The program that is the mouse, and its arguments
+    /// Program of the mouse and its arguments
     #[arg(last = true, required = true, value_name = "COMMAND")]
     pub(crate) command: Vec<OsString>,
-    /// Print the scores when the mouse has ended
+    /// Print the scores when the mouse exits
     #[arg(long)]
     pub(crate) score: bool,
-    /// Print a JSON object when the mouse has ended
+    /// Print a JSON object when the mouse exits
     #[arg(long, conflicts_with = "score")]
     pub(crate) json: bool,
-    /// End the mouse once its turns and its effective distance come to more than this
+    /// Stop the mouse when its turns plus its effective distance exceed N
     #[arg(long, value_name = "N")]
     pub(crate) limit: Option<u32>,
-    /// Wait this long after each cell and each turn
+    /// Wait MS milliseconds after each cell and each turn
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pub(crate) pace: u64,
-    /// Serve on when the mouse has ended, so that its search can be looked at, until Ctrl-C; --open
-    /// implies it
+    /// Keep serving after the mouse exits, until Ctrl-C; implied by --open
     #[arg(long, conflicts_with = "connect")]
     pub(crate) stay: bool,
-    /// The port to listen on, 0 for any that is free
+    /// Port to listen on; 0 picks a free port
     #[arg(short, long, default_value_t = DEFAULT_PORT, conflicts_with = "connect")]
     pub(crate) port: u16,
     #[command(flatten)]
     pub(crate) maze: MazeArg,
     #[command(flatten)]
-    pub(crate) keep: KeepArgs,
+    pub(crate) retention: RetentionArgs,
     #[command(flatten)]
     pub(crate) viewer: ViewerArgs,
     #[command(flatten)]
-    pub(crate) elsewhere: ElsewhereArgs,
+    pub(crate) remote: RemoteArgs,
 }
 
-/// What concerns a simulator in another process.
+/// Options for a simulator in another process.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Options of --connect")]
-pub(crate) struct ElsewhereArgs {
-    /// Search the maze of the simulator that listens here, this one or the reference one, as
-    /// tcp://HOST:PORT, instead of serving one
+#[command(next_help_heading = "Options for --connect")]
+pub(crate) struct RemoteArgs {
+    /// Run the mouse in the maze of a running simulator, at tcp://HOST:PORT, instead of serving one
     #[arg(
         long,
         value_name = "ENDPOINT",
@@ -72,11 +71,11 @@ pub(crate) struct ElsewhereArgs {
     )]
     pub(crate) connect: Option<String>,
     #[command(flatten)]
-    pub(crate) told: ToldArgs,
+    pub(crate) known: KnownMazeArgs,
 }
 
 impl MmsArgs {
-    /// Whether to serve on when the mouse has ended.
+    /// Whether to keep serving after the mouse exits.
     pub(crate) const fn stays(&self) -> bool {
         self.stay || self.viewer.open
     }

@@ -5,17 +5,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use crate::output::say;
+use crate::output::note;
 
-/// The reset button: each line on stdin presses it.
+/// The reset button. Each line on stdin presses it.
 pub(super) struct Button(Arc<AtomicBool>);
 
 impl Button {
     pub(super) fn from_stdin() -> Self {
         let pressed = Arc::new(AtomicBool::new(false));
         let button = Arc::clone(&pressed);
-        if is_ours() && io::stdin().is_terminal() {
-            say("Enter presses the mouse's reset button");
+        if is_in_foreground() && io::stdin().is_terminal() {
+            note("press Enter to press the mouse's reset button");
         }
         thread::spawn(move || {
             let (mut stdin, mut typed) = (io::stdin().lock(), [0; 256]);
@@ -30,25 +30,25 @@ impl Button {
         Self(pressed)
     }
 
-    /// Whether it was pressed since the last time.
+    /// Whether the button was pressed since the last call.
     pub(super) fn was_pressed(&self) -> bool {
         self.0.load(Ordering::Relaxed) && self.0.swap(false, Ordering::Relaxed)
     }
 }
 
-/// Whether what is typed is for this program: a terminal stops one in the background that reads.
+/// Whether this process may read the terminal: a terminal stops background processes that read.
 #[cfg(unix)]
-fn is_ours() -> bool {
-    let of_terminal = rustix::termios::tcgetpgrp(rustix::stdio::stdin());
-    of_terminal.is_ok_and(|group| group == rustix::process::getpgrp())
+fn is_in_foreground() -> bool {
+    let foreground = rustix::termios::tcgetpgrp(rustix::stdio::stdin());
+    foreground.is_ok_and(|group| group == rustix::process::getpgrp())
 }
 
 #[cfg(not(unix))]
-const fn is_ours() -> bool {
+const fn is_in_foreground() -> bool {
     true
 }
 
-/// Waits until there is something to read for us; `false` if that will never be.
+/// Waits until there is input for this process. Returns `false` if there never will be.
 #[cfg(unix)]
 fn wait_for_line() -> bool {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -57,15 +57,15 @@ fn wait_for_line() -> bool {
         return true;
     }
     let stdin = rustix::stdio::stdin();
-    let glance = Timespec { tv_sec: 0, tv_nsec: 200_000_000 };
+    let timeout = Timespec { tv_sec: 0, tv_nsec: 200_000_000 };
     loop {
         let mut ready = [PollFd::new(&stdin, PollFlags::IN)];
-        match poll(&mut ready, Some(&glance)) {
+        match poll(&mut ready, Some(&timeout)) {
             Ok(_) if ready[0].revents().intersects(PollFlags::ERR | PollFlags::NVAL) => {
                 return false;
             }
-            Ok(1..) if is_ours() => return true,
-            // Somebody else's line, which stays ready: no hurry.
+            Ok(1..) if is_in_foreground() => return true,
+            // Input for another process stays ready, so do not spin.
             Ok(1..) => thread::sleep(std::time::Duration::from_millis(200)),
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
             Err(_) => return false,

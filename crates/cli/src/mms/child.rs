@@ -1,4 +1,4 @@
-//! The mouse's process, and the pipes to it.
+//! The process of a mouse and its pipes.
 
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
@@ -11,98 +11,98 @@ use std::time::Duration;
 
 use mmsim_mms::Reply;
 
-/// The longest line that is read, in bytes, with the end of it.
+/// The maximum length of a line in bytes, with its newline.
 pub(crate) const MAX_LINE_BYTES: usize = 4096;
 
-/// How much is kept of a longer one, in bytes.
+/// How many bytes of a longer line are kept.
 const START_BYTES: usize = 40;
 
-/// How many lines are read ahead.
-const LINES_AHEAD: usize = 256;
+/// The maximum number of lines read ahead.
+const MAX_LINES_AHEAD: usize = 256;
 
-/// How many replies may wait for a mouse that does not read them: some 10 MB.
-const MAX_UNREAD: usize = 1 << 20;
+/// The maximum number of replies that a mouse has not read, about 10 MB.
+const MAX_UNREAD_REPLIES: usize = 1 << 20;
 
-/// A mouse in a process of its own, which is ended when this is dropped.
+/// A mouse in a process of its own, which is killed on drop.
 pub(crate) struct Child {
     process: process::Child,
     lines: Receiver<Line>,
-    /// Where replies go; `None` once there are no more.
+    /// `None` once there are no more replies.
     replies: Option<Sender<Reply>>,
     unread: Arc<AtomicUsize>,
-    begun: Arc<Mutex<Vec<u8>>>,
+    incomplete_line: Arc<Mutex<Vec<u8>>>,
 }
 
-/// What a mouse has written.
+/// A line that a mouse has written.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Line {
-    /// A line, with the end of it.
+    /// A line with its newline.
     Whole(Vec<u8>),
-    /// The first words of a line that is longer than any is read.
+    /// The start of a line over the maximum length.
     TooLong(Vec<u8>),
-    /// What there is of a line whose end never came.
+    /// The last line, without a newline.
     Unfinished(Vec<u8>),
 }
 
-/// What comes next from a mouse.
+/// The next output of a mouse.
 pub(crate) enum Next {
     Line(Line),
-    /// Nothing yet.
+    /// No output yet.
     Silence,
-    /// Nothing any more.
+    /// End of output.
     End,
 }
 
 impl Child {
-    /// Starts a program with its arguments. What it says on stderr is said on ours.
+    /// Starts a program with its arguments. It shares this process's stderr.
     pub(crate) fn start(command: &[OsString]) -> Result<Self, String> {
         let [program, arguments @ ..] = command else {
-            return Err("expected a program after --, found nothing".into());
+            return Err("no program after --".into());
         };
         let mut mouse = Command::new(program);
-        // So that it can be ended with all that it has started.
+        // A process group, to kill the mouse with its child processes.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut mouse, 0);
         let pipes = mouse.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = pipes.spawn().map_err(|error| {
             let hint = match error.kind() {
                 ErrorKind::NotFound => {
-                    "; a program that is not in the PATH is named by its path, as in -- ./my-mouse"
+                    " (a program outside of PATH needs its path, as in -- ./my-mouse)"
                 }
                 _ => "",
             };
             format!("cannot start the mouse {}: {error}{hint}", program.display())
         })?;
         let (Some(stdin), Some(stdout)) = (process.stdin.take(), process.stdout.take()) else {
-            return Err("expected pipes to the mouse, found none".into());
+            return Err("the mouse has no pipes".into());
         };
-        // So that a mouse may write before it reads, reading its commands and writing replies wait
-        // for nobody but the mouse.
-        let (read, lines) = mpsc::sync_channel(LINES_AHEAD);
-        let begun = Arc::default();
-        let stdout = Watched { pipe: stdout, begun: Arc::clone(&begun) };
+        // Commands are read and replies are written on threads of their own, so a mouse may write
+        // before it reads.
+        let (read, lines) = mpsc::sync_channel(MAX_LINES_AHEAD);
+        let incomplete_line = Arc::default();
+        let stdout = LineTracker { pipe: stdout, incomplete_line: Arc::clone(&incomplete_line) };
         thread::spawn(move || read_lines(BufReader::new(stdout), &read));
         let (replies, to_write) = mpsc::channel();
         let unread = Arc::new(AtomicUsize::new(0));
         let counter = Arc::clone(&unread);
         thread::spawn(move || write_replies(stdin, &to_write, &counter));
-        Ok(Self { process, lines, replies: Some(replies), unread, begun })
+        Ok(Self { process, lines, replies: Some(replies), unread, incomplete_line })
     }
 
-    /// What the mouse writes next, if it does within this time.
-    pub(crate) fn next(&self, patience: Duration) -> Next {
-        match self.lines.recv_timeout(patience) {
+    /// Waits for the next output of the mouse.
+    pub(crate) fn next(&self, timeout: Duration) -> Next {
+        match self.lines.recv_timeout(timeout) {
             Ok(line) => Next::Line(line),
             Err(RecvTimeoutError::Timeout) => Next::Silence,
             Err(RecvTimeoutError::Disconnected) => Next::End,
         }
     }
 
-    /// Replies to the mouse. If it does not listen any more, nothing comes of it.
+    /// Replies to the mouse. Does nothing if the mouse has closed its stdin.
     pub(crate) fn reply(&self, reply: Reply) -> Result<(), String> {
         let unread = self.unread.fetch_add(1, Ordering::Relaxed);
-        if unread >= MAX_UNREAD {
-            return Err(format!("expected the mouse to read its replies, found {unread} unread"));
+        if unread >= MAX_UNREAD_REPLIES {
+            return Err(format!("the mouse does not read its replies ({unread} are unread)"));
         }
         if let Some(replies) = &self.replies {
             let _ = replies.send(reply);
@@ -110,24 +110,24 @@ impl Child {
         Ok(())
     }
 
-    /// The beginning of the line that the mouse is writing; nothing between two lines.
-    pub(crate) fn begun(&self) -> Vec<u8> {
-        self.begun.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    /// Returns the start of the incomplete line, empty if there is none.
+    pub(crate) fn incomplete_line(&self) -> Vec<u8> {
+        self.incomplete_line.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Tells the mouse that there will be no more replies.
+    /// Closes the mouse's stdin once all replies are written.
     pub(crate) fn end_replies(&mut self) {
         self.replies = None;
     }
 
-    /// How the mouse has ended, if it has.
+    /// Returns the exit status of the mouse if it has exited.
     pub(crate) fn status(&mut self) -> io::Result<Option<ExitStatus>> {
         self.process.try_wait()
     }
 }
 
 impl Drop for Child {
-    /// Ends the mouse, and what it may have started.
+    /// Kills the mouse and its child processes.
     fn drop(&mut self) {
         #[cfg(unix)]
         if let Some(group) = rustix::process::Pid::from_raw(self.process.id().cast_signed()) {
@@ -138,32 +138,32 @@ impl Drop for Child {
     }
 }
 
-/// A pipe from the mouse that knows which line is not yet at its end.
-struct Watched<R> {
+/// A pipe from the mouse that keeps the start of the incomplete line.
+struct LineTracker<R> {
     pipe: R,
-    begun: Arc<Mutex<Vec<u8>>>,
+    incomplete_line: Arc<Mutex<Vec<u8>>>,
 }
 
-impl<R: Read> Read for Watched<R> {
+impl<R: Read> Read for LineTracker<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let length = self.pipe.read(buffer)?;
         let read = buffer.get(..length).unwrap_or_default();
-        let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut incomplete = self.incomplete_line.lock().unwrap_or_else(PoisonError::into_inner);
         let rest = match read.iter().rposition(|&byte| byte == b'\n') {
             Some(end) => {
-                begun.clear();
+                incomplete.clear();
                 &read[end + 1..]
             }
             None => read,
         };
-        let room = START_BYTES.saturating_sub(begun.len());
-        begun.extend(&rest[..rest.len().min(room)]);
+        let room = START_BYTES.saturating_sub(incomplete.len());
+        incomplete.extend(&rest[..rest.len().min(room)]);
         Ok(length)
     }
 }
 
 fn read_lines(mut stdout: impl BufRead, lines: &SyncSender<Line>) {
-    // A pipe that fails has nothing more to say.
+    // An error ends the output.
     while let Ok(Some(line)) = read_line(&mut stdout) {
         if lines.send(line).is_err() {
             return;
@@ -171,7 +171,7 @@ fn read_lines(mut stdout: impl BufRead, lines: &SyncSender<Line>) {
     }
 }
 
-/// The next line, `None` at the end. What a line is too long by is passed over.
+/// Reads the next line, `None` at the end. Overlong lines are truncated.
 fn read_line(stdout: &mut impl BufRead) -> io::Result<Option<Line>> {
     let mut line = Vec::new();
     stdout.by_ref().take(MAX_LINE_BYTES as u64).read_until(b'\n', &mut line)?;
@@ -200,7 +200,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_end_somewhere() {
+    fn overlong_and_unfinished_lines_are_told_apart() {
         let long = vec![b'x'; 3 * MAX_LINE_BYTES];
         let longest = [&long[..MAX_LINE_BYTES - 1], b"\n"].concat();
         let text = [&b"one\n\ntwo\r\n"[..], &longest, &long, b"\nthree"].concat();

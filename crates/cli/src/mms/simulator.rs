@@ -1,4 +1,4 @@
-//! The simulator as what is around a mouse: it tells walls, and is told where the mouse is.
+//! The surroundings of a mouse: a simulator that reports walls and receives the mouse's state.
 
 use std::time::Duration;
 
@@ -10,25 +10,25 @@ use crate::interrupt::Interrupt;
 
 /// Why a mouse is stopped.
 #[derive(Debug)]
-pub(crate) enum Stop {
-    Interrupted,
-    Failed(RunError),
+pub(crate) enum Interruption {
+    CtrlC,
+    Error(RunError),
 }
 
 /// A simulator, asked for each wall once.
 pub(crate) struct Simulator<'a, T> {
     exchange: Exchange<T>,
-    /// The walls that it has told.
-    told: KnownMaze,
+    /// The walls that it has reported.
+    reported: KnownMaze,
     interrupt: &'a Interrupt,
     pace: Duration,
-    /// The mouse as it was told last.
+    /// The mouse in the last state that was sent.
     last: Option<Mouse>,
 }
 
 impl<'a, T: Transport> Simulator<'a, T> {
-    /// A simulator of a maze of this size, which forgets all states.
-    pub(crate) fn begin(
+    /// Resets a simulator whose maze has this size.
+    pub(crate) fn new(
         transport: T,
         size: MazeSize,
         interrupt: &'a Interrupt,
@@ -36,50 +36,50 @@ impl<'a, T: Transport> Simulator<'a, T> {
     ) -> Result<Self, RunError> {
         let mut exchange = Exchange::new(transport);
         exchange.reset()?;
-        let told = KnownMaze::new(size, Cell::new(0, 0), CellSet::EMPTY);
-        Ok(Self { exchange, told, interrupt, pace, last: None })
+        let reported = KnownMaze::new(size, Cell::new(0, 0), CellSet::EMPTY);
+        Ok(Self { exchange, reported, interrupt, pace, last: None })
     }
 
-    /// Tells where the mouse is and what it shows, if that was not told last.
-    pub(crate) fn tell(&mut self, mouse: &Mouse) -> Result<(), Stop> {
-        let is_told = self.last.as_ref().is_some_and(|last| shows_the_same(last, mouse));
-        if is_told { Ok(()) } else { self.tell_again(mouse) }
+    /// Sends the state of the mouse if it has changed.
+    pub(crate) fn update(&mut self, mouse: &Mouse) -> Result<(), Interruption> {
+        let is_sent = self.last.as_ref().is_some_and(|last| is_same_state(last, mouse));
+        if is_sent { Ok(()) } else { self.send(mouse) }
     }
 
-    fn tell_again(&mut self, mouse: &Mouse) -> Result<(), Stop> {
+    fn send(&mut self, mouse: &Mouse) -> Result<(), Interruption> {
         let number = |cell| mouse.number(cell);
-        self.exchange.state(mouse.pose(), mouse.map(), number).map_err(Stop::Failed)?;
+        self.exchange.state(mouse.pose(), mouse.map(), number).map_err(Interruption::Error)?;
         self.last = Some(mouse.clone());
         Ok(())
     }
 }
 
 impl<T: Transport> Surroundings for Simulator<'_, T> {
-    type Error = Stop;
+    type Error = Interruption;
 
-    fn wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Stop> {
-        match self.told.wall(cell, heading) {
+    fn wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Interruption> {
+        match self.reported.wall(cell, heading) {
             WallState::Present => Ok(true),
             WallState::Absent => Ok(false),
             WallState::Unknown => {
                 let pose = Pose::new(cell, heading);
-                let around = self.exchange.walls(pose).map_err(Stop::Failed)?;
-                let size = self.told.size();
-                self.told
-                    .observe(pose, around)
-                    .map_err(|error| Stop::Failed(RunError::from_contradiction(error, size)))?;
+                let around = self.exchange.walls(pose).map_err(Interruption::Error)?;
+                let size = self.reported.size();
+                self.reported.observe(pose, around).map_err(|error| {
+                    Interruption::Error(RunError::from_contradiction(error, size))
+                })?;
                 Ok(around.front)
             }
         }
     }
 
-    fn moved(&mut self, mouse: &Mouse) -> Result<(), Stop> {
-        self.tell_again(mouse)?;
-        if self.interrupt.wait_for(self.pace) { Err(Stop::Interrupted) } else { Ok(()) }
+    fn moved(&mut self, mouse: &Mouse) -> Result<(), Interruption> {
+        self.send(mouse)?;
+        if self.interrupt.wait_for(self.pace) { Err(Interruption::CtrlC) } else { Ok(()) }
     }
 }
 
-fn shows_the_same(one: &Mouse, other: &Mouse) -> bool {
+fn is_same_state(one: &Mouse, other: &Mouse) -> bool {
     let mut cells = one.map().size().cells();
     one.pose() == other.pose()
         && one.map() == other.map()

@@ -1,4 +1,4 @@
-//! The command line of `mmsim render`.
+//! Arguments of `mmsim render`.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -10,42 +10,42 @@ use crate::args::ReadingArgs;
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// A recording, a maze file, or words of the path of a maze
+    /// Recording, maze file, or words from the path of a maze
     #[arg(required = true, value_name = "MAZE|RECORDING")]
     pub(crate) source: Vec<String>,
-    /// The file to draw into, which is replaced if there is one: a .svg, a .png, or of a recording a
-    /// .gif that shows the search
+    /// File to write: .svg, .png, or for a recording .gif, which animates the search. An existing file
+    /// is replaced
     #[arg(short, long, value_name = "FILE", value_parser = parse_picture)]
     pub(crate) output: Picture,
-    /// Where to look for the maze [default: ~/.mmsim where that exists, else the bundled mazes]
+    /// Where to look for the maze [default: ~/.mmsim if it exists, else the bundled mazes]
     #[arg(long, value_name = "PATH")]
     pub(crate) mazes: Option<PathBuf>,
-    /// Draw the state with this number of a recording; a .gif ends with it [default: the last one]
+    /// Draw state N of a recording; a .gif ends with it [default: the last state]
     #[arg(long, value_name = "N")]
     pub(crate) at: Option<usize>,
-    /// Write the distance to the goal into each cell of a maze, in steps
+    /// Label each cell of a maze with its distance to the goal in steps
     #[arg(long)]
     pub(crate) distances: bool,
-    /// Colour the cells of a recording by the mouse's weights, those of a maze by distance
+    /// Colour cells by the mouse's weights in a recording, by distance in a maze
     #[arg(long)]
     pub(crate) heat: bool,
-    /// Leave out the weights of a recording
+    /// Omit the weights of a recording
     #[arg(long)]
     pub(crate) no_numbers: bool,
-    /// Leave out the way that the mouse of a recording took
+    /// Omit the mouse's trail in a recording
     #[arg(long)]
     pub(crate) no_trail: bool,
-    /// The colours
+    /// Colour theme
     #[arg(long, default_value = "light")]
     pub(crate) theme: ThemeArg,
-    /// How many pixels a .png or .gif is wide [default: 640 on its longer side]
+    /// Width of a .png or .gif in pixels [default: 640 for the longer side]
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(width_range()))]
     pub(crate) width: Option<u32>,
     #[command(flatten)]
     pub(crate) reading: ReadingArgs,
 }
 
-/// Where a picture goes, and what it shall be.
+/// The file of a picture and its format.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Picture {
     pub(crate) path: PathBuf,
@@ -78,8 +78,10 @@ fn parse_picture(text: &str) -> Result<Picture, String> {
         "svg" => PictureFormat::Svg,
         "png" => PictureFormat::Png,
         "gif" => PictureFormat::Gif,
-        "" => return Err("expected a file that ends in .svg, .png or .gif".into()),
-        other => return Err(format!("expected .svg, .png or .gif at the end, found .{other}")),
+        "" => return Err("expected a file ending in .svg, .png or .gif".into()),
+        other => {
+            return Err(format!("expected a file ending in .svg, .png or .gif, found .{other}"));
+        }
     };
     Ok(Picture { path, format })
 }
@@ -89,12 +91,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_extension_says_what_a_picture_is() {
+    fn extension_selects_the_format() {
         let format = |text| parse_picture(text).map(|picture| picture.format);
         assert_eq!(format("a/b.SVG"), Ok(PictureFormat::Svg));
         assert_eq!(format(".x.png"), Ok(PictureFormat::Png));
         assert_eq!(format("run.gif"), Ok(PictureFormat::Gif));
-        let error = "expected .svg, .png or .gif at the end, found .jpeg".to_string();
+        let error = "expected a file ending in .svg, .png or .gif, found .jpeg".to_string();
         assert_eq!(format("run.jpeg"), Err(error));
         assert!(format("svg").is_err() && format("").is_err());
     }

@@ -1,4 +1,4 @@
-//! The command line of `mmsim trial`.
+//! Arguments of `mmsim trial`.
 
 use std::path::PathBuf;
 
@@ -7,88 +7,88 @@ use clap::{Args, ValueEnum};
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
-use super::tried::Contender;
-use crate::args::{KeepArgs, ViewerArgs};
+use super::outcome::Contender;
+use crate::args::{RetentionArgs, ViewerArgs};
 
 const AFTER_HELP: &str = "\
 Examples:
-  mmsim trial harbour                             a bundled maze
-  mmsim trial mazes/ --robot all                  each robot in each maze of a folder
-  mmsim trial my-maze.txt --path                  the race and what was explored, drawn
-  mmsim trial mazes/ --compare --charts out       compare robots, as tables and as bar charts
+  mmsim trial harbour                             run a robot in a bundled maze
+  mmsim trial mazes/ --robot all                  run each robot in each maze of a folder
+  mmsim trial my-maze.txt --path                  draw the explored maze and the race
+  mmsim trial mazes/ --compare --charts out       compare robots in tables and bar charts
   mmsim trial harbour --serve --open              watch a robot in a browser
 
-Exit code 0 says that each robot scored, or said that the goal cannot be reached where that is so;
-with --serve and without --once, that it was stopped.";
+The exit code is 0 if each robot scored or correctly reported an unreachable goal. With --serve and
+without --once, it is 0 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct TrialArgs {
-    /// Maze files, folders, which are searched with their subfolders, and words of the path of a
-    /// maze in ~/.mmsim or, where that holds none, of a bundled one
+    /// Maze files, folders to search recursively, and words from the path of a maze in ~/.mmsim or of a
+    /// bundled maze
     #[arg(required = true, value_name = "MAZE")]
     pub(crate) mazes: Vec<PathBuf>,
-    /// The robot; may be given several times [default: champion]
+    /// Robot; may be repeated [default: champion]
     #[arg(long, value_name = "NAME")]
     robot: Vec<Robots>,
-    /// Where all that is random comes from, in robots and in sensors that err
+    /// Random seed, for robots and noisy sensors
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// How probable it is, 0 to 1, that a sensor reading is wrong by one cell
+    /// Probability, 0 to 1, that a sensor reading is wrong by one cell
     #[arg(long, value_name = "P", default_value_t = 0., value_parser = parse_probability)]
     noise: f64,
-    /// Over how many corners swing and swing-timed go, 0 to 3
+    /// Number of corners that swing and swing-timed visit, 0 to 3
     #[arg(long, value_name = "N", default_value_t)]
     key_points: KeyPoints,
-    /// How far swing and swing-timed go to explore
+    /// How far swing and swing-timed explore
     #[arg(long, default_value_t, value_parser = variants())]
     variant: Variant,
-    /// Draw what was explored, and the race in it: in each cell in which a step began, where it
-    /// went (U, R, D, L), in those it crossed the same small, X where it reached the goal
+    /// Draw the explored maze and the race: U, R, D or L where a step starts, lowercase in the cells
+    /// it crosses, and X where it reaches the goal
     #[arg(long)]
     pub(crate) path: bool,
     /// Print a JSON array
     #[arg(long)]
     pub(crate) json: bool,
-    /// Print the tables of a comparison: benchmarks, variants and numbers of key points of swing,
-    /// all robots; of many mazes only the means
+    /// Print comparison tables: benchmarks, variants and key points of swing, and all robots. With more
+    /// than 6 mazes, print means only
     #[arg(long, conflicts_with_all = ["robot", "key_points", "variant", "path", "serve"])]
     pub(crate) compare: bool,
-    /// Draw a bar chart of each table as an SVG file in this folder
+    /// Draw a bar chart of each table as an SVG file in DIR
     #[arg(long, value_name = "DIR", requires = "compare")]
     pub(crate) charts: Option<PathBuf>,
-    /// Show the trial of one robot in one maze in a browser, until Ctrl-C
+    /// Show the trial of one robot in one maze in a browser until Ctrl-C
     #[arg(long)]
     pub(crate) serve: bool,
     #[command(flatten)]
     pub(crate) watch: WatchArgs,
 }
 
-/// What concerns `--serve`.
+/// Options for `--serve`.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Options of --serve")]
+#[command(next_help_heading = "Options for --serve")]
 pub(crate) struct WatchArgs {
-    /// The port to listen on, 0 for any that is free
+    /// Port to listen on; 0 picks a free port
     #[arg(short, long, default_value_t = DEFAULT_PORT, requires = "serve")]
     pub(crate) port: u16,
-    /// Wait this long after each step [default: 50 on a terminal, else 0]
+    /// Wait MS milliseconds after each step [default: 50 on a terminal, else 0]
     #[arg(long, value_name = "MS", requires = "serve")]
     pub(crate) pace: Option<u64>,
-    /// End after the trial instead of serving on; there is no page then
+    /// Exit after the trial, without serving a viewer page
     #[arg(long, requires = "serve")]
     pub(crate) once: bool,
     #[command(flatten)]
-    pub(crate) keep: KeepArgs,
+    pub(crate) retention: RetentionArgs,
     #[command(flatten)]
     pub(crate) viewer: ViewerArgs,
 }
 
 impl WatchArgs {
-    /// Whether something is said of keeping states or of the page.
-    pub(crate) const fn is_told(&self) -> bool {
-        let Self { keep, viewer, .. } = self;
-        keep.record.is_some()
-            || keep.history_limit.is_some()
+    /// Whether an option for recording, the history or the viewer page is set.
+    pub(crate) const fn is_set(&self) -> bool {
+        let Self { retention, viewer, .. } = self;
+        retention.record.is_some()
+            || retention.history_limit.is_some()
             || viewer.viewer_port.is_some()
             || viewer.no_viewer
             || viewer.open
@@ -96,26 +96,26 @@ impl WatchArgs {
 }
 
 impl TrialArgs {
-    /// The robots that are asked for and what they are told.
+    /// Returns the selected robots with their settings.
     pub(crate) fn contenders(&self) -> Vec<Contender> {
         self.robots().into_iter().map(|robot| self.contender(robot)).collect()
     }
 
-    /// A robot and what it is told.
+    /// Returns a robot with its settings.
     pub(crate) const fn contender(&self, robot: BundledRobot) -> Contender {
         let Self { seed, noise, key_points, variant, .. } = *self;
         Contender { robot, settings: Settings { seed, key_points, variant, noise } }
     }
 
-    /// The robots that are asked for, each once.
+    /// Returns the selected robots, each once.
     fn robots(&self) -> Vec<BundledRobot> {
         let mut robots = Vec::new();
-        for asked in &self.robot {
-            let asked: &[BundledRobot] = match asked {
+        for value in &self.robot {
+            let selected: &[BundledRobot] = match value {
                 Robots::All => &BundledRobot::ALL,
                 Robots::One(robot) => std::slice::from_ref(robot),
             };
-            let new = asked.iter().filter(|robot| !robots.contains(*robot));
+            let new = selected.iter().filter(|robot| !robots.contains(*robot));
             robots.extend(new.copied().collect::<Vec<_>>());
         }
         if robots.is_empty() {
@@ -153,7 +153,7 @@ impl ValueEnum for Robots {
     fn to_possible_value(&self) -> Option<PossibleValue> {
         Some(match self {
             Self::One(robot) => PossibleValue::new(robot.name()).help(robot.about()),
-            Self::All => PossibleValue::new("all").help("all of them"),
+            Self::All => PossibleValue::new("all").help("all robots"),
         })
     }
 }
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn probabilities_go_from_0_to_1() {
+    fn probabilities_range_from_0_to_1() {
         assert_eq!(parse_probability("0.25"), Ok(0.25));
         assert_eq!(parse_probability("1"), Ok(1.));
         assert!(

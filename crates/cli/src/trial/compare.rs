@@ -1,4 +1,4 @@
-//! `mmsim trial --compare`: the tables of the published report afresh, and one of all robots.
+//! `mmsim trial --compare`: the tables of the published report, and one of all robots.
 
 use std::fs;
 use std::io::{self, IsTerminal};
@@ -8,33 +8,32 @@ use mmsim_drawing::{Bar, BarChart, BarGroup};
 use mmsim_trial::{BundledRobot, Ending, KeyPoints, Score, Settings, Variant};
 use serde::Serialize;
 
-use super::report::Report;
+use super::args::TrialArgs;
+use super::outcome::{Contender, TrialOutcome, run_trials};
+use super::report::TrialReport;
 use super::table::Means;
-use super::tried::{Contender, Tried};
-use super::{TrialArgs, stand_trial};
-use crate::Outcome;
 use crate::grid::aligned;
-use crate::output::{counted, print, print_json, replace, say};
+use crate::output::{counted, note, print, print_json, replace};
 use crate::selection::Selected;
+use crate::usage::CommandResult;
 
 /// With more mazes than that, only means are told.
 const MAX_COLUMNS: usize = 6;
 
-/// How often the random robot is tried, each time with another seed.
-const RANDOM_TRIES: u64 = 6;
+/// The number of trials of the random robot, each with its own seed.
+const RANDOM_TRIALS: u64 = 6;
 
-/// A table: robots, or one robot differently told, against each other.
-struct Table {
+/// A comparison of robots, or of settings of one robot.
+struct Comparison {
     title: &'static str,
-    /// What its chart is called.
+    /// The name of the chart file.
     file: &'static str,
     rows: Vec<(String, Contender)>,
 }
 
-/// The tables.
-fn tables(args: &TrialArgs) -> Vec<Table> {
+fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
     let row = |robot| (BundledRobot::to_string(&robot), args.contender(robot));
-    let random = (0..RANDOM_TRIES).map(|more| {
+    let random = (0..RANDOM_TRIALS).map(|more| {
         let mut contender = args.contender(BundledRobot::Random);
         contender.settings.seed = contender.settings.seed.wrapping_add(more);
         (format!("random, seed {}", contender.settings.seed), contender)
@@ -51,18 +50,17 @@ fn tables(args: &TrialArgs) -> Vec<Table> {
     });
     let robots = BundledRobot::ALL.map(row).into();
     vec![
-        Table { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
-        Table { title: "Variants of swing", file: "variants", rows: variants.into() },
-        Table { title: "Key points of swing", file: "key-points", rows: key_points.into() },
-        Table { title: "Robots", file: "robots", rows: robots },
+        Comparison { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
+        Comparison { title: "Variants of swing", file: "variants", rows: variants.into() },
+        Comparison { title: "Key points of swing", file: "key-points", rows: key_points.into() },
+        Comparison { title: "Robots", file: "robots", rows: robots },
     ]
 }
 
-/// Puts all that is in the tables on trial. What a robot did is what the tables tell, so that one
-/// without a score is no failure here.
-pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> Outcome {
-    let tables = tables(args);
-    let trials = Trials::of(&tables, mazes);
+/// Runs all trials of the tables. A robot without a score is not a failure here: the tables show it.
+pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
+    let tables = comparisons(args);
+    let trials = Trials::run(&tables, mazes);
     if args.json {
         print_json(&serde_json::to_string_pretty(&trials.reports(&tables))?)?;
     } else if !mazes.is_empty() {
@@ -75,8 +73,8 @@ pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> Outcome {
     Ok(true)
 }
 
-fn draw(folder: &Path, tables: &[Table], trials: &Trials<'_>) -> Result<(), String> {
-    let error = |error| format!("{}: cannot be made: {error}", folder.display());
+fn draw(folder: &Path, tables: &[Comparison], trials: &Trials<'_>) -> Result<(), String> {
+    let error = |error| format!("cannot create {}: {error}", folder.display());
     fs::create_dir_all(folder).map_err(error)?;
     for table in tables {
         let file = folder.join(table.file).with_extension("svg");
@@ -85,25 +83,25 @@ fn draw(folder: &Path, tables: &[Table], trials: &Trials<'_>) -> Result<(), Stri
     Ok(())
 }
 
-/// What came of each trial of a comparison.
+/// The outcomes of all trials of the comparisons.
 struct Trials<'a> {
     mazes: &'a [Selected],
-    /// What each contender did in all mazes; one that stands in two tables is tried once.
-    tried: Vec<(&'a Contender, Vec<Tried>)>,
+    /// The outcomes of each contender in all mazes. A contender in two tables runs once.
+    outcomes: Vec<(&'a Contender, Vec<TrialOutcome>)>,
 }
 
 /// A trial as JSON.
 #[derive(Serialize)]
-struct Row<'a> {
+struct ComparisonRow<'a> {
     table: &'a str,
     #[serde(rename = "row")]
     name: &'a str,
     #[serde(flatten)]
-    report: Report,
+    report: TrialReport,
 }
 
 impl<'a> Trials<'a> {
-    fn of(tables: &'a [Table], mazes: &'a [Selected]) -> Self {
+    fn run(tables: &'a [Comparison], mazes: &'a [Selected]) -> Self {
         let mut contenders: Vec<&Contender> = Vec::new();
         for (_, contender) in tables.iter().flat_map(|table| &table.rows) {
             if !contenders.contains(&contender) {
@@ -114,70 +112,72 @@ impl<'a> Trials<'a> {
             .flat_map(|&contender| mazes.iter().map(move |maze| (maze, contender)))
             .collect();
         if io::stderr().is_terminal() {
-            say(format_args!("running {}", counted(jobs.len() as u64, "trial")));
+            note(format_args!("running {}", counted(jobs.len() as u64, "trial")));
         }
-        let mut tried = stand_trial(&jobs).into_iter();
-        let of_each = contenders.into_iter();
-        let tried = of_each.map(|one| (one, tried.by_ref().take(mazes.len()).collect()));
-        Self { mazes, tried: tried.collect() }
+        let mut all = run_trials(&jobs).into_iter();
+        let outcomes = contenders
+            .into_iter()
+            .map(|contender| (contender, all.by_ref().take(mazes.len()).collect()));
+        Self { mazes, outcomes: outcomes.collect() }
     }
 
-    fn of_contender(&self, contender: &Contender) -> &[Tried] {
-        self.tried.iter().find(|(other, _)| *other == contender).map_or(&[], |(_, tried)| tried)
+    fn outcomes_of(&self, contender: &Contender) -> &[TrialOutcome] {
+        let mut all = self.outcomes.iter();
+        all.find(|(other, _)| *other == contender).map_or(&[], |(_, outcomes)| outcomes)
     }
 
     fn has_columns(&self) -> bool {
         self.mazes.len() <= MAX_COLUMNS
     }
 
-    /// A table as text: a column for each maze, or the means.
-    fn text(&self, table: &Table) -> String {
+    /// Formats a table as text, with a column for each maze or for each mean.
+    fn text(&self, table: &Comparison) -> String {
         let mut head = vec![table.title.to_string()];
         if self.has_columns() {
             head.extend(self.mazes.iter().map(|maze| maze.name.clone()));
             head.push("sum".into());
         } else {
-            let means = ["scored", "unreachable", "failed", "explore", "race", "score", "over"];
+            let means = ["scored", "unreachable", "failed", "explore", "race", "score", "excess"];
             head.extend(means.map(String::from));
         }
         let rows = table.rows.iter().map(|(name, contender)| {
-            let tried = self.of_contender(contender);
-            let cells = if self.has_columns() { each(tried) } else { means(tried) };
+            let outcomes = self.outcomes_of(contender);
+            let cells = if self.has_columns() { each(outcomes) } else { means(outcomes) };
             [vec![name.clone()], cells].concat()
         });
         aligned(&[vec![head], rows.collect()].concat())
     }
 
-    fn reports<'t>(&self, tables: &'t [Table]) -> Vec<Row<'t>> {
+    fn reports<'t>(&self, tables: &'t [Comparison]) -> Vec<ComparisonRow<'t>> {
         let rows = tables.iter().flat_map(|table| table.rows.iter().map(move |row| (table, row)));
         rows.flat_map(|(table, (name, contender))| {
-            let tried = self.mazes.iter().zip(self.of_contender(contender));
-            tried.map(move |(maze, tried)| Row {
+            let outcomes = self.mazes.iter().zip(self.outcomes_of(contender));
+            outcomes.map(move |(maze, outcome)| ComparisonRow {
                 table: table.file,
                 name,
-                report: Report::of(maze, contender, tried),
+                report: TrialReport::new(maze, contender, outcome),
             })
         })
         .collect()
     }
 
-    /// A table as bars: a group for each maze, or the means.
-    fn chart(&self, table: &Table) -> BarChart {
-        let rows = || table.rows.iter().map(|(name, of)| (name.clone(), self.of_contender(of)));
-        let from_maze = |(index, maze): (usize, &Selected)| BarGroup {
+    /// Draws a table as a bar chart, with a group for each maze or one of means.
+    fn chart(&self, table: &Comparison) -> BarChart {
+        let rows = || table.rows.iter().map(|(name, one)| (name.clone(), self.outcomes_of(one)));
+        let group = |(index, maze): (usize, &Selected)| BarGroup {
             name: maze.name.clone(),
-            bars: rows().map(|(name, tried)| bar(name, &tried[index])).collect(),
-            limit: rows().find_map(|(_, tried)| Some(tried[index].bound()?.value())),
+            bars: rows().map(|(name, outcomes)| bar(name, &outcomes[index])).collect(),
+            limit: rows().find_map(|(_, outcomes)| Some(outcomes[index].bound()?.value())),
         };
         let groups = if self.has_columns() {
-            self.mazes.iter().enumerate().map(from_maze).collect()
+            self.mazes.iter().enumerate().map(group).collect()
         } else {
             let name = format!("Means over {} mazes", self.mazes.len());
-            let bars = rows().map(|(name, tried)| mean_bar(name, tried)).collect();
+            let bars = rows().map(|(name, outcomes)| mean_bar(name, outcomes)).collect();
             vec![BarGroup { name, bars, limit: None }]
         };
         BarChart {
-            title: format!("{}: score, less is better", table.title),
+            title: format!("{}: score, lower is better", table.title),
             parts: ["race steps".into(), "explore steps / 30".into()],
             limit: "a robot that knows the maze".into(),
             groups,
@@ -185,45 +185,45 @@ impl<'a> Trials<'a> {
     }
 }
 
-/// What a robot did in each maze, and the sum of its scores if it has one in each.
-fn each(tried: &[Tried]) -> Vec<String> {
-    let scores: Option<Vec<Score>> = tried.iter().map(Tried::score).collect();
+/// Returns the result of a robot in each maze, and the sum of its scores if it scored in all.
+fn each(outcomes: &[TrialOutcome]) -> Vec<String> {
+    let scores: Option<Vec<Score>> = outcomes.iter().map(TrialOutcome::score).collect();
     let sum = scores.map(|scores| scores.into_iter().map(Score::value).sum::<f64>());
     let sum = sum.map_or("-".into(), |sum| format!("{sum:.3}"));
-    tried.iter().map(result).chain([sum]).collect()
+    outcomes.iter().map(result).chain([sum]).collect()
 }
 
-/// In how many mazes a robot scored, said rightly that the goal cannot be reached, and did neither;
-/// and the means over the first.
-fn means(tried: &[Tried]) -> Vec<String> {
-    let Means { scored, explore_steps, race_steps, score, over } = Means::of(tried.iter());
-    let unreachable = tried.iter().filter(|tried| tried.is_rightly_given_up()).count();
-    let failed = tried.len() - scored - unreachable;
+/// Returns the number of mazes in which a robot scored, correctly reported an unreachable goal, and
+/// failed, and the means over the mazes in which it scored.
+fn means(outcomes: &[TrialOutcome]) -> Vec<String> {
+    let Means { scored, explore_steps, race_steps, score, excess } = Means::new(outcomes.iter());
+    let unreachable = outcomes.iter().filter(|outcome| outcome.is_correctly_given_up()).count();
+    let failed = outcomes.len() - scored - unreachable;
     let mut cells = [scored, unreachable, failed].map(|count| count.to_string()).to_vec();
     if scored > 0 {
         cells.extend([explore_steps, race_steps].map(|steps| format!("{steps:.1}")));
-        cells.extend([score, over].map(|score| format!("{score:.3}")));
+        cells.extend([score, excess].map(|score| format!("{score:.3}")));
     }
     cells
 }
 
-fn result(tried: &Tried) -> String {
-    let Tried { explore_steps, race_steps, .. } = tried;
-    match tried.ending {
+fn result(outcome: &TrialOutcome) -> String {
+    let TrialOutcome { explore_steps, race_steps, .. } = outcome;
+    match outcome.ending {
         Ending::Scored(score) => format!("{explore_steps} + {race_steps} = {score}"),
         Ending::OutOfTime => "out of time".into(),
         Ending::GaveUp => "gave up".into(),
     }
 }
 
-fn bar(name: String, tried: &Tried) -> Bar {
+fn bar(name: String, outcome: &TrialOutcome) -> Bar {
     let parts =
         |score: Score| [f64::from(score.race_steps), score.value() - f64::from(score.race_steps)];
-    Bar { name, parts: tried.score().map(parts), value: result(tried) }
+    Bar { name, parts: outcome.score().map(parts), value: result(outcome) }
 }
 
-fn mean_bar(name: String, tried: &[Tried]) -> Bar {
-    let Means { scored, explore_steps, race_steps, score, .. } = Means::of(tried.iter());
+fn mean_bar(name: String, outcomes: &[TrialOutcome]) -> Bar {
+    let Means { scored, explore_steps, race_steps, score, .. } = Means::new(outcomes.iter());
     if scored == 0 {
         return Bar { name, parts: None, value: "no score".into() };
     }

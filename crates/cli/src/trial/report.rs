@@ -1,22 +1,22 @@
-//! What came of a trial, as JSON.
+//! The JSON report of a trial.
 
 use mmsim_trial::{Ending, Score};
 use serde::Serialize;
 
-use super::tried::{Contender, Tried};
+use super::outcome::{Contender, TrialOutcome};
 use crate::selection::Selected;
 
-/// A trial. The names are those of the JSON.
+/// A trial. The field names are JSON keys.
 #[derive(Serialize)]
-pub(crate) struct Report {
+pub(crate) struct TrialReport {
     maze: String,
     robot: &'static str,
     ending: &'static str,
     explore_steps: u32,
     race_steps: u32,
-    /// With three decimals, null without a score.
+    /// Rounded to three decimals; null if the robot did not score.
     score: Option<f64>,
-    /// Null if the goal cannot be reached.
+    /// Null if the goal is unreachable.
     race_optimum: Option<u16>,
     seed: u64,
     noise: f64,
@@ -24,11 +24,11 @@ pub(crate) struct Report {
     path: Option<String>,
 }
 
-impl Report {
-    pub(crate) fn of(given: &Selected, contender: &Contender, tried: &Tried) -> Self {
-        let Tried { ending, explore_steps, race_steps, race_optimum, .. } = *tried;
+impl TrialReport {
+    pub(crate) fn new(selected: &Selected, contender: &Contender, outcome: &TrialOutcome) -> Self {
+        let TrialOutcome { ending, explore_steps, race_steps, race_optimum, .. } = *outcome;
         Self {
-            maze: given.path.display().to_string(),
+            maze: selected.path.display().to_string(),
             robot: contender.robot.name(),
             ending: match ending {
                 Ending::Scored(_) => "scored",
@@ -37,7 +37,7 @@ impl Report {
             },
             explore_steps,
             race_steps,
-            score: tried.score().map(three_decimals),
+            score: outcome.score().map(three_decimals),
             race_optimum,
             seed: contender.settings.seed,
             noise: contender.settings.noise,
@@ -45,14 +45,14 @@ impl Report {
         }
     }
 
-    /// With the drawing of the race.
-    pub(crate) fn with_path(self, tried: &Tried) -> Self {
-        let [path, _] = tried.drawings();
+    /// Adds the drawing of the race.
+    pub(crate) fn with_path(self, outcome: &TrialOutcome) -> Self {
+        let [path, _] = outcome.drawings();
         Self { path: Some(path), ..self }
     }
 }
 
-/// The score as it is printed.
+/// Rounds a score as it is printed.
 fn three_decimals(score: Score) -> f64 {
     (score.value() * 1000.).round() / 1000.
 }

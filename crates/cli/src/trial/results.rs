@@ -1,59 +1,59 @@
-//! What came of trials, printed for people or programs.
+//! Printing the outcomes of trials as text or JSON.
 
 use std::io;
 use std::mem;
 
-use super::report::Report;
-use super::table::{Table, summary};
-use super::tried::Tried;
-use super::{Job, TrialArgs};
-use crate::Outcome;
+use super::args::TrialArgs;
+use super::outcome::{Job, TrialOutcome};
+use super::report::TrialReport;
+use super::table::{ResultTable, summary};
 use crate::output::{print, print_json};
 use crate::screen::wide_or_compact;
+use crate::usage::CommandResult;
 
-/// Prints each line as soon as it is there; where drawings are asked for those, and the table at the
-/// end; as JSON everything at the end.
+/// Prints the outcomes of trials. Lines of the table are printed at once, or after all drawings with
+/// `--path`. JSON is printed at the end.
 pub(crate) struct Results<'a> {
     jobs: &'a [Job<'a>],
     args: &'a TrialArgs,
-    table: Table,
+    table: ResultTable,
     lines: String,
-    tried: Vec<Tried>,
+    outcomes: Vec<TrialOutcome>,
 }
 
 impl<'a> Results<'a> {
-    /// Of these trials nothing is known yet.
+    /// Prepares the table for these trials.
     pub(crate) fn new(jobs: &'a [Job<'a>], args: &'a TrialArgs) -> Self {
-        let table = Table::new(jobs);
-        Self { jobs, args, lines: table.head(), table, tried: Vec::new() }
+        let table = ResultTable::new(jobs);
+        Self { jobs, args, lines: table.head(), table, outcomes: Vec::new() }
     }
 
-    /// What came of the next ones.
-    pub(crate) fn add(&mut self, tried: Vec<Tried>) -> io::Result<()> {
-        for (job, tried) in self.jobs[self.tried.len()..].iter().zip(&tried) {
-            self.lines += &self.table.line(job, tried);
+    /// Adds the outcomes of the next trials.
+    pub(crate) fn add(&mut self, outcomes: Vec<TrialOutcome>) -> io::Result<()> {
+        for (job, outcome) in self.jobs[self.outcomes.len()..].iter().zip(&outcomes) {
+            self.lines += &self.table.line(job, outcome);
             if self.args.path && !self.args.json {
-                let (given, contender) = job;
-                let drawing = wide_or_compact(tried.drawings());
-                print(&format!("{}, {}\n{drawing}\n", given.shown_path(), contender.robot))?;
+                let (selected, contender) = job;
+                let drawing = wide_or_compact(outcome.drawings());
+                print(&format!("{}, {}\n{drawing}\n", selected.shown_path(), contender.robot))?;
             }
         }
-        self.tried.extend(tried);
+        self.outcomes.extend(outcomes);
         if self.args.path || self.args.json { Ok(()) } else { print(&mem::take(&mut self.lines)) }
     }
 
-    /// Nothing more will come. Says whether each robot did what there was to do.
-    pub(crate) fn finish(self) -> Outcome {
-        let Self { jobs, args, lines, tried, .. } = self;
+    /// Prints the rest. Returns whether all trials succeeded.
+    pub(crate) fn finish(self) -> CommandResult {
+        let Self { jobs, args, lines, outcomes, .. } = self;
         if args.json {
-            let reports = jobs.iter().zip(&tried).map(|(&(given, contender), tried)| {
-                let report = Report::of(given, contender, tried);
-                if args.path { report.with_path(tried) } else { report }
+            let reports = jobs.iter().zip(&outcomes).map(|(&(selected, contender), outcome)| {
+                let report = TrialReport::new(selected, contender, outcome);
+                if args.path { report.with_path(outcome) } else { report }
             });
             print_json(&serde_json::to_string_pretty(&reports.collect::<Vec<_>>())?)?;
         } else if !jobs.is_empty() {
-            print(&(lines + &summary(jobs, &tried)))?;
+            print(&(lines + &summary(jobs, &outcomes)))?;
         }
-        Ok(tried.iter().all(Tried::is_done))
+        Ok(outcomes.iter().all(TrialOutcome::succeeded))
     }
 }

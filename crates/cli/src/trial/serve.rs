@@ -1,4 +1,4 @@
-//! A trial that can be watched: the robot is a client that tells a simulator where it is.
+//! `mmsim trial --serve`: a trial in a browser. The robot is a client that sends states to a simulator.
 
 use std::error::Error;
 use std::io::{self, IsTerminal};
@@ -8,90 +8,97 @@ use mmsim_client::{Exchange, RunError, Zmq};
 use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_trial::{RaceSteps, Trial};
 
-use super::TrialArgs;
+use super::args::TrialArgs;
+use super::outcome::{Contender, TrialOutcome};
 use super::results::Results;
-use super::tried::{Contender, Tried};
-use crate::args::wrong_usage;
-use crate::demo::PACE_MS;
-use crate::output::say;
+use crate::connection::report_waiting;
+use crate::local_server;
+use crate::output::note;
+use crate::screen::DEFAULT_PACE_MS;
 use crate::selection::{Collection, Selected};
-use crate::solve::say_waiting;
-use crate::{Outcome, hosting};
+use crate::usage::{CommandResult, UsageError};
 
-/// Puts one robot on trial in one maze.
-pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> Outcome {
+/// Runs one robot in one maze.
+pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     let (contenders, paths) = (args.contenders(), mazes.len());
     let [contender] = &contenders[..] else {
-        let found = format!("expected one robot with --serve, found {}", contenders.len());
-        wrong_usage("trial", &found);
+        let message = format!("--serve takes one robot, found {}", contenders.len());
+        return Err(UsageError::new("trial", message).into());
     };
     let Ok([selected]) = <[Selected; 1]>::try_from(mazes) else {
-        wrong_usage("trial", &format!("expected one maze with --serve, found {paths}"));
+        let message = format!("--serve takes one maze, found {paths}");
+        return Err(UsageError::new("trial", message).into());
     };
     let watch = &args.watch;
-    // A maze that is no file is one of the bundled ones.
+    // A maze that is not a file is a bundled one.
     let collection = Collection::at(Some(&*selected.path).filter(|path| path.exists()))?;
     let viewer = (!watch.once).then_some(&watch.viewer);
-    let (server, interrupt) =
-        hosting::begin(selected.clone(), collection.catalogue, watch.port, &watch.keep, viewer)?;
-    let pace = watch.pace.unwrap_or(if io::stdout().is_terminal() { PACE_MS } else { 0 });
+    let (server, interrupt) = local_server::start(
+        selected.clone(),
+        collection.catalogue,
+        watch.port,
+        &watch.retention,
+        viewer,
+    )?;
+    let pace = watch.pace.unwrap_or(if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 });
     let pause = || interrupt.wait_for(Duration::from_millis(pace));
-    let tried = Client::connect(server.address())
-        .and_then(|client| client.stand_trial(contender, &selected, pause));
-    let mut is_done = true;
-    if let Some(tried) = tried? {
+    let outcome = Client::connect(server.address())
+        .and_then(|client| client.run_trial(contender, &selected, pause));
+    let mut succeeded = true;
+    if let Some(outcome) = outcome? {
         let jobs = [(&selected, contender)];
         let mut results = Results::new(&jobs, args);
-        results.add(vec![tried])?;
-        is_done = results.finish()?;
+        results.add(vec![outcome])?;
+        succeeded = results.finish()?;
         if !watch.once {
-            say(format_args!("still serving at {}; Ctrl-C ends it", server.address()));
+            note(format_args!("still serving at {}; press Ctrl-C to stop", server.address()));
             interrupt.wait();
         }
     }
     server.stop()?;
-    Ok(is_done || !watch.once)
+    Ok(succeeded || !watch.once)
 }
 
-/// Why a trial broke off.
-enum Stop {
+/// Why a trial stopped early.
+enum TrialStop {
     Interrupted,
     Failed(RunError),
 }
 
-/// A client of the simulator that asks it nothing.
+/// A client that sends states to the simulator and never asks for walls.
 struct Client<'a> {
     simulator: Exchange<Zmq<'a>>,
 }
 
 impl Client<'_> {
     fn connect(address: &str) -> Result<Self, Box<dyn Error>> {
-        let transport = Zmq::connect(address, None, |waiting| say_waiting(&waiting, false))?;
+        let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
         Ok(Self { simulator: Exchange::new(transport) })
     }
 
-    /// Lets the robot explore and race and tells of each moment. `None` if `pause` between two
-    /// steps says that it is enough.
-    fn stand_trial(
+    /// Runs a robot and sends each state. Returns `None` if `pause`, called after each state, returns
+    /// `true`.
+    fn run_trial(
         mut self,
         contender: &Contender,
         selected: &Selected,
         pause: impl Fn() -> bool,
-    ) -> Result<Option<Tried>, Box<dyn Error>> {
+    ) -> Result<Option<TrialOutcome>, Box<dyn Error>> {
         self.simulator.reset()?;
-        let tried = contender.stand_watched(&selected.maze, |trial, seen| {
-            self.tell_state(trial, seen).map_err(Stop::Failed)?;
-            if pause() { Err(Stop::Interrupted) } else { Ok(()) }
+        let outcome = contender.run_watched(&selected.maze, |trial, seen| {
+            self.send_state(trial, seen).map_err(TrialStop::Failed)?;
+            if pause() { Err(TrialStop::Interrupted) } else { Ok(()) }
         });
-        match tried {
-            Ok(tried) => Ok(Some(tried)),
-            Err(Stop::Interrupted) => Ok(None),
-            Err(Stop::Failed(error)) => Err(error.into()),
+        match outcome {
+            Ok(outcome) => Ok(Some(outcome)),
+            Err(TrialStop::Interrupted) => Ok(None),
+            Err(TrialStop::Failed(error)) => Err(error.into()),
         }
     }
 
-    /// Where the robot is, what it has seen, and how many steps of a race it may be to the goal.
-    fn tell_state(&mut self, trial: &Trial<'_>, seen: &KnownMaze) -> Result<(), RunError> {
+    /// Sends the pose of the robot, what it has seen, and each cell's lower bound of race steps to the
+    /// goal.
+    fn send_state(&mut self, trial: &Trial<'_>, seen: &KnownMaze) -> Result<(), RunError> {
         let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
         self.simulator.state(trial.pose(), seen, |cell| steps.at(cell).unwrap_or(u16::MAX))
     }

@@ -1,21 +1,19 @@
-//! What somebody may have meant who typed something else.
+//! "Did you mean" suggestions.
 
-use clap::{Command, CommandFactory};
+use clap::Command;
 
-use crate::args::Cli;
 use crate::output::own_command;
 use crate::selection::Collection;
 
-/// The command that this word may stand for: one of a similar name, one of those for mazes, or the
-/// one that serves a maze of this name.
-pub(crate) fn meant(word: &str) -> Option<String> {
-    let commands = Cli::command();
+/// Suggests what to run instead of `mmsim WORD`: a command with a similar name, a command of `mmsim
+/// mazes`, or serving the maze with this name.
+pub(crate) fn suggest(word: &str, commands: &Command) -> Option<String> {
     let similar = |commands: &Command, typos: usize| {
         let mut names = commands.get_subcommands().map(Command::get_name);
         let name = names.find(|name| strsim::damerau_levenshtein(word, name) <= typos);
         name.map(str::to_string)
     };
-    if let Some(command) = similar(&commands, 2) {
+    if let Some(command) = similar(commands, 2) {
         return Some(own_command(&format!("{command} …")));
     }
     let for_mazes = commands.find_subcommand("mazes").and_then(|mazes| similar(mazes, 1));

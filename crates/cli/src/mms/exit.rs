@@ -1,4 +1,4 @@
-//! How a mouse has ended, as it is told.
+//! How a mouse exited, and its scores.
 
 use std::fmt::Write as _;
 use std::process::ExitStatus;
@@ -9,18 +9,19 @@ use serde::Serialize;
 
 use crate::interrupt::Interrupt;
 
-/// A mouse that has ended, or was ended.
-pub(crate) struct Ended {
+/// A mouse that has exited or was stopped.
+pub(crate) struct MouseExit {
     pub(crate) mouse: Mouse,
-    pub(crate) how: How,
-    /// How many movements came to a wall, or were none.
+    pub(crate) cause: ExitCause,
+    /// The number of movements replied to with `crash`.
     pub(crate) crashes: u64,
-    /// How many lines were no commands.
+    /// The number of lines that are not commands.
     pub(crate) refused: u64,
 }
 
-pub(crate) enum How {
-    ByItself(ExitStatus),
+/// Why a mouse is no longer running.
+pub(crate) enum ExitCause {
+    Exited(ExitStatus),
     Limit(u32),
     Interrupted,
     LostSimulator(RunError),
@@ -28,36 +29,39 @@ pub(crate) enum How {
     Failed(String),
 }
 
-impl Ended {
-    /// The exit code: the mouse's own where it has ended by itself.
+impl MouseExit {
+    /// Returns the exit code: that of the mouse if it exited by itself.
     pub(crate) fn code(&self) -> i32 {
-        match &self.how {
-            How::ByItself(status) => {
+        match &self.cause {
+            ExitCause::Exited(status) => {
                 status.code().or_else(|| Some(128 + signal(*status)?)).unwrap_or(1)
             }
-            How::Interrupted => Interrupt::CODE,
-            How::Limit(_) | How::LostSimulator(_) | How::NotStarted(_) | How::Failed(_) => 1,
+            ExitCause::Interrupted => Interrupt::CODE,
+            ExitCause::Limit(_)
+            | ExitCause::LostSimulator(_)
+            | ExitCause::NotStarted(_)
+            | ExitCause::Failed(_) => 1,
         }
     }
 
-    /// A line that sums it up.
+    /// Returns a summary line.
     pub(crate) fn summary(&self) -> String {
-        let how = match &self.how {
-            How::ByItself(status) => match signal(*status) {
-                Some(signal) => format!("was ended by signal {signal}"),
-                None => format!("has ended with exit code {}", self.code()),
+        let how = match &self.cause {
+            ExitCause::Exited(status) => match signal(*status) {
+                Some(signal) => format!("killed by signal {signal}"),
+                None => format!("exited with code {}", self.code()),
             },
-            How::Limit(limit) => format!("was ended: limit reached, {limit}"),
-            How::Interrupted => "was ended by Ctrl-C".into(),
-            How::NotStarted(_) => "was not started".into(),
-            How::LostSimulator(_) | How::Failed(_) => "was ended".into(),
+            ExitCause::Limit(limit) => format!("stopped: exceeded --limit {limit}"),
+            ExitCause::Interrupted => "stopped by Ctrl-C".into(),
+            ExitCause::NotStarted(_) => "not started".into(),
+            ExitCause::LostSimulator(_) | ExitCause::Failed(_) => "stopped".into(),
         };
         let scores = self.mouse.scores();
         let goal = if scores.best().is_some() { "goal reached" } else { "goal not reached" };
-        format!("the mouse {how}; {goal}, score {}", Decimal(scores.score()))
+        format!("mouse {how}; {goal}, score {}", Decimal(scores.score()))
     }
 
-    /// What mms's competitions write down, a line each.
+    /// Returns the scores that mms competitions use, one per line.
     pub(crate) fn scores(&self) -> String {
         let scores = self.mouse.scores();
         Stat::COMPETITION.iter().fold(String::new(), |mut text, &stat| {
@@ -68,20 +72,20 @@ impl Ended {
         })
     }
 
-    /// What `--json` prints.
-    pub(crate) fn report(&self) -> Report {
+    /// Returns the output of `--json`.
+    pub(crate) fn report(&self) -> MouseReport {
         let scores = self.mouse.scores();
         let (total, best) = (scores.total(), scores.best());
-        let (exit_code, signal) = match &self.how {
-            How::ByItself(status) => (status.code(), signal(*status)),
+        let (exit_code, signal) = match &self.cause {
+            ExitCause::Exited(status) => (status.code(), signal(*status)),
             _ => (None, None),
         };
-        let error = match &self.how {
-            How::LostSimulator(error) => Some(error.to_string()),
-            How::NotStarted(error) | How::Failed(error) => Some(error.clone()),
+        let error = match &self.cause {
+            ExitCause::LostSimulator(error) => Some(error.to_string()),
+            ExitCause::NotStarted(error) | ExitCause::Failed(error) => Some(error.clone()),
             _ => None,
         };
-        Report {
+        MouseReport {
             goal_reached: best.is_some(),
             score: scores.score(),
             best_run_distance: best.map(Run::distance),
@@ -93,7 +97,7 @@ impl Ended {
             visited_cells: self.mouse.map().visited().len(),
             crashes: self.crashes,
             refused_lines: self.refused,
-            limit_reached: matches!(self.how, How::Limit(_)),
+            limit_reached: matches!(self.cause, ExitCause::Limit(_)),
             exit_code,
             signal,
             error,
@@ -101,9 +105,9 @@ impl Ended {
     }
 }
 
-/// What `--json` prints; null is what there is not.
+/// The output of `--json`.
 #[derive(Serialize)]
-pub(crate) struct Report {
+pub(crate) struct MouseReport {
     goal_reached: bool,
     score: f64,
     best_run_distance: Option<f64>,
@@ -121,7 +125,7 @@ pub(crate) struct Report {
     error: Option<String>,
 }
 
-/// The signal that has ended a process, where there are signals.
+/// Returns the signal that killed a process.
 #[cfg(unix)]
 fn signal(status: ExitStatus) -> Option<i32> {
     std::os::unix::process::ExitStatusExt::signal(&status)

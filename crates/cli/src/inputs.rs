@@ -1,48 +1,49 @@
-//! The mazes that are named on the command line.
+//! The mazes named on the command line.
 
 use std::path::{Path, PathBuf};
 
 use mmsim_formats::Catalogue;
 
-use crate::output::complain;
+use crate::output::warn;
 use crate::selection::{Collection, Selected, SelectionError};
 
-/// The mazes that can be read, in order, and whether that is all of them.
-pub(crate) struct Given {
+/// The mazes that could be read, in order.
+pub(crate) struct Inputs {
     pub(crate) mazes: Vec<Selected>,
-    pub(crate) are_all: bool,
+    /// Whether every named maze could be read.
+    pub(crate) all_readable: bool,
 }
 
-impl Given {
-    /// Reads the mazes of these files and folders, and those found by words. Says what is wrong with
-    /// the others.
+impl Inputs {
+    /// Reads the mazes in files and folders, and those found by words of their path. Reports errors
+    /// on stderr and skips the file.
     pub(crate) fn read(names: &[PathBuf]) -> Self {
-        let mut given = Self { mazes: Vec::new(), are_all: true };
+        let mut inputs = Self { mazes: Vec::new(), all_readable: true };
         for name in names {
-            let read = if name.exists() { given.read_path(name) } else { given.find(name) };
+            let read = if name.exists() { inputs.read_path(name) } else { inputs.find(name) };
             if let Err(error) = read {
-                given.miss(&error);
+                inputs.skip(&error);
             }
         }
-        given
+        inputs
     }
 
-    /// The same, but without a name all mazes of the collection in which words are looked for.
+    /// Does the same, but without names reads all mazes of the default collection.
     pub(crate) fn read_or_default(names: &[PathBuf]) -> Self {
-        let mut given = Self::read(names);
+        let mut inputs = Self::read(names);
         if names.is_empty() {
             match Collection::at(None) {
-                Ok(collection) => given.read_all(&collection.catalogue),
-                Err(error) => given.miss(&error),
+                Ok(collection) => inputs.read_all(&collection.catalogue),
+                Err(error) => inputs.skip(&error),
             }
         }
-        given
+        inputs
     }
 
     fn read_path(&mut self, path: &Path) -> Result<(), SelectionError> {
         let catalogue = Catalogue::from_path(path)?;
         if catalogue.entries().is_empty() {
-            return Err(SelectionError::Empty { place: path.display().to_string() });
+            return Err(SelectionError::Empty { location: path.display().to_string() });
         }
         self.read_all(&catalogue);
         Ok(())
@@ -55,7 +56,7 @@ impl Given {
                     let (path, name) = (entry.path().into(), entry.name());
                     self.mazes.push(Selected { path, name, maze });
                 }
-                Err(error) => self.miss(&error.into()),
+                Err(error) => self.skip(&error.into()),
             }
         }
     }
@@ -65,8 +66,8 @@ impl Given {
         Ok(())
     }
 
-    fn miss(&mut self, error: &SelectionError) {
-        self.are_all = false;
-        complain(format_args!("mmsim: {error}"));
+    fn skip(&mut self, error: &SelectionError) {
+        self.all_readable = false;
+        warn(format_args!("mmsim: {error}"));
     }
 }

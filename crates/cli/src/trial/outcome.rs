@@ -1,55 +1,66 @@
-//! A trial and what came of it.
+//! A trial and its outcome.
 
 use std::convert::Infallible;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze};
 use mmsim_trial::{BundledRobot, Ending, Noise, Run, Score, Settings, Survey, Trial, race_optimum};
 
-/// A robot and what it is told.
+use crate::parallel::map_each;
+use crate::selection::Selected;
+
+/// A maze and the robot to run in it.
+pub(crate) type Job<'a> = (&'a Selected, &'a Contender);
+
+/// Runs trials on all processors. Returns the outcomes in the order of the jobs.
+pub(crate) fn run_trials(jobs: &[Job<'_>]) -> Vec<TrialOutcome> {
+    map_each(jobs, |(selected, contender)| contender.run(&selected.maze))
+}
+
+/// A robot and its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Contender {
     pub(crate) robot: BundledRobot,
     pub(crate) settings: Settings,
 }
 
-/// What came of a trial.
-pub(crate) struct Tried {
+/// The outcome of a trial.
+pub(crate) struct TrialOutcome {
     pub(crate) ending: Ending,
     pub(crate) explore_steps: u32,
     pub(crate) race_steps: u32,
-    /// The fewest steps that a race takes in this maze; `None` if the goal cannot be reached.
+    /// The minimum number of steps of a race in this maze; `None` if the goal is unreachable.
     pub(crate) race_optimum: Option<u16>,
-    /// What the robot could know of the maze when its race began.
+    /// What the robot could know about the maze when its race started.
     explored: KnownMaze,
-    /// Where the race went on from a cell, in the order in which it did.
+    /// The cells of the race in order, each with its letter in the drawing.
     race: Vec<(Cell, char)>,
 }
 
 impl Contender {
-    /// Puts it on trial in this maze.
-    pub(crate) fn stand_trial(&self, maze: &Maze) -> Tried {
-        let Ok(tried) = self.stand_watched(maze, |_, _| Ok::<(), Infallible>(()));
-        tried
+    /// Runs the robot in a maze.
+    fn run(&self, maze: &Maze) -> TrialOutcome {
+        let Ok(outcome) = self.run_watched(maze, |_, _| Ok::<(), Infallible>(()));
+        outcome
     }
 
-    /// The same with somebody who watches: before each step and at the end, `watch` is shown the
-    /// trial and what there was to be seen until then. It may break the trial off.
+    /// Runs the robot and calls `watch` before each step and at the end, with the trial and what the
+    /// robot could see so far. An error stops the trial.
     ///
     /// # Errors
     /// Those of `watch`.
-    pub(crate) fn stand_watched<E>(
+    pub(crate) fn run_watched<E>(
         &self,
         maze: &Maze,
         mut watch: impl FnMut(&Trial<'_>, &KnownMaze) -> Result<(), E>,
-    ) -> Result<Tried, E> {
+    ) -> Result<TrialOutcome, E> {
         let before = KnownMaze::unexplored(maze);
         let mut robot = self.robot.robot(before.clone(), &self.settings);
-        // Another stream than the robot's own.
+        // The noise must not repeat the robot's random numbers.
         let mut noise = Noise::new(self.settings.noise, !self.settings.seed);
         let (mut trial, mut survey) = (Trial::new(maze), Survey::new(before));
         let (mut explored, mut race) = (survey.map().clone(), Vec::new());
         loop {
-            // The robot may reckon wrongly where it is and what it sees.
+            // The robot's own pose and map may be wrong.
             survey.stand(trial.pose());
             survey.observe(trial.readings());
             watch(&trial, survey.map())?;
@@ -58,7 +69,7 @@ impl Contender {
                 explored.clone_from(survey.map());
             }
             if let Some(ending) = trial.ending() {
-                return Ok(Tried {
+                return Ok(TrialOutcome {
                     ending,
                     explore_steps: trial.explore_steps(),
                     race_steps: trial.race_steps(),
@@ -78,8 +89,8 @@ impl Contender {
     }
 }
 
-impl Tried {
-    /// The score, if there is one.
+impl TrialOutcome {
+    /// Returns the score if the robot scored.
     pub(crate) const fn score(&self) -> Option<Score> {
         match self.ending {
             Ending::Scored(score) => Some(score),
@@ -87,31 +98,30 @@ impl Tried {
         }
     }
 
-    /// Whether the robot did what there was to do: scored, or said rightly that the goal cannot be
-    /// reached.
-    pub(crate) const fn is_done(&self) -> bool {
-        self.score().is_some() || self.is_rightly_given_up()
+    /// Whether the robot scored or correctly reported an unreachable goal.
+    pub(crate) const fn succeeded(&self) -> bool {
+        self.score().is_some() || self.is_correctly_given_up()
     }
 
-    /// Whether it said rightly that the goal cannot be reached.
-    pub(crate) const fn is_rightly_given_up(&self) -> bool {
+    /// Whether the robot correctly reported an unreachable goal.
+    pub(crate) const fn is_correctly_given_up(&self) -> bool {
         matches!(self.ending, Ending::GaveUp) && self.race_optimum.is_none()
     }
 
-    /// The score of a robot that knows the maze: it explores as fast as it races, with one step more
-    /// for the reset. `None` if the goal cannot be reached.
+    /// Returns the score of a robot that knows the maze: it explores as fast as it races, with one more
+    /// step for the reset. `None` if the goal is unreachable.
     pub(crate) fn bound(&self) -> Option<Score> {
         let optimum = u32::from(self.race_optimum?);
         Some(Score { explore_steps: optimum + 1, race_steps: optimum })
     }
 
-    /// How many steps the race took beyond the fewest, and how much the score is above the bound.
-    pub(crate) fn over(&self) -> Option<(u32, f64)> {
+    /// Returns how far the race steps and the score exceed their lower bounds.
+    pub(crate) fn excess(&self) -> Option<(u32, f64)> {
         let (score, bound) = (self.score()?, self.bound()?);
         Some((score.race_steps - bound.race_steps, score.value() - bound.value()))
     }
 
-    /// What was explored and the race in it, as text: wide and compact.
+    /// Draws the explored maze and the race as text, wide and compact.
     pub(crate) fn drawings(&self) -> [String; 2] {
         let letter = |cell| {
             let latest = self.race.iter().rfind(|(passed, _)| *passed == cell);
@@ -122,7 +132,7 @@ impl Tried {
     }
 }
 
-/// The letters of a step in the cells that it leaves: large where it begins.
+/// Returns the cells that a step leaves and their letters: uppercase in the first one.
 fn letters(from: Cell, to: Cell) -> impl Iterator<Item = (Cell, char)> {
     let (heading, letter) = if to.y > from.y {
         (Heading::North, 'U')

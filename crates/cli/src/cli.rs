@@ -1,0 +1,198 @@
+//! The command line: all commands, and how it is parsed.
+
+use std::env;
+use std::ffi::{OsStr, OsString};
+use std::path::Path;
+
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser, Subcommand};
+use mmsim_maze::Escaped;
+
+use crate::args::VerbosityArgs;
+use crate::compare::args::CompareArgs;
+use crate::demo::args::DemoArgs;
+use crate::manual::args::{CompletionsArgs, ManArgs};
+use crate::mazes::args::MazesArgs;
+use crate::mms::args::MmsArgs;
+use crate::render::args::RenderArgs;
+use crate::replay::args::ReplayArgs;
+use crate::serve::args::ServeArgs;
+use crate::solve::args::SolveArgs;
+use crate::suggest::suggest;
+use crate::trial::args::TrialArgs;
+use crate::usage::UsageError;
+
+/// A micromouse maze simulator. Without a command, it serves a maze: it reports only the walls around
+/// the mouse to a search client, and stores every state that the client sends.
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) serve: ServeArgs,
+    #[command(flatten)]
+    pub(crate) verbosity: VerbosityArgs,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  mmsim demo                           watch a flood-fill mouse search a maze
+  mmsim                                serve a maze on port 6574 for your own mouse
+  mmsim mazes/ --maze \"apec 2018\"      serve a maze of your own collection
+  mmsim solve weight-increment         run a bundled strategy against a simulator
+  mmsim render run.mcap -o run.gif     animate a recorded search
+  mmsim compare mazes/                 compare all bundled strategies in a table
+  mmsim trial mazes/                   let a robot explore each maze and race in it
+  mmsim mms --open -- ./my-mouse       run and watch a mouse written for mms
+  mmsim mazes fetch                    download real contest mazes
+  mmsim mazes check my-maze.txt        check a maze file for errors
+  mmsim completions bash               generate shell completions
+
+See `mmsim COMMAND --help` for the options and examples of a command, `mmsim man` for a manual page.";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a bundled strategy against a simulator
+    Solve(SolveArgs),
+    /// Serve a maze and run a flood-fill mouse in it
+    Demo(DemoArgs),
+    /// Show a recording: the maze, and any state of the search
+    Replay(ReplayArgs),
+    /// Draw a maze or a recording as SVG, PNG or animated GIF
+    Render(RenderArgs),
+    /// Compare the bundled strategies over collections of mazes
+    Compare(CompareArgs),
+    /// Run robots in the two-run trial: explore a maze, then race
+    Trial(TrialArgs),
+    /// List, show, check, convert, fetch and generate mazes
+    Mazes(MazesArgs),
+    /// Run a mouse written for the mms simulator
+    Mms(MmsArgs),
+    /// Generate shell completions
+    Completions(CompletionsArgs),
+    /// Print or install manual pages
+    Man(ManArgs),
+}
+
+impl Cli {
+    /// Parses the command line. Exits on a mistake, and after printing help or the version.
+    pub(crate) fn parse_or_exit() -> Self {
+        let arguments = verbosity_after_command(env::args_os().collect());
+        match Self::try_parse_from(&arguments) {
+            Ok(cli) => match cli.command_as_mazes() {
+                Some(name) => exit_with_usage(&options_before(name)),
+                None => cli,
+            },
+            Err(error) => exit_with(error, &arguments),
+        }
+    }
+
+    /// Returns the name of the command that was parsed as a folder of mazes, because options of the
+    /// server precede it.
+    fn command_as_mazes(&self) -> Option<&OsStr> {
+        let path = self.serve.mazes.as_deref()?;
+        (!path.exists() && is_command(path.as_os_str())).then_some(path.as_os_str())
+    }
+}
+
+/// Reports a mistake on the command line the way clap does, and exits with code 2.
+pub(crate) fn exit_with_usage(error: &UsageError) -> ! {
+    let mut cli = Cli::command();
+    cli.build();
+    let mut names = error.command.split_whitespace();
+    let command = names.try_fold(&cli, |command, name| command.find_subcommand(name)).cloned();
+    command.unwrap_or(cli).error(ErrorKind::ValueValidation, Escaped(&error.message)).exit()
+}
+
+/// Exits after an error of the parser, which may stand for help or the version.
+fn exit_with(error: clap::Error, arguments: &[OsString]) -> ! {
+    if error.use_stderr() {
+        if let Some(name) = command_after_options(arguments) {
+            exit_with_usage(&options_before(name));
+        }
+        if let Some(word) = unknown_word(arguments) {
+            let hint = suggest(word, &Cli::command());
+            let hint = hint.map(|hint| format!(" (did you mean {hint}?)")).unwrap_or_default();
+            let message = format!("no such command, file or folder: {word:?}{hint}");
+            exit_with_usage(&UsageError::new("", message));
+        }
+    }
+    // The error may quote control characters from the command line.
+    let escaped = arguments.iter().map(|argument| Escaped(argument.display()).to_string());
+    Cli::try_parse_from(escaped).err().unwrap_or(error).exit()
+}
+
+/// Whether `name` is a command; clap adds `help`.
+fn is_command(name: &OsStr) -> bool {
+    name == "help" || Cli::command().get_subcommands().any(|command| command.get_name() == name)
+}
+
+fn options_before(command: &OsStr) -> UsageError {
+    let name = command.display();
+    let message = format!("options of {name} must follow it (see `mmsim {name} --help`)");
+    UsageError::new("", message)
+}
+
+/// Returns the command that follows options of the server.
+fn command_after_options(arguments: &[OsString]) -> Option<&OsStr> {
+    let mut names = arguments.iter().enumerate().skip(2);
+    let (at, name) = names.find(|(_, name)| is_command(name))?;
+    let are_options = Cli::try_parse_from(&arguments[..at]).is_ok_and(|cli| cli.command.is_none());
+    are_options.then_some(name)
+}
+
+/// Returns the first word if it is neither a command nor a path.
+fn unknown_word(arguments: &[OsString]) -> Option<&str> {
+    let word = arguments.get(1)?.to_str()?;
+    (!word.starts_with('-') && !is_command(OsStr::new(word)) && !Path::new(word).exists())
+        .then_some(word)
+}
+
+/// Turns `mmsim -q solve` into `mmsim solve -q`. After any other option, a word that looks like a
+/// command may be a folder, such as `mazes`.
+fn verbosity_after_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    let is_verbosity = |argument: &&OsString| {
+        let short = argument.as_encoded_bytes().strip_prefix(b"-").unwrap_or_default();
+        let is_short = !short.is_empty() && short.iter().all(|letter| b"qv".contains(letter));
+        is_short || *argument == "--quiet" || *argument == "--verbose"
+    };
+    let count = arguments.iter().skip(1).take_while(is_verbosity).count();
+    match arguments.get_mut(1..count + 2) {
+        // `help` takes no options.
+        Some([.., name]) if name == "help" => drop(arguments.drain(1..=count)),
+        Some(until_command @ [.., _])
+            if until_command.last().is_some_and(|name| is_command(name)) =>
+        {
+            until_command.rotate_right(1);
+        }
+        _ => {}
+    }
+    arguments
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn verbosity_may_precede_a_command() {
+        let arranged = |line: &str| {
+            let arguments = verbosity_after_command(line.split(' ').map(OsString::from).collect());
+            arguments.join(OsStr::new(" ")).into_string().unwrap()
+        };
+        assert_eq!(arranged("mmsim -q solve swing"), "mmsim solve -q swing");
+        assert_eq!(arranged("mmsim -vv --verbose mazes"), "mmsim mazes -vv --verbose");
+        assert_eq!(arranged("mmsim -q -q help solve"), "mmsim help solve");
+        for other in
+            ["mmsim", "mmsim -q", "mmsim -q folder solve", "mmsim -qp 0 mazes", "mmsim - solve"]
+        {
+            assert_eq!(arranged(other), other);
+        }
+    }
+}

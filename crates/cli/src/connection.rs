@@ -1,0 +1,88 @@
+//! Connecting a mouse to a simulator: its address, its maze, and messages about both.
+
+use mmsim_client::{RunError, TransportError, Waiting, Zmq, ask_info};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
+
+use crate::args::{Goal, KnownMazeArgs};
+use crate::output::{own_command, warn};
+use crate::usage::UsageError;
+
+/// Returns the ZeroMQ address of a simulator.
+pub(crate) fn endpoint(connect: &str) -> String {
+    if connect.contains("://") { connect.into() } else { format!("tcp://{connect}") }
+}
+
+/// Returns the maze and the start pose that the arguments of `command` describe, or `None` if the
+/// server is to be asked.
+pub(crate) fn maze_from_args(
+    command: &'static str,
+    KnownMazeArgs { size, goal }: &KnownMazeArgs,
+) -> Result<Option<(KnownMaze, Pose)>, UsageError> {
+    let size = size.unwrap_or(MazeSize::CLASSIC);
+    if goal.contains(&Goal::Server) {
+        if goal.len() > 1 {
+            return Err(UsageError::new(command, "--goal takes either server or cells, not both"));
+        }
+        return Ok(None);
+    }
+    let mut goals = CellSet::EMPTY;
+    for goal in goal {
+        match *goal {
+            Goal::Cell(cell) if size.contains(cell) => goals.extend([cell]),
+            Goal::Cell(cell) => {
+                let message = format!("--goal {},{} is outside the {size} maze", cell.x, cell.y);
+                return Err(UsageError::new(command, message));
+            }
+            Goal::Server => {}
+        }
+    }
+    let start = Pose::new(Cell::new(0, 0), Heading::North);
+    let goals = if goals.is_empty() { size.central_cells() } else { goals };
+    Ok(Some((KnownMaze::new(size, start.cell, goals), start)))
+}
+
+/// Asks the server for its maze and the start pose. A size other than the given one is an error.
+pub(crate) fn ask_maze(
+    transport: &mut Zmq<'_>,
+    size: Option<MazeSize>,
+) -> Result<(KnownMaze, Pose), String> {
+    let info = ask_info(transport).map_err(|error| error.to_string())?;
+    let (Some(map), Some(start)) = (info.known_maze(), info.start_pose()) else {
+        return Err(format!("expected a maze of 1x1 to 32x32 cells, found {info:?}"));
+    };
+    let served = map.size();
+    if let Some(size) = size.filter(|&size| size != served) {
+        return Err(format!("--size is {size}, but the server's maze is {served}"));
+    }
+    Ok((map, start))
+}
+
+/// Reports after a second, and then every ten times, that there is no reply yet.
+pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
+    let Waiting { endpoint, since, times, answered } = waiting;
+    if *times != 1 && times % 10 != 0 {
+        return;
+    }
+    let seconds = since.as_secs();
+    let hint = match (answered, asks_server) {
+        (true, _) => String::new(),
+        (false, false) => format!(" (start a simulator with {})", own_command("")),
+        (false, true) => " (--goal server needs mmsim as the simulator)".into(),
+    };
+    warn(format_args!(
+        "no reply from {endpoint} for {seconds} s, still waiting{hint}; press Ctrl-C to give up"
+    ));
+}
+
+/// Returns the error with a hint if the mouse has the wrong maze or there is no simulator.
+pub(crate) fn explain(error: &RunError) -> String {
+    match error {
+        RunError::Refused { request: "S", .. } | RunError::LargerMaze { .. } => {
+            format!("{error} (set --size and --goal to match the maze, or use --goal server)")
+        }
+        RunError::Transport(TransportError::NoReply { .. }) => {
+            format!("{error} (start a simulator with {})", own_command(""))
+        }
+        _ => error.to_string(),
+    }
+}

@@ -1,0 +1,78 @@
+//! The viewer page of a server.
+
+use std::error::Error;
+
+use mmsim_server::BindError;
+use mmsim_viewer::{DEFAULT_VIEWER_PORT, Viewer, ViewerConfig};
+
+use crate::args::ViewerArgs;
+use crate::output::{note, warn};
+
+/// Listens for browsers unless `--no-viewer` is set. If the default port is in use, as by a second
+/// simulator, there is no page, only a warning.
+pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, String> {
+    if args.no_viewer {
+        return Ok(None);
+    }
+    let reason = match Viewer::bind(host, args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT)) {
+        Ok(viewer) => return Ok(Some(viewer)),
+        Err(BindError::InUse { host, port }) => {
+            format!("port {port} on {host} is already in use (try --viewer-port 0)")
+        }
+        Err(error) => error.to_string(),
+    };
+    let error = format!("cannot serve the viewer page: {reason}");
+    if args.viewer_port.is_some() || args.open {
+        return Err(error);
+    }
+    warn(error);
+    Ok(None)
+}
+
+/// Serves the page, reports its address, and opens a browser if asked to. Returns the address.
+pub(crate) fn serve(
+    viewer: Option<Viewer>,
+    config: ViewerConfig,
+    args: &ViewerArgs,
+) -> Result<Option<String>, Box<dyn Error>> {
+    let Some(viewer) = viewer else { return Ok(None) };
+    // The page is served until the process exits.
+    let serving =
+        viewer.spawn(config).map_err(|error| format!("cannot serve the viewer page: {error}"))?;
+    let address = reachable(serving.address());
+    note(format_args!("watch at {address}"));
+    if args.open
+        && let Err(error) = opener::open_browser(&address)
+    {
+        warn(format_args!("cannot open a browser: {error}"));
+    }
+    Ok(Some(address))
+}
+
+/// Replaces the wildcard host of an address by a name that other machines can use.
+fn reachable(address: &str) -> String {
+    let host = host_name().unwrap_or_else(|| "localhost".into());
+    ["//0.0.0.0:", "//[::]:"].iter().fold(address.to_string(), |address, wildcard| {
+        address.replace(wildcard, &format!("//{host}:"))
+    })
+}
+
+fn host_name() -> Option<String> {
+    #[cfg(unix)]
+    let name = rustix::system::uname().nodename().to_str().ok().map(String::from);
+    #[cfg(not(unix))]
+    let name = sysinfo::System::host_name();
+    name
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wildcard_hosts_are_replaced() {
+        assert_eq!(reachable("http://127.0.0.1:6575"), "http://127.0.0.1:6575");
+        let wildcard = reachable("http://0.0.0.0:6575/?token=a");
+        assert!(wildcard.ends_with(":6575/?token=a") && !wildcard.contains("0.0.0.0"));
+    }
+}

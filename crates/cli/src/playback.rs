@@ -1,0 +1,33 @@
+//! Reading the states of a recording.
+
+use std::path::Path;
+
+use mmsim_maze::MazeSize;
+use mmsim_protocol::{Request, State};
+use mmsim_recording::{Integrity, Recording};
+
+use crate::output::warn;
+
+/// Decodes a recorded message. Returns `None` if it is not a state.
+pub(crate) fn decode(message: &[u8], size: MazeSize) -> Option<State<'_>> {
+    match Request::decode(message, size) {
+        Ok(Request::State(state)) => Some(state),
+        _ => None,
+    }
+}
+
+/// Returns the error for `--at` with a state that the recording does not have.
+pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> String {
+    let file = file.display();
+    match recording.history().len().checked_sub(1) {
+        Some(last) => format!("{file}: no state {index} (--at takes 0 to {last})"),
+        None => format!("{file}: no state {index}: the recording has no states"),
+    }
+}
+
+/// Whether the recording is undamaged. Warns if it is damaged.
+pub(crate) fn is_undamaged(file: &Path, recording: &Recording) -> bool {
+    let Integrity::Damaged { intact, reason } = recording.integrity() else { return true };
+    warn(format_args!("{}: damaged after byte {intact}: found {reason}", file.display()));
+    false
+}

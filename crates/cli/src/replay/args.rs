@@ -1,0 +1,31 @@
+//! Arguments of `mmsim replay`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::args::ReadingArgs;
+
+#[derive(Debug, Args)]
+pub(crate) struct ReplayArgs {
+    /// Recording; the intact part is shown if a crash cut it off
+    pub(crate) file: PathBuf,
+    /// Show state N; the first state is 0, so N is the number of steps before it [default: the last
+    /// state]
+    #[arg(long, value_name = "N")]
+    pub(crate) at: Option<usize>,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+    /// Print a JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Show the recording in a browser until Ctrl-C
+    #[arg(long, conflicts_with_all = ["at", "json"])]
+    pub(crate) serve: bool,
+    /// Port of the viewer page; 0 picks a free port [default: 6575]
+    #[arg(long, value_name = "PORT", requires = "serve")]
+    pub(crate) viewer_port: Option<u16>,
+    /// Open the viewer page in a browser
+    #[arg(long, requires = "serve")]
+    pub(crate) open: bool,
+}

@@ -1,0 +1,80 @@
+//! Arguments of `mmsim solve`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::builder::PossibleValue;
+use clap::{Args, ValueEnum};
+use mmsim_protocol::DEFAULT_PORT;
+use mmsim_solvers::BundledStrategy;
+
+use crate::args::KnownMazeArgs;
+
+#[derive(Debug, Args)]
+#[command(override_usage = "mmsim solve <STRATEGY> [OPTIONS]")]
+pub(crate) struct SolveArgs {
+    /// Search strategy
+    pub(crate) strategy: StrategyArg,
+    /// Address of the simulator, as tcp://HOST:PORT; it may start later
+    #[arg(long, value_name = "ENDPOINT", default_value_t = format!("tcp://127.0.0.1:{DEFAULT_PORT}"))]
+    pub(crate) connect: String,
+    #[command(flatten)]
+    pub(crate) known: KnownMazeArgs,
+    /// Give up after sending N states, one more than the steps taken [default: 1000, or 10000 for
+    /// swing and shortest-path-search, which explore the maze and return to the start first]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) max_steps: Option<u32>,
+    /// Wait MS milliseconds after each step; a terminal then shows the mouse moving
+    #[arg(long, value_name = "MS", default_value_t = 0)]
+    pub(crate) pace: u64,
+    /// Record the acknowledged states to FILE, which must not exist; view it with `mmsim replay`
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+    /// Give up if a reply takes longer than S seconds [default: wait indefinitely for the simulator to
+    /// start, then 10 for each reply]
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub(crate) timeout: Option<Duration>,
+    /// Print a JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A bundled strategy as a command-line value.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StrategyArg(pub(crate) BundledStrategy);
+
+impl ValueEnum for StrategyArg {
+    fn value_variants<'a>() -> &'a [Self] {
+        const ALL: [StrategyArg; BundledStrategy::ALL.len()] = {
+            let mut all = [StrategyArg(BundledStrategy::FloodFill); BundledStrategy::ALL.len()];
+            let mut index = 0;
+            while index < all.len() {
+                all[index] = StrategyArg(BundledStrategy::ALL[index]);
+                index += 1;
+            }
+            all
+        };
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.0.name()).help(self.0.about()))
+    }
+}
+
+fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    let seconds = seconds.filter(|seconds| !seconds.is_zero());
+    seconds.ok_or_else(|| "expected a number of seconds greater than 0".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parses_seconds() {
+        assert_eq!(parse_seconds("0.5"), Ok(Duration::from_millis(500)));
+        assert!(["0", "-1", "nan", "1e99", "soon"].map(parse_seconds).iter().all(Result::is_err));
+    }
+}
