@@ -7,12 +7,10 @@ mod search;
 
 pub(crate) use args::CompareArgs;
 
-use cpu_time::measure;
 use indicatif::ProgressBar;
 use mmsim_solvers::BundledStrategy;
 use rayon::ThreadPoolBuilder;
 use report::{SearchReport, StrategyReport};
-use search::{Figures, Search};
 
 use crate::Outcome;
 use crate::given::Given;
@@ -71,8 +69,6 @@ fn compare(
 /// making of mouse and strategy to the last decision; what figures are made from it is not.
 fn search(&(strategy, given): &Job<'_>) -> SearchReport {
     let max_states = strategy.max_states();
-    let ((search, mouse), time) =
-        measure(|| Search::begin(&given.maze, strategy.strategy(), max_states));
-    let search = search.finish(&given.maze, mouse, max_states);
-    SearchReport::of(given, Figures::of(&given.maze, &search), time)
+    let (figures, time) = search::search(&given.maze, || strategy.strategy(), max_states);
+    SearchReport::of(given, figures, time)
 }

@@ -77,7 +77,7 @@ fn search(args: &DemoArgs, address: &str, interrupt: &Interrupt) -> Result<Ended
         Err(error) => return Err(error.into()),
     };
     screen.finish(&mouse, &run, if interrupted { "interrupted" } else { ending(&run) })?;
-    Ok(match run.goal_reached {
+    Ok(match run.stats.goal_reached() {
         _ if interrupted => Ended::Interrupted,
         true => Ended::GoalReached,
         false => Ended::GoalNotReached,

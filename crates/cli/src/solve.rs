@@ -89,7 +89,7 @@ pub(crate) fn run(args: &SolveArgs) -> Outcome {
             if gave_up {
                 complain(format_args!("gave up at --max-steps {max_steps}"));
             }
-            Ok(run.goal_reached && !gave_up && recorded.is_ok())
+            Ok(run.stats.goal_reached() && !gave_up && recorded.is_ok())
         }
     }
 }
@@ -202,8 +202,8 @@ impl<'a> Report<'a> {
         let size = mouse.map().size();
         Self {
             strategy,
-            goal_reached: run.goal_reached,
-            steps: run.steps,
+            goal_reached: run.stats.goal_reached(),
+            steps: run.stats.steps(),
             states: run.states,
             requests: run.requests,
             visited_cells: mouse.map().visited().len(),
