@@ -11,7 +11,7 @@ use mmsim_client::{InMemory, search_run};
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
 use mmsim_server::{Background, Server, Simulation};
-use mmsim_solvers::{BundledStrategy, Mouse, Move, Strategy};
+use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 
 /// States of one search at most: wall followers may go round for ever.
 const MAX_STATES: u32 = 400;
@@ -135,18 +135,10 @@ pub fn large_mazes() -> Vec<Maze> {
 /// Where a mouse stood each time it looked around on its search of this maze, in that order.
 pub fn walls_seen(maze: &Maze, strategy: impl Strategy) -> Vec<Pose> {
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
+    let mut driver = SearchDriver::new(&mut mouse, MAX_STATES);
     let mut seen = Vec::new();
-    while seen.len() < MAX_STATES as usize {
-        let pose = mouse.pose();
-        let noted = mouse.see(maze.walls().around(pose)).is_ok();
-        seen.push(pose);
-        let went = match mouse.decide() {
-            Ok(Move::Step(step)) => mouse.go(step).is_ok(),
-            Ok(Move::Stop) | Err(_) => false,
-        };
-        if !noted || !went {
-            break;
-        }
+    while driver.advance_in(maze) == Ok(true) {
+        seen.push(driver.mouse().pose());
     }
     seen
 }

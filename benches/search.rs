@@ -7,10 +7,11 @@ use std::ops::ControlFlow;
 use criterion::{Criterion, criterion_group, criterion_main};
 use mmsim_benches::{Row, bundled_maze, classic_mazes, compare, serve};
 use mmsim_client::{InMemory, SearchRun, Transport, Zmq, search_run};
-use mmsim_maze::{KnownMaze, Maze, Unknown};
+use mmsim_maze::{KnownMaze, Maze};
 use mmsim_server::Simulation;
 use mmsim_solvers::{
-    BundledStrategy, Distances, FloodFill, MazeFacts, Mouse, Move, ShortestPathSearch, Strategy,
+    BundledStrategy, FloodFill, MazeFacts, Mouse, PathBounds, Phase, SearchDriver,
+    ShortestPathSearch, Strategy,
 };
 
 /// A maze in which the search takes about 200 steps, and how many it takes exactly.
@@ -19,7 +20,7 @@ const MAZE: (&str, u32) = ("06-mirage", 220);
 fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
     let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(maze), maze.start());
     let run = search_run(transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(())).unwrap();
-    assert_eq!((run.goal_reached, run.steps), (true, MAZE.1));
+    assert_eq!((run.stats.goal_reached(), run.stats.steps()), (true, MAZE.1));
     run
 }
 
@@ -38,16 +39,9 @@ fn searches(criterion: &mut Criterion) {
 /// A mouse after its search run, and the steps of that. (A fast run is left out.)
 fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>, u32) {
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
-    mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
-    let mut steps = 0;
-    while steps < max_states {
-        mouse.see(maze.walls().around(mouse.pose())).unwrap();
-        match mouse.decide() {
-            Ok(Move::Step(step)) if !mouse.runs_fast() => mouse.go(step).unwrap(),
-            _ => break,
-        }
-        steps += 1;
-    }
+    let mut driver = SearchDriver::new(&mut mouse, max_states);
+    while driver.phase() != Phase::FastRun && driver.advance_in(maze) == Ok(true) {}
+    let steps = driver.stats().steps();
     (mouse, steps)
 }
 
@@ -58,8 +52,9 @@ fn whole_searches(criterion: &mut Criterion) {
     let mut all_steps = 0;
     for maze in &mazes {
         let (mouse, steps) = explored(maze, ShortestPathSearch::new(), 10_000);
-        let known = Distances::flood(mouse.map().walls(Unknown::Closed), maze.goals());
-        assert_eq!(known.at(maze.start().cell), MazeFacts::new(maze).shortest_path);
+        let bounds = PathBounds::new(mouse.map());
+        assert!(bounds.is_proven());
+        assert_eq!(bounds.pessimistic, MazeFacts::new(maze).shortest_path);
         assert_eq!(mouse.pose().cell, maze.start().cell);
         all_steps += steps;
     }

@@ -10,9 +10,9 @@ use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, KnownMaze, Maze, Unknown};
 use mmsim_protocol::{MazeSize, Request};
 use mmsim_server::{Server, Simulation};
-use mmsim_solvers::MazeFacts;
 use mmsim_solvers::{
-    BundledStrategy, Distances, Mouse, Move, SearchError, ShortestPathSearch, Swing,
+    BundledStrategy, Distances, MazeFacts, Mouse, Move, PathBounds, Phase, SearchDriver,
+    SearchError, ShortestPathSearch, Swing,
 };
 use mmsim_tests::{PATIENCE, bundled_mazes, known_distance, serve, shared, stop, within};
 
@@ -40,10 +40,13 @@ fn flood_fill_reaches_every_goal_that_can_be_reached() {
         assert_eq!(last.pose(), mouse.pose(), "{name}");
         if let Some(shortest) = shortest {
             let run = result.unwrap();
-            assert!(run.goal_reached && run.steps >= shortest.into(), "{name}: {run:?}");
+            assert!(
+                run.stats.goal_reached() && run.stats.steps() >= shortest.into(),
+                "{name}: {run:?}"
+            );
             assert_eq!(simulation.history().len(), run.states as usize, "{name}");
             let known = known_distance(mouse.map(), start.cell, Unknown::Closed).unwrap();
-            assert!(known >= shortest && u32::from(known) <= run.steps, "{name}");
+            assert!(known >= shortest && u32::from(known) <= run.stats.steps(), "{name}");
         } else {
             assert!(result.is_err(), "{name}: {result:?}");
         }
@@ -71,7 +74,7 @@ fn a_client_may_start_before_its_server() {
     let server = Server::bind("127.0.0.1", port).unwrap();
     let server = server.spawn(Simulation::new("late", maze));
     let run = within("the search to end", || client.join()).unwrap();
-    assert!(run.goal_reached);
+    assert!(run.stats.goal_reached());
     assert_eq!(stop(server).history().len(), run.states as usize);
 }
 
@@ -114,30 +117,19 @@ fn swing_runs_fast_to_every_goal_of_the_shared_mazes() {
     for entry in Catalogue::from_path(&folder).unwrap().entries().iter().step_by(sample) {
         let (name, maze) = (entry.name(), entry.maze().unwrap());
         let mut mouse = Mouse::new(Swing::new(), KnownMaze::unexplored(&maze), maze.start());
-        mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
-        let (mut states, mut fast_run) = (0, 0);
-        let result = loop {
-            mouse.see(maze.walls().around(mouse.pose())).unwrap();
-            states += 1;
-            let decision = mouse.decide();
-            fast_run = if mouse.pose().cell == maze.start().cell { 0 } else { fast_run + 1 };
-            match decision {
-                Ok(Move::Step(step)) if states < BundledStrategy::Swing.max_states() => {
-                    mouse.go(step).unwrap();
-                }
-                end => break end,
-            }
-        };
+        let mut driver = SearchDriver::new(&mut mouse, BundledStrategy::Swing.max_states());
+        while driver.advance_in(&maze) == Ok(true) {}
+        let (decision, stats) = (driver.decision().unwrap(), *driver.stats());
         match MazeFacts::new(&maze).shortest_path {
             Some(_) => {
-                assert_eq!(result, Ok(Move::Stop), "{name}");
+                assert_eq!(decision, Ok(Move::Stop), "{name}");
                 assert!(maze.goals().contains(mouse.pose().cell), "{name}");
-                let known = known_distance(mouse.map(), maze.start().cell, Unknown::Closed);
-                assert_eq!(known, Some(fast_run), "{name}: it takes the shortest way it knows");
+                let known = PathBounds::new(mouse.map()).pessimistic.map(u32::from);
+                assert_eq!(known, Some(stats.fast_run.steps), "{name}: the shortest known path");
             }
-            None => assert!(result.is_err(), "{name}: {result:?}"),
+            None => assert!(decision.is_err(), "{name}: {decision:?}"),
         }
-        most = most.max(states);
+        most = most.max(stats.steps() + 1);
     }
     assert!(most > 100, "no maze was searched");
     println!("{most} states at most");
@@ -162,8 +154,8 @@ fn shortest_path_search_proves_the_shortest_way_of_the_shared_mazes() {
         assert_eq!(search.back_at, maze.start().cell, "{name}");
         if let Some(shortest) = shortest {
             assert_eq!(search.result, Ok(Move::Stop), "{name}");
-            assert_eq!(search.known, Some(shortest), "{name}: that is proven");
-            assert_eq!(search.fast_steps, shortest, "{name}: and that is run");
+            assert_eq!(search.known, Some(shortest.into()), "{name}: that is proven");
+            assert_eq!(search.fast_steps, u32::from(shortest), "{name}: and that is run");
             if file.starts_with("classic") {
                 classic.push(search.steps);
             }
@@ -191,8 +183,8 @@ struct ShortestPathRun {
     steps: u32,
     back_at: Cell,
     /// The steps from start to goal that it knows then.
-    known: Option<u16>,
-    fast_steps: u16,
+    known: Option<u32>,
+    fast_steps: u32,
 }
 
 impl ShortestPathRun {
@@ -204,40 +196,30 @@ impl ShortestPathRun {
         let home = [start].into_iter().collect();
         let mut mouse =
             Mouse::new(ShortestPathSearch::new(), KnownMaze::unexplored(maze), maze.start());
-        mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
-        let (mut steps, mut fast_steps, mut back_at) = (0, 0, start);
-        let (mut reached, mut proven) = (false, false);
-        let result = loop {
-            mouse.see(maze.walls().around(mouse.pose())).unwrap();
+        let max_states = BundledStrategy::ShortestPathSearch.max_states();
+        let mut driver = SearchDriver::new(&mut mouse, max_states);
+        let (mut back_at, mut proven) = (start, false);
+        while driver.advance_in(maze) == Ok(true) {
+            let (mouse, phase, stats) = (driver.mouse(), driver.phase(), driver.stats());
             let cell = mouse.pose().cell;
-            let decision = mouse.decide();
-            let cost = |unknown| known_distance(mouse.map(), start, unknown);
-            reached |= maze.goals().contains(cell);
-            proven |= reached && cost(Unknown::Open) == cost(Unknown::Closed);
-            assert_eq!(mouse.runs_fast(), (proven && cell == start) || fast_steps > 0);
-            if proven && !mouse.runs_fast() {
+            proven |= stats.goal_reached() && PathBounds::new(mouse.map()).is_proven();
+            let has_begun = (proven && cell == start) || stats.fast_run.steps > 0;
+            assert_eq!(phase == Phase::FastRun, has_begun);
+            if proven && phase != Phase::FastRun {
+                assert_eq!(phase, Phase::ReturnRun, "at {cell} it has not turned home");
                 let to_start = |unknown| Distances::flood(mouse.map().walls(unknown), &home);
-                let ways_home = [Unknown::Open, Unknown::Closed].map(to_start);
+                let paths_home = [Unknown::Open, Unknown::Closed].map(to_start);
                 let goes_by = mouse.weight(cell);
-                assert!(ways_home.iter().any(|way| way.at(cell) == Some(goes_by)), "{cell}");
+                assert!(paths_home.iter().any(|path| path.at(cell) == Some(goes_by)), "{cell}");
                 assert_eq!(mouse.weight(start), 0, "at {cell} it has not turned home");
             }
-            let Ok(Move::Step(step)) = decision else { break decision };
-            if mouse.runs_fast() {
-                fast_steps += 1;
-            } else {
-                steps += 1;
+            if stats.fast_run.steps == 0 {
+                back_at = cell;
             }
-            mouse.go(step).unwrap();
-            if fast_steps == 0 {
-                back_at = mouse.pose().cell;
-            }
-            assert!(
-                steps < BundledStrategy::ShortestPathSearch.max_states(),
-                "it goes on for ever"
-            );
-        };
-        let known = known_distance(mouse.map(), start, Unknown::Closed);
-        Self { result, steps, back_at, known, fast_steps }
+        }
+        let (result, stats) = (driver.decision().unwrap(), *driver.stats());
+        let known = PathBounds::new(mouse.map()).pessimistic.map(u32::from);
+        let steps = stats.exploration().steps;
+        Self { result, steps, back_at, known, fast_steps: stats.fast_run.steps }
     }
 }

@@ -82,7 +82,7 @@ fn our_strategies_ask_as_the_example_clients_did() {
                 search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(()))
                     .unwrap();
             assert_eq!(
-                run.goal_reached,
+                run.stats.goal_reached(),
                 strategy != BundledStrategy::LeftWall,
                 "{strategy} on {name}"
             );

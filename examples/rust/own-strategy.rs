@@ -67,7 +67,7 @@ fn run() -> Result<bool, Box<dyn Error>> {
     let run = search_run(&mut transport, &mut mouse, 1000, observe)?;
 
     print!("{}", mouse.map().picture().with_mouse(mouse.pose()));
-    let goal = if run.goal_reached { "goal reached" } else { "goal not reached" };
-    println!("{goal} after {} steps", run.steps);
-    Ok(run.goal_reached)
+    let goal = if run.stats.goal_reached() { "goal reached" } else { "goal not reached" };
+    println!("{goal} after {} steps", run.stats.steps());
+    Ok(run.stats.goal_reached())
 }

@@ -6,12 +6,10 @@ mod report;
 mod search;
 
 use args::CompareArgs;
-use cpu_time::measure;
 use indicatif::ProgressBar;
 use mmsim_solvers::BundledStrategy;
 use rayon::ThreadPoolBuilder;
 use report::{SearchReport, StrategyReport};
-use search::{Figures, Search};
 
 use crate::grid::aligned;
 use crate::inputs::Inputs;
@@ -70,8 +68,6 @@ fn compare(
 /// decision of the search run; computing the figures does not count.
 fn search(&(strategy, given): &Job<'_>) -> SearchReport {
     let max_states = strategy.max_states();
-    let ((search, mouse), time) =
-        measure(|| Search::begin(&given.maze, strategy.strategy(), max_states));
-    let search = search.finish(&given.maze, mouse, max_states);
-    SearchReport::of(given, Figures::of(&given.maze, &search), time)
+    let (figures, time) = search::search(&given.maze, || strategy.strategy(), max_states);
+    SearchReport::of(given, figures, time)
 }

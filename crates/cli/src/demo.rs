@@ -82,7 +82,7 @@ fn search(
         Err(error) => return Err(error.into()),
     };
     screen.finish(&mouse, &run, if interrupted { "interrupted" } else { ending(&run) })?;
-    Ok(match run.goal_reached {
+    Ok(match run.stats.goal_reached() {
         _ if interrupted => DemoEnd::Interrupted,
         true => DemoEnd::GoalReached,
         false => DemoEnd::GoalNotReached,

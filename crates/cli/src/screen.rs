@@ -24,7 +24,7 @@ pub(crate) struct Screen {
 
 /// Returns the words of the summary for how a search ended.
 pub(crate) fn ending(run: &SearchRun) -> &'static str {
-    if run.goal_reached { "goal reached" } else { "goal not reached" }
+    if run.stats.goal_reached() { "goal reached" } else { "goal not reached" }
 }
 
 impl Screen {
@@ -42,7 +42,7 @@ impl Screen {
         if !self.is_live {
             return Ok(());
         }
-        let (strategy, steps) = (self.strategy, counted(run.steps, "step"));
+        let (strategy, steps) = (self.strategy, counted(run.stats.steps(), "step"));
         let mut status = format!("{strategy}: searching, {steps}");
         let room = terminal();
         let map = pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
@@ -69,7 +69,7 @@ impl Screen {
         } else {
             wide_or_compact([numbers, compact])
         };
-        let steps = counted(run.steps, "step");
+        let steps = counted(run.stats.steps(), "step");
         let visited = counted(mouse.map().visited().len() as u64, "cell");
         let requests = counted(run.requests, "request");
         let strategy = self.strategy;

@@ -86,7 +86,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
             if gave_up {
                 warn(format_args!("gave up at the limit of {max_steps} states (see --max-steps)"));
             }
-            Ok(run.goal_reached && !gave_up && recorded.is_ok())
+            Ok(run.stats.goal_reached() && !gave_up && recorded.is_ok())
         }
     }
 }
@@ -119,8 +119,8 @@ impl<'a> SolveReport<'a> {
         let size = mouse.map().size();
         Self {
             strategy,
-            goal_reached: run.goal_reached,
-            steps: run.steps,
+            goal_reached: run.stats.goal_reached(),
+            steps: run.stats.steps(),
             states: run.states,
             requests: run.requests,
             visited_cells: mouse.map().visited().len(),

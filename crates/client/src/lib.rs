@@ -16,8 +16,8 @@
 //! let mut simulation = Simulation::new("small", maze);
 //! let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
 //! let run = search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(()))?;
-//! assert!(run.goal_reached);
-//! assert_eq!((run.steps, run.requests), (1, 5));
+//! assert!(run.stats.goal_reached());
+//! assert_eq!((run.stats.steps(), run.requests), (1, 5));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]

@@ -2,22 +2,21 @@
 
 use std::ops::ControlFlow;
 
-use mmsim_maze::{Cell, Contradiction, Heading, MazeSize, WallState};
+use mmsim_maze::{Cell, Contradiction, Heading, MazeSize};
 use mmsim_protocol::{BufferTooSmall, Excerpt, Info, UnknownReply};
-use mmsim_solvers::{Crash, Mouse, Move, SearchError, Strategy};
+use mmsim_solvers::{Crash, DriveError, Mouse, SearchDriver, SearchError, SearchStats, Strategy};
 
 use crate::{Exchange, Transport, TransportError};
 
-/// How a search run ended.
+/// The figures of a search run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SearchRun {
-    /// Whether the mouse stood in a goal cell.
-    pub goal_reached: bool,
-    /// Cells the mouse went, one a step.
-    pub steps: u32,
-    /// States sent, one in each cell it came to: one more than steps.
+    /// Steps and turns of the mouse.
+    pub stats: SearchStats,
+    /// States sent, one for each cell the mouse came to: one more than steps.
     pub states: u32,
-    /// Requests sent in all.
+    /// Requests sent.
     pub requests: u32,
 }
 
@@ -84,6 +83,15 @@ impl RunError {
             None => Self::LargerMaze { size, cell, heading },
         }
     }
+
+    fn from_drive_error(error: DriveError<Self>, size: MazeSize) -> Self {
+        match error {
+            DriveError::Sensor(error) => error,
+            DriveError::Contradiction(error) => Self::from_contradiction(error, size),
+            DriveError::Search(error) => error.into(),
+            DriveError::Crash(error) => error.into(),
+        }
+    }
 }
 
 /// A search run that broke off.
@@ -127,35 +135,22 @@ fn drive<S: Strategy>(
     run: &mut SearchRun,
 ) -> Result<(), RunError> {
     exchange.reset()?;
-    let behind = mouse.turned_round();
-    if mouse.map().wall(behind.cell, behind.heading) == WallState::Unknown {
-        let around = exchange.walls(behind)?;
-        mouse
-            .see_behind(around)
-            .map_err(|error| RunError::from_contradiction(error, mouse.map().size()))?;
-    }
-    while run.states < max_states {
-        let pose = mouse.pose();
-        let around = exchange.walls(pose)?;
-        mouse
-            .see(around)
-            .map_err(|error| RunError::from_contradiction(error, mouse.map().size()))?;
-        let decision = mouse.decide();
-        let weight = |cell| mouse.weight(cell);
-        exchange.state(pose, mouse.map(), weight)?;
+    let size = mouse.map().size();
+    let mut driver = SearchDriver::new(mouse, max_states);
+    loop {
+        let advanced = driver.advance(|pose| exchange.walls(pose));
+        run.stats = *driver.stats();
+        if !advanced.map_err(|error| RunError::from_drive_error(error, size))? {
+            return Ok(());
+        }
+        let mouse = driver.mouse();
+        exchange.state(mouse.pose(), mouse.map(), |cell| mouse.weight(cell))?;
         run.states += 1;
         run.requests = exchange.requests();
-        run.goal_reached |= mouse.map().goals().contains(pose.cell);
-        let go_on = observe(mouse, run).is_continue();
-        match decision? {
-            Move::Step(step) if go_on && run.states < max_states => {
-                mouse.go(step)?;
-                run.steps += 1;
-            }
-            Move::Step(_) | Move::Stop => break,
+        if observe(mouse, run).is_break() {
+            return driver.decision().transpose().map(|_| ()).map_err(RunError::from);
         }
     }
-    Ok(())
 }
 
 /// Asks a server of this project what it serves. The reference server never answers this.
@@ -204,6 +199,11 @@ o---o---o---o
         (result, simulation)
     }
 
+    /// Whether the goal was reached; steps, states and requests.
+    fn figures(run: &SearchRun) -> (bool, u32, u32, u32) {
+        (run.stats.goal_reached(), run.stats.steps(), run.states, run.requests)
+    }
+
     fn known() -> KnownMaze {
         KnownMaze::unexplored(&MAZE.parse().unwrap())
     }
@@ -211,12 +211,12 @@ o---o---o---o
     #[test]
     fn a_run_counts_what_it_does() {
         let (result, simulation) = run(known(), 1000, |_, _| {});
-        let expected = SearchRun { goal_reached: true, steps: 6, states: 7, requests: 15 };
-        assert_eq!(result.unwrap(), expected);
+        let expected = (true, 6, 7, 15);
+        assert_eq!(figures(&result.unwrap()), expected);
         assert_eq!(simulation.history().len(), 7);
         let (result, simulation) = run(known(), 3, |_, _| {});
-        let expected = SearchRun { goal_reached: false, steps: 2, states: 3, requests: 7 };
-        assert_eq!(result.unwrap(), expected);
+        let expected = (false, 2, 3, 7);
+        assert_eq!(figures(&result.unwrap()), expected);
         assert_eq!(simulation.history().len(), 3);
     }
 
@@ -227,10 +227,10 @@ o---o---o---o
         let mut simulation = Simulation::new("small", maze);
         let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
         let run = search_run(&mut transport, &mut mouse, 1000, |_, run| {
-            if run.steps < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            if run.stats.steps() < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
-        let expected = SearchRun { goal_reached: false, steps: 2, states: 3, requests: 7 };
-        assert_eq!(run.unwrap(), expected);
+        let expected = (false, 2, 3, 7);
+        assert_eq!(figures(&run.unwrap()), expected);
     }
 
     #[test]
@@ -244,7 +244,7 @@ o---o---o---o
             let run =
                 search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(()))
                     .unwrap();
-            assert!(run.goal_reached, "{strategy}");
+            assert!(run.stats.goal_reached(), "{strategy}");
         }
     }
 
@@ -263,8 +263,8 @@ o---o---o---o
                 matches!(strategy, BundledStrategy::Swing | BundledStrategy::ShortestPathSearch);
             let steps = if comes_back { 3 } else { 1 };
             let (states, requests) = (steps + 1, 2 * steps + 4);
-            let expected = SearchRun { goal_reached: true, steps, states, requests };
-            assert_eq!(run, expected, "{strategy}");
+            let expected = (true, steps, states, requests);
+            assert_eq!(figures(&run), expected, "{strategy}");
         }
     }
 
@@ -275,8 +275,8 @@ o---o---o---o
         let (result, simulation) = run(map, 1000, |_, _| {});
         let BrokenRun { run, error } = result.unwrap_err();
         assert!(matches!(error, RunError::Search(SearchError::GoalUnreachable { .. })), "{error}");
-        let expected = SearchRun { goal_reached: false, steps: 0, states: 1, requests: 3 };
-        assert_eq!(run, expected);
+        let expected = (false, 0, 1, 3);
+        assert_eq!(figures(&run), expected);
         assert_eq!(simulation.history().len(), 1);
     }
 

@@ -3,7 +3,12 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{FloodFill, LeftWall, ShortestPathSearch, Strategy, Swing, WeightIncrement};
+use crate::flood_fill::FloodFill;
+use crate::left_wall::LeftWall;
+use crate::shortest_path_search::ShortestPathSearch;
+use crate::strategy::Strategy;
+use crate::swing::Swing;
+use crate::weight_increment::WeightIncrement;
 
 /// A strategy that comes with this crate.
 ///

@@ -2,7 +2,7 @@
 
 use mmsim_maze::{CellSet, Maze};
 
-use crate::Distances;
+use crate::flood::Distances;
 
 /// What there is to know of a maze before anybody runs in it.
 ///

@@ -2,9 +2,8 @@
 
 use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose, Unknown};
 
-use crate::flood::UNREACHABLE;
-use crate::strategy::step_to_least;
-use crate::{Distances, Move, SearchError, Strategy};
+use crate::flood::{Distances, UNREACHABLE};
+use crate::strategy::{Move, SearchError, Strategy, step_to_least};
 
 /// Flood fill: takes unknown walls as open, floods the maze from the goal whenever new walls change anything, and goes
 /// to the neighbour nearest to the goal.

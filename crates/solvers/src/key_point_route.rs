@@ -2,7 +2,8 @@
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
-use crate::{Distances, ShortestPath};
+use crate::a_star::ShortestPath;
+use crate::flood::Distances;
 
 /// Cells that a mouse visits one after another: the swing over centre and corners of the robot
 /// that published it ("plot and navigate a virtual maze").
@@ -88,6 +89,11 @@ impl KeyPointRoute {
     /// A corner that was passed on the way need not be visited again.
     pub fn pass(&mut self, cell: Cell) {
         self.passed.insert(cell);
+    }
+
+    /// Whether the next key point is the start.
+    pub(crate) fn is_returning(&self) -> bool {
+        matches!(self.points[self.ahead.clone()].first(), Some(KeyPoint::Start(_)))
     }
 
     fn of(goals: CellSet, points: impl IntoIterator<Item = KeyPoint>) -> Self {

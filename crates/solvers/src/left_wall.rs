@@ -2,7 +2,7 @@
 
 use mmsim_maze::{Cell, KnownMaze, Pose, Step};
 
-use crate::{Move, SearchError, Strategy, steps_from};
+use crate::strategy::{Move, SearchError, Strategy, steps_from};
 
 /// Left wall: keeps the left hand on the wall, that is, takes the first open way of left, front,
 /// right, back.

@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use mmsim_maze::{KnownMaze, Maze};
-//! use mmsim_solvers::{FloodFill, Mouse, Move};
+//! use mmsim_solvers::{FloodFill, Mouse, SearchDriver};
 //!
 //! let maze: Maze = "\
 //! o---o---o---o
@@ -16,16 +16,9 @@
 //! o---o---o---o
 //! ".parse()?;
 //! let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(&maze), maze.start());
-//! let mut steps = 0;
-//! loop {
-//!     mouse.see(maze.walls().around(mouse.pose()))?;
-//!     match mouse.decide()? {
-//!         Move::Stop => break,
-//!         Move::Step(step) => mouse.go(step)?,
-//!     }
-//!     steps += 1;
-//! }
-//! assert_eq!(steps, 2);
+//! let mut driver = SearchDriver::new(&mut mouse, 1000);
+//! while driver.advance_in(&maze)? {}
+//! assert_eq!(driver.stats().steps(), 2);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -44,13 +37,16 @@
 mod a_star;
 #[cfg(feature = "std")]
 mod bundled;
+mod driver;
 mod facts;
 mod flood;
 mod flood_fill;
 mod key_point_route;
 mod left_wall;
 mod mouse;
+mod proof;
 mod shortest_path_search;
+mod stats;
 mod strategy;
 mod swing;
 #[cfg(test)]
@@ -60,14 +56,17 @@ mod weight_increment;
 pub use a_star::ShortestPath;
 #[cfg(feature = "std")]
 pub use bundled::{BundledStrategy, UnknownStrategy};
+pub use driver::{DriveError, SearchDriver};
 pub use facts::MazeFacts;
 pub use flood::{Distances, Downhill, Instructions, steps_between};
 pub use flood_fill::FloodFill;
 pub use key_point_route::{KeyPointRoute, centre};
 pub use left_wall::LeftWall;
 pub use mouse::{Crash, Mouse};
+pub use proof::{PathBounds, steps_until_proven};
 pub use shortest_path_search::ShortestPathSearch;
-pub use strategy::{Move, SearchError, Strategy, steps_from};
+pub use stats::{PhaseStats, SearchStats};
+pub use strategy::{Move, Phase, SearchError, Strategy, steps_from};
 pub use swing::Swing;
 pub use weight_increment::WeightIncrement;
 

@@ -4,7 +4,7 @@ use mmsim_maze::{
     Cell, Contradiction, Heading, KnownMaze, Pose, Step, Unknown, WallState, WallsAround,
 };
 
-use crate::{Move, SearchError, Strategy};
+use crate::strategy::{Move, Phase, SearchError, Strategy};
 
 /// A mouse on its search run: a strategy, what the mouse knows, and where it stands.
 ///
@@ -57,9 +57,9 @@ impl<S: Strategy> Mouse<S> {
         self.strategy.weight(cell)
     }
 
-    /// Whether its search run is over, see [`Strategy::runs_fast`].
-    pub fn runs_fast(&self) -> bool {
-        self.strategy.runs_fast()
+    /// The phase to which the last decision belongs, see [`Strategy::phase`].
+    pub fn phase(&self) -> Phase {
+        self.strategy.phase()
     }
 
     /// Notes the walls around the mouse.

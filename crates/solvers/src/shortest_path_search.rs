@@ -2,9 +2,9 @@
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown};
 
+use crate::flood::Distances;
 use crate::flood::{ToSee, UNREACHABLE, cell_to_see};
-use crate::strategy::step_to_least;
-use crate::{Distances, Move, SearchError, Strategy};
+use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 
 /// Shortest-path search: goes to the goal, explores until it is proven that no unknown wall can
 /// hide a shorter way than the known one, returns to the start, and runs fast.
@@ -145,8 +145,12 @@ impl Strategy for ShortestPathSearch {
         self.distances.raw(cell)
     }
 
-    fn runs_fast(&self) -> bool {
-        self.leg == Leg::FastRun
+    fn phase(&self) -> Phase {
+        match self.leg {
+            Leg::ToGoal | Leg::Explore => Phase::SearchRun,
+            Leg::Return | Leg::GiveUp => Phase::ReturnRun,
+            Leg::FastRun => Phase::FastRun,
+        }
     }
 }
 
@@ -187,10 +191,11 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Mouse;
+    use crate::driver::SearchDriver;
+    use crate::mouse::Mouse;
     use crate::testing::{Outcome, search};
 
-    fn steps(maze: &str) -> (Result<Move, SearchError>, usize) {
+    fn steps(maze: &str) -> (Result<Move, SearchError>, u32) {
         let Outcome { result, steps, .. } = search(ShortestPathSearch::new(), maze, 1000);
         (result, steps)
     }
@@ -258,23 +263,15 @@ o---o---o---o---o
             let maze = Maze::new(walls, inside(start), goals).unwrap();
             let mut mouse =
                 Mouse::new(ShortestPathSearch::new(), KnownMaze::unexplored(&maze), maze.start());
-            mouse.see_behind(maze.walls().around(mouse.turned_round())).unwrap();
             // It plans anew only in cells that it has not seen yet.
-            let most = (size.area() + 3) * size.area();
-            let (mut steps, mut fast_steps) = (0, 0);
-            let result = loop {
-                mouse.see(maze.walls().around(mouse.pose())).unwrap();
-                match mouse.decide() {
-                    Ok(Move::Step(step)) => mouse.go(step).unwrap(),
-                    end => break end,
-                }
-                steps += 1;
-                fast_steps += u16::from(mouse.runs_fast());
-                prop_assert!(steps <= most);
-            };
+            let max_states = u32::try_from((size.area() + 3) * size.area()).unwrap();
+            let mut driver = SearchDriver::new(&mut mouse, max_states);
+            while driver.advance_in(&maze) == Ok(true) {}
+            let (result, stats) = (driver.decision().unwrap(), *driver.stats());
+            prop_assert!(stats.steps() + 1 < max_states);
             let cell = maze.start().cell;
             if let Some(shortest) = Distances::flood(maze.walls(), maze.goals()).at(cell) {
-                prop_assert_eq!((result, fast_steps), (Ok(Move::Stop), shortest));
+                prop_assert_eq!((result, stats.fast_run.steps), (Ok(Move::Stop), shortest.into()));
             } else {
                 prop_assert_eq!(mouse.pose().cell, cell);
                 prop_assert_eq!(result, Err(SearchError::GoalUnreachable { cell }));

@@ -44,10 +44,10 @@ pub trait Strategy {
     /// none.
     fn weight(&self, cell: Cell) -> u16;
 
-    /// Whether the search run is over and the last [`next_move`](Self::next_move) belongs to a fast
-    /// run, which begins at the start cell. Strategies that stop in the goal have none.
-    fn runs_fast(&self) -> bool {
-        false
+    /// The phase to which the last [`next_move`](Self::next_move) belongs. A strategy that stops in
+    /// the goal stays in its search run.
+    fn phase(&self) -> Phase {
+        Phase::SearchRun
     }
 }
 
@@ -60,8 +60,8 @@ impl<S: Strategy + ?Sized> Strategy for &mut S {
         (**self).weight(cell)
     }
 
-    fn runs_fast(&self) -> bool {
-        (**self).runs_fast()
+    fn phase(&self) -> Phase {
+        (**self).phase()
     }
 }
 
@@ -75,9 +75,21 @@ impl<S: Strategy + ?Sized> Strategy for Box<S> {
         (**self).weight(cell)
     }
 
-    fn runs_fast(&self) -> bool {
-        (**self).runs_fast()
+    fn phase(&self) -> Phase {
+        (**self).phase()
     }
+}
+
+/// A phase of a mouse's time in the maze.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Phase {
+    /// The search for the goal, and exploration after it.
+    #[default]
+    SearchRun,
+    /// The way back to the start.
+    ReturnRun,
+    /// The run from the start to the goal over known cells.
+    FastRun,
 }
 
 /// What a mouse does next.

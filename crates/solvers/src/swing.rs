@@ -2,8 +2,10 @@
 
 use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose, Step, Unknown, Walls};
 
-use crate::strategy::step_to_least;
-use crate::{Distances, KeyPointRoute, Move, SearchError, ShortestPath, Strategy, centre};
+use crate::a_star::ShortestPath;
+use crate::flood::Distances;
+use crate::key_point_route::{KeyPointRoute, centre};
+use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 
 /// Swing: explores on a [`KeyPointRoute`] from key point to key point, each time by the shortest way with
 /// unknown walls taken as open, planned anew with A* whenever a wall shows up; then it runs from
@@ -21,7 +23,7 @@ pub struct Swing {
     /// The walls for which it was planned.
     walls: Walls,
     distances: Distances,
-    runs_fast: bool,
+    phase: Phase,
 }
 
 impl Swing {
@@ -32,7 +34,7 @@ impl Swing {
             plan: None,
             walls: Walls::open(MazeSize::CLASSIC),
             distances: Distances::unreachable(MazeSize::CLASSIC),
-            runs_fast: false,
+            phase: Phase::SearchRun,
         }
     }
 
@@ -43,7 +45,11 @@ impl Swing {
         let target = self.route.as_mut().and_then(|route| route.target(walls, cell));
         self.plan = target.and_then(|target| Some((ShortestPath::find(walls, cell, target)?, 0)));
         self.walls = walls.clone();
-        self.runs_fast = target.is_none();
+        self.phase = match &self.route {
+            Some(route) if target.is_some() && !route.is_returning() => Phase::SearchRun,
+            Some(_) if target.is_some() => Phase::ReturnRun,
+            _ => Phase::FastRun,
+        };
         self.distances = match target {
             Some(target) => Distances::flood(walls, &[target].into_iter().collect()),
             None => Distances::flood(map.walls(Unknown::Closed), map.goals()),
@@ -65,7 +71,7 @@ impl Strategy for Swing {
         self.route.get_or_insert_with(route).pass(cell);
         let is_done = |(path, done): &(ShortestPath, usize)| *done >= path.length().into();
         let is_stale = self.walls != *map.walls(Unknown::Open);
-        if !self.runs_fast && (is_stale || self.plan.as_ref().is_none_or(is_done)) {
+        if self.phase != Phase::FastRun && (is_stale || self.plan.as_ref().is_none_or(is_done)) {
             self.plan(map, cell)?;
         }
         let next = self.plan.as_mut().and_then(|(path, done)| {
@@ -87,8 +93,8 @@ impl Strategy for Swing {
         self.distances.raw(cell)
     }
 
-    fn runs_fast(&self) -> bool {
-        self.runs_fast
+    fn phase(&self) -> Phase {
+        self.phase
     }
 }
 

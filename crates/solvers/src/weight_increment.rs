@@ -2,8 +2,7 @@
 
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
 
-use crate::strategy::step_to_least;
-use crate::{Move, SearchError, Strategy};
+use crate::strategy::{Move, SearchError, Strategy, step_to_least};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 

@@ -5,7 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use mmsim_client::{SearchRun, Zmq, ask_info, search_run};
+use mmsim_client::{Zmq, ask_info, search_run};
 use mmsim_solvers::{BundledStrategy, Mouse};
 use serde::Serialize;
 
@@ -140,12 +140,12 @@ impl Shared {
             if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         let (run, ended) = match run {
-            Ok(run) if run.goal_reached => (run, "goal reached".to_string()),
+            Ok(run) if run.stats.goal_reached() => (run, "goal reached".to_string()),
             Ok(run) if stopped => (run, "stopped".into()),
             Ok(run) => (run, "gave up".into()),
             Err(broken) => (broken.run, broken.error.to_string()),
         };
-        let SearchRun { steps, .. } = run;
+        let steps = run.stats.steps();
         let visited = mouse.map().visited().len();
         Ok(format!("{ended} after {steps} steps, {visited} cells visited"))
     }

@@ -67,7 +67,7 @@ fn search_on(address: &str, searches: &AtomicU32, enough: &AtomicBool) {
     let mut simulation = Simulation::new(MAZE, maze.clone());
     let in_memory =
         search(&mut InMemory::new(|request, reply| simulation.handle(request, reply)), &maze);
-    assert!(in_memory.goal_reached);
+    assert!(in_memory.stats.goal_reached());
     let mut transport = Zmq::connect(address, Some(PATIENCE), |_| {}).unwrap();
     while !enough.load(Ordering::Acquire) {
         assert_eq!(search(&mut transport, &maze), in_memory);
