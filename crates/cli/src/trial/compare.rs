@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal};
 use std::path::Path;
 
 use mmsim_drawing::{Bar, BarChart, BarGroup};
-use mmsim_trial::{BundledRobot, Ending, KeyPoints, Score, Settings, Variant};
+use mmsim_trial::{BundledRobot, KeyPoints, Score, Settings, TrialOutcome, Variant};
 use serde::Serialize;
 
 use super::report::Report;
@@ -41,19 +41,19 @@ fn tables(args: &TrialArgs) -> Vec<Table> {
     });
     let benchmarks = random.chain([row(BundledRobot::CountExpansion)]).collect();
     let swing = args.contender(BundledRobot::Swing);
-    let variants = Variant::ALL.map(|variant| {
+    let variants = Variant::ALL.iter().map(|&variant| {
         let settings = Settings { variant, ..swing.settings };
         (variant.to_string(), Contender { settings, ..swing.clone() })
     });
-    let key_points = KeyPoints::ALL.map(|key_points| {
+    let key_points = KeyPoints::ALL.iter().map(|&key_points| {
         let settings = Settings { key_points, ..swing.settings };
         (key_points.to_string(), Contender { settings, ..swing.clone() })
     });
-    let robots = BundledRobot::ALL.map(row).into();
+    let robots = BundledRobot::ALL.iter().copied().map(row).collect();
     vec![
         Table { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
-        Table { title: "Variants of swing", file: "variants", rows: variants.into() },
-        Table { title: "Key points of swing", file: "key-points", rows: key_points.into() },
+        Table { title: "Variants of swing", file: "variants", rows: variants.collect() },
+        Table { title: "Key points of swing", file: "key-points", rows: key_points.collect() },
         Table { title: "Robots", file: "robots", rows: robots },
     ]
 }
@@ -210,9 +210,9 @@ fn means(tried: &[Tried]) -> Vec<String> {
 fn result(tried: &Tried) -> String {
     let Tried { explore_steps, race_steps, .. } = tried;
     match tried.ending {
-        Ending::Scored(score) => format!("{explore_steps} + {race_steps} = {score}"),
-        Ending::OutOfTime => "out of time".into(),
-        Ending::GaveUp => "gave up".into(),
+        TrialOutcome::Scored(score) => format!("{explore_steps} + {race_steps} = {score}"),
+        TrialOutcome::OutOfTime => "out of time".into(),
+        TrialOutcome::GaveUp => "gave up".into(),
     }
 }
 

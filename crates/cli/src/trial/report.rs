@@ -1,6 +1,6 @@
 //! What came of a trial, as JSON.
 
-use mmsim_trial::{Ending, Score};
+use mmsim_trial::{Score, TrialOutcome};
 use serde::Serialize;
 
 use super::tried::{Contender, Tried};
@@ -31,9 +31,9 @@ impl Report {
             maze: given.path.display().to_string(),
             robot: contender.robot.name(),
             ending: match ending {
-                Ending::Scored(_) => "scored",
-                Ending::OutOfTime => "out of time",
-                Ending::GaveUp => "gave up",
+                TrialOutcome::Scored(_) => "scored",
+                TrialOutcome::OutOfTime => "out of time",
+                TrialOutcome::GaveUp => "gave up",
             },
             explore_steps,
             race_steps,

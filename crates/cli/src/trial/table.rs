@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mmsim_trial::{BundledRobot, Ending};
+use mmsim_trial::{BundledRobot, TrialOutcome};
 
 use super::Job;
 use super::tried::Tried;
@@ -50,10 +50,10 @@ impl Table {
 /// What happened instead of a score.
 fn ending(tried: &Tried) -> &'static str {
     match (tried.ending, tried.race_optimum) {
-        (Ending::GaveUp, None) => "goal cannot be reached",
-        (Ending::GaveUp, Some(_)) => "gave up, but the goal can be reached",
-        (Ending::OutOfTime, None) => "out of time, the goal cannot be reached",
-        (Ending::OutOfTime | Ending::Scored(_), _) => "out of time",
+        (TrialOutcome::GaveUp, None) => "goal cannot be reached",
+        (TrialOutcome::GaveUp, Some(_)) => "gave up, but the goal can be reached",
+        (TrialOutcome::OutOfTime, None) => "out of time, the goal cannot be reached",
+        (TrialOutcome::OutOfTime | TrialOutcome::Scored(_), _) => "out of time",
     }
 }
 

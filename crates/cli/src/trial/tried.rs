@@ -3,7 +3,10 @@
 use std::convert::Infallible;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze};
-use mmsim_trial::{BundledRobot, Ending, Noise, Run, Score, Settings, Survey, Trial, race_optimum};
+use mmsim_trial::{
+    BundledRobot, Score, SensorNoise, Settings, Survey, Trial, TrialOutcome, TrialPhase,
+    race_optimum,
+};
 
 /// A robot and what it is told.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +17,7 @@ pub(crate) struct Contender {
 
 /// What came of a trial.
 pub(crate) struct Tried {
-    pub(crate) ending: Ending,
+    pub(crate) ending: TrialOutcome,
     pub(crate) explore_steps: u32,
     pub(crate) race_steps: u32,
     /// The fewest steps that a race takes in this maze; `None` if the goal cannot be reached.
@@ -45,19 +48,19 @@ impl Contender {
         let before = KnownMaze::unexplored(maze);
         let mut robot = self.robot.robot(before.clone(), &self.settings);
         // Another stream than the robot's own.
-        let mut noise = Noise::new(self.settings.noise, !self.settings.seed);
+        let mut noise = SensorNoise::new(self.settings.noise, !self.settings.seed);
         let (mut trial, mut survey) = (Trial::new(maze), Survey::new(before));
         let (mut explored, mut race) = (survey.map().clone(), Vec::new());
         loop {
             // The robot may reckon wrongly where it is and what it sees.
-            survey.stand(trial.pose());
+            survey.set_pose(trial.pose());
             survey.observe(trial.readings());
             watch(&trial, survey.map())?;
-            let (run, from) = (trial.run(), trial.pose().cell);
-            if run == Run::Explore {
+            let (run, from) = (trial.phase(), trial.pose().cell);
+            if run == TrialPhase::Explore {
                 explored.clone_from(survey.map());
             }
-            if let Some(ending) = trial.ending() {
+            if let Some(ending) = trial.outcome() {
                 return Ok(Tried {
                     ending,
                     explore_steps: trial.explore_steps(),
@@ -67,11 +70,11 @@ impl Contender {
                     race,
                 });
             }
-            trial.act(robot.next_move(noise.blur(trial.readings())));
-            if run == Run::Race {
+            trial.act(robot.next_move(noise.apply(trial.readings())));
+            if run == TrialPhase::Race {
                 race.extend(letters(from, trial.pose().cell));
             }
-            if matches!(trial.ending(), Some(Ending::Scored(_))) {
+            if matches!(trial.outcome(), Some(TrialOutcome::Scored(_))) {
                 race.push((trial.pose().cell, 'X'));
             }
         }
@@ -82,8 +85,8 @@ impl Tried {
     /// The score, if there is one.
     pub(crate) const fn score(&self) -> Option<Score> {
         match self.ending {
-            Ending::Scored(score) => Some(score),
-            Ending::OutOfTime | Ending::GaveUp => None,
+            TrialOutcome::Scored(score) => Some(score),
+            TrialOutcome::OutOfTime | TrialOutcome::GaveUp => None,
         }
     }
 
@@ -95,7 +98,7 @@ impl Tried {
 
     /// Whether it said rightly that the goal cannot be reached.
     pub(crate) const fn is_rightly_given_up(&self) -> bool {
-        matches!(self.ending, Ending::GaveUp) && self.race_optimum.is_none()
+        matches!(self.ending, TrialOutcome::GaveUp) && self.race_optimum.is_none()
     }
 
     /// The score of a robot that knows the maze: it explores as fast as it races, with one step more
