@@ -14,7 +14,7 @@ const MAZES: u32 = 10_000;
 fn styles(criterion: &mut Criterion) {
     for (size, name) in [(MazeSize::CLASSIC, "16x16"), (MazeSize::HALF_SIZE, "32x32")] {
         let mut group = criterion.benchmark_group(format!("generate/{name}"));
-        for style in Style::ALL {
+        for &style in Style::ALL {
             let mut seed = 0;
             group.bench_function(style.name(), |b| {
                 b.iter(|| {

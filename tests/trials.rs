@@ -6,8 +6,8 @@ use mmsim_formats::Catalogue;
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_tests::{json_lines, shared};
 use mmsim_trial::{
-    Action, BundledRobot, Ending, KeyPoints, Score, Settings, Trial, Variant, race_optimum,
-    try_robot,
+    Action, BundledRobot, KeyPoints, Score, Settings, Trial, TrialOutcome, Variant, race_optimum,
+    run_trial,
 };
 use serde::Deserialize;
 
@@ -57,18 +57,18 @@ fn recorded_runs_go_the_same_way_again() {
             let maze = mmsim_formats::read_maze(&mazes.join(&recorded.maze)).unwrap();
             let mut trial = Trial::new(&maze);
             for (step, (readings, answer)) in (1..).zip(&recorded.steps) {
-                assert_eq!(trial.ending(), None, "{run}, step {step}");
+                assert_eq!(trial.outcome(), None, "{run}, step {step}");
                 assert_eq!(trial.readings(), *readings, "{run}, step {step}");
                 trial.act(answer.into());
             }
-            match (trial.ending(), recorded.score) {
-                (Some(Ending::Scored(score)), Some(expected)) => {
+            match (trial.outcome(), recorded.score) {
+                (Some(TrialOutcome::Scored(score)), Some(expected)) => {
                     assert_eq!(Some(score.explore_steps), recorded.explore_steps, "{run}");
                     assert_eq!(Some(score.race_steps), recorded.race_steps, "{run}");
                     assert_eq!(score.to_string(), expected, "{run}");
                 }
                 (ending, score) => {
-                    assert_eq!((ending, score), (Some(Ending::OutOfTime), None), "{run}");
+                    assert_eq!((ending, score), (Some(TrialOutcome::OutOfTime), None), "{run}");
                 }
             }
             runs += 1;
@@ -96,8 +96,8 @@ fn figures(robot: BundledRobot, settings: &Settings) -> Option<Figures> {
         let maze =
             mmsim_formats::read_maze(&mazes.join(format!("test_maze_0{number}.txt"))).unwrap();
         let mut robot = robot.robot(KnownMaze::unexplored(&maze), settings);
-        match try_robot(&maze, &mut robot) {
-            Ending::Scored(score) => (score.explore_steps, score.race_steps),
+        match run_trial(&maze, &mut robot) {
+            TrialOutcome::Scored(score) => (score.explore_steps, score.race_steps),
             ending => panic!("{ending:?} in maze {number}"),
         }
     };
@@ -146,7 +146,7 @@ fn swing_is_not_worse_than_the_published_code() {
         [(144, 17), (183, 22), (225, 25)],
     ];
     for (robot, corners) in [(BundledRobot::Swing, swing), (BundledRobot::SwingTimed, timed)] {
-        for (key_points, expected) in KeyPoints::ALL.into_iter().zip(corners) {
+        for (key_points, expected) in KeyPoints::ALL.iter().copied().zip(corners) {
             let settings = Settings { key_points, ..Settings::default() };
             assert_eq!(figures(robot, &settings), Some(expected), "{robot}, {key_points} corners");
         }
@@ -183,12 +183,12 @@ fn every_robot_ends_in_odd_mazes() {
         let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals());
         for (robot, settings) in robots() {
             let ending =
-                try_robot(&maze, &mut robot.robot(KnownMaze::unexplored(&maze), &settings));
+                run_trial(&maze, &mut robot.robot(KnownMaze::unexplored(&maze), &settings));
             match (optimum, ending) {
-                (Some(optimum), Ending::Scored(score)) => {
+                (Some(optimum), TrialOutcome::Scored(score)) => {
                     assert!(score.race_steps >= optimum.into());
                 }
-                (None, Ending::GaveUp) => {}
+                (None, TrialOutcome::GaveUp) => {}
                 (_, ending) => panic!("{robot} {settings:?}: {ending:?} in\n{text}"),
             }
         }
@@ -197,11 +197,13 @@ fn every_robot_ends_in_odd_mazes() {
 
 /// All robots that plan, with all settings.
 fn robots() -> impl Iterator<Item = (BundledRobot, Settings)> {
-    let settings = Variant::ALL.into_iter().flat_map(|variant| {
-        KeyPoints::ALL.map(|key_points| Settings { key_points, variant, ..Settings::default() })
+    let settings = Variant::ALL.iter().flat_map(|&variant| {
+        let settings = move |&key_points| Settings { key_points, variant, ..Settings::default() };
+        KeyPoints::ALL.iter().map(settings)
     });
     settings.flat_map(|settings| {
-        let robots = BundledRobot::ALL.into_iter().filter(|&robot| robot != BundledRobot::Random);
+        let robots =
+            BundledRobot::ALL.iter().copied().filter(|&robot| robot != BundledRobot::Random);
         robots.map(move |robot| (robot, settings))
     })
 }
@@ -216,16 +218,16 @@ fn every_shared_maze_is_raced_or_given_up() {
             let maze = entry.maze().unwrap();
             let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals());
             for robot in
-                BundledRobot::ALL.into_iter().filter(|&robot| robot != BundledRobot::Random)
+                BundledRobot::ALL.iter().copied().filter(|&robot| robot != BundledRobot::Random)
             {
                 let mut ready = robot.robot(KnownMaze::unexplored(&maze), &Settings::default());
-                let ending = try_robot(&maze, &mut ready);
+                let ending = run_trial(&maze, &mut ready);
                 let name = entry.name();
                 match (optimum, ending) {
-                    (Some(_), Ending::Scored(_)) | (None, Ending::GaveUp) => {}
+                    (Some(_), TrialOutcome::Scored(_)) | (None, TrialOutcome::GaveUp) => {}
                     // In a large maze, or where one way winds through all of it, a swing may take
                     // more steps than there are.
-                    (Some(way), Ending::OutOfTime) if kind == "halfsize" || way > 200 => {}
+                    (Some(way), TrialOutcome::OutOfTime) if kind == "halfsize" || way > 200 => {}
                     (optimum, ending) => panic!("{name}: {robot}: {ending:?}, {optimum:?}"),
                 }
             }
@@ -242,8 +244,8 @@ fn champion_scores_less_than_the_best_public_robot_of_each_maze() {
             let maze = mmsim_formats::read_maze(&mazes.join(name).with_extension("txt")).unwrap();
             let mut champion =
                 BundledRobot::Champion.robot(KnownMaze::unexplored(&maze), &settings);
-            match try_robot(&maze, &mut champion) {
-                Ending::Scored(score) => score.value(),
+            match run_trial(&maze, &mut champion) {
+                TrialOutcome::Scored(score) => score.value(),
                 other => panic!("{other:?} in {name}"),
             }
         })

@@ -1,10 +1,10 @@
-//! Prints what real mazes of 16×16 cells are like beside generated ones: the mean, and what nine of
-//! ten mazes lie within.
+//! Compares real mazes of 16×16 cells with generated ones: the mean of each figure, and the range
+//! that contains 90 % of the mazes.
 //!
 //! ```sh
 //! cargo run --release -p mmsim-generator --example figures -- MAZES
 //! ```
-#![allow(clippy::cast_precision_loss)] // of counts that are small
+#![allow(clippy::cast_precision_loss)] // the counts are small
 
 use std::error::Error;
 use std::path::Path;
@@ -14,7 +14,7 @@ use mmsim_generator::{Style, generate};
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize};
 use mmsim_solvers::{Distances, MazeFacts};
 
-/// What is measured, and in what.
+/// The names and units of the figures.
 const NAMES: [&str; 7] = [
     "inner walls",
     "dead ends",
@@ -26,7 +26,7 @@ const NAMES: [&str; 7] = [
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args().nth(1).ok_or("expected a folder of mazes")?;
+    let folder = std::env::args().nth(1).ok_or("no folder of mazes given")?;
     let catalogue = Catalogue::from_path(Path::new(&folder))?;
     let mut real = Vec::new();
     for entry in catalogue.entries() {
@@ -39,8 +39,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!(
         "{:26}{:>18}{:>24}",
         "",
-        format!("{} real ones", real[0].len()),
-        "10,000 generated ones"
+        format!("{} real mazes", real[0].len()),
+        "10,000 generated mazes"
     );
     for ((name, real), generated) in NAMES.iter().zip(real).zip(generated) {
         println!("{name:26}{}{}", summary(real, 8), summary(generated, 14));
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The mean, and what nine of ten lie within.
+/// Formats the mean and the range that contains 90 % of the values.
 fn summary(mut values: Vec<f64>, width: usize) -> String {
     values.sort_by(f64::total_cmp);
     let mean = values.iter().sum::<f64>() / values.len() as f64;
@@ -58,23 +58,23 @@ fn summary(mut values: Vec<f64>, width: usize) -> String {
     format!("{mean:width$.decimals$} {range:>9}")
 }
 
-/// The figures of all mazes, those of one name together. What is no figure is not counted, such as
-/// the shortest path where there is none.
+/// Returns the values of each figure over all mazes, without undefined ones such as the shortest
+/// path to an unreachable goal.
 fn figures(mazes: &[Maze]) -> [Vec<f64>; NAMES.len()] {
     let mut all = [const { Vec::new() }; NAMES.len()];
     for maze in mazes {
         let (size, walls) = (maze.size(), maze.walls());
         let open = |cell| walls.open_neighbours(cell).count();
         let inner = 2 * size.area() - usize::from(size.width()) - usize::from(size.height());
-        let ways = size.cells().map(open).sum::<usize>() / 2;
+        let open_sides = size.cells().map(open).sum::<usize>() / 2;
         let facts = MazeFacts::new(maze);
-        let reached = reached(maze);
-        let ways_reached = reached.iter().map(open).sum::<usize>() / 2;
+        let reachable = reachable(maze);
+        let reachable_sides = reachable.iter().map(open).sum::<usize>() / 2;
         let straights = straights(maze);
         let figures = [
-            Some(inner - ways),
-            Some(reached.iter().filter(|&cell| open(cell) == 1).count()),
-            Some(ways_reached + 1 - facts.reachable_cells),
+            Some(inner - open_sides),
+            Some(reachable.iter().filter(|&cell| open(cell) == 1).count()),
+            Some(reachable_sides + 1 - facts.reachable_cells),
             facts.shortest_path.map(usize::from),
             None,
             straights.iter().copied().max(),
@@ -88,14 +88,14 @@ fn figures(mazes: &[Maze]) -> [Vec<f64>; NAMES.len()] {
     all
 }
 
-/// The cells that can be reached from the start.
-fn reached(maze: &Maze) -> CellSet {
+/// Returns the cells that are reachable from the start.
+fn reachable(maze: &Maze) -> CellSet {
     let start = [maze.start().cell].into_iter().collect();
     let distances = Distances::flood(maze.walls(), &start);
     maze.size().cells().filter(|&cell| distances.at(cell).is_some()).collect()
 }
 
-/// The longest stretches without a wall, in steps.
+/// Returns the lengths of all straights between walls, in steps.
 fn straights(maze: &Maze) -> Vec<usize> {
     let mut straights = Vec::new();
     for cell in maze.size().cells() {
@@ -111,7 +111,7 @@ fn straights(maze: &Maze) -> Vec<usize> {
     straights
 }
 
-/// Places where a mouse can take four steps in a diagonal, whichever way.
+/// Counts the diagonals of four steps; both directions count as one.
 fn stairs(maze: &Maze) -> usize {
     let step =
         |cell: Cell, heading| cell.neighbour(heading).filter(|_| !maze.walls().has(cell, heading));
@@ -122,8 +122,8 @@ fn stairs(maze: &Maze) -> usize {
     let is_open = |from, [one, other]: [Heading; 2]| {
         [one, other, one, other].into_iter().try_fold(from, step).is_some()
     };
-    let both_ways = turns
+    let both_directions = turns
         .map(|pair| maze.size().cells().filter(|&cell| is_open(cell, pair)).count())
         .sum::<usize>();
-    both_ways / 2
+    both_directions / 2
 }

@@ -1,142 +1,141 @@
-//! Mazes like those of contests.
+//! Contest-like mazes.
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 use mmsim_solvers::Distances;
 
-use crate::posts::{Place, Post, walls_to_the_edge};
-use crate::random::Random;
-use crate::tree::{self, Habits};
-use crate::{START, closed_round};
+use crate::perfect::{START, closed_around};
+use crate::posts::{CellSide, Post, walls_to_outer_wall};
+use crate::splitmix64::SplitMix64;
+use crate::tree::{self, PassageParams};
 
-/// The shortest side with room for a goal that has cells all round.
-pub(crate) const SHORTEST_SIDE: u8 = 3;
+/// The minimum side length at which cells can surround the goal.
+pub(crate) const MIN_SIDE: u8 = 3;
 
-/// How often a maze is begun anew because its goal is too near.
-const TRIES: u32 = 32;
+/// The maximum number of attempts to generate a maze whose goal is far enough away.
+const MAX_ATTEMPTS: u32 = 32;
 
-// Each maze draws its own numbers from these, which are chosen such that mazes come out as real
-// ones are: see the table in the documentation of the crate.
+// Each maze draws its own parameters from these ranges. They are chosen so that the mazes resemble
+// real ones, see the table in the documentation of the crate.
 const STRAIGHT: [u32; 2] = [1, 10];
 const STAIRS: [u32; 2] = [1, 8];
 const ENDS_PERCENT: [u32; 2] = [0, 20];
-/// Loops in a maze of 16×16 cells, besides the one round the goal.
+/// The number of loops in a maze of 16×16 cells, except for the one around the goal.
 const LOOPS: [u32; 2] = [3, 28];
-/// How many of them at most begin in a dead end.
+/// The maximum percentage of loops that begin in a dead end.
 const AT_DEAD_ENDS_PERCENT: [u32; 2] = [0, 60];
-/// How long the shortest path is at least, in tenths of its length without walls.
+/// The minimum length of the shortest path, in tenths of its length without walls.
 const PATH_TENTHS: [u32; 2] = [20, 60];
 
-/// The walls of a contest maze, whose sides are both at least [`SHORTEST_SIDE`].
-pub(crate) fn walls(size: MazeSize, random: &mut Random) -> Walls {
+/// Returns the walls of a contest maze. Both sides must be at least [`MIN_SIDE`] long.
+pub(crate) fn walls(size: MazeSize, rng: &mut SplitMix64) -> Walls {
     let room = size.central_cells();
     let direct = Distances::flood(&Walls::open(size), &room).at(START).map_or(0, u32::from);
-    for failed in 0..TRIES {
-        // Not every size can have any path, so less is asked for each time.
-        let tenths = random.between([PATH_TENTHS[0], PATH_TENTHS[1] - failed]);
+    for failed in 0..MAX_ATTEMPTS {
+        // Long paths do not fit every size, so each attempt lowers the upper limit.
+        let tenths = rng.between([PATH_TENTHS[0], PATH_TENTHS[1] - failed]);
         let mut draft = Draft::new(size, room, direct * tenths / 10);
-        if draft.build(random) {
+        if draft.build(rng) {
             return draft.walls;
         }
     }
     let mut draft = Draft::new(size, room, 0);
-    draft.build(random);
+    draft.build(rng);
     draft.walls
 }
 
-/// A maze that is being built.
+/// A maze under construction.
 struct Draft {
     walls: Walls,
     /// The goal cells.
     room: CellSet,
-    /// Steps that the shortest path has at least.
+    /// The minimum length of the shortest path in steps.
     min_path: u32,
 }
 
 impl Draft {
     fn new(size: MazeSize, room: CellSet, min_path: u32) -> Self {
-        Self { walls: closed_round(size, &room), room, min_path }
+        Self { walls: closed_around(size, &room), room, min_path }
     }
 
-    /// Builds it and says whether the goal is an island, as far away as it shall be.
-    fn build(&mut self, random: &mut Random) -> bool {
-        self.lay_passages(random);
+    /// Builds the maze. Returns whether the goal is an island and far enough away.
+    fn build(&mut self, rng: &mut SplitMix64) -> bool {
+        self.create_passages(rng);
         if !self.is_far() {
             return false;
         }
-        let is_island = self.cut_goal_off(random);
-        self.open_loops(random);
+        let is_island = self.isolate_goal(rng);
+        self.open_loops(rng);
         is_island
     }
 
-    /// Opens one way between any two cells; those to the start and into the room lead no further.
-    fn lay_passages(&mut self, random: &mut Random) {
+    /// Opens one path between any two cells. The start and the room are dead ends of these paths.
+    fn create_passages(&mut self, rng: &mut SplitMix64) {
         let free = self.walls.size().cells();
         let free = free.filter(|&cell| cell != START && !self.room.contains(cell)).collect();
-        let habits = Habits {
-            straight: random.between(STRAIGHT),
-            stairs: random.between(STAIRS),
-            ends_percent: random.between(ENDS_PERCENT),
+        let params = PassageParams {
+            straight: rng.between(STRAIGHT),
+            stairs: rng.between(STAIRS),
+            ends_percent: rng.between(ENDS_PERCENT),
         };
         let root = (Cell::new(START.x, START.y + 1), Heading::North);
         self.walls.set(START, Heading::North, false);
-        tree::winding(&mut self.walls, root, free, habits, random);
-        let ways_in = self.room_walls();
-        let (cell, heading) = ways_in[random.index(ways_in.len())];
+        tree::winding(&mut self.walls, root, free, params, rng);
+        let entrances = self.room_walls();
+        let (cell, heading) = entrances[rng.index(entrances.len())];
         self.walls.set(cell, heading, false);
     }
 
-    /// Opens a wall such that none leads from the room to the outer wall, and says whether it could.
-    /// Then who follows the walls from the start never comes to the goal, which is why contests
-    /// have it so.
-    fn cut_goal_off(&mut self, random: &mut Random) -> bool {
+    /// Opens a wall so that no chain of walls connects the room to the outer wall, and returns
+    /// whether that succeeded. A wall follower then never reaches the goal, as is usual in contests.
+    fn isolate_goal(&mut self, rng: &mut SplitMix64) -> bool {
         let posts = self.room_walls().into_iter().flat_map(Post::ends);
-        match walls_to_the_edge(&self.walls, posts) {
-            // With a single way between any two cells all walls hang together, and there is one way
-            // along them, too.
-            Some(way) => random.shuffled(way).into_iter().any(|place| self.open(place)),
+        match walls_to_outer_wall(&self.walls, posts) {
+            // In a perfect maze all walls are connected, and there is only one such chain.
+            Some(chain) => rng.shuffled(chain).into_iter().any(|side| self.open(side)),
             None => true,
         }
     }
 
-    /// Opens further ways, some of them out of dead ends.
-    fn open_loops(&mut self, random: &mut Random) {
+    /// Opens further walls to create loops, some of them at dead ends.
+    fn open_loops(&mut self, rng: &mut SplitMix64) {
         let size = self.walls.size();
-        let mut loops = random.between(LOOPS) * u32::from(size.width()) * u32::from(size.height())
+        let mut loops = rng.between(LOOPS) * u32::from(size.width()) * u32::from(size.height())
             / u32::from(MazeSize::CLASSIC.width()).pow(2);
-        let mut at_dead_ends = loops * random.between(AT_DEAD_ENDS_PERCENT) / 100;
-        for cell in random.shuffled(size.cells()) {
+        let mut at_dead_ends = loops * rng.between(AT_DEAD_ENDS_PERCENT) / 100;
+        for cell in rng.shuffled(size.cells()) {
             let is_dead_end = self.walls.open_neighbours(cell).count() == 1;
-            let mut sides = random.shuffled(Heading::ALL).into_iter();
+            let mut sides = rng.shuffled(Heading::ALL).into_iter();
             if at_dead_ends > 0 && is_dead_end && sides.any(|heading| self.open((cell, heading))) {
                 at_dead_ends -= 1;
                 loops -= 1;
             }
         }
-        let places =
+        let sides =
             size.cells().flat_map(|cell| [Heading::North, Heading::East].map(|to| (cell, to)));
-        for place in random.shuffled(places) {
-            if loops > 0 && self.open(place) {
+        for side in rng.shuffled(sides) {
+            if loops > 0 && self.open(side) {
                 loops -= 1;
             }
         }
     }
 
-    /// Opens the wall at this place and says so, unless there is none, the start or the room would
-    /// have a second way in, a post would carry no wall, or the goal would be too near.
-    fn open(&mut self, place: Place) -> bool {
-        let (cell, heading) = place;
-        let is_kept = |cell| cell == START || self.room.contains(cell);
+    /// Opens a wall and returns whether it did. It does not if there is no inner wall, if the start
+    /// or the room would get a second entrance, if a post would lose its last wall, or if the goal
+    /// would be too near.
+    fn open(&mut self, side: CellSide) -> bool {
+        let (cell, heading) = side;
+        let is_protected = |cell| cell == START || self.room.contains(cell);
         let Some(next) = self.walls.size().neighbour(cell, heading) else { return false };
-        if is_kept(cell) || is_kept(next) || !self.walls.has(cell, heading) {
+        if is_protected(cell) || is_protected(next) || !self.walls.has(cell, heading) {
             return false;
         }
         self.walls.set(cell, heading, false);
-        let is_fine = Post::ends(place).into_iter().all(|post| post.carries_wall(&self.walls))
-            && self.is_far();
-        if !is_fine {
+        let is_valid =
+            Post::ends(side).into_iter().all(|post| post.has_wall(&self.walls)) && self.is_far();
+        if !is_valid {
             self.walls.set(cell, heading, true);
         }
-        is_fine
+        is_valid
     }
 
     fn is_far(&self) -> bool {
@@ -144,8 +143,8 @@ impl Draft {
         path.is_some_and(|steps| u32::from(steps) >= self.min_path)
     }
 
-    /// Where the walls round the room stand; one of them is open in the end.
-    fn room_walls(&self) -> Vec<Place> {
+    /// Returns the sides around the room, one of which becomes the entrance.
+    fn room_walls(&self) -> Vec<CellSide> {
         let sides = self.room.iter().flat_map(|cell| Heading::ALL.map(|heading| (cell, heading)));
         let is_outside = |cell: &Cell| !self.room.contains(*cell);
         sides.filter(|&(cell, to)| cell.neighbour(to).as_ref().is_some_and(is_outside)).collect()

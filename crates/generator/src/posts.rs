@@ -2,11 +2,11 @@
 
 use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 
-/// Posts side by side at most.
+/// The maximum number of posts in a row.
 const SIDE: usize = MazeSize::MAX_SIDE as usize + 1;
 
-/// Where a wall may stand: at the side of a cell towards a heading.
-pub(crate) type Place = (Cell, Heading);
+/// The side of a cell, where a wall may stand.
+pub(crate) type CellSide = (Cell, Heading);
 
 /// The post at the south-west corner of the cell with the same coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,8 +20,8 @@ impl Post {
         Self { x, y }
     }
 
-    /// The two posts that a wall joins.
-    pub(crate) const fn ends((Cell { x, y }, heading): Place) -> [Self; 2] {
+    /// Returns the two posts at the ends of a wall.
+    pub(crate) const fn ends((Cell { x, y }, heading): CellSide) -> [Self; 2] {
         match heading {
             Heading::North => [Self::new(x, y + 1), Self::new(x + 1, y + 1)],
             Heading::East => [Self::new(x + 1, y), Self::new(x + 1, y + 1)],
@@ -30,18 +30,18 @@ impl Post {
         }
     }
 
-    /// Whether a wall ends at it.
-    pub(crate) fn carries_wall(self, walls: &Walls) -> bool {
-        self.is_outer(walls.size()) || self.joined(walls).next().is_some()
+    /// Returns whether a wall ends at the post.
+    pub(crate) fn has_wall(self, walls: &Walls) -> bool {
+        self.is_outer(walls.size()) || self.connected(walls).next().is_some()
     }
 
-    /// Whether it stands in the outer wall.
+    /// Returns whether the post is part of the outer wall.
     const fn is_outer(self, size: MazeSize) -> bool {
         self.x == 0 || self.y == 0 || self.x >= size.width() || self.y >= size.height()
     }
 
-    /// The posts that a wall joins with this one, which is no outer one, and where that stands.
-    fn joined(self, walls: &Walls) -> impl Iterator<Item = (Self, Place)> + '_ {
+    /// Returns the posts that a wall connects to this inner post, with the position of the wall.
+    fn connected(self, walls: &Walls) -> impl Iterator<Item = (Self, CellSide)> + '_ {
         let Self { x, y } = self;
         [
             (Self::new(x, y + 1), (Cell::new(x, y), Heading::West)),
@@ -58,33 +58,33 @@ impl Post {
     }
 }
 
-/// The walls that join one of these posts with the outer wall, by the fewest walls that do; `None`
-/// where these posts are an island.
-pub(crate) fn walls_to_the_edge(
+/// Returns the shortest chain of walls from one of these posts to the outer wall, or `None` if the
+/// posts form an island.
+pub(crate) fn walls_to_outer_wall(
     walls: &Walls,
     from: impl IntoIterator<Item = Post>,
-) -> Option<Vec<Place>> {
+) -> Option<Vec<CellSide>> {
     let mut seen = [false; SIDE * SIDE];
-    // Posts in the order in which they are found, with the wall that leads there and the number of
-    // the post it comes from.
-    let mut found: Vec<(Post, Option<(Place, usize)>)> = Vec::new();
+    // The posts in the order of discovery, each with the wall that leads to it and the index of the
+    // post at the other end of the wall.
+    let mut found: Vec<(Post, Option<(CellSide, usize)>)> = Vec::new();
     for post in from {
         if !std::mem::replace(&mut seen[post.index()], true) {
             found.push((post, None));
         }
     }
-    let mut number = 0;
-    while let Some(&(post, wall)) = found.get(number) {
+    let mut index = 0;
+    while let Some(&(post, wall)) = found.get(index) {
         if post.is_outer(walls.size()) {
-            let way = std::iter::successors(wall, |&(_, before)| found[before].1);
-            return Some(way.map(|(place, _)| place).collect());
+            let chain = std::iter::successors(wall, |&(_, previous)| found[previous].1);
+            return Some(chain.map(|(side, _)| side).collect());
         }
-        for (next, place) in post.joined(walls) {
+        for (next, side) in post.connected(walls) {
             if !std::mem::replace(&mut seen[next.index()], true) {
-                found.push((next, Some((place, number))));
+                found.push((next, Some((side, index))));
             }
         }
-        number += 1;
+        index += 1;
     }
     None
 }
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn walls_lead_to_the_edge_or_are_an_island() {
+    fn finds_chains_to_the_outer_wall_and_islands() {
         let text = "\
 o---o---o---o---o
 |               |
@@ -110,18 +110,20 @@ o---o---o---o---o
 ";
         let maze: Maze = text.parse().unwrap();
         let post = Post::new;
-        assert_eq!(walls_to_the_edge(maze.walls(), [post(1, 3), post(3, 2)]), None);
-        assert_eq!(walls_to_the_edge(maze.walls(), [post(2, 2), post(0, 2)]), Some(vec![]));
-        let joined: Maze = text.replace("o---o   o   o\n", "o---o   o---o\n").parse().unwrap();
-        let way = walls_to_the_edge(joined.walls(), [post(1, 3)]).unwrap();
-        let ends: Vec<_> = way.into_iter().map(Post::ends).collect();
+        assert_eq!(walls_to_outer_wall(maze.walls(), [post(1, 3), post(3, 2)]), None);
+        assert_eq!(walls_to_outer_wall(maze.walls(), [post(2, 2), post(0, 2)]), Some(vec![]));
+        let connected: Maze = text.replace("o---o   o   o\n", "o---o   o---o\n").parse().unwrap();
+        let chain = walls_to_outer_wall(connected.walls(), [post(1, 3)]).unwrap();
+        let ends: Vec<_> = chain.into_iter().map(Post::ends).collect();
         assert_eq!(ends[0], [post(3, 3), post(4, 3)]);
         assert_eq!(ends[1], [post(3, 2), post(3, 3)]);
         assert_eq!(
             ends[2..],
             [[post(2, 2), post(3, 2)], [post(2, 2), post(2, 3)], [post(1, 3), post(2, 3)]]
         );
-        let carries = |x, y| post(x, y).carries_wall(maze.walls());
-        assert!(!carries(2, 1) && carries(1, 1) && carries(1, 2) && carries(3, 1) && carries(4, 2));
+        let has_wall = |x, y| post(x, y).has_wall(maze.walls());
+        assert!(
+            !has_wall(2, 1) && has_wall(1, 1) && has_wall(1, 2) && has_wall(3, 1) && has_wall(4, 2)
+        );
     }
 }

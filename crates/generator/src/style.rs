@@ -1,32 +1,33 @@
-//! What a maze is made for.
+//! The styles of generated mazes.
 
 use std::fmt;
 
-/// What a maze is made for.
+/// The style of a generated maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Style {
-    /// As in contests: loops and dead ends, straights and staircases. There is one way into the
-    /// goal, and each post carries a wall but the one in the middle of the goal.
+    /// Like contest mazes: loops and dead ends, straights and staircases. The goal has one
+    /// entrance, and each post has a wall except the one in the middle of the goal.
     ///
-    /// If both sides are at least five cells, the goal is an island: no wall leads from it to the
-    /// outer wall, so who follows the walls never gets there. In a classic maze the shortest path
-    /// is at least 28 steps long, twice what it is without walls.
+    /// If both sides are at least five cells long, the goal is an island: no wall connects it to the
+    /// outer wall, so a wall follower never reaches it. In a maze of 16×16 cells the shortest path
+    /// is at least 28 steps long, twice its length without walls.
     ///
-    /// If a side is shorter than three cells, the goal cannot have cells all round; then the
-    /// maze is [`Perfect`](Self::Perfect).
+    /// If a side is shorter than three cells, the goal cannot be surrounded by cells, and the maze
+    /// is [`Perfect`](Self::Perfect).
     Contest,
-    /// One way between any two cells, if the goal is counted as one. Each such maze is as likely
-    /// as any other.
+    /// Exactly one path between any two cells, if the goal counts as one cell. All such mazes are
+    /// equally likely.
     Perfect,
-    /// Few walls and many ways, as on a training field.
+    /// Few walls and many paths, for training.
     Open,
 }
 
 impl Style {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Contest, Self::Perfect, Self::Open];
+    /// All styles.
+    pub const ALL: &'static [Self] = &[Self::Contest, Self::Perfect, Self::Open];
 
-    /// Its name, as on the command line.
+    /// Returns the name used on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Contest => "contest",
@@ -35,12 +36,12 @@ impl Style {
         }
     }
 
-    /// What it is, in a few words.
+    /// Returns a short description.
     pub const fn about(self) -> &'static str {
         match self {
-            Self::Contest => "as in contests: loops, dead ends, a goal with one way in",
-            Self::Perfect => "one way between any two cells",
-            Self::Open => "few walls and many ways, to train in",
+            Self::Contest => "like contest mazes: loops, dead ends, a goal with one entrance",
+            Self::Perfect => "exactly one path between any two cells",
+            Self::Open => "few walls and many paths, for training",
         }
     }
 }

@@ -1,30 +1,30 @@
-//! Mazes with one way between any two cells: spanning trees.
+//! Spanning trees: mazes with exactly one path between any two cells.
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 
-use crate::random::Random;
+use crate::splitmix64::SplitMix64;
 
-/// Opens walls until there is one way from each cell of `free` to the cells of `tree`. Every such
-/// maze is as likely as any other. From each free cell there has to be a way over others.
+/// Opens walls until there is exactly one path from each cell of `free` to the cells of `tree`. All
+/// such mazes are equally likely. Every free cell must be connected to `tree` through free cells.
 ///
-/// Wilson's algorithm ("Generating random spanning trees more quickly than the cover time", STOC
-/// 1996): walk at random from a cell outside of the tree until the tree is met; the walk without
-/// its loops is a new branch.
-pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, random: &mut Random) {
+/// This is Wilson's algorithm ("Generating random spanning trees more quickly than the cover time",
+/// STOC 1996): a random walk starts at a cell outside the tree and ends in the tree; the walk
+/// without its loops becomes a new branch.
+pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, rng: &mut SplitMix64) {
     let size = walls.size();
     let mut exits = [Heading::North; MazeSize::MAX_AREA];
     let index = |cell: Cell| usize::from(cell.y) * usize::from(size.width()) + usize::from(cell.x);
     for from in free.iter() {
         let mut cell = from;
         while !tree.contains(cell) {
-            let heading = Heading::ALL[random.below(4) as usize];
+            let heading = Heading::ALL[rng.below(4) as usize];
             let next = size.neighbour(cell, heading);
             if let Some(next) = next.filter(|&next| free.contains(next) || tree.contains(next)) {
                 exits[index(cell)] = heading;
                 cell = next;
             }
         }
-        // The last exit of each cell leads past all loops.
+        // The last exits of the cells form the walk without its loops.
         cell = from;
         while tree.insert(cell) {
             let heading = exits[index(cell)];
@@ -34,55 +34,55 @@ pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, rand
     }
 }
 
-/// How passages wind.
+/// Parameters of passages.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Habits {
-    /// How many times as likely it is to go straight on as to turn.
+pub(crate) struct PassageParams {
+    /// The weight of going straight; a turn has weight 1.
     pub(crate) straight: u32,
-    /// How many times as likely it is to turn back to the heading of the step before the last one:
-    /// a staircase, which fast mice run diagonally.
+    /// The weight of a turn back to the previous heading. Such turns make staircases, which fast
+    /// mice run diagonally.
     pub(crate) stairs: u32,
-    /// In how many of a hundred cells a passage ends, and another one begins somewhere else.
+    /// The percentage of cells in which a passage ends and another one begins elsewhere.
     pub(crate) ends_percent: u32,
 }
 
-/// Opens walls until there is one way between any two cells of `free`, beginning in one of them
-/// with a heading.
+/// Opens walls until there is exactly one path between any two cells of `free`. Starts in a cell of
+/// `free` with a heading.
 ///
-/// A search in depth, which makes long passages, but for those that end too early.
+/// This is a depth-first search, which makes long passages, except that passages end at random.
 pub(crate) fn winding(
     walls: &mut Walls,
     (root, heading): (Cell, Heading),
     mut free: CellSet,
-    habits: Habits,
-    random: &mut Random,
+    params: PassageParams,
+    rng: &mut SplitMix64,
 ) {
     let size = walls.size();
     free.remove(root);
-    // Cells that may have free neighbours, with the last two headings on the way there.
-    let mut begun = vec![(root, [heading; 2])];
-    while let Some(last) = begun.len().checked_sub(1) {
-        let ends = random.below(100) < habits.ends_percent;
-        let index = if ends { random.index(begun.len()) } else { last };
-        let (cell, [before, ahead]) = begun[index];
+    // The cells that may have free neighbours, with the last two headings of the path to each.
+    let mut active = vec![(root, [heading; 2])];
+    while let Some(last) = active.len().checked_sub(1) {
+        let ends = rng.below(100) < params.ends_percent;
+        let index = if ends { rng.index(active.len()) } else { last };
+        let (cell, [previous, ahead]) = active[index];
         let weights = Heading::ALL.map(|heading| {
             let is_free = size.neighbour(cell, heading).is_some_and(|next| free.contains(next));
             match heading {
                 _ if !is_free => 0,
-                _ if heading == ahead => habits.straight,
-                _ if heading == before => habits.stairs,
+                _ if heading == ahead => params.straight,
+                _ if heading == previous => params.stairs,
                 _ => 1,
             }
         });
-        let drawn = random.weighted(weights).map(|number| Heading::ALL[number]);
+        let drawn = rng.weighted(weights).map(|number| Heading::ALL[number]);
         let Some((heading, next)) = drawn.and_then(|to| Some((to, size.neighbour(cell, to)?)))
         else {
-            begun.remove(index);
+            active.remove(index);
             continue;
         };
         walls.set(cell, heading, false);
         free.remove(next);
-        begun.push((next, [ahead, heading]));
+        active.push((next, [ahead, heading]));
     }
 }
 
@@ -98,11 +98,11 @@ mod tests {
         let size = MazeSize::new(2, 3).unwrap();
         let root: CellSet = [Cell::new(1, 1)].into_iter().collect();
         let free = size.cells().filter(|&cell| !root.contains(cell)).collect();
-        let mut random = Random::new(1);
+        let mut rng = SplitMix64::new(1);
         let mut counts: HashMap<Walls, u32> = HashMap::new();
         for _ in 0..15_000 {
             let mut walls = Walls::closed(size);
-            uniform(&mut walls, root, &free, &mut random);
+            uniform(&mut walls, root, &free, &mut rng);
             *counts.entry(walls).or_default() += 1;
         }
         assert_eq!(counts.len(), 15);
@@ -110,11 +110,11 @@ mod tests {
     }
 
     #[test]
-    fn habits_make_straights_and_stairs() {
-        let turns = |habits: Habits| {
+    fn parameters_control_straights_stairs_and_dead_ends() {
+        let turns = |params: PassageParams| {
             let (size, root) = (MazeSize::HALF_SIZE, (Cell::new(0, 0), Heading::North));
             let mut walls = Walls::closed(size);
-            winding(&mut walls, root, size.cells().collect(), habits, &mut Random::new(1));
+            winding(&mut walls, root, size.cells().collect(), params, &mut SplitMix64::new(1));
             let opposite = |cell: &Cell| {
                 let is_open = |heading| !walls.has(*cell, heading);
                 Heading::ALL.into_iter().any(|heading| is_open(heading) && is_open(heading.back()))
@@ -122,10 +122,10 @@ mod tests {
             let dead_ends = size.cells().filter(|&cell| walls.open_neighbours(cell).count() == 1);
             (size.cells().filter(|cell| !opposite(cell)).count(), dead_ends.count())
         };
-        let plain = Habits { straight: 1, stairs: 1, ends_percent: 0 };
+        let plain = PassageParams { straight: 1, stairs: 1, ends_percent: 0 };
         let (bends, dead_ends) = turns(plain);
-        assert!(turns(Habits { straight: 9, ..plain }).0 < bends / 2);
-        assert!(turns(Habits { stairs: 9, ..plain }).0 > bends * 5 / 4);
-        assert!(turns(Habits { ends_percent: 50, ..plain }).1 > dead_ends * 3 / 2);
+        assert!(turns(PassageParams { straight: 9, ..plain }).0 < bends / 2);
+        assert!(turns(PassageParams { stairs: 9, ..plain }).0 > bends * 5 / 4);
+        assert!(turns(PassageParams { ends_percent: 50, ..plain }).1 > dead_ends * 3 / 2);
     }
 }

@@ -1,8 +1,8 @@
-//! How long the champion takes to answer a step: median, 99th percentile and worst, over whole
-//! trials in all mazes of the paths told, with sensors that are right and with sensors that err.
+//! Measures how long the champion takes per step: median, 99th percentile and maximum over complete
+//! trials in all mazes of the given paths, with noise-free and with noisy sensors.
 //!
-//! Each trial is run three times, and of each step the least time counts: what else runs on the
-//! machine then hardly does.
+//! Each trial runs three times and each step counts with its fastest run, which reduces the
+//! influence of other processes.
 //!
 //! ```sh
 //! cargo run --release -p mmsim-trial --example step_times -- MAZES...
@@ -14,51 +14,53 @@ use std::time::{Duration, Instant};
 
 use mmsim_formats::Catalogue;
 use mmsim_maze::{KnownMaze, Maze};
-use mmsim_trial::{Action, Champion, Habits, Noise, Robot, Rule, try_watched};
+use mmsim_trial::{
+    Action, Champion, Robot, SensorNoise, StoppingRule, WallPrior, run_observed_trial,
+};
 
-/// A robot, and how long it took for each step.
-struct Timed<R> {
+/// A robot and the durations of its steps.
+struct TimedRobot<R> {
     robot: R,
     steps: Vec<Duration>,
 }
 
-impl<R: Robot> Robot for Timed<R> {
+impl<R: Robot> Robot for TimedRobot<R> {
     fn next_move(&mut self, sensors: [u8; 3]) -> Action {
-        let begin = Instant::now();
+        let start = Instant::now();
         let action = self.robot.next_move(sensors);
-        self.steps.push(begin.elapsed());
+        self.steps.push(start.elapsed());
         action
     }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    println!("{:>9} {:>9} {:>9} {:>9}  noise, mazes", "steps", "median", "99 %", "worst");
+    println!("{:>9} {:>9} {:>9} {:>9}  noise, mazes", "steps", "median", "99 %", "maximum");
     for path in std::env::args().skip(1) {
         let catalogue = Catalogue::from_path(Path::new(&path))?;
         let mazes: Vec<Maze> =
             catalogue.entries().iter().map(mmsim_formats::Entry::maze).collect::<Result<_, _>>()?;
         for noise in [0., 0.1] {
             let mut steps: Vec<Duration> =
-                mazes.iter().flat_map(|maze| least_of_three(maze, noise)).collect();
+                mazes.iter().flat_map(|maze| fastest_of_three(maze, noise)).collect();
             steps.sort_unstable();
             let Some(last) = steps.len().checked_sub(1) else { continue };
             let ms = |index: usize| format!("{:.3} ms", steps[index].as_secs_f64() * 1e3);
-            let [median, most, worst] = [last / 2, last * 99 / 100, last].map(ms);
-            println!("{:>9} {median} {most} {worst}  {noise}, {path}", steps.len());
+            let [median, percentile, max] = [last / 2, last * 99 / 100, last].map(ms);
+            println!("{:>9} {median} {percentile} {max}  {noise}, {path}", steps.len());
         }
     }
     Ok(())
 }
 
-fn least_of_three(maze: &Maze, noise: f64) -> Vec<Duration> {
+fn fastest_of_three(maze: &Maze, noise: f64) -> Vec<Duration> {
     let run = || {
-        let before = KnownMaze::unexplored(maze);
-        let robot = Champion::new(before, Rule::default(), Habits::CONTEST, noise, 0);
-        let mut timed = Timed { robot, steps: Vec::new() };
-        try_watched(maze, &mut timed, &mut Noise::new(noise, 1), |_, _, _| {});
+        let (unexplored, rule) = (KnownMaze::unexplored(maze), StoppingRule::default());
+        let robot = Champion::new(unexplored, rule, WallPrior::CONTEST, noise, 0);
+        let mut timed = TimedRobot { robot, steps: Vec::new() };
+        run_observed_trial(maze, &mut timed, &mut SensorNoise::new(noise, 1), |_, _, _| {});
         timed.steps
     };
     let [first, second, third] = [(); 3].map(|()| run());
-    let least = |((a, b), c): ((Duration, Duration), Duration)| a.min(b).min(c);
-    first.into_iter().zip(second).zip(third).map(least).collect()
+    let fastest = |((a, b), c): ((Duration, Duration), Duration)| a.min(b).min(c);
+    first.into_iter().zip(second).zip(third).map(fastest).collect()
 }

@@ -1,22 +1,24 @@
-//! What a robot answers.
+//! The answer of a robot to its sensor readings.
 
 use std::fmt;
+
+use mmsim_maze::Heading;
 
 /// What a robot does in a time step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
-    /// Turns on the spot, then moves straight on.
+    /// Turns on the spot, then moves straight.
     Move {
         /// The turn.
         rotation: Rotation,
-        /// How many cells to go along the new heading, backwards where negative. The environment
-        /// cuts it to 3 cells either way, and at walls.
+        /// The number of cells to move along the new heading; a negative number moves backwards.
+        /// The environment limits it to 3 in either direction, and the move ends early at a wall.
         cells: i8,
     },
-    /// Ends the first run, once the robot has been in the goal; any other reset is a step wasted.
+    /// Ends the first run if the robot has visited the goal. Any other reset wastes a step.
     Reset,
-    /// The robot says that the goal cannot be reached. The trial ends without a score. The
-    /// published tester has no such answer: there a robot moves on until time is up.
+    /// Reports that the goal is unreachable. The trial ends without a score. The published tester
+    /// has no such answer: there, the robot moves on until its steps are used up.
     GiveUp,
 }
 
@@ -32,14 +34,14 @@ pub enum Rotation {
 }
 
 impl Action {
-    /// The most cells that a robot goes in one step.
+    /// The maximum number of cells in one step.
     pub const MAX_CELLS: i8 = 3;
 
-    /// Neither a turn nor a move.
+    /// No turn and no move.
     pub const STAY: Self = Self::Move { rotation: Rotation::None, cells: 0 };
 
-    /// The move of the published robots' two numbers: a rotation in degrees, where any but -90 and
-    /// 90 is none, and a movement in cells.
+    /// Converts the two numbers of the published robots: a rotation in degrees, where values other
+    /// than -90 and 90 mean no turn, and a movement in cells.
     ///
     /// ```
     /// use mmsim_trial::{Action, Rotation};
@@ -52,14 +54,25 @@ impl Action {
             90 => Rotation::Right,
             _ => Rotation::None,
         };
-        let most = i64::from(Self::MAX_CELLS);
-        let cells = i8::try_from(movement.clamp(-most, most)).unwrap_or(0);
+        let max = i64::from(Self::MAX_CELLS);
+        let cells = i8::try_from(movement.clamp(-max, max)).unwrap_or(0);
         Self::Move { rotation, cells }
+    }
+
+    /// Returns the move that takes a robot with heading `from` the given number of cells towards
+    /// `heading`, in reverse if that direction is behind the robot; `None` for 0 cells.
+    pub(crate) fn towards(from: Heading, heading: Heading, cells: usize) -> Option<Self> {
+        let cells = i8::try_from(cells).ok().filter(|&cells| cells > 0)?;
+        let is_turn = |rotation: &Rotation| rotation.turn(from) == heading;
+        Some(match [Rotation::None, Rotation::Left, Rotation::Right].into_iter().find(is_turn) {
+            Some(rotation) => Self::Move { rotation, cells },
+            None => Self::Move { rotation: Rotation::None, cells: -cells },
+        })
     }
 }
 
 impl Rotation {
-    /// Its angle, clockwise in degrees.
+    /// Returns the angle in degrees, clockwise.
     pub const fn degrees(self) -> i16 {
         match self {
             Self::Left => -90,
@@ -68,8 +81,8 @@ impl Rotation {
         }
     }
 
-    /// The heading after this turn.
-    pub const fn turn(self, heading: mmsim_maze::Heading) -> mmsim_maze::Heading {
+    /// Returns the heading after this turn.
+    pub const fn turn(self, heading: Heading) -> Heading {
         match self {
             Self::Left => heading.left(),
             Self::None => heading,

@@ -1,13 +1,17 @@
-//! The robots that come with this crate, by name.
+//! The robots of this crate, by name.
 
 use std::fmt;
 use std::str::FromStr;
 
 use mmsim_maze::KnownMaze;
 
-use crate::{Champion, CountExpansion, Habits, KeyPoints, Random, Robot, Rule, Swing, Variant};
+use crate::champion::{Champion, StoppingRule, WallPrior};
+use crate::count_expansion::CountExpansion;
+use crate::random_walk::RandomWalk;
+use crate::robot::Robot;
+use crate::swing::{KeyPoints, Swing, Variant};
 
-/// A robot that comes with this crate.
+/// A robot of this crate.
 ///
 /// ```
 /// use mmsim_trial::BundledRobot;
@@ -16,8 +20,9 @@ use crate::{Champion, CountExpansion, Habits, KeyPoints, Random, Robot, Rule, Sw
 /// # Ok::<(), mmsim_trial::UnknownRobot>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum BundledRobot {
-    /// [`Random`]
+    /// [`RandomWalk`]
     Random,
     /// [`CountExpansion`]
     CountExpansion,
@@ -25,36 +30,37 @@ pub enum BundledRobot {
     Swing,
     /// [`Swing::timed`]
     SwingTimed,
-    /// [`Champion`] that explores until no faster race is possible.
+    /// [`Champion`] with [`StoppingRule::Proven`].
     Proven,
-    /// [`Champion`]
+    /// [`Champion`] with the default [`StoppingRule`].
     Champion,
 }
 
-/// What a robot is told beside the maze's size, start and goal; each heeds what concerns it.
+/// The settings of bundled robots. Each robot uses those that apply to it.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Settings {
-    /// Where all that is random in it comes from.
+    /// The random seed.
     pub seed: u64,
-    /// How many corners are key points.
+    /// The number of corners to visit.
     pub key_points: KeyPoints,
-    /// How far it goes to explore.
+    /// How much of the key point route to follow.
     pub variant: Variant,
-    /// The chance that a reading of the sensors is wrong by one cell.
+    /// The probability that a sensor reading is wrong by one cell, 0 to 1.
     pub noise: f64,
 }
 
-/// A name that no robot here has.
+/// The error for a name that is not a [`BundledRobot`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected one of {names}, found {name:?}", names = BundledRobot::ALL.map(BundledRobot::name).join(", "))]
+#[error("expected one of {names}, found {name:?}", names = BundledRobot::names().join(", "))]
+#[non_exhaustive]
 pub struct UnknownRobot {
-    /// The name.
+    /// The unknown name.
     pub name: String,
 }
 
 impl BundledRobot {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
+    /// All bundled robots.
+    pub const ALL: &'static [Self] = &[
         Self::Random,
         Self::CountExpansion,
         Self::Swing,
@@ -63,7 +69,7 @@ impl BundledRobot {
         Self::Champion,
     ];
 
-    /// Its name, as on the command line.
+    /// Returns the name used on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Random => "random",
@@ -75,29 +81,34 @@ impl BundledRobot {
         }
     }
 
-    /// What it does, in a few words.
+    fn names() -> Vec<&'static str> {
+        Self::ALL.iter().map(|robot| robot.name()).collect()
+    }
+
+    /// Returns a short description.
     pub const fn about(self) -> &'static str {
         match self {
-            Self::Random => "any turn, and any move ahead",
+            Self::Random => "random turns and moves",
             Self::CountExpansion => "flood to the goal, reset, race",
-            Self::Swing => "A* to centre and corners, then the shortest way known",
+            Self::Swing => "A* to centre and corners, then the shortest known path",
+            Self::SwingTimed => "as swing, with plans in time steps of up to 3 cells",
             Self::Proven => "explore until no faster race is possible",
-            Self::Champion => "explore as long as that is likely to pay",
-            Self::SwingTimed => "the same with plans in time steps, up to 3 cells each",
+            Self::Champion => "explore as long as that is likely to pay off",
         }
     }
 
-    /// The robot itself, its trial not begun yet.
-    pub fn robot(self, before: KnownMaze, settings: &Settings) -> Box<dyn Robot + Send> {
+    /// Creates the robot at the start of its first run.
+    pub fn robot(self, unexplored: KnownMaze, settings: &Settings) -> Box<dyn Robot + Send> {
         let &Settings { seed, key_points, variant, noise } = settings;
-        let champion = |rule| Champion::new(before.clone(), rule, Habits::CONTEST, noise, seed);
+        let champion =
+            |rule| Champion::new(unexplored.clone(), rule, WallPrior::CONTEST, noise, seed);
         match self {
-            Self::Random => Box::new(Random::new(before, seed)),
-            Self::CountExpansion => Box::new(CountExpansion::new(before)),
-            Self::Swing => Box::new(Swing::new(before, variant, key_points)),
-            Self::SwingTimed => Box::new(Swing::timed(before, variant, key_points)),
-            Self::Proven => Box::new(champion(Rule::Proven)),
-            Self::Champion => Box::new(champion(Rule::default())),
+            Self::Random => Box::new(RandomWalk::new(unexplored, seed)),
+            Self::CountExpansion => Box::new(CountExpansion::new(unexplored)),
+            Self::Swing => Box::new(Swing::new(unexplored, variant, key_points)),
+            Self::SwingTimed => Box::new(Swing::timed(unexplored, variant, key_points)),
+            Self::Proven => Box::new(champion(StoppingRule::Proven)),
+            Self::Champion => Box::new(champion(StoppingRule::default())),
         }
     }
 }
@@ -112,7 +123,7 @@ impl FromStr for BundledRobot {
     type Err = UnknownRobot;
 
     fn from_str(name: &str) -> Result<Self, UnknownRobot> {
-        let named = Self::ALL.into_iter().find(|robot| robot.name() == name);
+        let named = Self::ALL.iter().copied().find(|robot| robot.name() == name);
         named.ok_or_else(|| UnknownRobot { name: name.into() })
     }
 }
@@ -122,8 +133,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_read_back() {
-        for robot in BundledRobot::ALL {
+    fn names_round_trip() {
+        for &robot in BundledRobot::ALL {
             assert_eq!(robot.to_string().parse(), Ok(robot));
         }
         assert!("Random".parse::<BundledRobot>().is_err());

@@ -1,113 +1,126 @@
-//! The champion: explores as long as that pays.
+//! The champion: explores as long as that pays off.
 
-mod belief;
+mod belief_state;
 mod contest;
-mod guesses;
-mod habits;
-mod prospects;
-mod unseen;
+mod exploration_value;
+mod hypothesis;
+mod maze_batch;
+mod maze_samples;
+mod unknown_stretch;
+mod wall_prior;
 
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Unknown, WallState};
+use mmsim_maze::{Cell, Heading, KnownMaze, Pose, Unknown, WallState};
 
-use crate::{Action, RaceSteps, Robot, Rotation, Survey, Trial};
-use belief::Belief;
-pub use habits::Habits;
-use prospects::Prospects;
+use crate::action::{Action, Rotation};
+use crate::race::RaceSteps;
+use crate::robot::Robot;
+use crate::survey::Survey;
+use crate::trial::Trial;
+use belief_state::BeliefState;
+use exploration_value::ExplorationValue;
+pub use wall_prior::WallPrior;
 
-/// The champion: goes to the goal, explores where a faster race may still hide as long as that is
-/// worth its steps, and races in the fewest steps over what it knows.
+/// The champion: moves to the goal, explores as long as the expected gain exceeds the cost, and
+/// races in the fewest steps over known walls.
 ///
-/// **To the goal** it takes unknown walls as open and goes to the cell at the edge of what it knows
-/// over which the goal is fewest time steps away.
+/// **On the way to the goal** it plans optimistically. It moves to the cell at the edge of the
+/// known part that has the goal in the fewest time steps.
 ///
-/// **From then on** it guesses mazes ([`Habits`] tell how) that agree with what it has seen. In each
-/// it looks up the fastest race and the stretch of it that it has not seen: so many steps it would
-/// save, so many it would take to see. Over all guesses these add up. Among the stretches where a
-/// step of exploring saves enough (a [`Rule`] tells how much), it goes to the one from which most
-/// others are near too, and stops when there is none. It stops for certain once
-/// no faster race is possible.
+/// **After that** it samples mazes that agree with the known walls; a [`WallPrior`] gives the
+/// probabilities of the unknown ones. In each sample it finds the fastest race and its stretch of
+/// unknown walls, the steps that this race would save, and the steps needed to explore the stretch.
+/// It adds these numbers up over all samples. A [`StoppingRule`] sets the minimum gain per
+/// exploration step. Of the stretches that reach it, the robot moves to the one with the most gain
+/// nearby. It stops if there is none, or if no faster race is possible.
 ///
-/// It assumes, as contests have it, that the goal cells are a room with one entrance, and
-/// that other walls are like those of contest mazes. Where that is not so it explores too little or
-/// too much, but what it does never rests on a guess: while its sensors are right, it moves only where
-/// it knows the way is open.
+/// It assumes a contest maze: the goal cells are a room with one entrance, and the other walls
+/// resemble those of contest mazes. In other mazes it explores too little or too much, but its
+/// moves never depend on a sample: with noise-free sensors it moves only through open sides that it
+/// has seen.
 ///
-/// With sensors that err it keeps a belief for each wall, looks again at what it is not sure of, and
-/// where it ran into a wall it follows from what its sensors tell where it may be.
+/// With noisy sensors it keeps a probability for each wall, repeats uncertain readings, and tracks
+/// several hypotheses about its position, because an unseen wall can cut a move short.
 #[derive(Clone, Debug)]
 pub struct Champion {
-    belief: Belief,
-    errs: bool,
-    rule: Rule,
-    habits: Habits,
-    prospects: Option<Prospects>,
+    belief: BeliefState,
+    is_noisy: bool,
+    rule: StoppingRule,
+    prior: WallPrior,
+    value: Option<ExplorationValue>,
     seed: u64,
     steps: u32,
 }
 
-/// When a [`Champion`] stops exploring.
+/// The rule by which a [`Champion`] stops exploring.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Rule {
-    /// When a step of exploring saves less than this many thirtieths of a step of the race.
-    Worth(f64),
-    /// When no faster race is possible: proven, whatever that costs.
+#[non_exhaustive]
+pub enum StoppingRule {
+    /// Stop if an exploration step saves less than this many thirtieths of a race step.
+    MinGain(f64),
+    /// Stop if no faster race is possible, whatever the cost.
     Proven,
 }
 
-impl Default for Rule {
+impl Default for StoppingRule {
     fn default() -> Self {
-        Self::Worth(1.2)
+        Self::MinGain(1.2)
     }
 }
 
 impl Champion {
-    /// A robot that has not begun yet. `noise` is the chance that a reading of its sensors is wrong
-    /// by one cell; what is no chance, 0 to 1, is taken as 0.
-    pub fn new(before: KnownMaze, rule: Rule, habits: Habits, noise: f64, seed: u64) -> Self {
+    /// Creates a robot at the start of its first run. `noise` is the probability that a sensor
+    /// reading is wrong by one cell; values outside 0 to 1 are treated as 0.
+    pub fn new(
+        unexplored: KnownMaze,
+        rule: StoppingRule,
+        prior: WallPrior,
+        noise: f64,
+        seed: u64,
+    ) -> Self {
         let noise = if (0. ..=1.).contains(&noise) { noise } else { 0. };
-        let belief = Belief::new(before, noise);
-        Self { belief, errs: noise > 0., rule, habits, prospects: None, seed, steps: 0 }
+        let belief = BeliefState::new(unexplored, noise);
+        Self { belief, is_noisy: noise > 0., rule, prior, value: None, seed, steps: 0 }
     }
 
-    /// What it knows, and where it reckons to be.
+    /// Returns the known walls and the estimated pose.
     pub fn survey(&self) -> &Survey {
-        &self.belief.likeliest().survey
+        &self.belief.most_likely().survey
     }
 
     fn explore(&mut self) -> Action {
-        let account = self.belief.likeliest();
-        let (been_in_goal, pose) = (account.been_in_goal, account.survey.pose());
-        let mut map = account.survey.map().clone();
-        let mut plan = Plan::new(&map, pose.cell);
-        if plan.optimum.is_none() && self.errs {
-            map = account.doubting();
-            plan = Plan::new(&map, pose.cell);
+        let hypothesis = self.belief.most_likely();
+        let (has_visited_goal, pose) = (hypothesis.has_visited_goal, hypothesis.survey.pose());
+        let mut map = hypothesis.survey.map().clone();
+        let mut bounds = RaceBounds::new(&map, pose.cell);
+        if bounds.lower.is_none() && self.is_noisy {
+            map = hypothesis.without_uncertain_walls();
+            bounds = RaceBounds::new(&map, pose.cell);
         }
-        let Some(optimum) = plan.optimum else { return Action::GiveUp };
-        let target = match plan.best.filter(|_| been_in_goal) {
-            Some(best) if best <= optimum || self.is_late(best) => None,
-            Some(best) => match self.rule {
-                Rule::Worth(worth) => {
-                    let (habits, seed) = (&self.habits, self.seed);
-                    let prospects =
-                        self.prospects.get_or_insert_with(|| Prospects::new(&map, habits, seed));
-                    prospects.most_worth(&map, habits, &plan.from_here, best, worth)
+        let Some(lower) = bounds.lower else { return Action::GiveUp };
+        let target = match bounds.upper.filter(|_| has_visited_goal) {
+            Some(upper) if upper <= lower || self.must_race(upper) => None,
+            Some(upper) => match self.rule {
+                StoppingRule::MinGain(min_gain) => {
+                    let (prior, seed) = (&self.prior, self.seed);
+                    let value =
+                        self.value.get_or_insert_with(|| ExplorationValue::new(&map, prior, seed));
+                    value.best_target(&map, prior, &bounds.from_here, upper, min_gain)
                 }
-                Rule::Proven => plan.nearest_that_matters(&map, best),
+                StoppingRule::Proven => bounds.nearest_improving(&map, upper),
             },
-            None => plan.nearest_to_goal(&map),
+            None => bounds.nearest_to_goal(&map),
         };
         match target {
             Some(target) => move_to(&map, pose, target),
-            None if been_in_goal => Action::Reset,
-            // All sides that it believes to be shut cannot be: it looks again.
+            None if has_visited_goal => Action::Reset,
+            // The map is contradictory: read the sensors again.
             None => TURN,
         }
     }
 
-    /// Whether the race has to begin for both runs to end in time.
-    fn is_late(&self, best: u16) -> bool {
-        let race = u32::from(best);
+    /// Returns whether the race must begin now to end within the step limit.
+    fn must_race(&self, upper: u16) -> bool {
+        let race = u32::from(upper);
         self.steps + race + race / 4 + 4 >= Trial::MAX_STEPS
     }
 
@@ -117,7 +130,7 @@ impl Champion {
         if survey.is_in_goal() {
             return Action::STAY;
         }
-        // Unknown walls are there only if its sensors have told it otherwise since.
+        // The path has unknown walls only if readings have contradicted the map since the reset.
         let plan = |unknown| {
             let walls = map.walls(unknown);
             RaceSteps::flood(walls, map.goals()).next_move(walls, pose)
@@ -129,49 +142,52 @@ impl Champion {
 impl Robot for Champion {
     fn next_move(&mut self, sensors: [u8; 3]) -> Action {
         self.belief.observe(sensors);
-        let action = if self.belief.likeliest().races { self.race() } else { self.explore() };
-        self.belief.go(action);
+        let action = if self.belief.most_likely().is_racing { self.race() } else { self.explore() };
+        self.belief.apply(action);
         self.steps += 1;
         action
     }
 }
 
-/// What there is to plan with: time steps over what is known.
-struct Plan {
+/// Bounds on the race steps, and the distances used to compute them.
+struct RaceBounds {
+    /// Pessimistic distances from the current cell.
     from_here: RaceSteps,
-    /// To the goal, unknown walls taken as open.
-    hoped: RaceSteps,
-    /// The fewest steps of a race over ways known to be open.
-    best: Option<u16>,
-    /// The same if all unknown walls are open.
-    optimum: Option<u16>,
+    /// Optimistic distances to the goal.
+    to_goal: RaceSteps,
+    /// The fewest race steps with unknown walls closed.
+    upper: Option<u16>,
+    /// The fewest race steps with unknown walls open.
+    lower: Option<u16>,
 }
 
-impl Plan {
+impl RaceBounds {
     fn new(map: &KnownMaze, here: Cell) -> Self {
-        let from = |cell| RaceSteps::flood(map.walls(Unknown::Closed), &CellSet::from_iter([cell]));
+        let from = |cell| RaceSteps::flood_from(map.walls(Unknown::Closed), cell);
         let (from_here, from_start) = (from(here), from(map.start()));
-        let hoped = RaceSteps::flood(map.walls(Unknown::Open), map.goals());
-        // A robot that starts in the goal needs a step that ends there all the same.
-        let best = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
-        let (best, optimum) =
-            (best.map(|steps| steps.max(1)), hoped.at(map.start()).map(|steps| steps.max(1)));
-        Self { from_here, hoped, best, optimum }
+        let to_goal = RaceSteps::flood(map.walls(Unknown::Open), map.goals());
+        let upper = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
+        // A race takes at least one step, even if it starts in the goal.
+        let [upper, lower] =
+            [upper, to_goal.at(map.start())].map(|steps| steps.map(|steps| steps.max(1)));
+        Self { from_here, to_goal, upper, lower }
     }
 
-    /// Steps to a cell over ways known to be open; to the one it stands in one step too, a turn.
+    /// Returns the steps to a cell over known open sides; 1 for the current cell, where the robot
+    /// turns on the spot.
     fn steps_to(&self, cell: Cell) -> Option<u16> {
         self.from_here.at(cell).map(|steps| steps.max(1))
     }
 
-    /// The cell at the edge of what is known over which the goal is nearest, or the goal itself; of
-    /// several the one with the least sum of steps to it and cells on to the goal, walls or not.
+    /// Returns the cell through which the goal is nearest: a cell at the edge of the known part or a
+    /// goal cell. Ties are broken by the smallest sum of steps to the cell and Manhattan distance
+    /// from there to the goal, then by the fewest steps to the cell.
     fn nearest_to_goal(&self, map: &KnownMaze) -> Option<Cell> {
-        let off = |cell: Cell, goal: Cell| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y);
-        let crow = |cell| map.goals().iter().map(|goal| off(cell, goal)).min();
+        let manhattan = |cell: Cell, goal: Cell| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y);
+        let to_any_goal = |cell| map.goals().iter().map(|goal| manhattan(cell, goal)).min();
         let key = |cell| {
-            let (to, on) = (self.steps_to(cell)?, self.hoped.at(cell)?);
-            Some((to + on, to + u16::from(crow(cell)?), to))
+            let (to_cell, to_goal) = (self.steps_to(cell)?, self.to_goal.at(cell)?);
+            Some((to_cell + to_goal, to_cell + u16::from(to_any_goal(cell)?), to_cell))
         };
         let is_edge = |&cell: &Cell| map.goals().contains(cell) || has_unknown_side(map, cell);
         let edge = map.size().cells().filter(is_edge);
@@ -179,31 +195,31 @@ impl Plan {
         nearest.map(|(_, cell)| cell)
     }
 
-    /// The nearest cell at the edge of what is known over which a faster race may lead.
-    fn nearest_that_matters(&self, map: &KnownMaze, best: u16) -> Option<Cell> {
-        let start = CellSet::from_iter([map.start()]);
-        let from_start = RaceSteps::flood(map.walls(Unknown::Open), &start);
-        let over = |cell| Some(from_start.at(cell)? + self.hoped.at(cell)?);
-        let nearest = |most: u16| {
-            let matters = |&cell: &Cell| {
-                over(cell).is_some_and(|steps| steps <= most) && has_unknown_side(map, cell)
+    /// Returns the nearest cell at the edge of the known part through which a race may take fewer
+    /// than `upper` steps or, if there is none, exactly `upper` steps.
+    fn nearest_improving(&self, map: &KnownMaze, upper: u16) -> Option<Cell> {
+        let from_start = RaceSteps::flood_from(map.walls(Unknown::Open), map.start());
+        let race_through = |cell| Some(from_start.at(cell)? + self.to_goal.at(cell)?);
+        let nearest = |max_steps: u16| {
+            let is_target = |&cell: &Cell| {
+                race_through(cell).is_some_and(|steps| steps <= max_steps)
+                    && has_unknown_side(map, cell)
             };
-            let cells = map.size().cells().filter(matters);
+            let cells = map.size().cells().filter(is_target);
             cells
                 .filter_map(|cell| Some((self.steps_to(cell)?, cell)))
                 .min_by_key(|&(steps, _)| steps)
         };
-        nearest(best - 1).or_else(|| nearest(best)).map(|(_, cell)| cell)
+        nearest(upper - 1).or_else(|| nearest(upper)).map(|(_, cell)| cell)
     }
 }
 
 const TURN: Action = Action::Move { rotation: Rotation::Right, cells: 0 };
 
-/// The next move on the way to a cell; in it, a turn to see what lies behind.
+/// Returns the next move towards a cell; in the cell itself, a turn that reveals the walls behind.
 fn move_to(map: &KnownMaze, pose: Pose, target: Cell) -> Action {
     let walls = map.walls(Unknown::Closed);
-    let to_target = RaceSteps::flood(walls, &CellSet::from_iter([target]));
-    to_target.next_move(walls, pose).unwrap_or(TURN)
+    RaceSteps::flood_from(walls, target).next_move(walls, pose).unwrap_or(TURN)
 }
 
 fn has_unknown_side(map: &KnownMaze, cell: Cell) -> bool {
@@ -215,9 +231,12 @@ mod tests {
     use mmsim_maze::Maze;
 
     use super::*;
-    use crate::{Ending, Noise, try_robot, try_watched};
+    use crate::noise::SensorNoise;
+    use crate::race::race_optimum;
+    use crate::robot::{run_observed_trial, run_trial};
+    use crate::trial::TrialOutcome;
 
-    /// With two ways to the goal, the shorter one away from it at first.
+    /// A maze with two paths to the goal. The shorter one leads away from the goal at first.
     const MAZE: &str = "\
 o---o---o---o---o---o---o
 |                       |
@@ -234,73 +253,70 @@ o   o---o---o   o---o   o
 o---o---o---o---o---o---o
 ";
 
-    fn ending(text: &str, rule: Rule, noise: f64, seed: u64) -> Ending {
+    fn champion(maze: &Maze, rule: StoppingRule, noise: f64, seed: u64) -> Champion {
+        Champion::new(KnownMaze::unexplored(maze), rule, WallPrior::CONTEST, noise, seed)
+    }
+
+    fn outcome(text: &str, rule: StoppingRule, noise: f64, seed: u64) -> TrialOutcome {
         let maze: Maze = text.parse().unwrap();
-        let before = KnownMaze::unexplored(&maze);
-        let mut robot = Champion::new(before, rule, Habits::CONTEST, noise, seed);
-        try_watched(&maze, &mut robot, &mut Noise::new(noise, seed), |_, _, _| {})
+        let mut robot = champion(&maze, rule, noise, seed);
+        run_observed_trial(&maze, &mut robot, &mut SensorNoise::new(noise, seed), |_, _, _| {})
     }
 
     #[test]
-    fn what_is_proven_is_the_optimum() {
+    fn a_proven_race_is_optimal() {
         let maze: Maze = MAZE.parse().unwrap();
-        let optimum = crate::race_optimum(maze.walls(), maze.start().cell, maze.goals()).unwrap();
-        let Ending::Scored(proven) = ending(MAZE, Rule::Proven, 0., 0) else { panic!("no score") };
-        assert_eq!(proven.race_steps, u32::from(optimum));
-        let Ending::Scored(worth) = ending(MAZE, Rule::default(), 0., 0) else {
-            panic!("no score")
+        let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals()).unwrap();
+        let score = |rule| match outcome(MAZE, rule, 0., 0) {
+            TrialOutcome::Scored(score) => score,
+            other => panic!("{other:?}"),
         };
-        assert!(worth.explore_steps <= proven.explore_steps, "{worth:?} {proven:?}");
+        let (proven, default) = (score(StoppingRule::Proven), score(StoppingRule::default()));
+        assert_eq!(proven.race_steps, u32::from(optimum));
+        assert!(default.explore_steps <= proven.explore_steps, "{default:?} {proven:?}");
     }
 
     #[test]
-    fn a_goal_that_is_cut_off_is_given_up() {
-        let cut = MAZE.replace("o---o   o---o   o\n|   |   | G", "o---o---o---o   o\n|   |   | G");
-        let cut = cut.replace("|   |     G", "|   |   | G");
-        assert_eq!(ending(&cut, Rule::default(), 0., 0), Ending::GaveUp);
-        assert_eq!(
-            ending("o---o---o\n| S | G |\no---o---o\n", Rule::default(), 0., 0),
-            Ending::GaveUp
-        );
+    fn gives_up_if_the_goal_is_unreachable() {
+        let closed =
+            MAZE.replace("o---o   o---o   o\n|   |   | G", "o---o---o---o   o\n|   |   | G");
+        let closed = closed.replace("|   |     G", "|   |   | G");
+        for text in [closed.as_str(), "o---o---o\n| S | G |\no---o---o\n"] {
+            assert_eq!(outcome(text, StoppingRule::default(), 0., 0), TrialOutcome::GaveUp);
+        }
     }
 
     #[test]
-    fn odd_mazes_are_run_too() {
-        let steps = |text| match ending(text, Rule::default(), 0., 0) {
-            Ending::Scored(score) => (score.explore_steps, score.race_steps),
+    fn handles_unusual_mazes() {
+        let steps = |text| match outcome(text, StoppingRule::default(), 0., 0) {
+            TrialOutcome::Scored(score) => (score.explore_steps, score.race_steps),
             other => panic!("{other:?} in\n{text}"),
         };
-        assert_eq!(steps("o---o\n| G |\no---o\n"), (2, 1), "it starts in the goal");
-        assert_eq!(steps("o---o\n| S |\no   o\n| G |\no---o\n"), (3, 1), "the way lies behind");
+        assert_eq!(steps("o---o\n| G |\no---o\n"), (2, 1), "start in the goal");
+        assert_eq!(steps("o---o\n| S |\no   o\n| G |\no---o\n"), (3, 1), "goal behind the start");
         assert_eq!(steps("o---o---o---o---o\n| S           G |\no---o---o---o---o\n"), (2, 1));
     }
 
     #[test]
-    fn it_finishes_though_its_sensors_err() {
+    fn scores_with_noisy_sensors() {
         let mut scored = 0;
         for seed in 0..40 {
             let noise = [0.01, 0.05, 0.1, 0.2][usize::try_from(seed % 4).unwrap()];
-            scored +=
-                u32::from(matches!(ending(MAZE, Rule::default(), noise, seed), Ending::Scored(_)));
+            let outcome = outcome(MAZE, StoppingRule::default(), noise, seed);
+            scored += u32::from(matches!(outcome, TrialOutcome::Scored(_)));
         }
         assert!(scored >= 38, "{scored} of 40");
     }
 
     #[test]
-    fn it_answers_whatever_its_sensors_tell() {
+    fn arbitrary_readings_do_not_panic() {
         let maze: Maze = MAZE.parse().unwrap();
         for noise in [0., 0.1, 1.] {
-            let mut robot = Champion::new(
-                KnownMaze::unexplored(&maze),
-                Rule::default(),
-                Habits::CONTEST,
-                noise,
-                1,
-            );
+            let mut robot = champion(&maze, StoppingRule::default(), noise, 1);
             for step in 0..300_u32 {
-                let told =
-                    [step * 7, step * 11, step * 13].map(|told| (told % 256).to_le_bytes()[0]);
-                robot.next_move(told);
+                let readings =
+                    [step * 7, step * 11, step * 13].map(|cells| (cells % 256).to_le_bytes()[0]);
+                robot.next_move(readings);
             }
         }
     }
@@ -308,10 +324,7 @@ o---o---o---o---o---o---o
     #[test]
     fn the_same_seed_gives_the_same_score() {
         let maze: Maze = MAZE.parse().unwrap();
-        let mut robots = [1, 1].map(|seed| {
-            Champion::new(KnownMaze::unexplored(&maze), Rule::default(), Habits::CONTEST, 0., seed)
-        });
-        let [first, second] = robots.each_mut().map(|robot| try_robot(&maze, robot));
-        assert_eq!(first, second);
+        let score = || run_trial(&maze, &mut champion(&maze, StoppingRule::default(), 0., 1));
+        assert_eq!(score(), score());
     }
 }

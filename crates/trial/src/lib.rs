@@ -1,18 +1,18 @@
-//! The two-run trial, "plot and navigate a virtual maze": a robot explores a maze it has never
-//! seen, goes back to the start, and races to the goal.
+//! The two-run trial "plot and navigate a virtual maze": a robot explores an unknown maze, returns
+//! to the start by a reset, and races to the goal.
 //!
 //! ```text
 //!              a step: sensors, then a turn and up to 3 cells
 //!   ┌───────┐  [left, front, right]: open cells    ┌───────┐
 //!   │       │ ───────────────────────────────────► │       │
-//!   │ Trial │                                      │ Robot │      score = steps of the race
-//!   │       │ ◄─────────────────────────────────── │       │            + steps of exploring / 30
+//!   │ Trial │                                      │ Robot │      score = race steps
+//!   │       │ ◄─────────────────────────────────── │       │              + exploration steps / 30
 //!   └───────┘  rotation and movement, or a reset   └───────┘
 //! ```
 //!
-//! [`Trial`] is the environment, exact to the published tester's rules; [`Robot`] is what stands
-//! trial in it. Nothing here knows a clock, a socket or a thread, and what is random comes from a
-//! seed, so the same trial runs the same way on every machine.
+//! [`Trial`] is the environment and follows the rules of the published tester exactly. A [`Robot`]
+//! takes part in it. The crate uses no clock, sockets or threads, and all randomness comes from
+//! seeds, so a trial gives the same result on every machine.
 #![forbid(unsafe_code)]
 
 mod action;
@@ -21,7 +21,7 @@ mod champion;
 mod count_expansion;
 mod noise;
 mod race;
-mod random;
+mod random_walk;
 mod robot;
 mod survey;
 mod swing;
@@ -29,17 +29,17 @@ mod trial;
 
 pub use action::{Action, Rotation};
 pub use bundled::{BundledRobot, Settings, UnknownRobot};
-pub use champion::{Champion, Habits, Rule};
+pub use champion::{Champion, StoppingRule, WallPrior};
 pub use count_expansion::CountExpansion;
-pub use noise::Noise;
+pub use noise::SensorNoise;
 pub use race::{RaceSteps, race_optimum};
-pub use random::Random;
-pub use robot::{Robot, try_robot, try_watched};
+pub use random_walk::RandomWalk;
+pub use robot::{Robot, run_observed_trial, run_trial};
 pub use survey::Survey;
 pub use swing::{KeyPoints, KeyPointsError, Swing, UnknownVariant, Variant};
-pub use trial::{Ending, Run, Score, Trial};
+pub use trial::{Score, Trial, TrialOutcome, TrialPhase};
 
-/// The code in the README of this crate runs.
+/// Runs the code in the README of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,41 +1,41 @@
-//! Sensors that err.
+//! Noisy sensors.
 
 use fastrand::Rng;
 
-/// Sensors that err: each reading is, with some probability, wrong by one cell.
+/// Sensor noise: each reading is wrong by one cell with a given probability.
 ///
-/// It errs as often to more as to less; a reading of 0 errs to 1, since none is negative. The same
-/// seed gives the same errors.
+/// A wrong reading is equally likely to be too high or too low, except that a reading of 0 becomes
+/// 1. The same seed gives the same errors.
 ///
 /// ```
-/// use mmsim_trial::Noise;
-/// assert_eq!(Noise::none().blur([0, 3, 7]), [0, 3, 7]);
-/// let [left, front, _] = Noise::new(1., 7).blur([0, 3, 7]);
+/// use mmsim_trial::SensorNoise;
+/// assert_eq!(SensorNoise::none().apply([0, 3, 7]), [0, 3, 7]);
+/// let [left, front, _] = SensorNoise::new(1., 7).apply([0, 3, 7]);
 /// assert_eq!((left, front.abs_diff(3)), (1, 1));
 /// ```
 #[derive(Clone, Debug)]
-pub struct Noise {
+pub struct SensorNoise {
     probability: f64,
-    random: Rng,
+    rng: Rng,
 }
 
-impl Noise {
-    /// Sensors that never err.
+impl SensorNoise {
+    /// Creates noise-free sensors.
     pub fn none() -> Self {
         Self::new(0., 0)
     }
 
-    /// Sensors each of whose readings is wrong with this probability, 0 to 1.
+    /// Creates sensors whose readings are wrong with the given probability, 0 to 1.
     pub fn new(probability: f64, seed: u64) -> Self {
-        Self { probability, random: Rng::with_seed(seed) }
+        Self { probability, rng: Rng::with_seed(seed) }
     }
 
-    /// The readings as the sensors tell them.
-    pub fn blur(&mut self, readings: [u8; 3]) -> [u8; 3] {
+    /// Returns the readings with errors added.
+    pub fn apply(&mut self, readings: [u8; 3]) -> [u8; 3] {
         readings.map(|cells| {
-            if self.random.f64() >= self.probability {
+            if self.rng.f64() >= self.probability {
                 cells
-            } else if cells == 0 || self.random.bool() {
+            } else if cells == 0 || self.rng.bool() {
                 cells.saturating_add(1)
             } else {
                 cells - 1
@@ -49,13 +49,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn readings_err_as_often_as_they_shall_by_one_cell() {
-        let mut noise = Noise::new(0.25, 3);
+    fn errors_have_the_given_rate_and_are_one_cell() {
+        let mut noise = SensorNoise::new(0.25, 3);
         let mut wrong = 0;
         for _ in 0..10_000 {
-            for (told, true_cells) in noise.blur([0, 5, 30]).into_iter().zip([0, 5, 30]) {
-                assert!(told.abs_diff(true_cells) <= 1);
-                wrong += u32::from(told != true_cells);
+            for (reading, cells) in noise.apply([0, 5, 30]).into_iter().zip([0, 5, 30]) {
+                assert!(reading.abs_diff(cells) <= 1);
+                wrong += u32::from(reading != cells);
             }
         }
         assert!((7_000..8_000).contains(&wrong), "{wrong} of 30,000");

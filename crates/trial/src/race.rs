@@ -1,66 +1,72 @@
-//! The race: the fewest time steps to the goal.
+//! The fewest time steps to the goal.
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose, Walls};
 
-use crate::{Action, Rotation};
+use crate::action::Action;
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
-/// Rows without a cell on either side of the maze, so that nobody checks bounds.
+/// Empty rows on either side of the maze, which make bounds checks unnecessary.
 const MARGIN: usize = Action::MAX_CELLS as usize;
 const UNREACHABLE: u16 = u16::MAX;
 
-/// Time steps from each cell to the nearest of some target cells.
+/// The number of time steps from each cell to the nearest of some target cells.
 ///
-/// A step is a straight of 1 to 3 cells. The heading does not count: a robot turns left or right
-/// before it moves, and where it wants to go back it reverses, all within the step. Targets count
-/// where a step ends, not where it crosses them; since a straight may end after any cell, that
-/// only ever costs a step, never the way.
+/// A step is a straight of 1 to 3 cells. The heading does not matter: within a step, a robot turns
+/// left or right before it moves, or moves backwards. A target counts if a step ends in it, not if
+/// a step crosses it. As a straight may end after any cell, a target that can be crossed can also
+/// be reached.
 ///
-/// This is a breadth-first search in which a wave is a few operations on the maze's rows as bits.
+/// The distances are computed by breadth-first search. Each wave takes a few bit operations on the
+/// rows of the maze.
 ///
 /// ```
 /// use mmsim_maze::{Cell, MazeSize, Walls};
 /// use mmsim_trial::RaceSteps;
 /// let walls = Walls::open(MazeSize::CLASSIC);
 /// let race = RaceSteps::flood(&walls, &MazeSize::CLASSIC.central_cells());
-/// assert_eq!(race.at(Cell::new(0, 0)), Some(6), "7 cells and 7 cells, 3 at a time");
+/// assert_eq!(race.at(Cell::new(0, 0)), Some(6), "7 cells north and 7 east, 3 at a time");
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct RaceSteps {
     size: MazeSize,
-    /// Row by row from the south, 32 cells wide.
+    /// By row from the south, 32 cells each.
     steps: [u16; MazeSize::MAX_AREA],
 }
 
 impl RaceSteps {
-    /// Floods the maze from its targets outwards. Targets outside of the maze do not count.
+    /// Floods the maze from the targets. Targets outside the maze are ignored.
     pub fn flood(walls: &Walls, targets: &CellSet) -> Self {
         let size = walls.size();
         let mut race = Self { size, steps: [UNREACHABLE; MazeSize::MAX_AREA] };
         if size.height() <= 16 {
-            Straights::<16, 22>::of(walls).flood(targets, &mut race.steps);
+            Straights::<16, 22>::new(walls).flood(targets, &mut race.steps);
         } else {
-            Straights::<32, 38>::of(walls).flood(targets, &mut race.steps);
+            Straights::<32, 38>::new(walls).flood(targets, &mut race.steps);
         }
         race
     }
 
-    /// Time steps from `cell` to the nearest target, 0 in a target; `None` where there is no way
-    /// and outside of the maze.
+    /// Floods the maze from a single target.
+    pub(crate) fn flood_from(walls: &Walls, target: Cell) -> Self {
+        Self::flood(walls, &CellSet::from_iter([target]))
+    }
+
+    /// Returns the number of time steps from `cell` to the nearest target, 0 in a target. Returns
+    /// `None` if no target is reachable or the cell is outside the maze.
     pub fn at(&self, cell: Cell) -> Option<u16> {
         let index = || usize::from(cell.y) * SIDE + usize::from(cell.x);
         let steps = self.size.contains(cell).then(|| self.steps[index()]);
         steps.filter(|&steps| steps != UNREACHABLE)
     }
 
-    /// The first move of a fastest way from `pose`; `None` in a target and where there is no way.
-    /// Of several it takes the longest, and of those the first of ahead, left, right and back.
+    /// Returns the first move of a fastest path from `pose`, `None` if a target is reached or
+    /// unreachable. Ties are broken by the longest move, then by the order ahead, left, right, back.
     pub fn next_move(&self, walls: &Walls, pose: Pose) -> Option<Action> {
         let (heading, cells) = self.next_straight(walls, pose)?;
-        Some(Action::towards(pose.heading, heading, i8::try_from(cells).ok()?))
+        Action::towards(pose.heading, heading, cells)
     }
 
-    /// The same as where it goes and how many cells.
+    /// Returns the same move as a direction and a number of cells.
     pub(crate) fn next_straight(&self, walls: &Walls, pose: Pose) -> Option<(Heading, usize)> {
         let here = self.at(pose.cell)?;
         let towards =
@@ -78,19 +84,7 @@ impl RaceSteps {
     }
 }
 
-impl Action {
-    /// The move that takes a robot with its nose towards `nose` this many cells towards `heading`:
-    /// backwards if that lies behind it.
-    pub(crate) fn towards(nose: Heading, heading: Heading, cells: i8) -> Self {
-        let turn = |rotation: &Rotation| rotation.turn(nose) == heading;
-        match [Rotation::None, Rotation::Left, Rotation::Right].into_iter().find(turn) {
-            Some(rotation) => Self::Move { rotation, cells },
-            None => Self::Move { rotation: Rotation::None, cells: -cells },
-        }
-    }
-}
-
-/// The cells in which a step from `cell` towards `heading` may end, the nearest first.
+/// Returns the cells in which a step from `cell` towards `heading` may end, nearest first.
 pub(crate) fn straight(
     walls: &Walls,
     cell: Cell,
@@ -100,21 +94,21 @@ pub(crate) fn straight(
     std::iter::successors(Some(cell), next).skip(1).take(MARGIN)
 }
 
-/// The fewest steps of a race from the start, `None` where the goal cannot be reached. A robot that
-/// starts in the goal needs a step that ends there all the same.
+/// Returns the minimum number of race steps, `None` if the goal is unreachable. A start in the goal
+/// counts 1, because the race only ends with a step.
 pub fn race_optimum(walls: &Walls, start: Cell, goals: &CellSet) -> Option<u16> {
     RaceSteps::flood(walls, goals).at(start).map(|steps| steps.max(1))
 }
 
-/// Where a robot can go straight on for 1, 2 and 3 cells: bit x of row `MARGIN` + y. `PADDED` is
-/// `ROWS` with both margins. (Where there are no cells there is no way on.)
+/// The open straights of 1, 2 and 3 cells to the north and to the east of each cell: bit x of row
+/// `MARGIN` + y. `PADDED` is `ROWS` plus both margins. Straights never leave the maze.
 pub(crate) struct Straights<const ROWS: usize, const PADDED: usize> {
     north: [[u32; PADDED]; MARGIN],
     east: [[u32; PADDED]; MARGIN],
 }
 
 impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
-    pub(crate) fn of(walls: &Walls) -> Self {
+    pub(crate) fn new(walls: &Walls) -> Self {
         let (width, height) = (u32::from(walls.size().width()), usize::from(walls.size().height()));
         let columns = u32::MAX >> (32 - width);
         let (mut north, mut east) = ([[0; PADDED]; MARGIN], [[0; PADDED]; MARGIN]);
@@ -134,7 +128,7 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
     }
 
     fn flood(&self, targets: &CellSet, steps: &mut [u16; MazeSize::MAX_AREA]) {
-        let mut wave = Wave::of(targets);
+        let mut wave = Wave::from_cells(targets);
         let mut reached = wave;
         for time in 0.. {
             if wave.is_empty() {
@@ -146,8 +140,8 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
         }
     }
 
-    /// The cells one step from the wave that are not among the others.
-    pub(crate) fn next(&self, Wave(wave): &Wave<PADDED>, others: &Wave<PADDED>) -> Wave<PADDED> {
+    /// Returns the cells one step from the wave, except those in `excluded`.
+    pub(crate) fn next(&self, Wave(wave): &Wave<PADDED>, excluded: &Wave<PADDED>) -> Wave<PADDED> {
         let mut next = [0; PADDED];
         for y in MARGIN..MARGIN + ROWS {
             let mut row = 0;
@@ -156,12 +150,12 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
                 row |= wave[y - cells] & north[y - cells] | wave[y + cells] & north[y];
                 row |= (wave[y] & east[y]) << cells | wave[y] >> cells & east[y];
             }
-            next[y] = row & !others.0[y];
+            next[y] = row & !excluded.0[y];
         }
         Wave(next)
     }
 
-    /// The cells in which a step from there may end, the nearest first.
+    /// Returns the cells in which a step from `cell` may end, nearest first.
     pub(crate) fn ends(&self, cell: Cell, heading: Heading) -> impl Iterator<Item = Cell> + '_ {
         let Cell { x, y } = cell;
         let row = MARGIN + usize::from(y);
@@ -179,12 +173,12 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
     }
 }
 
-/// Cells as bits: bit x of row `MARGIN` + y.
+/// A set of cells: bit x of row `MARGIN` + y.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Wave<const PADDED: usize>([u32; PADDED]);
 
 impl<const PADDED: usize> Wave<PADDED> {
-    pub(crate) fn of(cells: &CellSet) -> Self {
+    pub(crate) fn from_cells(cells: &CellSet) -> Self {
         let mut rows = [0; PADDED];
         let inner = PADDED - 2 * MARGIN;
         rows[MARGIN..MARGIN + inner].copy_from_slice(&cells.rows()[..inner]);
@@ -205,8 +199,8 @@ impl<const PADDED: usize> Wave<PADDED> {
         }
     }
 
-    /// All cells that are not among these.
-    pub(crate) fn others(&self) -> Self {
+    /// Returns the set of all other cells.
+    pub(crate) fn complement(&self) -> Self {
         Self(self.0.map(|row| !row))
     }
 
@@ -214,7 +208,7 @@ impl<const PADDED: usize> Wave<PADDED> {
         for (y, &row) in (0_u8..).zip(&self.0[MARGIN..PADDED - MARGIN]) {
             let mut row = row;
             while row != 0 {
-                // At most 31.
+                // The value is at most 31.
                 #[allow(clippy::cast_possible_truncation)]
                 visit(Cell::new(row.trailing_zeros() as u8, y));
                 row &= row - 1;
@@ -231,9 +225,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Trial;
+    use crate::trial::Trial;
 
-    /// The naive twin: breadth first over cell and heading, each move tried in the environment.
+    /// The reference implementation: breadth-first search over poses in the environment.
     fn naive(maze: &Maze) -> Option<u16> {
         let mut queue = VecDeque::from([(Trial::new(maze), 0)]);
         let mut seen = vec![maze.start()];
@@ -257,7 +251,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_race_equals_its_naive_twin(
+        fn race_steps_equal_the_reference(
             (width, height) in (1usize..=7, prop_oneof![1usize..=6, 17usize..20]),
             present in prop::collection::vec(prop::bool::weighted(0.3), 2 * 140),
             start in (0u8..7, 0u8..20),
@@ -285,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_straights_reach_32_cells() {
+    fn mazes_of_32_by_32_cells_are_covered() {
         let walls = Walls::open(MazeSize::HALF_SIZE);
         let corner = [Cell::new(31, 31)].into_iter().collect();
         let race = RaceSteps::flood(&walls, &corner);
@@ -295,5 +289,46 @@ mod tests {
         }
         let pose = Pose::new(Cell::new(5, 31), Heading::West);
         assert_eq!(race.next_move(&walls, pose), Some(Action::from_numbers(0, -3)));
+    }
+
+    #[test]
+    fn ties_are_broken_by_length_then_ahead_left_right_back() {
+        // The targets are one step away from the centre of an open maze.
+        let walls = Walls::open(MazeSize::new(7, 7).unwrap());
+        let centre = Cell::new(3, 3);
+        let next = |heading: Heading, lengths: [i8; 4]| {
+            let [ahead, left, right, back] = lengths;
+            let end = |(towards, cells): (Heading, i8)| {
+                std::iter::successors(Some(centre), |cell| cell.neighbour(towards))
+                    .nth(cells.try_into().unwrap())
+            };
+            let sides = [
+                (heading, ahead),
+                (heading.left(), left),
+                (heading.right(), right),
+                (heading.back(), back),
+            ];
+            let targets: CellSet =
+                sides.into_iter().filter(|&(_, cells)| cells > 0).filter_map(end).collect();
+            let race = RaceSteps::flood(&walls, &targets);
+            race.next_move(&walls, Pose::new(centre, heading)).unwrap()
+        };
+        for heading in Heading::ALL {
+            let expect = |lengths, rotation, cells| {
+                assert_eq!(
+                    next(heading, lengths),
+                    Action::from_numbers(rotation, cells),
+                    "{heading} {lengths:?}"
+                );
+            };
+            expect([2, 2, 2, 2], 0, 2);
+            expect([0, 2, 2, 2], -90, 2);
+            expect([0, 0, 2, 2], 90, 2);
+            expect([0, 0, 0, 2], 0, -2);
+            expect([1, 2, 2, 2], -90, 2);
+            expect([1, 1, 2, 2], 90, 2);
+            expect([1, 1, 1, 2], 0, -2);
+            expect([3, 2, 2, 2], 0, 3);
+        }
     }
 }

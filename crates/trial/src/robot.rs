@@ -1,21 +1,24 @@
-//! What a robot is, and a trial of one.
+//! The interface of robots, and functions that run a trial.
 
 use mmsim_maze::Maze;
 
-use crate::{Action, Ending, Noise, Trial};
+use crate::action::Action;
+use crate::noise::SensorNoise;
+use crate::trial::{Trial, TrialOutcome};
 
-/// A robot: given what its sensors tell, it says what to do.
+/// A robot: it answers sensor readings with actions.
 ///
-/// It is told once, when it is made, what every robot knows before the trial
-/// ([`KnownMaze::unexplored`](mmsim_maze::KnownMaze::unexplored)): size, start and goal cells. Where it is
-/// after its moves it has to reckon itself.
+/// Before the trial a robot knows the size of the maze, its start and its goal cells
+/// ([`KnownMaze::unexplored`](mmsim_maze::KnownMaze::unexplored)). It tracks its own position by
+/// dead reckoning.
 ///
-/// It is pure: no clock, thread or socket; what is random in it comes from a seed.
+/// Robots are deterministic: they use no clock, threads or sockets, and all randomness comes from a
+/// seed.
 ///
 /// ```
-/// use mmsim_trial::{Action, Ending, Robot, Rotation, try_robot};
+/// use mmsim_trial::{Action, Robot, Rotation, TrialOutcome, run_trial};
 ///
-/// /// Goes straight on, resets, and goes straight on.
+/// /// Moves straight, resets, and moves straight again.
 /// struct Straight(u32);
 ///
 /// impl Robot for Straight {
@@ -27,13 +30,13 @@ use crate::{Action, Ending, Noise, Trial};
 /// }
 ///
 /// let maze = "o---o\n| G |\no   o\n| S |\no---o\n".parse()?;
-/// let Ending::Scored(score) = try_robot(&maze, &mut Straight(0)) else { panic!("no score") };
+/// let TrialOutcome::Scored(score) = run_trial(&maze, &mut Straight(0)) else { panic!("no score") };
 /// assert_eq!(score.to_string(), "1.067");
 /// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 pub trait Robot {
-    /// What to do, once the sensors have told how many open cells lie to the left, in front and to
-    /// the right, up to the next wall.
+    /// Returns the next action. `sensors` holds the numbers of open cells to the left, in front and
+    /// to the right, up to the next wall.
     fn next_move(&mut self, sensors: [u8; 3]) -> Action;
 }
 
@@ -43,26 +46,52 @@ impl<R: Robot + ?Sized> Robot for Box<R> {
     }
 }
 
-/// Puts a robot on trial, from the first step to the end.
-pub fn try_robot(maze: &Maze, robot: &mut (impl Robot + ?Sized)) -> Ending {
-    try_watched(maze, robot, &mut Noise::none(), |_, _, _| {})
+/// Runs a complete trial of a robot with noise-free sensors.
+pub fn run_trial(maze: &Maze, robot: &mut (impl Robot + ?Sized)) -> TrialOutcome {
+    run_observed_trial(maze, robot, &mut SensorNoise::none(), |_, _, _| {})
 }
 
-/// The same with sensors that err, and with somebody who watches: before each step, `watch` is
-/// shown the trial, what the sensors told the robot, and what it answered.
-pub fn try_watched(
+/// Runs a complete trial of a robot with the given sensor noise. Before each step, `observe`
+/// receives the trial, the readings that the robot got, and its answer.
+pub fn run_observed_trial(
     maze: &Maze,
     robot: &mut (impl Robot + ?Sized),
-    noise: &mut Noise,
-    mut watch: impl FnMut(&Trial<'_>, [u8; 3], Action),
-) -> Ending {
+    noise: &mut SensorNoise,
+    mut observe: impl FnMut(&Trial<'_>, [u8; 3], Action),
+) -> TrialOutcome {
     let mut trial = Trial::new(maze);
     loop {
-        let sensors = noise.blur(trial.readings());
+        let sensors = noise.apply(trial.readings());
         let action = robot.next_move(sensors);
-        watch(&trial, sensors, action);
-        if let Some(ending) = trial.act(action) {
-            return ending;
+        observe(&trial, sensors, action);
+        if let Some(outcome) = trial.act(action) {
+            return outcome;
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Returns the actions of a robot in a trial with noise-free sensors.
+    pub(crate) fn actions(maze: &Maze, robot: &mut impl Robot) -> Vec<String> {
+        let mut actions = Vec::new();
+        run_observed_trial(maze, robot, &mut SensorNoise::none(), |_, _, action| {
+            actions.push(action.to_string());
+        });
+        actions
+    }
+
+    /// Runs trials with noisy sensors; they must neither panic nor leave the maze.
+    pub(crate) fn check_noisy_trials<R: Robot>(new_robot: impl Fn(&Maze) -> R) {
+        let text = "o---o---o---o\n|         G |\no   o---o   o\n| S         |\no---o---o---o\n";
+        let maze: Maze = text.parse().unwrap();
+        for seed in 0..50 {
+            let mut noise = SensorNoise::new(0.3, seed);
+            run_observed_trial(&maze, &mut new_robot(&maze), &mut noise, |trial, _, _| {
+                assert!(maze.size().contains(trial.pose().cell));
+            });
         }
     }
 }

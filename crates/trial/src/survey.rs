@@ -1,20 +1,20 @@
-//! What a robot knows: the walls it has seen and where it reckons to be.
+//! The map and pose that a robot keeps during a trial.
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, WallState};
 
-use crate::Action;
+use crate::action::Action;
+use crate::trial::sensor_headings;
 
-/// What a robot knows of the maze and of itself: the walls that its sensors told it of, and the
-/// pose that follows from its moves.
+/// A robot's map of the maze, built from sensor readings, and its pose by dead reckoning.
 ///
 /// ```
 /// use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, WallState};
 /// use mmsim_trial::{Action, Survey};
-/// let before = KnownMaze::new(MazeSize::CLASSIC, Cell::new(0, 0), CellSet::EMPTY);
-/// let mut survey = Survey::new(before);
+/// let map = KnownMaze::new(MazeSize::CLASSIC, Cell::new(0, 0), CellSet::EMPTY);
+/// let mut survey = Survey::new(map);
 /// survey.observe([0, 2, 0]);
 /// assert_eq!(survey.map().wall(Cell::new(0, 2), Heading::North), WallState::Present);
-/// survey.go(Action::from_numbers(0, 2));
+/// survey.apply(Action::from_numbers(0, 2));
 /// assert_eq!(survey.pose().cell, Cell::new(0, 2));
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -24,81 +24,80 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// At the start heading north, with nothing seen yet but what `before` tells.
-    pub const fn new(before: KnownMaze) -> Self {
-        let pose = Pose::new(before.start(), Heading::North);
-        Self { map: before, pose }
+    /// Creates a survey with this map and the pose at the start, heading north.
+    pub const fn new(map: KnownMaze) -> Self {
+        let pose = Pose::new(map.start(), Heading::North);
+        Self { map, pose }
     }
 
-    /// Stands there from now on, for one who is told the pose and need not reckon it.
-    pub const fn stand(&mut self, pose: Pose) {
+    /// Sets the pose, for callers that know it without dead reckoning.
+    pub const fn set_pose(&mut self, pose: Pose) {
         self.pose = pose;
     }
 
-    /// The walls it knows, and the cells in which it has read its sensors.
+    /// Returns the known walls and the cells in which the sensors were read.
     pub const fn map(&self) -> &KnownMaze {
         &self.map
     }
 
-    /// Where it reckons to be.
+    /// Returns the estimated pose.
     pub const fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// The goal cells.
+    /// Returns the goal cells.
     pub const fn goals(&self) -> &CellSet {
         self.map.goals()
     }
 
-    /// Whether it stands in a goal cell.
+    /// Returns whether the estimated position is a goal cell.
     pub fn is_in_goal(&self) -> bool {
         self.goals().contains(self.pose.cell)
     }
 
-    /// Notes what the sensors tell here. Says whether that was anything new. A reading that
-    /// contradicts an earlier one is believed instead of it; the outer walls stand whatever the
-    /// sensors say.
+    /// Adds sensor readings to the map and returns whether they changed it. A reading overrides
+    /// earlier ones that contradict it. The outer walls always stay.
     pub fn observe(&mut self, sensors: [u8; 3]) -> bool {
         let Pose { cell, heading } = self.pose;
         self.map.visit(cell);
-        let mut news = false;
-        for (heading, open) in [heading.left(), heading, heading.right()].into_iter().zip(sensors) {
+        let mut is_changed = false;
+        for (heading, open) in sensor_headings(heading).into_iter().zip(sensors) {
             let mut here = cell;
             for _ in 0..open {
                 let Some(next) = self.map.size().neighbour(here, heading) else { break };
-                news |= self.learn(here, heading, WallState::Absent);
+                is_changed |= self.update_wall(here, heading, WallState::Absent);
                 here = next;
             }
-            news |= self.learn(here, heading, WallState::Present);
+            is_changed |= self.update_wall(here, heading, WallState::Present);
         }
-        news
+        is_changed
     }
 
-    /// Takes a wall as this, whatever was known before.
-    pub(crate) fn believe(&mut self, cell: Cell, heading: Heading, wall: WallState) {
+    /// Sets the state of a wall.
+    pub(crate) fn set_wall(&mut self, cell: Cell, heading: Heading, wall: WallState) {
         self.map.set_wall(cell, heading, wall);
     }
 
-    /// Notes that its sensors were read where it stands.
+    /// Marks the current cell as visited.
     pub(crate) fn visit(&mut self) {
         self.map.visit(self.pose.cell);
     }
 
-    fn learn(&mut self, cell: Cell, heading: Heading, wall: WallState) -> bool {
-        let is_new = self.map.wall(cell, heading) != wall;
-        if is_new {
+    fn update_wall(&mut self, cell: Cell, heading: Heading, wall: WallState) -> bool {
+        let is_changed = self.map.wall(cell, heading) != wall;
+        if is_changed {
             self.map.set_wall(cell, heading, wall);
         }
-        is_new
+        is_changed
     }
 
-    /// Moves as `action` says, until a wall that it knows; a reset takes it back to the start,
+    /// Updates the pose by an action. A move ends at a known wall; a reset returns to the start,
     /// heading north.
-    pub fn go(&mut self, action: Action) {
+    pub fn apply(&mut self, action: Action) {
         match action {
             Action::Move { rotation, cells } => {
                 self.pose.heading = rotation.turn(self.pose.heading);
-                let Pose { heading, .. } = self.pose;
+                let heading = self.pose.heading;
                 let towards = if cells < 0 { heading.back() } else { heading };
                 for _ in 0..cells.clamp(-Action::MAX_CELLS, Action::MAX_CELLS).unsigned_abs() {
                     let ahead = self.map.size().neighbour(self.pose.cell, towards);
@@ -122,7 +121,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Trial;
+    use crate::trial::Trial;
 
     const MAZE: &str = "\
 o---o---o---o---o
@@ -136,18 +135,18 @@ o---o---o---o---o
 
     proptest! {
         #[test]
-        fn a_survey_is_never_wrong(moves in prop::collection::vec((-1i64..=1, -3i64..=3), 0..60)) {
+        fn a_survey_without_noise_is_correct(moves in prop::collection::vec((-1i64..=1, -3i64..=3), 0..60)) {
             let maze: Maze = MAZE.parse().unwrap();
             let mut trial = Trial::new(&maze);
             let mut survey = Survey::new(KnownMaze::unexplored(&maze));
             for (quarters, cells) in moves {
                 survey.observe(trial.readings());
-                prop_assert!(!survey.observe(trial.readings()), "nothing new the second time");
+                prop_assert!(!survey.observe(trial.readings()), "the same readings change nothing");
                 let action = Action::from_numbers(90 * quarters, cells);
                 let pose = trial.pose();
                 trial.act(action);
-                survey.go(action);
-                // Nothing is known of walls behind, so only those moves are reckoned for sure.
+                survey.apply(action);
+                // Walls behind the robot may be unknown, so a backward move may end early.
                 if cells < 0 && survey.pose() != trial.pose() {
                     survey.pose = trial.pose();
                 }
@@ -164,7 +163,7 @@ o---o---o---o---o
     }
 
     #[test]
-    fn the_last_reading_is_believed() {
+    fn the_last_reading_wins() {
         let maze: Maze = MAZE.parse().unwrap();
         let mut survey = Survey::new(KnownMaze::unexplored(&maze));
         survey.observe([1, 9, 1]);

@@ -1,4 +1,4 @@
-//! Swing: the published explorer, which plans with A* and swings over key points.
+//! Swing: the published explorer, which plans with A* and visits key points.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,109 +6,112 @@ use std::str::FromStr;
 use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown, Walls};
 use mmsim_solvers::{KeyPointRoute, ShortestPath, centre};
 
-use crate::race::straight;
-use crate::{Action, RaceSteps, Robot, Rotation, Survey};
+use crate::action::{Action, Rotation};
+use crate::race::{RaceSteps, straight};
+use crate::robot::Robot;
+use crate::survey::Survey;
 
-/// Swing, the published explorer: goes to key points one after another along the shortest way over
-/// the walls seen so far, unseen ones taken as open, planned anew whenever a wall shows up; equal
-/// successive steps are joined to one of up to 3 cells. Then it resets and races along the shortest
-/// way that it knows to be open.
+/// Swing, the published explorer: it visits key points one after another along optimistic shortest
+/// paths, and plans anew whenever it sees a wall. The cells of a straight are joined to steps of up
+/// to 3 cells. Then it resets and races along the shortest path known to be open.
 ///
-/// It goes back without turning round, but only where it has seen that there is no wall. A key
-/// point that is cut off it [gives up](KeyPointRoute); where no goal cell can be reached it
-/// [says so](Action::GiveUp).
+/// It moves backwards only through sides known to be open. It skips unreachable
+/// [key points](KeyPointRoute), and it [gives up](Action::GiveUp) if no goal cell is reachable.
 #[derive(Clone, Debug)]
 pub struct Swing {
     survey: Survey,
     route: KeyPointRoute,
-    measure: Measure,
-    /// Good until a wall shows up or its end is reached.
-    plan: Option<Plan>,
-    been_in_goal: bool,
-    races: bool,
+    cost: PathCost,
+    /// Valid until a wall is seen or the plan is completed.
+    plan: Option<SwingPlan>,
+    has_visited_goal: bool,
+    is_racing: bool,
 }
 
-/// What a plan counts.
+/// The unit of path costs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Measure {
+enum PathCost {
     Cells,
     TimeSteps,
 }
 
 #[derive(Clone, Debug)]
-struct Plan {
-    ends: CellSet,
-    way: Way,
+struct SwingPlan {
+    targets: CellSet,
+    path: PlannedPath,
 }
 
 #[derive(Clone, Debug)]
-enum Way {
-    /// And how many steps of it are done.
+enum PlannedPath {
+    /// A path and the number of cells travelled along it.
     Cells(Box<ShortestPath>, usize),
     TimeSteps(Box<RaceSteps>),
 }
 
-/// How far a tour goes, as the report compares it.
+/// How much of the route a [`Swing`] robot follows, as compared in the published report.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[non_exhaustive]
 pub enum Variant {
-    /// To the centre.
+    /// Visit the centre.
     JustArrive,
-    /// To the centre and back to the start.
+    /// Visit the centre and return to the start.
     ArriveAndBack,
-    /// Over all key points.
+    /// Visit all key points.
     #[default]
     All,
 }
 
-/// How many of the three corners are key points.
+/// The number of corners to visit, 0 to 3.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct KeyPoints(u8);
 
-/// A name of no [`Variant`].
+/// The error for a name that is not a [`Variant`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected one of {names}, found {name:?}", names = Variant::ALL.map(Variant::name).join(", "))]
+#[error("expected one of {names}, found {name:?}", names = Variant::names().join(", "))]
+#[non_exhaustive]
 pub struct UnknownVariant {
-    /// The name.
+    /// The unknown name.
     pub name: String,
 }
 
-/// No number of [`KeyPoints`].
+/// The error for a text that is not a number of [`KeyPoints`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected 0 to 3 key points, found {found:?}")]
+#[non_exhaustive]
 pub struct KeyPointsError {
-    /// What was there instead.
+    /// The invalid text.
     pub found: String,
 }
 
 impl Swing {
-    /// The published explorer, which counts cells.
-    pub fn new(before: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
-        Self::counting(Measure::Cells, before, variant, key_points)
+    /// Creates the published explorer, whose path costs are cells.
+    pub fn new(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
+        Self::with_cost(PathCost::Cells, unexplored, variant, key_points)
     }
 
-    /// What the report wishes for: the same with plans that count time steps, where a straight of
-    /// up to 3 cells is one step.
-    pub fn timed(before: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
-        Self::counting(Measure::TimeSteps, before, variant, key_points)
+    /// Creates the improvement that the published report suggests: path costs are time steps, where
+    /// a straight of up to 3 cells is one step.
+    pub fn timed(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
+        Self::with_cost(PathCost::TimeSteps, unexplored, variant, key_points)
     }
 
-    fn counting(
-        measure: Measure,
-        before: KnownMaze,
+    fn with_cost(
+        cost: PathCost,
+        unexplored: KnownMaze,
         variant: Variant,
         key_points: KeyPoints,
     ) -> Self {
-        let (size, start, goals) = (before.size(), before.start(), *before.goals());
+        let (size, start, goals) = (unexplored.size(), unexplored.start(), *unexplored.goals());
         let route = match variant {
             Variant::JustArrive => KeyPointRoute::just_arrive(goals),
             Variant::ArriveAndBack => KeyPointRoute::arrive_and_back(start, goals),
             Variant::All => KeyPointRoute::swing(size, start, goals, key_points.0.into()),
         };
-        let survey = Survey::new(before);
-        Self { survey, route, measure, plan: None, been_in_goal: false, races: false }
+        let survey = Survey::new(unexplored);
+        Self { survey, route, cost, plan: None, has_visited_goal: false, is_racing: false }
     }
 
-    /// The next step of the first run, `None` if the goal is cut off.
+    /// Returns the next step of the first run, `None` if the goal is unreachable.
     fn explore(&mut self) -> Option<Action> {
         if self.plan.is_none() {
             let (walls, pose) = (self.survey.map().walls(Unknown::Open), self.survey.pose());
@@ -117,15 +120,15 @@ impl Swing {
                 Some(target) => {
                     self.plan = self.plan(walls, target, [target].into_iter().collect());
                 }
-                None if self.been_in_goal => return Some(Action::Reset),
-                // The tour was over where it began; only a step that ends in the goal counts.
+                None if self.has_visited_goal => return Some(Action::Reset),
+                // The route ended at the start; only a step that ends in the goal counts.
                 None => return centre.map(|_| Action::STAY),
             }
         }
         self.follow()
     }
 
-    /// The next step of the second run, `None` if the goal is cut off.
+    /// Returns the next step of the second run, `None` if the goal is unreachable.
     fn race(&mut self) -> Option<Action> {
         let goals = *self.survey.goals();
         if self.survey.is_in_goal() {
@@ -140,41 +143,43 @@ impl Swing {
         self.follow()
     }
 
-    /// A plan that leads to one cell by the shortest way, or to any of several in the fewest time
-    /// steps.
-    fn plan(&self, walls: &Walls, cell: Cell, ends: CellSet) -> Option<Plan> {
-        let way = match self.measure {
-            Measure::Cells => {
-                Way::Cells(Box::new(ShortestPath::find(walls, self.survey.pose().cell, cell)?), 0)
+    /// Returns a plan for the shortest path to `cell`, or for the fewest time steps to any cell of
+    /// `targets`.
+    fn plan(&self, walls: &Walls, cell: Cell, targets: CellSet) -> Option<SwingPlan> {
+        let path = match self.cost {
+            PathCost::Cells => PlannedPath::Cells(
+                Box::new(ShortestPath::find(walls, self.survey.pose().cell, cell)?),
+                0,
+            ),
+            PathCost::TimeSteps => {
+                PlannedPath::TimeSteps(Box::new(RaceSteps::flood(walls, &targets)))
             }
-            Measure::TimeSteps => Way::TimeSteps(Box::new(RaceSteps::flood(walls, &ends))),
         };
-        Some(Plan { ends, way })
+        Some(SwingPlan { targets, path })
     }
 
-    /// The next step of the plan.
+    /// Returns the next step of the plan.
     fn follow(&mut self) -> Option<Action> {
         let (map, pose) = (self.survey.map(), self.survey.pose());
-        let (heading, cells) = match &self.plan.as_ref()?.way {
-            Way::Cells(path, done) => {
+        let (heading, cells) = match &self.plan.as_ref()?.path {
+            PlannedPath::Cells(path, done) => {
                 let mut headings = path.headings().skip(*done);
                 let heading = headings.next()?;
                 (heading, 1 + headings.take_while(|&next| next == heading).count())
             }
-            Way::TimeSteps(race) => {
+            PlannedPath::TimeSteps(race) => {
                 let next = |unknown| race.next_straight(map.walls(unknown), pose);
                 next(Unknown::Closed).or_else(|| next(Unknown::Open))?
             }
         };
         let known = map.walls(Unknown::Closed);
         let cells = straight(known, pose.cell, heading).take(cells).count();
-        if let Some(Plan { way: Way::Cells(_, done), .. }) = &mut self.plan {
+        if let Some(SwingPlan { path: PlannedPath::Cells(_, done), .. }) = &mut self.plan {
             *done += cells;
         }
-        // Nothing may be known of what lies behind: a turn on the spot lets it see.
+        // If the walls behind the robot are unknown, a turn on the spot reveals them.
         let turn = Action::Move { rotation: Rotation::Left, cells: 0 };
-        let cells = i8::try_from(cells).ok().filter(|&cells| cells > 0);
-        Some(cells.map_or(turn, |cells| Action::towards(pose.heading, heading, cells)))
+        Some(Action::towards(pose.heading, heading, cells).unwrap_or(turn))
     }
 }
 
@@ -186,30 +191,34 @@ impl Robot for Swing {
         if *self.survey.map().walls(Unknown::Open) != walls {
             self.plan = None;
         }
-        self.plan.take_if(|plan| plan.ends.contains(cell));
-        let action = if self.races { self.race() } else { self.explore() };
+        self.plan.take_if(|plan| plan.targets.contains(cell));
+        let action = if self.is_racing { self.race() } else { self.explore() };
         let action = action.unwrap_or(Action::GiveUp);
         if action == Action::Reset {
-            self.races = true;
+            self.is_racing = true;
             self.plan = None;
         }
-        self.survey.go(action);
-        self.been_in_goal |= self.survey.is_in_goal();
+        self.survey.apply(action);
+        self.has_visited_goal |= self.survey.is_in_goal();
         action
     }
 }
 
 impl Variant {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::JustArrive, Self::ArriveAndBack, Self::All];
+    /// All variants.
+    pub const ALL: &'static [Self] = &[Self::JustArrive, Self::ArriveAndBack, Self::All];
 
-    /// Its name, as on the command line.
+    /// Returns the name used on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::JustArrive => "just-arrive",
             Self::ArriveAndBack => "arrive-and-back",
             Self::All => "all",
         }
+    }
+
+    fn names() -> Vec<&'static str> {
+        Self::ALL.iter().map(|variant| variant.name()).collect()
     }
 }
 
@@ -223,18 +232,18 @@ impl FromStr for Variant {
     type Err = UnknownVariant;
 
     fn from_str(name: &str) -> Result<Self, UnknownVariant> {
-        let named = Self::ALL.into_iter().find(|variant| variant.name() == name);
+        let named = Self::ALL.iter().copied().find(|variant| variant.name() == name);
         named.ok_or_else(|| UnknownVariant { name: name.into() })
     }
 }
 
 impl KeyPoints {
-    /// From none to all of them.
-    pub const ALL: [Self; 1 + KeyPointRoute::CORNERS] = [Self(0), Self(1), Self(2), Self(3)];
+    /// All numbers, from 0 to 3.
+    pub const ALL: &'static [Self] = &[Self(0), Self(1), Self(2), Self(3)];
 }
 
 impl Default for KeyPoints {
-    /// All of them.
+    /// Returns all three corners.
     fn default() -> Self {
         Self(3)
     }
@@ -250,7 +259,7 @@ impl FromStr for KeyPoints {
     type Err = KeyPointsError;
 
     fn from_str(number: &str) -> Result<Self, KeyPointsError> {
-        let named = Self::ALL.into_iter().find(|points| points.to_string() == number);
+        let named = Self::ALL.iter().copied().find(|points| points.to_string() == number);
         named.ok_or_else(|| KeyPointsError { found: number.into() })
     }
 }
@@ -260,14 +269,16 @@ mod tests {
     use mmsim_maze::Maze;
 
     use super::*;
-    use crate::{Ending, Noise, Trial, try_robot, try_watched};
+    use crate::robot::run_trial;
+    use crate::robot::tests::{actions, check_noisy_trials};
+    use crate::trial::TrialOutcome;
 
     #[test]
-    fn names_are_read_back() {
-        for variant in Variant::ALL {
+    fn names_round_trip() {
+        for &variant in Variant::ALL {
             assert_eq!(variant.to_string().parse(), Ok(variant));
         }
-        for points in KeyPoints::ALL {
+        for &points in KeyPoints::ALL {
             assert_eq!(points.to_string().parse(), Ok(points));
         }
         insta::assert_snapshot!("4".parse::<KeyPoints>().unwrap_err(), @r#"expected 0 to 3 key points, found "4""#);
@@ -275,46 +286,31 @@ mod tests {
     }
 
     #[test]
-    fn equal_steps_are_joined_and_what_lies_behind_is_looked_at_first() {
+    fn joins_cells_and_turns_before_moving_back_into_the_unknown() {
         let maze: Maze =
             "o---o\n| S |\no   o\n|   |\no   o\n|   |\no   o\n| G |\no---o\n".parse().unwrap();
-        for timed in [false, true] {
-            let (before, points) = (KnownMaze::unexplored(&maze), KeyPoints::default());
-            let mut robot = if timed {
-                Swing::timed(before, Variant::JustArrive, points)
-            } else {
-                Swing::new(before, Variant::JustArrive, points)
-            };
-            let mut steps = Vec::new();
-            try_watched(&maze, &mut robot, &mut Noise::none(), |_, _, action| {
-                steps.push(action.to_string());
-            });
-            assert_eq!(steps, ["(-90, 0)", "(-90, 3)", "(Reset, Reset)", "(0, -3)"]);
+        for new in [Swing::new, Swing::timed] {
+            let unexplored = KnownMaze::unexplored(&maze);
+            let mut robot = new(unexplored, Variant::JustArrive, KeyPoints::default());
+            let expected = ["(-90, 0)", "(-90, 3)", "(Reset, Reset)", "(0, -3)"];
+            assert_eq!(actions(&maze, &mut robot), expected);
         }
     }
 
     #[test]
-    fn a_goal_that_is_cut_off_is_given_up() {
+    fn gives_up_if_the_goal_is_unreachable() {
         let text = "o---o---o---o\n|   | G |   |\no---o---o   o\n| S         |\no---o---o---o\n";
         let maze: Maze = text.parse().unwrap();
-        for variant in Variant::ALL {
+        for &variant in Variant::ALL {
             let mut robot = Swing::new(KnownMaze::unexplored(&maze), variant, KeyPoints::default());
-            assert_eq!(try_robot(&maze, &mut robot), Ending::GaveUp, "{variant}");
+            assert_eq!(run_trial(&maze, &mut robot), TrialOutcome::GaveUp, "{variant}");
         }
     }
 
     #[test]
-    fn sensors_that_err_do_no_harm() {
-        let text = "o---o---o---o\n|         G |\no   o---o   o\n| S         |\no---o---o---o\n";
-        let maze: Maze = text.parse().unwrap();
-        for seed in 0..50 {
-            let mut robot =
-                Swing::new(KnownMaze::unexplored(&maze), Variant::All, KeyPoints::default());
-            let mut noise = Noise::new(0.3, seed);
-            let in_maze = |trial: &Trial<'_>, _, _| {
-                assert!(maze.size().contains(trial.pose().cell));
-            };
-            try_watched(&maze, &mut robot, &mut noise, in_maze);
-        }
+    fn noisy_sensors_are_harmless() {
+        check_noisy_trials(|maze| {
+            Swing::new(KnownMaze::unexplored(maze), Variant::All, KeyPoints::default())
+        });
     }
 }

@@ -1,30 +1,29 @@
-//! The environment: what a step does, when a run ends, what it scores.
+//! The environment: the effect of a step, the ends of both runs, and the score.
 
 use std::fmt;
 
 use mmsim_maze::{Heading, Maze, Pose};
 
-use crate::Action;
+use crate::action::Action;
 
-/// The two-run trial of one robot in one maze, exactly as the published tester has it.
+/// The two-run trial of a robot in a maze, by the rules of the published tester.
 ///
-/// In a step the robot is given its [`readings`](Self::readings) and [acts](Self::act). Run 1
-/// explores and ends with the reset that follows a visit to the goal; run 2 races and ends with
-/// the first step that ends in a goal cell. A goal cell that is crossed within a step does not
-/// count.
+/// In each step the robot gets its [`readings`](Self::readings) and [acts](Self::act). The first
+/// run explores; it ends with a reset after a visit to the goal. The second run races; it ends with
+/// the first step that ends in a goal cell. Crossing a goal cell within a step does not count.
 ///
 /// ```
-/// use mmsim_trial::{Action, Ending, Rotation, Trial};
+/// use mmsim_trial::{Action, Rotation, Trial, TrialOutcome};
 /// let maze = "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse()?;
 /// let mut trial = Trial::new(&maze);
 /// assert_eq!(trial.readings(), [0, 1, 1]);
 /// let north = Action::Move { rotation: Rotation::None, cells: 1 };
 /// let east = Action::Move { rotation: Rotation::Right, cells: 1 };
 /// for action in [north, east, Action::Reset, north, east] {
-///     assert_eq!(trial.ending(), None);
+///     assert_eq!(trial.outcome(), None);
 ///     trial.act(action);
 /// }
-/// let Some(Ending::Scored(score)) = trial.ending() else { panic!("{:?}", trial.ending()) };
+/// let Some(TrialOutcome::Scored(score)) = trial.outcome() else { panic!("no score") };
 /// assert_eq!((score.explore_steps, score.race_steps), (3, 2));
 /// assert_eq!(score.to_string(), "2.100");
 /// # Ok::<(), mmsim_maze::ParseMazeError>(())
@@ -33,47 +32,46 @@ use crate::Action;
 pub struct Trial<'m> {
     maze: &'m Maze,
     pose: Pose,
-    run: Run,
+    phase: TrialPhase,
     explore_steps: u32,
     race_steps: u32,
-    been_in_goal: bool,
-    ending: Option<Ending>,
+    has_visited_goal: bool,
+    outcome: Option<TrialOutcome>,
 }
 
-/// One of the two runs.
+/// One of the two runs of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Run {
-    /// The first, to learn the maze.
+pub enum TrialPhase {
+    /// The first run, which explores the maze.
     Explore,
-    /// The second, to get to the goal.
+    /// The second run, which races to the goal.
     Race,
 }
 
-/// How a trial ended.
+/// The result of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Ending {
-    /// Both runs were finished.
+pub enum TrialOutcome {
+    /// The robot finished both runs.
     Scored(Score),
-    /// [`Trial::MAX_STEPS`] steps were not enough.
+    /// The robot used up [`Trial::MAX_STEPS`] steps.
     OutOfTime,
-    /// The robot said that the goal cannot be reached.
+    /// The robot reported that the goal is unreachable.
     GaveUp,
 }
 
-/// The steps of both runs; lower is better.
+/// The steps of both runs. A lower score is better.
 ///
-/// Its [`Display`](fmt::Display) is the score with three decimals, as the published tester prints
-/// it.
+/// [`Display`](fmt::Display) prints the score with three decimals, like the published tester.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Score {
-    /// Steps of the first run, that of the reset included.
+    /// Steps of the first run, including the reset.
     pub explore_steps: u32,
     /// Steps of the second run.
     pub race_steps: u32,
 }
 
 impl Score {
-    /// Steps of the race and a thirtieth of the steps of exploring.
+    /// Returns the race steps plus a thirtieth of the exploration steps.
     pub fn value(self) -> f64 {
         f64::from(self.race_steps) + (1. / 30.) * f64::from(self.explore_steps)
     }
@@ -86,58 +84,57 @@ impl fmt::Display for Score {
 }
 
 impl<'m> Trial<'m> {
-    /// The steps that both runs together may take.
+    /// The maximum number of steps in both runs together.
     pub const MAX_STEPS: u32 = 1000;
 
-    /// A trial that has not begun yet: the robot stands at the start, heading north.
+    /// Creates a trial with the robot at the start, heading north.
     pub const fn new(maze: &'m Maze) -> Self {
         Self {
             maze,
             pose: maze.start(),
-            run: Run::Explore,
+            phase: TrialPhase::Explore,
             explore_steps: 0,
             race_steps: 0,
-            been_in_goal: false,
-            ending: None,
+            has_visited_goal: false,
+            outcome: None,
         }
     }
 
-    /// The maze.
+    /// Returns the maze.
     pub const fn maze(&self) -> &'m Maze {
         self.maze
     }
 
-    /// Where the robot stands and where its nose points.
+    /// Returns the true pose of the robot.
     pub const fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// Which run it is; after the end, which one it ended in.
-    pub const fn run(&self) -> Run {
-        self.run
+    /// Returns the current run; after the end, the last one.
+    pub const fn phase(&self) -> TrialPhase {
+        self.phase
     }
 
-    /// Steps taken in the first run.
+    /// Returns the steps taken in the first run.
     pub const fn explore_steps(&self) -> u32 {
         self.explore_steps
     }
 
-    /// Steps taken in the second run.
+    /// Returns the steps taken in the second run.
     pub const fn race_steps(&self) -> u32 {
         self.race_steps
     }
 
-    /// How it ended, `None` until it has.
-    pub const fn ending(&self) -> Option<Ending> {
-        self.ending
+    /// Returns the outcome, `None` before the end.
+    pub const fn outcome(&self) -> Option<TrialOutcome> {
+        self.outcome
     }
 
-    /// What the sensors tell: how many open cells lie to the robot's left, in front and to its
-    /// right, up to the next wall. Nothing looks back.
+    /// Returns the true sensor readings: the numbers of open cells to the left, in front and to the
+    /// right, up to the next wall. There is no sensor at the back.
     pub fn readings(&self) -> [u8; 3] {
-        let Pose { cell, heading } = self.pose;
-        [heading.left(), heading, heading.right()].map(|heading| {
-            let mut next = Some(cell);
+        sensor_headings(self.pose.heading).map(|heading| {
+            let mut next = Some(self.pose.cell);
             let mut open = 0;
             while let Some(cell) = next.filter(|&cell| !self.maze.walls().has(cell, heading)) {
                 open += 1;
@@ -147,12 +144,12 @@ impl<'m> Trial<'m> {
         })
     }
 
-    /// Takes a step. After the end nothing happens any more.
-    pub fn act(&mut self, action: Action) -> Option<Ending> {
-        if self.ending.is_none() {
-            match self.run {
-                Run::Explore => self.explore_steps += 1,
-                Run::Race => self.race_steps += 1,
+    /// Takes a step. Does nothing after the end of the trial.
+    pub fn act(&mut self, action: Action) -> Option<TrialOutcome> {
+        if self.outcome.is_none() {
+            match self.phase {
+                TrialPhase::Explore => self.explore_steps += 1,
+                TrialPhase::Race => self.race_steps += 1,
             }
             match action {
                 Action::Move { rotation, cells } => {
@@ -160,21 +157,21 @@ impl<'m> Trial<'m> {
                     self.go(cells);
                     self.arrive();
                 }
-                Action::Reset if self.run == Run::Explore && self.been_in_goal => {
-                    self.run = Run::Race;
+                Action::Reset if self.phase == TrialPhase::Explore && self.has_visited_goal => {
+                    self.phase = TrialPhase::Race;
                     self.pose = self.maze.start();
                 }
                 Action::Reset => {}
-                Action::GiveUp => self.ending = Some(Ending::GaveUp),
+                Action::GiveUp => self.outcome = Some(TrialOutcome::GaveUp),
             }
-            if self.ending.is_none() && self.explore_steps + self.race_steps >= Self::MAX_STEPS {
-                self.ending = Some(Ending::OutOfTime);
+            if self.outcome.is_none() && self.explore_steps + self.race_steps >= Self::MAX_STEPS {
+                self.outcome = Some(TrialOutcome::OutOfTime);
             }
         }
-        self.ending
+        self.outcome
     }
 
-    /// Goes straight on, backwards where `cells` is negative, until a wall stops it.
+    /// Moves straight, backwards if `cells` is negative, up to a wall.
     fn go(&mut self, cells: i8) {
         let Pose { cell, heading } = self.pose;
         let towards: Heading = if cells < 0 { heading.back() } else { heading };
@@ -190,21 +187,26 @@ impl<'m> Trial<'m> {
 
     fn arrive(&mut self) {
         if self.maze.goals().contains(self.pose.cell) {
-            match self.run {
-                Run::Explore => self.been_in_goal = true,
-                Run::Race => {
+            match self.phase {
+                TrialPhase::Explore => self.has_visited_goal = true,
+                TrialPhase::Race => {
                     let Self { explore_steps, race_steps, .. } = *self;
-                    self.ending = Some(Ending::Scored(Score { explore_steps, race_steps }));
+                    self.outcome = Some(TrialOutcome::Scored(Score { explore_steps, race_steps }));
                 }
             }
         }
     }
 }
 
+/// Returns the directions of the three sensors of a robot with this heading.
+pub(crate) const fn sensor_headings(heading: Heading) -> [Heading; 3] {
+    [heading.left(), heading, heading.right()]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Rotation;
+    use crate::action::Rotation;
 
     const MAZE: &str = "\
 o---o---o---o---o---o
@@ -243,31 +245,35 @@ o---o---o---o---o---o
     }
 
     #[test]
-    fn crossing_the_goal_does_not_count_and_early_resets_are_wasted() {
+    fn crossing_the_goal_does_not_count_and_early_resets_waste_a_step() {
         let maze: Maze = MAZE.parse().unwrap();
         let mut trial = Trial::new(&maze);
         trial.act(step(0, 1));
         trial.act(step(90, 2));
         trial.act(step(0, 2));
-        assert_eq!(trial.pose().to_string(), "(4, 1) heading east", "across the goal");
+        assert_eq!(trial.pose().to_string(), "(4, 1) heading east", "crossed the goal");
         trial.act(Action::Reset);
-        assert_eq!((trial.run(), trial.explore_steps()), (Run::Explore, 4));
+        assert_eq!((trial.phase(), trial.explore_steps()), (TrialPhase::Explore, 4));
         trial.act(step(0, -1));
         trial.act(step(0, -1));
         assert_eq!(trial.act(Action::Reset), None);
-        assert_eq!((trial.run(), trial.explore_steps()), (Run::Race, 7));
+        assert_eq!((trial.phase(), trial.explore_steps()), (TrialPhase::Race, 7));
         assert_eq!(trial.pose(), maze.start());
         trial.act(Action::Reset);
         trial.act(step(0, 1));
         trial.act(step(90, 3));
         let score = Score { explore_steps: 7, race_steps: 3 };
-        assert_eq!(trial.ending(), Some(Ending::Scored(score)));
+        assert_eq!(trial.outcome(), Some(TrialOutcome::Scored(score)));
         assert_eq!(score.to_string(), "3.233");
-        assert_eq!(trial.act(step(0, 1)), Some(Ending::Scored(score)), "nothing happens any more");
+        assert_eq!(
+            trial.act(step(0, 1)),
+            Some(TrialOutcome::Scored(score)),
+            "no effect after the end"
+        );
     }
 
     #[test]
-    fn a_thousand_steps_are_all() {
+    fn a_trial_ends_after_1000_steps() {
         let maze: Maze = MAZE.parse().unwrap();
         let mut trial = Trial::new(&maze);
         for _ in 0..996 {
@@ -277,8 +283,8 @@ o---o---o---o---o---o
         for action in [step(0, 1), step(90, 3), Action::Reset] {
             assert_eq!(trial.act(action), None);
         }
-        assert_eq!(trial.act(step(0, 1)), Some(Ending::OutOfTime));
+        assert_eq!(trial.act(step(0, 1)), Some(TrialOutcome::OutOfTime));
         in_time.act(Action::GiveUp);
-        assert_eq!(in_time.ending(), Some(Ending::GaveUp));
+        assert_eq!(in_time.outcome(), Some(TrialOutcome::GaveUp));
     }
 }

@@ -112,7 +112,7 @@ impl TrialArgs {
         let mut robots = Vec::new();
         for value in &self.robot {
             let selected: &[BundledRobot] = match value {
-                Robots::All => &BundledRobot::ALL,
+                Robots::All => BundledRobot::ALL,
                 Robots::One(robot) => std::slice::from_ref(robot),
             };
             let new = selected.iter().filter(|robot| !robots.contains(*robot));
@@ -126,7 +126,8 @@ impl TrialArgs {
 }
 
 fn variants() -> impl TypedValueParser<Value = Variant> {
-    PossibleValuesParser::new(Variant::ALL.map(Variant::name)).try_map(|name| name.parse())
+    PossibleValuesParser::new(Variant::ALL.iter().map(|variant| variant.name()))
+        .try_map(|name| name.parse())
 }
 
 /// A value of `--robot`.

@@ -5,11 +5,11 @@ use std::io::{self, IsTerminal};
 use std::path::Path;
 
 use mmsim_drawing::{Bar, BarChart, BarGroup};
-use mmsim_trial::{BundledRobot, Ending, KeyPoints, Score, Settings, Variant};
+use mmsim_trial::{BundledRobot, KeyPoints, Score, Settings, TrialOutcome, Variant};
 use serde::Serialize;
 
 use super::args::TrialArgs;
-use super::outcome::{Contender, TrialOutcome, run_trials};
+use super::outcome::{Contender, TrialResult, run_trials};
 use super::report::TrialReport;
 use super::table::Means;
 use crate::grid::aligned;
@@ -40,19 +40,19 @@ fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
     });
     let benchmarks = random.chain([row(BundledRobot::CountExpansion)]).collect();
     let swing = args.contender(BundledRobot::Swing);
-    let variants = Variant::ALL.map(|variant| {
+    let variants = Variant::ALL.iter().map(|&variant| {
         let settings = Settings { variant, ..swing.settings };
         (variant.to_string(), Contender { settings, ..swing.clone() })
     });
-    let key_points = KeyPoints::ALL.map(|key_points| {
+    let key_points = KeyPoints::ALL.iter().map(|&key_points| {
         let settings = Settings { key_points, ..swing.settings };
         (key_points.to_string(), Contender { settings, ..swing.clone() })
     });
-    let robots = BundledRobot::ALL.map(row).into();
+    let robots = BundledRobot::ALL.iter().copied().map(row).collect();
     vec![
         Comparison { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
-        Comparison { title: "Variants of swing", file: "variants", rows: variants.into() },
-        Comparison { title: "Key points of swing", file: "key-points", rows: key_points.into() },
+        Comparison { title: "Variants of swing", file: "variants", rows: variants.collect() },
+        Comparison { title: "Key points of swing", file: "key-points", rows: key_points.collect() },
         Comparison { title: "Robots", file: "robots", rows: robots },
     ]
 }
@@ -87,7 +87,7 @@ fn draw(folder: &Path, tables: &[Comparison], trials: &Trials<'_>) -> Result<(),
 struct Trials<'a> {
     mazes: &'a [Selected],
     /// The outcomes of each contender in all mazes. A contender in two tables runs once.
-    outcomes: Vec<(&'a Contender, Vec<TrialOutcome>)>,
+    outcomes: Vec<(&'a Contender, Vec<TrialResult>)>,
 }
 
 /// A trial as JSON.
@@ -121,7 +121,7 @@ impl<'a> Trials<'a> {
         Self { mazes, outcomes: outcomes.collect() }
     }
 
-    fn outcomes_of(&self, contender: &Contender) -> &[TrialOutcome] {
+    fn outcomes_of(&self, contender: &Contender) -> &[TrialResult] {
         let mut all = self.outcomes.iter();
         all.find(|(other, _)| *other == contender).map_or(&[], |(_, outcomes)| outcomes)
     }
@@ -186,8 +186,8 @@ impl<'a> Trials<'a> {
 }
 
 /// Returns the result of a robot in each maze, and the sum of its scores if it scored in all.
-fn each(outcomes: &[TrialOutcome]) -> Vec<String> {
-    let scores: Option<Vec<Score>> = outcomes.iter().map(TrialOutcome::score).collect();
+fn each(outcomes: &[TrialResult]) -> Vec<String> {
+    let scores: Option<Vec<Score>> = outcomes.iter().map(TrialResult::score).collect();
     let sum = scores.map(|scores| scores.into_iter().map(Score::value).sum::<f64>());
     let sum = sum.map_or("-".into(), |sum| format!("{sum:.3}"));
     outcomes.iter().map(result).chain([sum]).collect()
@@ -195,7 +195,7 @@ fn each(outcomes: &[TrialOutcome]) -> Vec<String> {
 
 /// Returns the number of mazes in which a robot scored, correctly reported an unreachable goal, and
 /// failed, and the means over the mazes in which it scored.
-fn means(outcomes: &[TrialOutcome]) -> Vec<String> {
+fn means(outcomes: &[TrialResult]) -> Vec<String> {
     let Means { scored, explore_steps, race_steps, score, excess } = Means::new(outcomes.iter());
     let unreachable = outcomes.iter().filter(|outcome| outcome.is_correctly_given_up()).count();
     let failed = outcomes.len() - scored - unreachable;
@@ -207,22 +207,22 @@ fn means(outcomes: &[TrialOutcome]) -> Vec<String> {
     cells
 }
 
-fn result(outcome: &TrialOutcome) -> String {
-    let TrialOutcome { explore_steps, race_steps, .. } = outcome;
+fn result(outcome: &TrialResult) -> String {
+    let TrialResult { explore_steps, race_steps, .. } = outcome;
     match outcome.ending {
-        Ending::Scored(score) => format!("{explore_steps} + {race_steps} = {score}"),
-        Ending::OutOfTime => "out of time".into(),
-        Ending::GaveUp => "gave up".into(),
+        TrialOutcome::Scored(score) => format!("{explore_steps} + {race_steps} = {score}"),
+        TrialOutcome::OutOfTime => "out of time".into(),
+        TrialOutcome::GaveUp => "gave up".into(),
     }
 }
 
-fn bar(name: String, outcome: &TrialOutcome) -> Bar {
+fn bar(name: String, outcome: &TrialResult) -> Bar {
     let parts =
         |score: Score| [f64::from(score.race_steps), score.value() - f64::from(score.race_steps)];
     Bar { name, parts: outcome.score().map(parts), value: result(outcome) }
 }
 
-fn mean_bar(name: String, outcomes: &[TrialOutcome]) -> Bar {
+fn mean_bar(name: String, outcomes: &[TrialResult]) -> Bar {
     let Means { scored, explore_steps, race_steps, score, .. } = Means::new(outcomes.iter());
     if scored == 0 {
         return Bar { name, parts: None, value: "no score".into() };

@@ -3,7 +3,10 @@
 use std::convert::Infallible;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze};
-use mmsim_trial::{BundledRobot, Ending, Noise, Run, Score, Settings, Survey, Trial, race_optimum};
+use mmsim_trial::{
+    BundledRobot, Score, SensorNoise, Settings, Survey, Trial, TrialOutcome, TrialPhase,
+    race_optimum,
+};
 
 use crate::parallel::map_each;
 use crate::selection::Selected;
@@ -12,7 +15,7 @@ use crate::selection::Selected;
 pub(crate) type Job<'a> = (&'a Selected, &'a Contender);
 
 /// Runs trials on all processors. Returns the outcomes in the order of the jobs.
-pub(crate) fn run_trials(jobs: &[Job<'_>]) -> Vec<TrialOutcome> {
+pub(crate) fn run_trials(jobs: &[Job<'_>]) -> Vec<TrialResult> {
     map_each(jobs, |(selected, contender)| contender.run(&selected.maze))
 }
 
@@ -24,8 +27,8 @@ pub(crate) struct Contender {
 }
 
 /// The outcome of a trial.
-pub(crate) struct TrialOutcome {
-    pub(crate) ending: Ending,
+pub(crate) struct TrialResult {
+    pub(crate) ending: TrialOutcome,
     pub(crate) explore_steps: u32,
     pub(crate) race_steps: u32,
     /// The minimum number of steps of a race in this maze; `None` if the goal is unreachable.
@@ -38,7 +41,7 @@ pub(crate) struct TrialOutcome {
 
 impl Contender {
     /// Runs the robot in a maze.
-    fn run(&self, maze: &Maze) -> TrialOutcome {
+    fn run(&self, maze: &Maze) -> TrialResult {
         let Ok(outcome) = self.run_watched(maze, |_, _| Ok::<(), Infallible>(()));
         outcome
     }
@@ -52,24 +55,24 @@ impl Contender {
         &self,
         maze: &Maze,
         mut watch: impl FnMut(&Trial<'_>, &KnownMaze) -> Result<(), E>,
-    ) -> Result<TrialOutcome, E> {
+    ) -> Result<TrialResult, E> {
         let before = KnownMaze::unexplored(maze);
         let mut robot = self.robot.robot(before.clone(), &self.settings);
         // The noise must not repeat the robot's random numbers.
-        let mut noise = Noise::new(self.settings.noise, !self.settings.seed);
+        let mut noise = SensorNoise::new(self.settings.noise, !self.settings.seed);
         let (mut trial, mut survey) = (Trial::new(maze), Survey::new(before));
         let (mut explored, mut race) = (survey.map().clone(), Vec::new());
         loop {
             // The robot's own pose and map may be wrong.
-            survey.stand(trial.pose());
+            survey.set_pose(trial.pose());
             survey.observe(trial.readings());
             watch(&trial, survey.map())?;
-            let (run, from) = (trial.run(), trial.pose().cell);
-            if run == Run::Explore {
+            let (phase, from) = (trial.phase(), trial.pose().cell);
+            if phase == TrialPhase::Explore {
                 explored.clone_from(survey.map());
             }
-            if let Some(ending) = trial.ending() {
-                return Ok(TrialOutcome {
+            if let Some(ending) = trial.outcome() {
+                return Ok(TrialResult {
                     ending,
                     explore_steps: trial.explore_steps(),
                     race_steps: trial.race_steps(),
@@ -78,23 +81,23 @@ impl Contender {
                     race,
                 });
             }
-            trial.act(robot.next_move(noise.blur(trial.readings())));
-            if run == Run::Race {
+            trial.act(robot.next_move(noise.apply(trial.readings())));
+            if phase == TrialPhase::Race {
                 race.extend(letters(from, trial.pose().cell));
             }
-            if matches!(trial.ending(), Some(Ending::Scored(_))) {
+            if matches!(trial.outcome(), Some(TrialOutcome::Scored(_))) {
                 race.push((trial.pose().cell, 'X'));
             }
         }
     }
 }
 
-impl TrialOutcome {
+impl TrialResult {
     /// Returns the score if the robot scored.
     pub(crate) const fn score(&self) -> Option<Score> {
         match self.ending {
-            Ending::Scored(score) => Some(score),
-            Ending::OutOfTime | Ending::GaveUp => None,
+            TrialOutcome::Scored(score) => Some(score),
+            TrialOutcome::OutOfTime | TrialOutcome::GaveUp => None,
         }
     }
 
@@ -105,7 +108,7 @@ impl TrialOutcome {
 
     /// Whether the robot correctly reported an unreachable goal.
     pub(crate) const fn is_correctly_given_up(&self) -> bool {
-        matches!(self.ending, Ending::GaveUp) && self.race_optimum.is_none()
+        matches!(self.ending, TrialOutcome::GaveUp) && self.race_optimum.is_none()
     }
 
     /// Returns the score of a robot that knows the maze: it explores as fast as it races, with one more

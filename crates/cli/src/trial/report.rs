@@ -1,9 +1,9 @@
 //! The JSON report of a trial.
 
-use mmsim_trial::{Ending, Score};
+use mmsim_trial::{Score, TrialOutcome};
 use serde::Serialize;
 
-use super::outcome::{Contender, TrialOutcome};
+use super::outcome::{Contender, TrialResult};
 use crate::selection::Selected;
 
 /// A trial. The field names are JSON keys.
@@ -25,15 +25,15 @@ pub(crate) struct TrialReport {
 }
 
 impl TrialReport {
-    pub(crate) fn new(selected: &Selected, contender: &Contender, outcome: &TrialOutcome) -> Self {
-        let TrialOutcome { ending, explore_steps, race_steps, race_optimum, .. } = *outcome;
+    pub(crate) fn new(selected: &Selected, contender: &Contender, outcome: &TrialResult) -> Self {
+        let TrialResult { ending, explore_steps, race_steps, race_optimum, .. } = *outcome;
         Self {
             maze: selected.path.display().to_string(),
             robot: contender.robot.name(),
             ending: match ending {
-                Ending::Scored(_) => "scored",
-                Ending::OutOfTime => "out of time",
-                Ending::GaveUp => "gave up",
+                TrialOutcome::Scored(_) => "scored",
+                TrialOutcome::OutOfTime => "out of time",
+                TrialOutcome::GaveUp => "gave up",
             },
             explore_steps,
             race_steps,
@@ -46,7 +46,7 @@ impl TrialReport {
     }
 
     /// Adds the drawing of the race.
-    pub(crate) fn with_path(self, outcome: &TrialOutcome) -> Self {
+    pub(crate) fn with_path(self, outcome: &TrialResult) -> Self {
         let [path, _] = outcome.drawings();
         Self { path: Some(path), ..self }
     }

@@ -4,7 +4,7 @@ use std::io;
 use std::mem;
 
 use super::args::TrialArgs;
-use super::outcome::{Job, TrialOutcome};
+use super::outcome::{Job, TrialResult};
 use super::report::TrialReport;
 use super::table::{ResultTable, summary};
 use crate::output::{print, print_json};
@@ -18,7 +18,7 @@ pub(crate) struct Results<'a> {
     args: &'a TrialArgs,
     table: ResultTable,
     lines: String,
-    outcomes: Vec<TrialOutcome>,
+    outcomes: Vec<TrialResult>,
 }
 
 impl<'a> Results<'a> {
@@ -29,7 +29,7 @@ impl<'a> Results<'a> {
     }
 
     /// Adds the outcomes of the next trials.
-    pub(crate) fn add(&mut self, outcomes: Vec<TrialOutcome>) -> io::Result<()> {
+    pub(crate) fn add(&mut self, outcomes: Vec<TrialResult>) -> io::Result<()> {
         for (job, outcome) in self.jobs[self.outcomes.len()..].iter().zip(&outcomes) {
             self.lines += &self.table.line(job, outcome);
             if self.args.path && !self.args.json {
@@ -54,6 +54,6 @@ impl<'a> Results<'a> {
         } else if !jobs.is_empty() {
             print(&(lines + &summary(jobs, &outcomes)))?;
         }
-        Ok(outcomes.iter().all(TrialOutcome::succeeded))
+        Ok(outcomes.iter().all(TrialResult::succeeded))
     }
 }

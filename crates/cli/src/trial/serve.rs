@@ -9,7 +9,7 @@ use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_trial::{RaceSteps, Trial};
 
 use super::args::TrialArgs;
-use super::outcome::{Contender, TrialOutcome};
+use super::outcome::{Contender, TrialResult};
 use super::results::Results;
 use crate::connection::report_waiting;
 use crate::local_server;
@@ -83,7 +83,7 @@ impl Client<'_> {
         contender: &Contender,
         selected: &Selected,
         pause: impl Fn() -> bool,
-    ) -> Result<Option<TrialOutcome>, Box<dyn Error>> {
+    ) -> Result<Option<TrialResult>, Box<dyn Error>> {
         self.simulator.reset()?;
         let outcome = contender.run_watched(&selected.maze, |trial, seen| {
             self.send_state(trial, seen).map_err(TrialStop::Failed)?;

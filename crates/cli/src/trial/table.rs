@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use mmsim_trial::{BundledRobot, Ending};
+use mmsim_trial::{BundledRobot, TrialOutcome};
 
-use super::outcome::{Job, TrialOutcome};
+use super::outcome::{Job, TrialResult};
 
 /// A table whose column widths are known beforehand, so that its lines can be printed one by one.
 pub(crate) struct ResultTable {
@@ -27,8 +27,8 @@ impl ResultTable {
         self.row("maze", "robot", "explore  race    score  optimum  race excess  score excess")
     }
 
-    pub(crate) fn line(&self, (selected, contender): &Job<'_>, outcome: &TrialOutcome) -> String {
-        let TrialOutcome { explore_steps, race_steps, .. } = outcome;
+    pub(crate) fn line(&self, (selected, contender): &Job<'_>, outcome: &TrialResult) -> String {
+        let TrialResult { explore_steps, race_steps, .. } = outcome;
         let steps = format!("{explore_steps:>7}  {race_steps:>4}");
         let rest = match (outcome.score(), outcome.race_optimum, outcome.excess()) {
             (Some(score), Some(optimum), Some((race, excess))) => {
@@ -46,17 +46,17 @@ impl ResultTable {
 }
 
 /// Describes a trial without a score.
-fn failure(outcome: &TrialOutcome) -> &'static str {
+fn failure(outcome: &TrialResult) -> &'static str {
     match (outcome.ending, outcome.race_optimum) {
-        (Ending::GaveUp, None) => "goal unreachable",
-        (Ending::GaveUp, Some(_)) => "gave up, but the goal is reachable",
-        (Ending::OutOfTime, None) => "out of time, goal unreachable",
-        (Ending::OutOfTime | Ending::Scored(_), _) => "out of time",
+        (TrialOutcome::GaveUp, None) => "goal unreachable",
+        (TrialOutcome::GaveUp, Some(_)) => "gave up, but the goal is reachable",
+        (TrialOutcome::OutOfTime, None) => "out of time, goal unreachable",
+        (TrialOutcome::OutOfTime | TrialOutcome::Scored(_), _) => "out of time",
     }
 }
 
 /// Returns a line for each robot that ran in several mazes.
-pub(crate) fn summary(jobs: &[Job<'_>], outcomes: &[TrialOutcome]) -> String {
+pub(crate) fn summary(jobs: &[Job<'_>], outcomes: &[TrialResult]) -> String {
     let mut robots: Vec<BundledRobot> = jobs.iter().map(|(_, contender)| contender.robot).collect();
     robots.sort_by_key(|robot| BundledRobot::ALL.iter().position(|other| other == robot));
     robots.dedup();
@@ -70,7 +70,7 @@ pub(crate) fn summary(jobs: &[Job<'_>], outcomes: &[TrialOutcome]) -> String {
 
 fn sum_up<'a>(
     robot: BundledRobot,
-    outcomes: impl Iterator<Item = &'a TrialOutcome> + Clone,
+    outcomes: impl Iterator<Item = &'a TrialResult> + Clone,
 ) -> String {
     let Means { scored, explore_steps, race_steps, score, excess } = Means::new(outcomes.clone());
     let mut text = format!("{robot}: {scored} of {} trials scored", outcomes.clone().count());
@@ -101,7 +101,7 @@ pub(crate) struct Means {
 }
 
 impl Means {
-    pub(crate) fn new<'a>(outcomes: impl Iterator<Item = &'a TrialOutcome>) -> Self {
+    pub(crate) fn new<'a>(outcomes: impl Iterator<Item = &'a TrialResult>) -> Self {
         let (mut sums, mut count) = (Self::default(), 0.);
         for (outcome, score) in outcomes.filter_map(|outcome| Some((outcome, outcome.score()?))) {
             count += 1.;

@@ -1,6 +1,6 @@
-//! What contest mazes are like, as the example `habits` learnt it.
+//! The wall probabilities of contest mazes, printed by the example `wall_prior`.
 
-/// See [`Habits`](super::Habits).
+/// The table of [`WallPrior`](super::wall_prior::WallPrior).
 pub(super) const WALL: [u8; 256] = [
     61, 255, 255, 242, 255, 242, 201, 244, 255, 121, 189, 178, 189, 178, 130, 181, 255, 189, 74,
     92, 194, 172, 50, 89, 242, 178, 92, 74, 172, 148, 32, 85, 255, 189, 194, 172, 74, 92, 50, 89,

@@ -1,30 +1,30 @@
-//! What has not been seen of the fastest race in a guessed maze.
+//! The unknown stretch of the fastest race in a sampled maze.
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Unknown, WallState, Walls};
 
 use crate::race::{Straights, Wave};
 
-/// The part of a race that has not been seen, from the first unknown wall to the last.
+/// The part of a race from the first unknown wall to the last.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Unseen {
-    /// The cells before and behind it.
+pub(super) struct UnknownStretch {
+    /// The cells before the first and behind the last unknown wall.
     pub(super) ends: [Cell; 2],
-    /// Time steps along it.
-    pub(super) along: u16,
+    /// Time steps along the stretch.
+    pub(super) length: u16,
     /// Time steps of the whole race.
     pub(super) race: u16,
 }
 
-/// Finds what is [`Unseen`] of races over a map.
-pub(super) struct Finder<'m> {
+/// Finds the [`UnknownStretch`] of races over a map.
+pub(super) struct StretchFinder<'m> {
     map: &'m KnownMaze,
-    /// How many walls of a step from there are unknown, by its cells - 1, its heading, x and y.
+    /// The number of unknown walls on a step: `[cells - 1][heading][x][y]`.
     unknown: Box<[[[[u8; SIDE]; SIDE]; 4]; 3]>,
 }
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-impl<'m> Finder<'m> {
+impl<'m> StretchFinder<'m> {
     pub(super) fn new(map: &'m KnownMaze) -> Self {
         let (possible, certain) = (map.walls(Unknown::Closed), map.walls(Unknown::Open));
         let mut unknown = Box::new([[[[0; SIDE]; SIDE]; 4]; 3]);
@@ -42,38 +42,39 @@ impl<'m> Finder<'m> {
         Self { map, unknown }
     }
 
-    /// That of the fastest race in a guessed maze, if that takes less than `best` steps; of several,
-    /// of one with the fewest unknown walls.
-    pub(super) fn unseen(&self, guess: &Walls, best: u16) -> Option<Unseen> {
-        if guess.size().height() <= 16 {
-            self.find(&Straights::<16, 22>::of(guess), best)
+    /// Returns the unknown stretch of the fastest race in a sampled maze. If several races are
+    /// equally fast, one with the fewest unknown walls is used. Returns `None` if the race takes at
+    /// least `upper` steps, is impossible, or has no unknown walls.
+    pub(super) fn find(&self, sample: &Walls, upper: u16) -> Option<UnknownStretch> {
+        if sample.size().height() <= 16 {
+            self.find_in(&Straights::<16, 22>::new(sample), upper)
         } else {
-            self.find(&Straights::<32, 38>::of(guess), best)
+            self.find_in(&Straights::<32, 38>::new(sample), upper)
         }
     }
 
-    fn find<const ROWS: usize, const PADDED: usize>(
+    fn find_in<const ROWS: usize, const PADDED: usize>(
         &self,
         straights: &Straights<ROWS, PADDED>,
-        best: u16,
-    ) -> Option<Unseen> {
+        upper: u16,
+    ) -> Option<UnknownStretch> {
         let start = self.map.start();
-        // Cells by their steps to the goal, until the start is among them.
-        let mut waves = Vec::with_capacity(best.into());
-        let mut wave = Wave::of(self.map.goals());
+        // The cells at each distance from the goal, up to the distance of the start.
+        let mut waves = Vec::with_capacity(upper.into());
+        let mut wave = Wave::from_cells(self.map.goals());
         let mut reached = wave;
         while !wave.contains(start) {
             waves.push(wave);
             wave = straights.next(&wave, &reached);
-            if wave.is_empty() || waves.len() >= usize::from(best) {
+            if wave.is_empty() || waves.len() >= usize::from(upper) {
                 return None;
             }
             reached.add(&wave);
         }
-        // Those of them that are on a fastest race, by their steps to the goal.
-        let mut wave = Wave::of(&CellSet::from_iter([start]));
+        // Keep only the cells of fastest races.
+        let mut wave = Wave::from_cells(&CellSet::from_iter([start]));
         for layer in waves.iter_mut().rev() {
-            wave = straights.next(&wave, &layer.others());
+            wave = straights.next(&wave, &layer.complement());
             *layer = wave;
         }
         let mut unknown = [[0; SIDE]; SIDE];
@@ -84,7 +85,7 @@ impl<'m> Finder<'m> {
                 }
             });
         }
-        // Along the best one.
+        // Follow the race with the fewest unknown walls.
         let (mut first, mut last) = (None, None);
         let mut cell = start;
         let race = u16::try_from(waves.len()).ok()?;
@@ -100,11 +101,11 @@ impl<'m> Finder<'m> {
             }
         }
         let ((before, from), (behind, to)) = (first?, last?);
-        Some(Unseen { ends: [before, behind], along: to - from + 1, race })
+        Some(UnknownStretch { ends: [before, behind], length: to - from + 1, race })
     }
 
-    /// The step from a cell into a layer with the fewest unknown walls from there to the goal: these,
-    /// its heading and its cells.
+    /// Returns the step from a cell into a layer that has the fewest unknown walls on the way to the
+    /// goal: the number of these walls, the heading and the number of cells.
     fn step<const ROWS: usize, const PADDED: usize>(
         &self,
         straights: &Straights<ROWS, PADDED>,
@@ -134,21 +135,21 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::RaceSteps;
+    use crate::race::{RaceSteps, straight};
 
-    /// The naive twin: all fastest races, step by step, as the unknown walls each crosses, and its
-    /// unseen part.
-    fn naive(map: &KnownMaze, guess: &Walls) -> Vec<(usize, Unseen)> {
-        let race = RaceSteps::flood(guess, map.goals());
+    /// The reference implementation enumerates all fastest races. It returns for each one the number
+    /// of unknown walls and the unknown stretch.
+    fn reference(map: &KnownMaze, sample: &Walls) -> Vec<(usize, UnknownStretch)> {
+        let race = RaceSteps::flood(sample, map.goals());
         let Some(steps) = race.at(map.start()) else { return Vec::new() };
-        // The cell it has come to, and the unknown walls on the way with the step and the cells.
+        // The last cell of each race, and its unknown walls: the step and the cells on either side.
         let mut races = vec![(map.start(), Vec::<(u16, [Cell; 2])>::new())];
         for step in 0..steps {
             let mut longer = Vec::new();
             for (cell, crossed) in races {
                 for heading in Heading::ALL {
                     let (mut here, mut crossed) = (cell, crossed.clone());
-                    for next in crate::race::straight(guess, cell, heading) {
+                    for next in straight(sample, cell, heading) {
                         if map.wall(here, heading) == WallState::Unknown {
                             crossed.push((step, [here, next]));
                         }
@@ -161,46 +162,47 @@ mod tests {
             }
             races = longer;
         }
-        let unseen = |(_, crossed): &(Cell, Vec<(u16, [Cell; 2])>)| {
+        let stretch = |(_, crossed): &(Cell, Vec<(u16, [Cell; 2])>)| {
             let ((from, [before, _]), (to, [_, behind])) = (*crossed.first()?, *crossed.last()?);
-            let unseen = Unseen { ends: [before, behind], along: to - from + 1, race: steps };
-            Some((crossed.len(), unseen))
+            let stretch =
+                UnknownStretch { ends: [before, behind], length: to - from + 1, race: steps };
+            Some((crossed.len(), stretch))
         };
-        races.iter().filter_map(unseen).collect()
+        races.iter().filter_map(stretch).collect()
     }
 
     proptest! {
         #[test]
-        fn what_is_unseen_equals_its_naive_twin(
+        fn stretches_equal_the_reference(
             (width, height) in prop_oneof![(2usize..=5, 2usize..=5), (2usize..=3, 17usize..20)],
             present in prop::collection::vec(prop::bool::weighted(0.35), 2 * 60),
             known in prop::collection::vec(prop::bool::weighted(0.6), 2 * 60),
             (start, goal) in ((0u8..5, 0u8..20), (0u8..5, 0u8..20)),
-            best in 0u16..25,
+            upper in 0u16..25,
         ) {
             let size = MazeSize::new(width, height).unwrap();
             let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
             let (start, goals) = (inside(start), CellSet::from_iter([inside(goal)]));
-            let mut guess = Walls::open(size);
+            let mut sample = Walls::open(size);
             let mut map = KnownMaze::new(size, start, goals);
-            let places = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
-            for ((cell, heading), (present, known)) in places.zip(present.into_iter().zip(known)) {
-                guess.set(cell, heading, present);
+            let sites = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
+            for ((cell, heading), (present, known)) in sites.zip(present.into_iter().zip(known)) {
+                sample.set(cell, heading, present);
                 if known && size.neighbour(cell, heading).is_some() {
                     let wall = if present { WallState::Present } else { WallState::Absent };
                     map.set_wall(cell, heading, wall);
                 }
             }
-            let found = Finder::new(&map).unseen(&guess, best);
-            let all = naive(&map, &guess);
-            let steps = RaceSteps::flood(&guess, map.goals()).at(start);
+            let found = StretchFinder::new(&map).find(&sample, upper);
+            let all = reference(&map, &sample);
+            let steps = RaceSteps::flood(&sample, map.goals()).at(start);
             let fewest = all.iter().map(|&(walls, _)| walls).min();
-            if steps.is_none_or(|steps| steps >= best) {
+            if steps.is_none_or(|steps| steps >= upper) {
                 prop_assert_eq!(found, None);
             } else if let Some(found) = found {
                 prop_assert!(all.contains(&(fewest.unwrap(), found)));
             } else {
-                // One of them is known from end to end.
+                // The walls of a fastest race are all known.
                 let known = RaceSteps::flood(map.walls(Unknown::Closed), map.goals());
                 prop_assert_eq!(known.at(start), steps);
             }

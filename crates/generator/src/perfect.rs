@@ -1,0 +1,50 @@
+//! Perfect mazes, and open mazes made from them.
+
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
+
+use crate::splitmix64::SplitMix64;
+use crate::tree;
+
+/// The start of every maze.
+pub(crate) const START: Cell = Cell::new(0, 0);
+
+/// Returns the walls of a perfect maze.
+pub(crate) fn perfect(size: MazeSize, rng: &mut SplitMix64) -> Walls {
+    let room = size.central_cells();
+    let mut walls = closed_around(size, &room);
+    let mut free: CellSet = size.cells().filter(|&cell| !room.contains(cell)).collect();
+    // The start is a dead end unless the maze is a single row or column.
+    if size.width() > 1 && size.height() > 1 && free.remove(START) {
+        walls.set(START, Heading::North, false);
+    }
+    tree::uniform(&mut walls, room, &free, rng);
+    walls
+}
+
+/// Returns the walls of an open maze: a perfect maze with most walls removed.
+pub(crate) fn open(size: MazeSize, rng: &mut SplitMix64) -> Walls {
+    /// The number of walls that remain out of ten.
+    const REMAINING_TENTHS: u32 = 3;
+    let mut walls = perfect(size, rng);
+    for cell in size.cells().filter(|&cell| cell != START) {
+        for heading in [Heading::North, Heading::East] {
+            if rng.below(10) >= REMAINING_TENTHS {
+                walls.set(cell, heading, false);
+            }
+        }
+    }
+    walls
+}
+
+/// Returns a maze with all walls except those inside the goal room.
+pub(crate) fn closed_around(size: MazeSize, room: &CellSet) -> Walls {
+    let mut walls = Walls::closed(size);
+    for cell in room.iter() {
+        for heading in Heading::ALL {
+            if cell.neighbour(heading).is_some_and(|next| room.contains(next)) {
+                walls.set(cell, heading, false);
+            }
+        }
+    }
+    walls
+}

@@ -1,0 +1,155 @@
+//! The expected gain of exploration, estimated from sampled mazes.
+
+use mmsim_maze::{Cell, KnownMaze, Unknown, Walls};
+
+use super::maze_samples::MazeSamples;
+use super::unknown_stretch::{StretchFinder, UnknownStretch};
+use super::wall_prior::WallPrior;
+use crate::race::RaceSteps;
+
+/// The value of exploring unknown stretches, estimated from sampled mazes.
+#[derive(Clone, Debug)]
+pub(super) struct ExplorationValue {
+    samples: MazeSamples,
+    /// The known walls when accumulation began: unknown walls open, and unknown walls closed.
+    known: [Walls; 2],
+    /// The number of accumulated samples.
+    count: usize,
+    /// The unknown stretches of those accumulated samples that have a race faster than the fastest
+    /// known one.
+    stretches: Vec<UnknownStretch>,
+}
+
+/// The maximum number of samples accumulated while the known walls stay the same.
+const MAX_SAMPLES: usize = 1024;
+
+/// All unknown stretches with the same near end.
+struct Candidate {
+    /// The end nearer to the robot.
+    end: Cell,
+    /// Race steps saved, summed over the samples.
+    saved: u32,
+    /// Steps along the stretch, summed over the samples.
+    length: u32,
+}
+
+impl ExplorationValue {
+    pub(super) fn new(map: &KnownMaze, prior: &WallPrior, seed: u64) -> Self {
+        // Samples of larger mazes take longer.
+        let (len, sweeps) = if map.size().area() > 256 { (32, 4) } else { (128, 8) };
+        let samples = MazeSamples::new(map, prior, len, sweeps, seed);
+        Self { samples, known: known(map), count: 0, stretches: Vec::new() }
+    }
+
+    /// Adds samples; starts over if the known walls have changed.
+    fn add_samples(&mut self, map: &KnownMaze, prior: &WallPrior, upper: u16) {
+        let known = known(map);
+        if self.known != known {
+            (self.known, self.count) = (known, 0);
+            self.stretches.clear();
+        }
+        if self.count < MAX_SAMPLES {
+            self.samples.resample(map, prior);
+            let finder = StretchFinder::new(map);
+            self.count += self.samples.len();
+            self.stretches
+                .extend(self.samples.iter().filter_map(|sample| finder.find(&sample, upper)));
+        }
+    }
+
+    /// Returns the next cell to explore, `None` if no exploration step saves more than `min_gain`
+    /// thirtieths of a race step. The fastest known race takes `upper` steps.
+    pub(super) fn best_target(
+        &mut self,
+        map: &KnownMaze,
+        prior: &WallPrior,
+        from_here: &RaceSteps,
+        upper: u16,
+        min_gain: f64,
+    ) -> Option<Cell> {
+        self.add_samples(map, prior, upper);
+        let candidates = self.candidates(from_here, upper);
+        // In the current cell, the robot needs one step to turn.
+        let steps_to =
+            |candidate: &Candidate| from_here.at(candidate.end).map(|steps| steps.max(1));
+        let is_worthwhile = |candidate: &&Candidate| {
+            steps_to(candidate).is_some_and(|steps| self.gain(candidate, steps) > min_gain)
+        };
+        let total_gain = |candidate: &Candidate| {
+            let onwards = RaceSteps::flood_from(map.walls(Unknown::Closed), candidate.end);
+            let steps = steps_to(candidate)?;
+            let gain = |other: &Candidate| {
+                Some(self.gain(other, steps.saturating_add(onwards.at(other.end)?)))
+            };
+            Some((candidates.iter().filter_map(gain).sum::<f64>(), candidate.end))
+        };
+        let targets = candidates.iter().filter(is_worthwhile).filter_map(total_gain);
+        targets.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
+    }
+
+    /// Groups the reachable stretches by their near ends.
+    fn candidates(&self, from_here: &RaceSteps, upper: u16) -> Vec<Candidate> {
+        let mut candidates: Vec<Candidate> = Vec::new();
+        for &UnknownStretch { ends, length, race } in &self.stretches {
+            let steps = |end: Cell| Some((from_here.at(end)?, end));
+            let nearer = ends.into_iter().filter_map(steps).min_by_key(|&(steps, _)| steps);
+            let Some((_, end)) = nearer else { continue };
+            let (saved, length) = (u32::from(upper.saturating_sub(race)), u32::from(length));
+            match candidates.iter_mut().find(|candidate| candidate.end == end) {
+                Some(candidate) => {
+                    candidate.saved += saved;
+                    candidate.length += length;
+                }
+                None => candidates.push(Candidate { end, saved, length }),
+            }
+        }
+        candidates
+    }
+
+    /// Returns the thirtieths of a race step saved per exploration step, if the near end is `steps`
+    /// away. A closed stretch is recognised at its near end, so only open ones take the steps along
+    /// them.
+    fn gain(&self, candidate: &Candidate, steps: u16) -> f64 {
+        #[allow(clippy::cast_precision_loss)]
+        let steps = self.count as f64 * f64::from(steps) + f64::from(candidate.length);
+        30. * f64::from(candidate.saved) / steps
+    }
+}
+
+fn known(map: &KnownMaze) -> [Walls; 2] {
+    [Unknown::Open, Unknown::Closed].map(|unknown| map.walls(unknown).clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{CellSet, Heading, MazeSize, WallState};
+
+    use super::*;
+
+    #[test]
+    fn a_stretch_is_a_target_if_it_saves_enough() {
+        // The only known path is a detour; one wall on the direct path is unknown.
+        let size = MazeSize::new(8, 2).unwrap();
+        let (start, goal) = (Cell::new(0, 0), Cell::new(7, 0));
+        let mut map = KnownMaze::new(size, start, CellSet::from_iter([goal]));
+        for cell in size.cells() {
+            map.set_wall(cell, Heading::East, WallState::Absent);
+            if cell.y == 0 {
+                let is_end = cell == start || cell == goal;
+                let wall = if is_end { WallState::Absent } else { WallState::Present };
+                map.set_wall(cell, Heading::North, wall);
+            }
+        }
+        map.set_wall(Cell::new(3, 0), Heading::East, WallState::Unknown);
+        let from_here = |cell| RaceSteps::flood_from(map.walls(Unknown::Closed), cell);
+        let upper = from_here(start).at(goal).unwrap();
+        assert_eq!(upper, 5, "one step north, three east, one south");
+        let mut value = ExplorationValue::new(&map, &WallPrior::CONTEST, 1);
+        let mut target = |here, min_gain| {
+            value.best_target(&map, &WallPrior::CONTEST, &from_here(here), upper, min_gain)
+        };
+        assert_eq!(target(start, 0.1), Some(Cell::new(3, 0)));
+        assert_eq!(target(goal, 0.1), Some(Cell::new(4, 0)), "from the other side");
+        assert_eq!(target(start, 60.), None, "it saves at most two race steps");
+    }
+}

@@ -1,0 +1,128 @@
+//! Random mazes that agree with the known walls.
+
+use fastrand::Rng;
+use mmsim_maze::{KnownMaze, Unknown, WallState, Walls};
+
+use super::maze_batch::{MazeBatch, WallSite};
+use super::wall_prior::WallPrior;
+
+/// Random mazes that agree with the known walls; the unknown ones are drawn from a [`WallPrior`].
+///
+/// Each sample is a Markov chain: resampling draws every unknown wall anew, given the walls around
+/// it (Gibbs sampling, 64 mazes at once). The goal cells form a room with one entrance, as in
+/// contests, or with the known entrances.
+#[derive(Clone, Debug)]
+pub(super) struct MazeSamples {
+    batches: Vec<MazeBatch>,
+    len: usize,
+    rng: Rng,
+    /// The sites between goal cells.
+    inside: Vec<WallSite>,
+    /// The sites around the goal cells.
+    around: Vec<WallSite>,
+}
+
+impl MazeSamples {
+    /// Creates `len` samples from random walls, then resamples them `sweeps` times so that they no
+    /// longer depend on their initial state.
+    pub(super) fn new(
+        map: &KnownMaze,
+        prior: &WallPrior,
+        len: usize,
+        sweeps: usize,
+        seed: u64,
+    ) -> Self {
+        let mut rng = Rng::with_seed(seed);
+        let goals =
+            |site: &WallSite| site.cells().filter(|&cell| map.goals().contains(cell)).count();
+        let with_goals =
+            |count| WallSite::all(map.size()).filter(|site| goals(site) == count).collect();
+        let (inside, around) = (with_goals(2), with_goals(1));
+        let mut batches =
+            vec![MazeBatch::repeat(map.walls(Unknown::Open)); len.div_ceil(MazeBatch::LEN)];
+        for batch in &mut batches {
+            WallSite::all(map.size()).for_each(|site| batch.set(site, rng.u64(..)));
+        }
+        let mut samples = Self { batches, len, rng, inside, around };
+        for _ in 0..sweeps {
+            samples.resample(map, prior);
+        }
+        samples
+    }
+
+    /// Updates all samples to the known walls and draws each unknown wall anew.
+    pub(super) fn resample(&mut self, map: &KnownMaze, prior: &WallPrior) {
+        let state = |site: WallSite| map.wall(site.cell(), site.heading());
+        let is_unknown = |site: &WallSite| state(*site) == WallState::Unknown;
+        let (unknown, known): (Vec<WallSite>, _) = WallSite::all(map.size()).partition(is_unknown);
+        let inside: Vec<WallSite> = self.inside.iter().copied().filter(is_unknown).collect();
+        let around: Vec<WallSite> = self.around.iter().copied().filter(is_unknown).collect();
+        let has_entrance = self.around.iter().any(|&site| state(site) == WallState::Absent);
+        for batch in &mut self.batches {
+            for &site in &known {
+                batch.set(site, if state(site) == WallState::Present { u64::MAX } else { 0 });
+            }
+            for &site in &unknown {
+                let mut walls = 0;
+                for (eight, neighbours) in batch.neighbours(site).chunks_exact(8).enumerate() {
+                    let random = self.rng.u64(..).to_le_bytes();
+                    for (bit, (&neighbours, random)) in neighbours.iter().zip(random).enumerate() {
+                        let is_wall = random < prior.probability(neighbours);
+                        walls |= u64::from(is_wall) << (8 * eight + bit);
+                    }
+                }
+                batch.set(site, walls);
+            }
+            for &site in &inside {
+                batch.set(site, 0);
+            }
+            for &site in &around {
+                batch.set(site, u64::MAX);
+            }
+            if !has_entrance && !around.is_empty() {
+                for maze in 0..MazeBatch::LEN {
+                    let entrance = around[self.rng.usize(..around.len())];
+                    batch.set(entrance, batch.at(entrance) & !(1 << maze));
+                }
+            }
+        }
+    }
+
+    /// Returns the number of samples.
+    pub(super) const fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Returns the samples, which are equally likely.
+    pub(super) fn iter(&self) -> impl Iterator<Item = Walls> + '_ {
+        let mazes = |batch| (0..MazeBatch::LEN).map(move |maze| MazeBatch::walls(batch, maze));
+        self.batches.iter().flat_map(mazes).take(self.len)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, Heading, MazeSize};
+
+    use super::*;
+
+    #[test]
+    fn samples_differ_but_agree_with_the_known_walls() {
+        let goals = MazeSize::CLASSIC.central_cells();
+        let mut map = KnownMaze::new(MazeSize::CLASSIC, Cell::new(0, 0), goals);
+        let mut samples = MazeSamples::new(&map, &WallPrior::CONTEST, 100, 2, 1);
+        map.set_wall(Cell::new(3, 3), Heading::East, WallState::Present);
+        map.set_wall(Cell::new(4, 4), Heading::North, WallState::Absent);
+        samples.resample(&map, &WallPrior::CONTEST);
+        let all: Vec<Walls> = samples.iter().collect();
+        assert_eq!((all.len(), samples.len()), (100, 100));
+        assert!(all.windows(2).all(|pair| pair[0] != pair[1]));
+        for walls in all {
+            assert!(walls.has(Cell::new(3, 3), Heading::East));
+            assert!(!walls.has(Cell::new(4, 4), Heading::North));
+            let sides = goals.iter().flat_map(|cell| Heading::ALL.map(|heading| (cell, heading)));
+            let open = sides.filter(|&(cell, heading)| !walls.has(cell, heading));
+            assert_eq!(open.count(), 2 * 4 + 1, "a room of four cells with one entrance");
+        }
+    }
+}
