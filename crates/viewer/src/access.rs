@@ -1,8 +1,7 @@
 //! Access control: only the page itself, and programs on this machine or with the token.
 //!
 //! Another web site in the same browser can send requests to this server. Without CORS headers it
-//! cannot read the responses. These checks reject its requests, so that they have no effect, and
-//! prevent DNS rebinding.
+//! cannot read the responses. These checks reject its requests and prevent DNS rebinding.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -147,7 +146,8 @@ pub(crate) async fn guard(
     ] {
         headers.insert(name, HeaderValue::from_static(value));
     }
-    // On other hosts browsers ignore it with a warning unless the connection is encrypted.
+    // With a token the page is on another host, where browsers ignore this header with a warning
+    // unless the connection is encrypted.
     if access.token.is_none() {
         let name = HeaderName::from_static("cross-origin-opener-policy");
         headers.insert(name, HeaderValue::from_static("same-origin"));

@@ -177,8 +177,8 @@ async fn describe_source(
                     "not closed: the recording was truncated or is still being written".to_string(),
                 ),
             ),
-            Some(Integrity::Damaged { intact: whole, reason }) => {
-                (Some("damaged"), Some(format!("damaged after byte {whole}: {reason}")))
+            Some(Integrity::Damaged { intact, reason }) => {
+                (Some("damaged"), Some(format!("damaged after byte {intact}: {reason}")))
             }
         };
         let truth = description.truth.as_ref();

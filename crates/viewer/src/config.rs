@@ -22,8 +22,8 @@ pub struct ViewerConfig {
 }
 
 impl ViewerConfig {
-    /// Shows the simulation of a server and runs the bundled mice against it. `maze` is the path of
-    /// its maze.
+    /// Shows the simulation of a server and runs the bundled mice against it. `maze` is the path
+    /// of its maze.
     pub fn with_live(mut self, server: &Server, maze: &Path) -> Self {
         self.live = Some(LiveServer::new(server.monitor(), server.address(), maze));
         self

@@ -1,4 +1,4 @@
-//! Distances from the start to the goal by the map of the mouse, at one state and over a run.
+//! Bounds on the distance from the start to the goal, for one state and over a run.
 
 use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_solvers::Distances;

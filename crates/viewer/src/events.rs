@@ -15,7 +15,7 @@ use tokio::time::sleep;
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::limits::MAX_LISTENERS;
+use crate::limits::MAX_EVENT_STREAMS;
 use crate::live::LiveServer;
 use crate::mouse::RunnerStatus;
 
@@ -36,7 +36,7 @@ const IDLE_AFTER: Duration = Duration::from_secs(2);
 /// The maximum time between events, so that both sides notice a closed connection.
 const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(10);
 
-static LISTENERS: Semaphore = Semaphore::const_new(MAX_LISTENERS);
+static EVENT_STREAMS: Semaphore = Semaphore::const_new(MAX_EVENT_STREAMS);
 
 /// An event: a summary of the state of the server.
 #[derive(Debug, PartialEq, Eq, Serialize)]
@@ -83,8 +83,8 @@ struct LastEvent {
 pub(crate) fn stream(
     state: Arc<AppState>,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, ApiError> {
-    let permit = LISTENERS.try_acquire().map_err(|_| {
-        let text = format!("{MAX_LISTENERS} pages are already open (close one first)");
+    let permit = EVENT_STREAMS.try_acquire().map_err(|_| {
+        let text = format!("{MAX_EVENT_STREAMS} pages are already open (close one first)");
         ApiError::new(StatusCode::SERVICE_UNAVAILABLE, text)
     })?;
     let last: Option<LastEvent> = None;

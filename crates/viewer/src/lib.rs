@@ -5,8 +5,8 @@
 //! the number of states, and the page fetches only the states it draws. So a search at full speed
 //! never waits for a page, and a page can fetch every state.
 //!
-//! The server listens on loopback by default. Other web sites in the same browser can neither read
-//! nor control it. On any other address it requires a token.
+//! Other web sites in the same browser can neither read nor control the page. On addresses other
+//! than loopback the server requires a token.
 #![forbid(unsafe_code)]
 
 mod access;

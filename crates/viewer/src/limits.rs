@@ -1,4 +1,4 @@
-//! Limits for clients of the page. No client can hold a connection for ever.
+//! Limits for clients of the page. No client can hold a connection forever.
 
 use std::time::Duration;
 
@@ -7,13 +7,12 @@ use std::time::Duration;
 pub const MAX_VIEWER_CONNECTIONS: usize = 64;
 
 /// The maximum number of event streams, one per page. The other connections are for requests.
-pub(crate) const MAX_LISTENERS: usize = MAX_VIEWER_CONNECTIONS / 2;
+pub(crate) const MAX_EVENT_STREAMS: usize = MAX_VIEWER_CONNECTIONS / 2;
 
 /// The maximum size of a request body other than a recording, in bytes.
 pub(crate) const MAX_BODY_BYTES: usize = 64 * 1024;
 
-/// The maximum size of an uploaded recording, in bytes: two million states without
-/// compression.
+/// The maximum size of an uploaded recording, in bytes: two million uncompressed states.
 pub(crate) const MAX_RECORDING_BYTES: usize = 1 << 30;
 
 /// The maximum number of uploads at the same time. Others wait.
@@ -22,8 +21,7 @@ pub(crate) const MAX_UPLOADS: usize = 2;
 /// The maximum number of recordings that are read or written at the same time. Others wait.
 pub(crate) const MAX_RECORDING_JOBS: usize = 2;
 
-/// The minimum rate of an upload or a download, in bytes per second: half the speed of
-/// a slow DSL line.
+/// The minimum rate of an upload or a download, in bytes per second: half of a slow DSL line.
 pub(crate) const MIN_RATE: u32 = 64 * 1024;
 
 /// The limits of a [`Viewer`](crate::Viewer) that tests can lower.

@@ -69,9 +69,8 @@ impl Runner {
             let strategy = status.strategy;
             return Err(ApiError::conflict(format!("{strategy} is still running (stop it first)")));
         }
-        let strategy_name = strategy.name();
         state.status = Some(RunnerStatus {
-            strategy: strategy_name,
+            strategy: strategy.name(),
             is_running: true,
             outcome: String::new(),
         });
@@ -198,7 +197,7 @@ mod tests {
 
     #[test]
     fn only_one_mouse_runs_at_a_time() {
-        // A wall follower circles for ever.
+        // A wall follower circles this maze forever.
         let (server, runner) = serve(
             "o---o---o\n|       |\no   o   o\n| S | G |\no---o   o\n|   | G |\no---o---o\n"
                 .replace("o---o   o", "o---o---o")

@@ -1,5 +1,5 @@
 //! Enforces a minimum transfer rate: otherwise a client that stops sending or reading would hold its
-//! connection for ever.
+//! connection forever.
 
 use std::io;
 use std::pin::Pin;

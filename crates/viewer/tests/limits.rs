@@ -1,4 +1,4 @@
-//! Slow clients and full queues: no client holds a connection for ever.
+//! Slow clients and full queues: no client holds a connection forever.
 
 mod harness;
 
@@ -149,7 +149,7 @@ fn the_wait_in_a_queue_is_limited() {
     });
     assert_eq!(rejected.text(), "the server is busy with other uploads (try again later)");
     drop(slow);
-    wait_for("a free place in the queue", || {
+    wait_for("a free slot in the queue", || {
         let response = watched.send("POST", "/api/recordings?name=a.mcap", &[&origin], b"?");
         (response.status == 400).then_some(())
     });
