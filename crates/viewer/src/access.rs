@@ -1,8 +1,7 @@
-//! Who may ask: only the page itself, and programs on this machine or with the token.
+//! Access control: only the page itself, and programs on this machine or with the token.
 //!
-//! A page elsewhere in the same browser can send requests here. It cannot read the replies, since
-//! nothing here allows that; these checks keep it from having any effect, and from pretending by
-//! its name to be this page.
+//! Another web site in the same browser can send requests to this server. Without CORS headers it
+//! cannot read the responses. These checks reject its requests and prevent DNS rebinding.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -14,29 +13,30 @@ use axum::response::{IntoResponse, Response};
 
 use crate::api_error::ApiError;
 
-/// What the page may load and do: nothing but what comes from here.
-const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
+/// The page may load resources from this server only.
+const CONTENT_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
     img-src 'self' blob: data:; connect-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
 
 const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 const SEC_FETCH_DEST: HeaderName = HeaderName::from_static("sec-fetch-dest");
 
-/// Who may ask.
+/// The access rules of a server.
 #[derive(Debug)]
 pub(crate) struct Access {
-    /// What a browser has to show if the page can be reached from other machines.
+    /// Required if other machines can reach the server.
     token: Option<String>,
-    /// The name of the cookie that shows it: browsers give those of one port to all others.
-    cookie: String,
+    /// The name of the cookie that holds the token. It contains the port, since browsers share cookies
+    /// between all ports of a host.
+    cookie_name: String,
 }
 
 impl Access {
     pub(crate) fn new(token: Option<String>, port: u16) -> Self {
-        Self { token, cookie: format!("mmsim-{port}") }
+        Self { token, cookie_name: format!("mmsim-{port}") }
     }
 
-    /// The token to show, in the address of the page.
+    /// Returns the query with the token for the URL of the page, or an empty string.
     pub(crate) fn query(&self) -> String {
         self.token.as_ref().map(|token| format!("?token={token}")).unwrap_or_default()
     }
@@ -45,83 +45,81 @@ impl Access {
         let host = self.check_host(uri, headers)?;
         Self::check_site(method, uri, headers, &host)?;
         match &self.token {
-            Some(token) if !self.shows(token, uri, headers) => Err(ApiError::new(
+            Some(token) if !self.has_token(token, uri, headers) => Err(ApiError::new(
                 StatusCode::UNAUTHORIZED,
-                "expected the token that mmsim printed at its start, as in http://HOST:PORT/?token=TOKEN",
+                "the token is missing or wrong (open the URL that mmsim printed at its start)",
             )),
             _ => Ok(()),
         }
     }
 
-    /// A name that others may point at this machine is no name of ours. With a token that does not
-    /// matter: a browser shows it only to the name to which it was given.
+    /// Accepts only hosts that no DNS record can point here. With a token every host is safe, since a
+    /// browser sends the cookie only to the host that set it.
     fn check_host(&self, uri: &Uri, headers: &HeaderMap) -> Result<String, ApiError> {
         let mut hosts = headers.get_all(header::HOST).iter();
         let host = match (hosts.next(), hosts.next(), uri.authority()) {
             (Some(host), None, None) => host.to_str().unwrap_or_default().to_ascii_lowercase(),
             (host, _, authority) => {
-                let text = format!("expected one host, found {host:?} and {authority:?}");
-                return Err(ApiError::bad(text));
+                let text = format!(
+                    "expected one Host header and a relative target, found {host:?} and {authority:?}"
+                );
+                return Err(ApiError::bad_request(text));
             }
         };
         if self.token.is_some() || is_loopback(&host) {
             return Ok(host);
         }
-        let text =
-            format!("expected a name of this machine as host, such as localhost, found {host:?}");
+        let text = format!("the host {host:?} is not allowed (use localhost or 127.0.0.1)");
         Err(ApiError::new(StatusCode::FORBIDDEN, text))
     }
 
-    /// What a browser sends says which page it is for.
+    /// Accepts only requests of the page itself, by the headers that browsers set.
     fn check_site(
         method: &Method,
         uri: &Uri,
         headers: &HeaderMap,
         host: &str,
     ) -> Result<(), ApiError> {
-        let refuse = |found: &str| {
-            let text = format!("expected a request of the page at {host}, found {found}");
-            Err(ApiError::new(StatusCode::FORBIDDEN, text))
-        };
+        let forbidden = |text: &str| Err(ApiError::new(StatusCode::FORBIDDEN, text));
         let origin = headers.get(header::ORIGIN).map(|origin| origin.to_str().unwrap_or("?"));
         match origin {
             Some(origin) if !is_origin_of(origin, host) => {
-                return refuse(&format!("one of {origin:?}"));
+                return forbidden(&format!("requests of the origin {origin:?} are not allowed"));
             }
-            // Every browser tells the origin of what may change something.
+            // Every browser sends the origin with requests that may change state.
             None if *method != Method::GET && *method != Method::HEAD => {
-                return refuse("one without the header Origin");
+                return forbidden("the header Origin is missing");
             }
             _ => {}
         }
-        let told = |name| headers.get(name).map(|value: &HeaderValue| value.as_bytes());
-        match told(SEC_FETCH_SITE) {
+        let header = |name| headers.get(name).map(|value: &HeaderValue| value.as_bytes());
+        match header(SEC_FETCH_SITE) {
             None | Some(b"same-origin" | b"none") => Ok(()),
-            // Somebody followed a link to the page.
-            Some(_) if uri.path() == "/" && told(SEC_FETCH_DEST) == Some(b"document") => Ok(()),
-            Some(_) => refuse("one of another site"),
+            // A link to the page.
+            Some(_) if uri.path() == "/" && header(SEC_FETCH_DEST) == Some(b"document") => Ok(()),
+            Some(_) => forbidden("requests of other web sites are not allowed"),
         }
     }
 
-    fn shows(&self, token: &str, uri: &Uri, headers: &HeaderMap) -> bool {
+    fn has_token(&self, token: &str, uri: &Uri, headers: &HeaderMap) -> bool {
         let cookies =
             headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
-        let shown = cookies.flat_map(|cookies| cookies.split(';')).filter_map(|cookie| {
+        let tokens = cookies.flat_map(|cookies| cookies.split(';')).filter_map(|cookie| {
             let (name, value) = cookie.trim().split_once('=')?;
-            (name == self.cookie).then_some(value)
+            (name == self.cookie_name).then_some(value)
         });
-        shown.chain(token_of(uri)).any(|shown| same(shown, token))
+        tokens.chain(query_token(uri)).any(|sent| constant_time_eq(sent, token))
     }
 
-    /// The cookie for a browser that came with the token in the address.
+    /// Returns the cookie to set for a request with the token in its URL.
     fn cookie_for(&self, uri: &Uri) -> Option<HeaderValue> {
-        let (token, _) = (self.token.as_ref()?, token_of(uri)?);
-        let cookie = format!("{}={token}; Path=/; HttpOnly; SameSite=Lax", self.cookie);
+        let (token, _) = (self.token.as_ref()?, query_token(uri)?);
+        let cookie = format!("{}={token}; Path=/; HttpOnly; SameSite=Lax", self.cookie_name);
         HeaderValue::from_str(&cookie).ok()
     }
 }
 
-/// Lets in who may ask, and sets the headers that every reply has.
+/// Rejects requests without access, and sets the headers of every response.
 pub(crate) async fn guard(
     State(access): State<Arc<Access>>,
     request: Request,
@@ -129,18 +127,18 @@ pub(crate) async fn guard(
 ) -> Response {
     let checked = access.check(request.method(), request.uri(), request.headers());
     let mut response = match (checked, access.cookie_for(request.uri())) {
-        // Out of the address, where it could be read over a shoulder.
+        // Removes the token from the address bar, where others could read it.
         (Ok(()), Some(cookie)) if request.uri().path() == "/" => {
             let headers =
                 [(header::LOCATION, HeaderValue::from_static("/")), (header::SET_COOKIE, cookie)];
             (StatusCode::SEE_OTHER, headers).into_response()
         }
         (Ok(()), _) => next.run(request).await,
-        (Err(refusal), _) => refusal.into_response(),
+        (Err(error), _) => error.into_response(),
     };
     let headers = response.headers_mut();
     for (name, value) in [
-        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::CONTENT_SECURITY_POLICY, CONTENT_POLICY),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (header::REFERRER_POLICY, "no-referrer"),
         (header::X_FRAME_OPTIONS, "DENY"),
@@ -148,7 +146,8 @@ pub(crate) async fn guard(
     ] {
         headers.insert(name, HeaderValue::from_static(value));
     }
-    // Elsewhere, browsers complain of it unless the connection is encrypted.
+    // With a token the page is on another host, where browsers ignore this header with a warning
+    // unless the connection is encrypted.
     if access.token.is_none() {
         let name = HeaderName::from_static("cross-origin-opener-policy");
         headers.insert(name, HeaderValue::from_static("same-origin"));
@@ -157,8 +156,7 @@ pub(crate) async fn guard(
     response
 }
 
-/// Whether a host, with or without a port, is this machine and nobody else: a name that no name
-/// service decides about.
+/// Whether a host, with or without a port, always means this machine, whatever DNS says.
 fn is_loopback(host: &str) -> bool {
     let name = match host.rsplit_once(':') {
         Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
@@ -174,14 +172,14 @@ fn is_origin_of(origin: &str, host: &str) -> bool {
     rest.is_some_and(|rest| rest.eq_ignore_ascii_case(host))
 }
 
-fn token_of(uri: &Uri) -> Option<&str> {
+fn query_token(uri: &Uri) -> Option<&str> {
     uri.query()?.split('&').find_map(|pair| pair.strip_prefix("token="))
 }
 
-/// Compares without telling by the time it takes how much is right.
-fn same(shown: &str, token: &str) -> bool {
-    let differing = shown.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
-    shown.len() == token.len() && differing == 0
+/// Compares in a time that depends only on the lengths, so that it reveals no prefix of the token.
+fn constant_time_eq(sent: &str, token: &str) -> bool {
+    let differing = sent.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
+    sent.len() == token.len() && differing == 0
 }
 
 #[cfg(test)]
@@ -197,13 +195,13 @@ mod tests {
                 headers
             });
         let checked = access.check(method, &uri.parse().unwrap(), &headers);
-        checked.map_or_else(|refusal| refusal.status.as_u16(), |()| 200)
+        checked.map_or_else(|error| error.status.as_u16(), |()| 200)
     }
 
     const HOST: (&str, &str) = ("host", "127.0.0.1:6575");
 
     #[test]
-    fn only_names_that_are_always_this_machine_are_hosts() {
+    fn only_loopback_hosts_are_accepted() {
         let access = Access::new(None, 6575);
         let get = |host| check(&access, &Method::GET, "/", &[("host", host)]);
         for host in [
@@ -234,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn pages_elsewhere_are_refused() {
+    fn requests_of_other_sites_are_rejected() {
         let access = Access::new(None, 6575);
         let ask = |method: &Method, path, name, value| {
             check(&access, method, path, &[HOST, (name, value)])
@@ -267,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_token_is_asked_for_where_others_can_reach_the_page() {
+    fn the_token_is_required() {
         let access = Access::new(Some("secret".into()), 6575);
         let get = |uri, headers: &[(&str, &str)]| {
             check(&access, &Method::GET, uri, &[&[("host", "mouse.lan:6575")], headers].concat())

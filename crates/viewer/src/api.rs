@@ -1,4 +1,4 @@
-//! What the page can ask for.
+//! The HTTP API of the page.
 
 use std::io::{Seek, Write};
 use std::sync::Arc;
@@ -15,131 +15,133 @@ use mmsim_solvers::{BundledStrategy, MazeFacts};
 use serde::{Deserialize, Serialize};
 
 use crate::api_error::ApiError;
-use crate::costs::Costs;
+use crate::app_state::AppState;
+use crate::distances::DistanceHistory;
+use crate::jobs::run_blocking;
 use crate::limits::MAX_RECORDING_BYTES;
-use crate::pictures::{self, Look};
+use crate::pictures::{self, PictureOptions};
 use crate::source::Source;
-use crate::state::AppState;
 use crate::state_view::StateView;
-use crate::transfer::{receive, receive_first};
-use crate::work::work;
-use crate::{assets, events, mazes, recordings};
+use crate::transfer::{buffer_body, receive_body};
+use crate::{assets, events, recordings};
 
 const SVG: &str = "image/svg+xml";
 
 pub(crate) fn router(state: Arc<AppState>) -> Router {
     Router::new()
         .route("/events", get(|State(state)| async { events::stream(state) }))
-        .route("/api/page", get(page))
+        .route("/api/page", get(page_info))
         .route("/api/mazes", get(list_mazes))
         .route("/api/mazes/picture.svg", get(maze_picture))
-        .route("/api/maze", post(serve_maze))
-        .route("/api/sources/{id}", get(describe))
-        .route("/api/sources/{id}/drawing.svg", get(drawing))
+        .route("/api/maze", post(load_maze))
+        .route("/api/sources/{id}", get(describe_source))
+        .route("/api/sources/{id}/drawing.svg", get(page_svg))
         .route("/api/sources/{id}/states", get(states))
-        .route("/api/sources/{id}/picture.svg", get(svg))
-        .route("/api/sources/{id}/picture.png", get(png))
-        .route("/api/sources/{id}/animation.gif", get(gif))
-        .route("/api/sources/{id}/moment", get(moment))
-        .route("/api/sources/{id}/costs", get(costs))
-        .route("/api/sources/{id}/recording.mcap", get(save))
+        .route("/api/sources/{id}/picture.svg", get(svg_picture))
+        .route("/api/sources/{id}/picture.png", get(png_picture))
+        .route("/api/sources/{id}/animation.gif", get(gif_animation))
+        .route("/api/sources/{id}/moment", get(state_view))
+        .route("/api/sources/{id}/costs", get(distances))
+        .route("/api/sources/{id}/recording.mcap", get(save_recording))
         .route("/api/recordings", get(list_recordings))
-        .route("/api/recordings/open", post(open))
-        .route("/api/recordings/close", post(close))
-        .route("/api/mouse/run", post(run))
-        .route("/api/mouse/stop", post(stop))
-        .layer(middleware::from_fn_with_state(Arc::clone(&state), receive_first))
-        .route("/api/recordings", post(bring))
+        .route("/api/recordings/open", post(open_recording))
+        .route("/api/recordings/close", post(close_recording))
+        .route("/api/mouse/run", post(start_mouse))
+        .route("/api/mouse/stop", post(stop_mouse))
+        .layer(middleware::from_fn_with_state(Arc::clone(&state), buffer_body))
+        .route("/api/recordings", post(upload))
         .with_state(state)
         .merge(assets::router())
 }
 
-type Answer<T> = Result<T, ApiError>;
+type ApiResult<T> = Result<T, ApiError>;
 type SharedState = State<Arc<AppState>>;
 
-/// Of which run something is wanted.
 #[derive(Deserialize)]
-struct OfRun {
+struct RunQuery {
     run: u32,
 }
 
 #[derive(Serialize)]
-struct Page {
-    server: String,
+struct PageInfo {
+    #[serde(rename = "server")]
+    server_id: String,
     live: bool,
+    /// Whether a folder of recordings is listed.
     records: bool,
     version: &'static str,
+    /// The address of the simulator.
     zmq: Option<String>,
-    strategies: Vec<Named>,
-    opened: Vec<Opened>,
+    strategies: Vec<StrategyInfo>,
+    opened: Vec<OpenRecording>,
 }
 
 #[derive(Serialize)]
-struct Named {
+struct StrategyInfo {
     name: &'static str,
     about: &'static str,
 }
 
 #[derive(Serialize)]
-struct Opened {
+struct OpenRecording {
     id: String,
     title: String,
 }
 
-async fn page(State(state): SharedState) -> Json<Page> {
-    let opened = state.opened_recordings().into_iter();
-    Json(Page {
-        server: state.server.clone(),
+async fn page_info(State(state): SharedState) -> Json<PageInfo> {
+    let recordings = state.open_recordings().into_iter();
+    Json(PageInfo {
+        server_id: state.server_id.clone(),
         live: state.live.is_some(),
-        records: state.recordings.is_some(),
+        records: state.recordings_dir.is_some(),
         version: env!("CARGO_PKG_VERSION"),
         zmq: state.live.as_ref().map(|live| live.address.clone()),
         strategies: BundledStrategy::ALL
-            .map(|strategy| Named { name: strategy.name(), about: strategy.about() })
+            .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
             .into(),
-        opened: opened.map(|(id, title)| Opened { id, title }).collect(),
+        opened: recordings.map(|(id, title)| OpenRecording { id, title }).collect(),
     })
 }
 
-async fn list_mazes(State(state): SharedState) -> Answer<Response> {
-    work(move || Ok(Json(mazes::list(&state)).into_response())).await
+async fn list_mazes(State(state): SharedState) -> ApiResult<Response> {
+    run_blocking(move || Ok(Json(state.mazes.entries()).into_response())).await
 }
 
 #[derive(Deserialize)]
-struct OfPath {
+struct MazePath {
     path: String,
 }
 
 async fn maze_picture(
     State(state): SharedState,
-    Query(OfPath { path }): Query<OfPath>,
-) -> Answer<Response> {
-    work(move || {
-        let (_, maze) = mazes::find(&state.catalogue, &path)?;
+    Query(MazePath { path }): Query<MazePath>,
+) -> ApiResult<Response> {
+    run_blocking(move || {
+        let (_, maze) = state.mazes.read(&path)?;
         Ok(([(header::CONTENT_TYPE, SVG)], thumbnail(&maze)).into_response())
     })
     .await
 }
 
 #[derive(Serialize)]
-struct Run {
+struct LoadedMaze {
     run: u32,
 }
 
-async fn serve_maze(
+async fn load_maze(
     State(state): SharedState,
-    Json(OfPath { path }): Json<OfPath>,
-) -> Answer<Json<Run>> {
-    work(move || {
+    Json(MazePath { path }): Json<MazePath>,
+) -> ApiResult<Json<LoadedMaze>> {
+    run_blocking(move || {
         let live = state.live()?;
-        let (name, maze) = mazes::find(&state.catalogue, &path)?;
-        Ok(Json(Run { run: live.serve(&path, &name, maze)? }))
+        let (name, maze) = state.mazes.read(&path)?;
+        Ok(Json(LoadedMaze { run: live.load_maze(&path, &name, maze)? }))
     })
     .await
 }
 
 #[derive(Serialize)]
-struct Description {
+struct SourceInfo {
     id: String,
     run: u32,
     title: String,
@@ -152,38 +154,44 @@ struct Description {
     /// Whether the true maze is known.
     truth: bool,
     shortest_path: Option<u16>,
-    /// How a recording ends.
+    /// Whether a recording is complete.
     ending: Option<&'static str>,
+    /// What is wrong with a recording.
     note: Option<String>,
 }
 
-async fn describe(State(state): SharedState, Path(id): Path<String>) -> Answer<Json<Description>> {
-    work(move || {
+async fn describe_source(
+    State(state): SharedState,
+    Path(id): Path<String>,
+) -> ApiResult<Json<SourceInfo>> {
+    run_blocking(move || {
         let source = state.source(&id)?;
-        let (run, described, states) = source.now()?;
-        let info = &described.info;
-        let (ending, note) = match source.ending() {
+        let (run, description, states) = source.current_run()?;
+        let info = &description.info;
+        let (ending, note) = match source.integrity() {
             None => (None, None),
             Some(Integrity::Closed) => (Some("closed"), None),
             Some(Integrity::Truncated { .. }) => (
                 Some("cut"),
-                Some("not closed: it was cut off, or is still being written".to_string()),
+                Some(
+                    "not closed: the recording was truncated or is still being written".to_string(),
+                ),
             ),
-            Some(Integrity::Damaged { intact: whole, reason }) => {
-                (Some("damaged"), Some(format!("damaged after byte {whole}: {reason}")))
+            Some(Integrity::Damaged { intact, reason }) => {
+                (Some("damaged"), Some(format!("damaged after byte {intact}: {reason}")))
             }
         };
-        let truth = described.truth.as_ref();
-        Ok(Json(Description {
+        let truth = description.truth.as_ref();
+        Ok(Json(SourceInfo {
             id,
             run,
-            title: described.title.clone(),
+            title: description.title.clone(),
             width: info.width,
             height: info.height,
             start: info.start,
             goals: info.goals.clone(),
             states,
-            state_bytes: mmsim_protocol::state_bytes(described.size),
+            state_bytes: mmsim_protocol::state_bytes(description.size),
             truth: truth.is_some(),
             shortest_path: truth.and_then(|maze| MazeFacts::new(maze).shortest_path),
             ending,
@@ -193,35 +201,34 @@ async fn describe(State(state): SharedState, Path(id): Path<String>) -> Answer<J
     .await
 }
 
-/// Which states are wanted.
 #[derive(Deserialize)]
-struct Range {
+struct StatesQuery {
     run: u32,
     from: usize,
-    #[serde(default = "one")]
+    #[serde(default = "default_count")]
     count: usize,
 }
 
-const fn one() -> usize {
+const fn default_count() -> usize {
     1
 }
 
 async fn states(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(Range { run, from, count }): Query<Range>,
-) -> Answer<Response> {
-    work(move || {
+    Query(StatesQuery { run, from, count }): Query<StatesQuery>,
+) -> ApiResult<Response> {
+    run_blocking(move || {
         let (source, count) = (state.source(&id)?, count.min(Block::STATES));
         let mut bytes = Vec::new();
-        // They lie in one block, or in two that follow one another.
+        // The range covers one block or two adjacent ones.
         let end = from.saturating_add(count).min(source.states(run)?);
         let next = (from / Block::STATES + 1).saturating_mul(Block::STATES);
-        let first = source.around(run, end.min(next).saturating_sub(1).max(from))?;
+        let first = source.block(run, end.min(next).saturating_sub(1).max(from))?;
         bytes.extend_from_slice(first.range(from, end.saturating_sub(from)));
         let rest = end.saturating_sub(next);
         if rest > 0 {
-            bytes.extend_from_slice(source.around(run, end - 1)?.range(next, rest));
+            bytes.extend_from_slice(source.block(run, end - 1)?.range(next, rest));
         }
         Ok(([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response())
     })
@@ -229,203 +236,209 @@ async fn states(
 }
 
 #[derive(Deserialize)]
-struct AtState {
+struct StateQuery {
     run: u32,
     at: usize,
 }
 
-async fn moment(
+async fn state_view(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(AtState { run, at }): Query<AtState>,
-) -> Answer<Json<StateView>> {
-    work(move || Ok(Json(StateView::of(&*state.source(&id)?, run, at)?))).await
+    Query(StateQuery { run, at }): Query<StateQuery>,
+) -> ApiResult<Json<StateView>> {
+    run_blocking(move || Ok(Json(StateView::new(&*state.source(&id)?, run, at)?))).await
 }
 
-async fn costs(
+async fn distances(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(OfRun { run }): Query<OfRun>,
-) -> Answer<Json<Costs>> {
-    work(move || Ok(Json(Costs::over(&*state.source(&id)?, run)?))).await
+    Query(RunQuery { run }): Query<RunQuery>,
+) -> ApiResult<Json<DistanceHistory>> {
+    run_blocking(move || Ok(Json(state.source(&id)?.distances(run)?))).await
 }
 
-async fn drawing(
+async fn page_svg(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(OfRun { run }): Query<OfRun>,
-) -> Answer<Response> {
-    work(move || {
-        Ok(([(header::CONTENT_TYPE, SVG)], pictures::before(&*state.source(&id)?, run)?)
+    Query(RunQuery { run }): Query<RunQuery>,
+) -> ApiResult<Response> {
+    run_blocking(move || {
+        Ok(([(header::CONTENT_TYPE, SVG)], pictures::page_svg(&*state.source(&id)?, run)?)
             .into_response())
     })
     .await
 }
 
-/// A picture to keep, of the state with this number.
 #[derive(Deserialize)]
-struct Picture {
+struct PictureQuery {
     run: u32,
+    /// The index of the state.
     #[serde(default)]
     at: usize,
 }
 
-async fn svg(
+async fn svg_picture(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(Picture { run, at }): Query<Picture>,
-    Query(look): Query<Look>,
-) -> Answer<Response> {
-    work(move || {
+    Query(PictureQuery { run, at }): Query<PictureQuery>,
+    Query(options): Query<PictureOptions>,
+) -> ApiResult<Response> {
+    run_blocking(move || {
         let source = state.source(&id)?;
-        let svg = pictures::at(&source, run, at, look, |scene| scene.svg())?;
+        let svg = pictures::draw_state(&source, run, at, options, |scene| scene.svg())?;
         Ok(download(&file_name(&source, run, "svg")?, SVG, svg.into()))
     })
     .await
 }
 
-async fn png(
+async fn png_picture(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(Picture { run, at }): Query<Picture>,
-    Query(look): Query<Look>,
-) -> Answer<Response> {
+    Query(PictureQuery { run, at }): Query<PictureQuery>,
+    Query(options): Query<PictureOptions>,
+) -> ApiResult<Response> {
     Arc::clone(&state)
         .pictures
-        .work(move |_| {
+        .run(move |_| {
             let source = state.source(&id)?;
-            let png = pictures::png(&source, run, at, look)?;
+            let png = pictures::png(&source, run, at, options)?;
             Ok(download(&file_name(&source, run, "png")?, "image/png", png.into()))
         })
         .await
 }
 
-async fn gif(
+async fn gif_animation(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(OfRun { run }): Query<OfRun>,
-    Query(look): Query<Look>,
-) -> Answer<Response> {
+    Query(RunQuery { run }): Query<RunQuery>,
+    Query(options): Query<PictureOptions>,
+) -> ApiResult<Response> {
     Arc::clone(&state)
         .animations
-        .work(move |wanted| {
+        .run(move |cancel| {
             let source = state.source(&id)?;
-            let gif = pictures::gif(&source, run, look, wanted)?;
+            let gif = pictures::gif(&source, run, options, cancel)?;
             Ok(download(&file_name(&source, run, "gif")?, "image/gif", gif.into()))
         })
         .await
 }
 
-async fn save(
+async fn save_recording(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(OfRun { run }): Query<OfRun>,
-) -> Answer<Response> {
+    Query(RunQuery { run }): Query<RunQuery>,
+) -> ApiResult<Response> {
     let (name, file) = Arc::clone(&state)
         .recording_jobs
-        .work(move |wanted| {
+        .run(move |cancel| {
             let source = state.source(&id)?;
-            Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run, wanted)?))
+            Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run, cancel)?))
         })
         .await?;
     let content = Body::from_stream(crate::stream::from_file(file));
     Ok(download(&name, "application/octet-stream", content))
 }
 
-/// The name of a file that shows a run.
-fn file_name(source: &Source, run: u32, ending: &str) -> Answer<String> {
+/// Returns a name for the download of a run.
+fn file_name(source: &Source, run: u32, extension: &str) -> ApiResult<String> {
     let title = source.describe(run)?.title.clone();
     let stem = title.strip_suffix(".mcap").unwrap_or(&title);
-    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    Ok(format!("{}.{ending}", stem.chars().map(plain).take(100).collect::<String>()))
+    let sanitize = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    Ok(format!("{}.{extension}", stem.chars().map(sanitize).take(100).collect::<String>()))
 }
 
-fn download(name: &str, kind: &'static str, content: Body) -> Response {
+fn download(name: &str, media_type: &'static str, content: Body) -> Response {
     let disposition = HeaderValue::from_str(&format!("attachment; filename=\"{name}\""));
     let disposition = disposition.unwrap_or(HeaderValue::from_static("attachment"));
     let headers = [
-        (header::CONTENT_TYPE, HeaderValue::from_static(kind)),
+        (header::CONTENT_TYPE, HeaderValue::from_static(media_type)),
         (header::CONTENT_DISPOSITION, disposition),
     ];
     (headers, content).into_response()
 }
 
-async fn list_recordings(State(state): SharedState) -> Answer<Response> {
-    work(move || {
-        let folder = state.recordings.as_deref();
-        let listed = folder.map(recordings::list).transpose()?.unwrap_or_default();
-        Ok(Json(listed).into_response())
+async fn list_recordings(State(state): SharedState) -> ApiResult<Response> {
+    run_blocking(move || {
+        let folder = state.recordings_dir.as_deref();
+        let entries = folder.map(recordings::list).transpose()?.unwrap_or_default();
+        Ok(Json(entries).into_response())
     })
     .await
 }
 
 #[derive(Deserialize)]
-struct OfName {
+struct RecordingName {
     name: String,
 }
 
 #[derive(Deserialize, Serialize)]
-struct Id {
+struct RecordingId {
     id: String,
 }
 
-async fn open(State(state): SharedState, Json(OfName { name }): Json<OfName>) -> Answer<Json<Id>> {
+async fn open_recording(
+    State(state): SharedState,
+    Json(RecordingName { name }): Json<RecordingName>,
+) -> ApiResult<Json<RecordingId>> {
     Arc::clone(&state)
         .recording_jobs
-        .work(move |_| Ok(Json(Id { id: recordings::open_listed(&state, &name)? })))
+        .run(move |_| Ok(Json(RecordingId { id: recordings::open(&state, &name)? })))
         .await
 }
 
-async fn close(State(state): SharedState, Json(Id { id }): Json<Id>) -> Answer<StatusCode> {
+async fn close_recording(
+    State(state): SharedState,
+    Json(RecordingId { id }): Json<RecordingId>,
+) -> ApiResult<StatusCode> {
     state.close(&id)?;
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Takes a recording that a page brings.
-async fn bring(
+/// Receives and opens a recording.
+async fn upload(
     State(state): SharedState,
-    Query(OfName { name }): Query<OfName>,
+    Query(RecordingName { name }): Query<RecordingName>,
     body: Body,
-) -> Answer<Json<Id>> {
-    state.check_room()?;
-    let turn = state.uploads.turn().await?;
-    // Without a name, so that nothing is left of it however the server ends.
-    let mut file = tempfile::tempfile().map_err(ApiError::failed)?;
-    receive(body, MAX_RECORDING_BYTES, state.limits, |piece| file.write_all(&piece)).await?;
+) -> ApiResult<Json<RecordingId>> {
+    state.check_capacity()?;
+    let permit = state.uploads.acquire().await?;
+    // The file has no name, so the system deletes it however the process ends.
+    let mut file = tempfile::tempfile().map_err(ApiError::internal)?;
+    receive_body(body, MAX_RECORDING_BYTES, state.limits, |chunk| file.write_all(&chunk)).await?;
     Arc::clone(&state)
         .recording_jobs
-        .work(move |_| {
-            let _turn = turn;
-            file.rewind().map_err(ApiError::failed)?;
+        .run(move |_| {
+            let _permit = permit;
+            file.rewind().map_err(ApiError::internal)?;
             let file = std::io::BufReader::new(file);
             let title = recordings::title(&name);
             let recording = Recording::read_within(file, &state.budget)
-                .map_err(|error| ApiError::bad(format!("{title}: {error}")))?;
-            Ok(Json(Id { id: state.open(&title, recording)? }))
+                .map_err(|error| ApiError::bad_request(format!("{title}: {error}")))?;
+            Ok(Json(RecordingId { id: state.open(&title, recording)? }))
         })
         .await
 }
 
 #[derive(Deserialize)]
-struct Start {
+struct MouseOptions {
     strategy: String,
     pace_ms: u64,
 }
 
-async fn run(
+async fn start_mouse(
     State(state): SharedState,
-    Json(Start { strategy, pace_ms }): Json<Start>,
-) -> Answer<StatusCode> {
-    let strategy: BundledStrategy = strategy.parse().map_err(ApiError::bad)?;
-    work(move || {
-        state.live()?.run(strategy, pace_ms)?;
+    Json(MouseOptions { strategy, pace_ms }): Json<MouseOptions>,
+) -> ApiResult<StatusCode> {
+    let strategy: BundledStrategy = strategy.parse().map_err(ApiError::bad_request)?;
+    run_blocking(move || {
+        state.live()?.start_mouse(strategy, pace_ms)?;
         Ok(StatusCode::NO_CONTENT)
     })
     .await
 }
 
-async fn stop(State(state): SharedState) -> Answer<StatusCode> {
-    work(move || {
+async fn stop_mouse(State(state): SharedState) -> ApiResult<StatusCode> {
+    run_blocking(move || {
         state.live()?.runner.stop();
         Ok(StatusCode::NO_CONTENT)
     })

@@ -1,14 +1,14 @@
-//! The page itself, part of the command.
+//! The embedded files of the page.
 
 use axum::Router;
 use axum::http::header;
 use axum::routing::get;
 use mmsim_drawing::{page_json, stylesheet};
 
-/// Name, kind and content of the files of the page.
+/// Expands to name, media type and content of each file.
 macro_rules! files {
-    ($($name:literal: $kind:expr),+ $(,)?) => {
-        &[$(($name, $kind, include_str!(concat!("../page/", $name)))),+]
+    ($($name:literal: $media_type:expr),+ $(,)?) => {
+        &[$(($name, $media_type, include_str!(concat!("../page/", $name)))),+]
     };
 }
 
@@ -37,9 +37,12 @@ const FILES: &[(&str, &str, &str)] = files![
 
 /// Serves the files of the page.
 pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
-    let router = FILES.iter().fold(Router::new(), |router, &(name, kind, content)| {
+    let router = FILES.iter().fold(Router::new(), |router, &(name, media_type, content)| {
         let path = if name == "index.html" { "/".into() } else { format!("/{name}") };
-        router.route(&path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }))
+        router.route(
+            &path,
+            get(move || async move { ([(header::CONTENT_TYPE, media_type)], content) }),
+        )
     });
     router
         .route("/drawing.css", get(|| async { ([(header::CONTENT_TYPE, STYLE)], stylesheet()) }))
@@ -55,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_file_of_the_page_is_served() {
+    fn all_files_of_the_page_are_served() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("page");
         let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
         let is_served = |name: &String| name != "tsconfig.json";

@@ -1,4 +1,4 @@
-//! The stream of events by which a page learns what there is.
+//! The event stream that keeps a page up to date.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -14,91 +14,98 @@ use tokio::sync::Semaphore;
 use tokio::time::sleep;
 
 use crate::api_error::ApiError;
-use crate::limits::MAX_LISTENERS;
+use crate::app_state::AppState;
+use crate::limits::MAX_EVENT_STREAMS;
+use crate::live::LiveServer;
 use crate::mouse::RunnerStatus;
-use crate::state::{AppState, Live};
 
-/// Between two looks while something happens: an eye takes it for at once, and a browser that hears
-/// more often has less time to draw.
-const LOOK: Duration = Duration::from_millis(33);
+/// The usual interval between polls: below the threshold of perception, and more frequent events
+/// would leave the browser less time to draw.
+const POLL_INTERVAL: Duration = Duration::from_millis(33);
 
-/// Between two looks once nothing has happened for some time, or while states rush past: hearing of
-/// them took a page a third as long as drawing them, and it hears with every draw anyway.
-const SELDOM_LOOK: Duration = Duration::from_millis(100);
+/// The interval between polls of an idle simulation, or of a fast search. Each event costs a page a
+/// third of the time to draw a state, and it receives the number of states with each state anyway.
+const SLOW_POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// States between two looks from which on they rush past.
-const RUSH: usize = 50;
+/// A search with more new states than this between two events is fast.
+const FAST_SEARCH_STATES: usize = 50;
 
-/// How long nothing has to happen for that.
-const QUIET: Duration = Duration::from_secs(2);
+/// The time without changes after which the simulation is idle.
+const IDLE_AFTER: Duration = Duration::from_secs(2);
 
-/// Something is said at least so often, so that both sides learn if the other has gone.
-const PULSE: Duration = Duration::from_secs(10);
+/// The maximum time between events, so that both sides notice a closed connection.
+const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(10);
 
-static LISTENERS: Semaphore = Semaphore::const_new(MAX_LISTENERS);
+static EVENT_STREAMS: Semaphore = Semaphore::const_new(MAX_EVENT_STREAMS);
 
-/// What there is.
+/// An event: a summary of the state of the server.
 #[derive(Debug, PartialEq, Eq, Serialize)]
-struct News {
-    server: String,
+struct ServerEvent {
+    #[serde(rename = "server")]
+    server_id: String,
     run: Option<u32>,
     states: Option<usize>,
     maze: Option<String>,
     mouse: Option<RunnerStatus>,
+    /// Changes when the list of recordings may have changed.
     recordings: u64,
-    /// The numbers of the recordings that are open.
+    /// The IDs of the open recordings.
     opened: Vec<String>,
 }
 
-impl News {
-    fn of(state: &AppState) -> Self {
+impl ServerEvent {
+    fn new(state: &AppState) -> Self {
         let live = state.live.as_ref();
         let status = live.map(|live| live.monitor.status());
-        // A run that ends closes its recording, and its first state begins another.
+        // The end of a run closes its recording, and its first state creates a new one.
         let recordings =
             status.map_or(0, |Status { run, states }| 2 * u64::from(run) + states.min(1) as u64);
         Self {
-            server: state.server.clone(),
+            server_id: state.server_id.clone(),
             run: status.map(|status| status.run),
             states: status.map(|status| status.states),
-            maze: live.map(Live::maze),
-            mouse: live.and_then(|live| live.runner.told()),
+            maze: live.map(LiveServer::maze),
+            mouse: live.and_then(|live| live.runner.status()),
             recordings,
-            opened: state.opened_recordings().into_iter().map(|(id, _)| id).collect(),
+            opened: state.open_recordings().into_iter().map(|(id, _)| id).collect(),
         }
     }
 }
 
-/// What was told last, when, and after how long to look again.
-struct Last {
-    news: News,
-    when: Instant,
-    look: Duration,
+/// The event that was sent last.
+struct LastEvent {
+    event: ServerEvent,
+    sent_at: Instant,
+    poll_interval: Duration,
 }
 
-/// News whenever there are any.
+/// Streams an event whenever the summary changes.
 pub(crate) fn stream(
     state: Arc<AppState>,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, ApiError> {
-    let place = LISTENERS.try_acquire().map_err(|_| {
-        let text = format!("expected at most {MAX_LISTENERS} pages, found one more");
+    let permit = EVENT_STREAMS.try_acquire().map_err(|_| {
+        let text = format!("{MAX_EVENT_STREAMS} pages are already open (close one first)");
         ApiError::new(StatusCode::SERVICE_UNAVAILABLE, text)
     })?;
-    let untold: Option<Last> = None;
-    Ok(Sse::new(stream::unfold((state, untold, place), |(state, told, place)| async move {
+    let last: Option<LastEvent> = None;
+    Ok(Sse::new(stream::unfold((state, last, permit), |(state, last, permit)| async move {
         loop {
-            if let Some(Last { when, look, .. }) = &told {
-                sleep(if when.elapsed() < QUIET { *look } else { SELDOM_LOOK }).await;
+            if let Some(LastEvent { sent_at, poll_interval, .. }) = &last {
+                let is_idle = sent_at.elapsed() >= IDLE_AFTER;
+                sleep(if is_idle { SLOW_POLL_INTERVAL } else { *poll_interval }).await;
             }
-            let news = News::of(&state);
-            let is_old = |last: &Last| last.news == news && last.when.elapsed() < PULSE;
-            if !told.as_ref().is_some_and(is_old) {
-                let event = Event::default().json_data(&news).unwrap_or_default();
-                let rushes =
-                    told.is_some_and(|last| news.states > last.news.states.map(|n| n + RUSH));
-                let look = if rushes { SELDOM_LOOK } else { LOOK };
-                let last = Last { news, when: Instant::now(), look };
-                return Some((Ok(event), (state, Some(last), place)));
+            let event = ServerEvent::new(&state);
+            let is_current = |last: &LastEvent| {
+                last.event == event && last.sent_at.elapsed() < HEARTBEAT_INTERVAL
+            };
+            if !last.as_ref().is_some_and(is_current) {
+                let data = Event::default().json_data(&event).unwrap_or_default();
+                let is_fast = last.is_some_and(|last| {
+                    event.states > last.event.states.map(|states| states + FAST_SEARCH_STATES)
+                });
+                let poll_interval = if is_fast { SLOW_POLL_INTERVAL } else { POLL_INTERVAL };
+                let last = LastEvent { event, sent_at: Instant::now(), poll_interval };
+                return Some((Ok(data), (state, Some(last), permit)));
             }
         }
     })))

@@ -1,41 +1,43 @@
-//! Watches a micromouse maze simulator in the browser: the maze, the mouse, and every state of its
-//! search under a slider.
+//! A web page to watch a micromouse search: the maze, the mouse, and every state of the search on a
+//! slider.
 //!
-//! [`Viewer`] is a small web server, all of whose page is part of the program. The page learns by a
-//! stream of events how many states there are, and fetches those it draws, so a search at full
-//! speed never waits for a watcher, and a watcher can have every state.
+//! [`Viewer`] is a small web server with all files of the page embedded. A stream of events reports
+//! the number of states, and the page fetches only the states it draws. So a search at full speed
+//! never waits for a page, and a page can fetch every state.
 //!
-//! It listens on loopback. A page elsewhere in the same browser can neither read nor steer it, and
-//! if other machines can reach it, it asks for a token.
+//! Other web sites in the same browser can neither read nor control the page. On addresses other
+//! than loopback the server requires a token.
 #![forbid(unsafe_code)]
 
 mod access;
 mod api;
 mod api_error;
+mod app_state;
 mod assets;
-mod costs;
+mod config;
+mod distances;
 mod events;
+mod jobs;
 mod limits;
+mod live;
 mod mazes;
 mod mouse;
 mod pictures;
 mod recordings;
 mod source;
-mod state;
 mod state_view;
 mod stream;
 mod transfer;
 mod viewer;
-mod work;
 
+pub use config::ViewerConfig;
 pub use limits::{Limits, MAX_VIEWER_CONNECTIONS};
-pub use state::ViewerConfig;
-pub use viewer::{Serving, Viewer};
+pub use viewer::{Viewer, ViewerHandle};
 
-/// The port on which the page is, unless told otherwise.
+/// The default port of the page.
 pub const DEFAULT_VIEWER_PORT: u16 = 6575;
 
-/// The code in the README of this crate runs.
+/// Compiles and runs the example in the README of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

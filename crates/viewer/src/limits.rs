@@ -1,43 +1,42 @@
-//! Limits of what a client of the page can use. None of them holds a connection for ever.
+//! Limits for clients of the page. No client can hold a connection forever.
 
 use std::time::Duration;
 
-/// The maximum number of connections. A browser opens up to six; the files that a process may open
-/// are there for mice first.
+/// The maximum number of connections. A browser opens up to six. The rest of the file descriptors of
+/// the process is reserved for mice.
 pub const MAX_VIEWER_CONNECTIONS: usize = 64;
 
-/// The maximum number of pages that listen for events: connections have to be left for what they
-/// ask.
-pub(crate) const MAX_LISTENERS: usize = MAX_VIEWER_CONNECTIONS / 2;
+/// The maximum number of event streams, one per page. The other connections are for requests.
+pub(crate) const MAX_EVENT_STREAMS: usize = MAX_VIEWER_CONNECTIONS / 2;
 
-/// The maximum body of a request that is not a recording, in bytes.
+/// The maximum size of a request body other than a recording, in bytes.
 pub(crate) const MAX_BODY_BYTES: usize = 64 * 1024;
 
-/// The maximum size of an uploaded recording, in bytes: two million states, not packed.
+/// The maximum size of an uploaded recording, in bytes: two million uncompressed states.
 pub(crate) const MAX_RECORDING_BYTES: usize = 1 << 30;
 
-/// The maximum number of uploads at the same time; further ones wait.
+/// The maximum number of uploads at the same time. Others wait.
 pub(crate) const MAX_UPLOADS: usize = 2;
 
-/// The maximum number of recordings that are read or written at the same time; further ones wait.
+/// The maximum number of recordings that are read or written at the same time. Others wait.
 pub(crate) const MAX_RECORDING_JOBS: usize = 2;
 
 /// The minimum rate of an upload or a download, in bytes per second: half of a slow DSL line.
 pub(crate) const MIN_RATE: u32 = 64 * 1024;
 
-/// The limits of a [`Viewer`](crate::Viewer) that a test reaches sooner.
+/// The limits of a [`Viewer`](crate::Viewer) that tests can lower.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// The maximum number of connections.
     pub connections: usize,
-    /// The maximum time until the header of a request is complete, counted from the end of the
-    /// previous reply.
+    /// The maximum time to receive the header of a request, counted from the end of the previous
+    /// response.
     pub header_time: Duration,
-    /// The maximum time until the body of a request is complete.
+    /// The maximum time to receive the body of a request.
     pub body_time: Duration,
-    /// The maximum time by which an upload or a download may lag behind 64 KiB/s.
+    /// The maximum time that an upload or a download may lag behind a rate of 64 KiB/s.
     pub max_lag: Duration,
-    /// The maximum time that an upload, a picture or a recording waits for its turn.
+    /// The maximum time that an upload, a picture or a recording waits in its queue.
     pub queue_time: Duration,
 }
 

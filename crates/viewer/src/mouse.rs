@@ -1,4 +1,4 @@
-//! The bundled mouse that a page starts: a client like any other, through the same ZeroMQ door.
+//! The bundled mouse that a page starts. It uses the same ZeroMQ protocol as every other client.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -11,126 +11,132 @@ use serde::Serialize;
 
 use crate::api_error::ApiError;
 
-/// How long a reply of our own server may take.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// The maximum time to wait for a reply of the server, or for a mouse to stop.
+const REPLY_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// The longest pause between two steps, in milliseconds.
-const LONGEST_PACE_MS: u64 = 10_000;
+/// The maximum pause between two steps, in milliseconds.
+const MAX_PACE_MS: u64 = 10_000;
 
 /// Runs one bundled mouse at a time against a simulator.
 pub(crate) struct Runner {
-    /// Where the simulator listens.
+    /// The address of the simulator.
     endpoint: String,
-    shared: Arc<Shared>,
+    control: Arc<RunControl>,
 }
 
+/// Shared by the runner and the thread of its mouse.
 #[derive(Default)]
-struct Shared {
-    running: Mutex<Running>,
+struct RunControl {
+    state: Mutex<RunState>,
     changed: Condvar,
 }
 
 #[derive(Default)]
-struct Running {
-    told: Option<RunnerStatus>,
+struct RunState {
+    status: Option<RunnerStatus>,
     stop: bool,
 }
 
-/// What is told of the mouse that was started last.
+/// The status of the mouse that was started last.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct RunnerStatus {
     strategy: &'static str,
-    running: bool,
-    /// How it ended.
-    says: String,
+    #[serde(rename = "running")]
+    is_running: bool,
+    /// The result, empty while the mouse runs.
+    #[serde(rename = "says")]
+    outcome: String,
 }
 
 impl Runner {
     pub(crate) fn new(endpoint: &str) -> Self {
-        Self { endpoint: endpoint.into(), shared: Arc::default() }
+        Self { endpoint: endpoint.into(), control: Arc::default() }
     }
 
-    /// The mouse that was started last.
-    pub(crate) fn told(&self) -> Option<RunnerStatus> {
-        self.shared.lock().told.clone()
+    /// Returns the status of the mouse that was started last.
+    pub(crate) fn status(&self) -> Option<RunnerStatus> {
+        self.control.lock().status.clone()
     }
 
     /// Starts a mouse, unless one is running.
     pub(crate) fn start(&self, strategy: BundledStrategy, pace_ms: u64) -> Result<(), ApiError> {
-        if pace_ms > LONGEST_PACE_MS {
-            let text = format!("expected a pace of 0 to {LONGEST_PACE_MS} ms, found {pace_ms}");
-            return Err(ApiError::bad(text));
+        if pace_ms > MAX_PACE_MS {
+            let text = format!("pace {pace_ms} ms is out of range (0 to {MAX_PACE_MS} ms)");
+            return Err(ApiError::bad_request(text));
         }
-        let mut running = self.shared.lock();
-        if let Some(told) = running.told.as_ref().filter(|told| told.running) {
-            let strategy = told.strategy;
-            return Err(ApiError::conflict(format!("{strategy} is still running; stop it first")));
+        let mut state = self.control.lock();
+        if let Some(status) = state.status.as_ref().filter(|status| status.is_running) {
+            let strategy = status.strategy;
+            return Err(ApiError::conflict(format!("{strategy} is still running (stop it first)")));
         }
-        running.told =
-            Some(RunnerStatus { strategy: strategy.name(), running: true, says: String::new() });
-        running.stop = false;
-        drop(running);
-        let (endpoint, shared) = (self.endpoint.clone(), Arc::clone(&self.shared));
-        let pace = Duration::from_millis(pace_ms);
-        // Tells how it ended when dropped, which happens without a thread, too.
-        let mut end = End { shared, says: "it could not run".into() };
-        let thread = thread::Builder::new().name("mouse".into()).spawn(move || {
-            end.tell_of(|shared| shared.search(&endpoint, strategy, pace));
+        state.status = Some(RunnerStatus {
+            strategy: strategy.name(),
+            is_running: true,
+            outcome: String::new(),
         });
-        thread.map(|_| ()).map_err(ApiError::failed)
+        state.stop = false;
+        drop(state);
+        let (endpoint, control) = (self.endpoint.clone(), Arc::clone(&self.control));
+        let pace = Duration::from_millis(pace_ms);
+        // Dropped even if the thread cannot start.
+        let mut outcome = OutcomeOnDrop { control, outcome: "the mouse could not start".into() };
+        let thread = thread::Builder::new().name("mouse".into()).spawn(move || {
+            outcome.record(|control| control.search(&endpoint, strategy, pace));
+        });
+        thread.map(|_| ()).map_err(ApiError::internal)
     }
 
-    /// Forgets the mouse that was started last: its maze is another one now.
-    pub(crate) fn forget(&self) {
-        self.shared.lock().told = None;
+    /// Clears the status, for a new maze.
+    pub(crate) fn clear_status(&self) {
+        self.control.lock().status = None;
     }
 
-    /// Stops the mouse that is running, and waits until it has stopped.
+    /// Stops the running mouse and waits until it has stopped.
     pub(crate) fn stop(&self) {
-        let mut running = self.shared.lock();
-        running.stop = true;
-        self.shared.changed.notify_all();
+        let mut state = self.control.lock();
+        state.stop = true;
+        self.control.changed.notify_all();
         let is_running =
-            |running: &mut Running| running.told.as_ref().is_some_and(|told| told.running);
-        let _ = self.shared.changed.wait_timeout_while(running, PATIENCE, is_running);
+            |state: &mut RunState| state.status.as_ref().is_some_and(|status| status.is_running);
+        let _ = self.control.changed.wait_timeout_while(state, REPLY_TIMEOUT, is_running);
     }
 }
 
-/// The end of a mouse, however it comes.
-struct End {
-    shared: Arc<Shared>,
-    says: String,
+/// Writes the outcome to the status when dropped, however the mouse ends.
+struct OutcomeOnDrop {
+    control: Arc<RunControl>,
+    outcome: String,
 }
 
-impl End {
-    fn tell_of(&mut self, search: impl FnOnce(&Shared) -> Result<String, String>) {
-        self.says = search(&self.shared).unwrap_or_else(|error| error);
+impl OutcomeOnDrop {
+    fn record(&mut self, search: impl FnOnce(&RunControl) -> Result<String, String>) {
+        self.outcome = search(&self.control).unwrap_or_else(|error| error);
     }
 }
 
-impl Drop for End {
+impl Drop for OutcomeOnDrop {
     fn drop(&mut self) {
-        if let Some(told) = &mut self.shared.lock().told {
-            (told.running, told.says) = (false, std::mem::take(&mut self.says));
+        if let Some(status) = &mut self.control.lock().status {
+            (status.is_running, status.outcome) = (false, std::mem::take(&mut self.outcome));
         }
-        self.shared.changed.notify_all();
+        self.control.changed.notify_all();
     }
 }
 
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, Running> {
-        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+impl RunControl {
+    fn lock(&self) -> MutexGuard<'_, RunState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Searches the maze that is served; gives how that ended.
+    /// Searches the current maze. Returns the outcome in words.
     fn search(
         &self,
         endpoint: &str,
         strategy: BundledStrategy,
         pace: Duration,
     ) -> Result<String, String> {
-        let mut transport =
-            Zmq::connect(endpoint, Some(PATIENCE), |_| {}).map_err(|error| error.to_string())?;
+        let mut transport = Zmq::connect(endpoint, Some(REPLY_TIMEOUT), |_| {})
+            .map_err(|error| error.to_string())?;
         let info = ask_info(&mut transport).map_err(|error| error.to_string())?;
         let start = info.start_pose().ok_or("expected a start")?;
         let map = info.known_maze().ok_or("expected a maze")?;
@@ -150,11 +156,11 @@ impl Shared {
         Ok(format!("{ended} after {steps} steps, {visited} cells visited"))
     }
 
-    /// Waits so long, or until the mouse shall stop; gives whether it shall.
+    /// Waits for the pace or for a stop. Returns whether the mouse has to stop.
     fn pause(&self, pace: Duration) -> bool {
-        let running = self.lock();
-        let waited = self.changed.wait_timeout_while(running, pace, |running| !running.stop);
-        waited.map_or(true, |(running, _)| running.stop)
+        let state = self.lock();
+        let waited = self.changed.wait_timeout_while(state, pace, |state| !state.stop);
+        waited.map_or(true, |(state, _)| state.stop)
     }
 }
 
@@ -165,7 +171,7 @@ mod tests {
 
     use super::*;
 
-    fn served(maze: &str) -> (mmsim_server::Background, Runner) {
+    fn serve(maze: &str) -> (mmsim_server::Background, Runner) {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         let server = server.spawn(Simulation::new("small", maze.parse().unwrap()));
         let runner = Runner::new(server.address());
@@ -173,13 +179,15 @@ mod tests {
     }
 
     fn wait(runner: &Runner) -> String {
-        wait_for("the mouse to end", || Some(runner.told().filter(|told| !told.running)?.says))
+        wait_for("the mouse to end", || {
+            Some(runner.status().filter(|status| !status.is_running)?.outcome)
+        })
     }
 
     #[test]
-    fn a_mouse_runs_to_the_goal_and_again() {
-        let (server, runner) = served("o---o---o\n| S   G |\no---o---o\n");
-        assert_eq!(runner.told(), None);
+    fn a_mouse_can_run_to_the_goal_twice() {
+        let (server, runner) = serve("o---o---o\n| S   G |\no---o---o\n");
+        assert_eq!(runner.status(), None);
         for _ in 0..2 {
             runner.start(BundledStrategy::FloodFill, 0).unwrap();
             assert_eq!(wait(&runner), "goal reached after 1 steps, 2 cells visited");
@@ -188,17 +196,17 @@ mod tests {
     }
 
     #[test]
-    fn one_mouse_runs_at_a_time_until_it_is_stopped() {
-        // A wall follower goes round for ever.
-        let (server, runner) = served(
+    fn only_one_mouse_runs_at_a_time() {
+        // A wall follower circles this maze forever.
+        let (server, runner) = serve(
             "o---o---o\n|       |\no   o   o\n| S | G |\no---o   o\n|   | G |\no---o---o\n"
                 .replace("o---o   o", "o---o---o")
                 .as_str(),
         );
         runner.start(BundledStrategy::WeightIncrement, 60_000).unwrap_err();
         runner.start(BundledStrategy::LeftWall, 10_000).unwrap();
-        let refusal = runner.start(BundledStrategy::FloodFill, 0).unwrap_err();
-        assert_eq!(refusal.text, "left-wall is still running; stop it first");
+        let error = runner.start(BundledStrategy::FloodFill, 0).unwrap_err();
+        assert_eq!(error.text, "left-wall is still running (stop it first)");
         runner.stop();
         assert_eq!(wait(&runner), "stopped after 0 steps, 1 cells visited");
         runner.stop();
@@ -207,6 +215,6 @@ mod tests {
         wait(&runner);
         stop(server);
         runner.start(BundledStrategy::FloodFill, 0).unwrap();
-        runner.shared.lock().stop = true;
+        runner.control.lock().stop = true;
     }
 }

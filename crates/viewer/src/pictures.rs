@@ -1,4 +1,4 @@
-//! Pictures of mazes and moments: those of the page, and those to keep.
+//! Pictures of mazes and states, for the page and for download.
 
 use mmsim_drawing::{
     Animation, FRAME_MS, Layers, MAX_FRAMES, PictureError, Scene, Theme, frame_indices,
@@ -7,115 +7,114 @@ use mmsim_maze::Cell;
 use serde::Deserialize;
 
 use crate::api_error::ApiError;
-use crate::source::Source;
+use crate::jobs::CancelToken;
+use crate::source::{DecodedState, Source};
 use crate::state_view;
-use crate::work::CancelToken;
 
 /// The longer side of a PNG and of a GIF, in pixels.
 const PNG_SIDE_PX: u32 = 1280;
 const GIF_SIDE_PX: u32 = 480;
 
-/// How a picture to keep shall look.
+/// The options of a downloaded picture.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default)]
-pub(crate) struct Look {
+pub(crate) struct PictureOptions {
     numbers: bool,
     heat: bool,
     trail: bool,
-    theme: LightOrDark,
+    theme: ThemeOption,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum LightOrDark {
+enum ThemeOption {
     #[default]
     Light,
     Dark,
 }
 
-impl Default for Look {
+impl Default for PictureOptions {
     fn default() -> Self {
         let Layers { numbers, heat, trail } = Layers::default();
-        Self { numbers, heat, trail, theme: LightOrDark::default() }
+        Self { numbers, heat, trail, theme: ThemeOption::default() }
     }
 }
 
-impl Look {
-    fn of(self, scene: Scene<'_>) -> Scene<'_> {
+impl PictureOptions {
+    fn apply(self, scene: Scene<'_>) -> Scene<'_> {
         let Self { numbers, heat, trail, theme } = self;
         scene.with_layers(Layers { numbers, heat, trail }).with_theme(match theme {
-            LightOrDark::Light => Theme::Light,
-            LightOrDark::Dark => Theme::Dark,
+            ThemeOption::Light => Theme::Light,
+            ThemeOption::Dark => Theme::Dark,
         })
     }
 }
 
-/// The maze before the first state, on which the page draws.
-pub(crate) fn before(source: &Source, run: u32) -> Result<String, ApiError> {
-    let described = source.describe(run)?;
-    let scene = match &described.truth {
+/// Draws the maze before the first state as the SVG that the page updates.
+pub(crate) fn page_svg(source: &Source, run: u32) -> Result<String, ApiError> {
+    let description = source.describe(run)?;
+    let scene = match &description.truth {
         Some(maze) => Scene::from_maze(maze),
-        None => Scene::from_map(&described.unknown),
+        None => Scene::from_map(&description.unexplored),
     };
     Ok(scene.page_svg())
 }
 
-/// The picture of a state as PNG.
+/// Draws a state as a PNG.
 pub(crate) fn png(
     source: &Source,
     run: u32,
     index: usize,
-    look: Look,
+    options: PictureOptions,
 ) -> Result<Vec<u8>, ApiError> {
-    at(source, run, index, look, |scene| scene.png(scene.width_within(PNG_SIDE_PX)))?
-        .map_err(ApiError::failed)
+    draw_state(source, run, index, options, |scene| scene.png(scene.width_within(PNG_SIDE_PX)))?
+        .map_err(ApiError::internal)
 }
 
-/// A run as an animated GIF.
+/// Draws a run as an animated GIF.
 pub(crate) fn gif(
     source: &Source,
     run: u32,
-    look: Look,
-    wanted: &CancelToken,
+    options: PictureOptions,
+    cancel: &CancelToken,
 ) -> Result<Vec<u8>, ApiError> {
     let states = source.states(run)?;
     if states == 0 {
-        return Err(ApiError::conflict("expected a search, found no state yet"));
+        return Err(ApiError::conflict("cannot animate the run: it has no states yet"));
     }
     let mut animation = None;
     for index in frame_indices(states, MAX_FRAMES) {
-        wanted.check()?;
-        at(source, run, index, look, |scene| {
+        cancel.check()?;
+        draw_state(source, run, index, options, |scene| {
             let width = scene.width_within(GIF_SIDE_PX);
             animation.get_or_insert_with(|| Animation::new(width)).push(&scene, FRAME_MS)
         })?
-        .map_err(ApiError::failed)?;
+        .map_err(ApiError::internal)?;
     }
-    animation.map_or(Err(PictureError::NoFrame), Animation::finish).map_err(ApiError::failed)
+    animation.map_or(Err(PictureError::NoFrame), Animation::finish).map_err(ApiError::internal)
 }
 
-/// Shows a state of a run to `draw`, or the maze if there is no state yet.
-pub(crate) fn at<T>(
+/// Passes the scene of a state to `draw`, or that of the maze if the run has no states yet.
+pub(crate) fn draw_state<T>(
     source: &Source,
     run: u32,
-    at: usize,
-    look: Look,
+    index: usize,
+    options: PictureOptions,
     draw: impl FnOnce(Scene<'_>) -> T,
 ) -> Result<T, ApiError> {
-    let described = source.describe(run)?;
+    let description = source.describe(run)?;
     if source.states(run)? == 0 {
-        let scene = Scene::from_map(&described.unknown).with_truth(described.truth.as_ref());
-        return Ok(draw(look.of(scene)));
+        let scene = Scene::from_map(&description.unexplored).with_truth(description.truth.as_ref());
+        return Ok(draw(options.apply(scene)));
     }
-    let states = source.around(run, at)?;
-    let message = states.get(at).ok_or_else(|| ApiError::failed("expected a state"))?;
-    let (state, map) = described.read(message)?;
+    let states = source.block(run, index)?;
+    let DecodedState { state, map, .. } = description.decode(&states, index)?;
     let trail: Vec<Cell> =
-        state_view::cells(source, run, at)?.into_iter().map(|[x, y]| Cell::new(x, y)).collect();
+        state_view::trail(source, run, index)?.into_iter().map(|[x, y]| Cell::new(x, y)).collect();
     let scene = Scene::from_map(&map)
-        .with_truth(described.truth.as_ref())
+        .with_truth(description.truth.as_ref())
         .with_mouse(state.pose())
         .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
         .with_trail(&trail);
-    Ok(draw(look.of(scene)))
+    Ok(draw(options.apply(scene)))
 }

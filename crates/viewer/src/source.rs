@@ -1,4 +1,4 @@
-//! Where states come from: the simulation that is served, or a recording.
+//! Sources of states: the live simulation, or a recording.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,198 +10,217 @@ use mmsim_recording::{Block, Integrity, Recording, States, Times};
 use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
-use crate::costs::Costs;
+use crate::distances::{DistanceBounds, DistanceHistory};
 
-/// Unpacked blocks that are kept of each source: two states and their trails lie in no more.
-const KEPT_BLOCKS: usize = 8;
+/// Unpacked blocks to cache for each source: enough for two states and their trails.
+const CACHED_BLOCKS: usize = 8;
 
-/// How often a run is described anew that is over meanwhile.
-const TRIES: usize = 100;
+/// The maximum number of attempts to describe the current run, which may end at any time.
+const MAX_ATTEMPTS: usize = 100;
 
-/// The number of the run of every recording.
+/// The run number of every recording.
 const RECORDED_RUN: u32 = 0;
 
-/// A source of states, and what of it was looked at lately.
+/// A source of states, with a cache of what was read last.
 pub(crate) struct Source {
-    origin: Origin,
-    recent: Mutex<Recent>,
+    kind: SourceKind,
+    cache: Mutex<RunCache>,
 }
 
-enum Origin {
+enum SourceKind {
     Live(Monitor),
     Recording { title: String, recording: Box<Recording> },
 }
 
-/// What was read of one run.
+/// Cached data of one run.
 #[derive(Default)]
-struct Recent {
+struct RunCache {
     run: u32,
-    described: Option<Arc<Described>>,
-    /// The newest last.
+    description: Option<Arc<RunDescription>>,
+    /// Block number and states, newest last.
     blocks: VecDeque<(usize, Arc<States>)>,
-    costs: Costs,
+    distances: DistanceHistory,
 }
 
-/// What stays the same throughout a run.
-pub(crate) struct Described {
+/// The properties of a run that never change.
+pub(crate) struct RunDescription {
     pub(crate) title: String,
     pub(crate) info: Info,
     pub(crate) size: MazeSize,
-    /// What a mouse knows before the first state.
-    pub(crate) unknown: KnownMaze,
+    /// The map of a mouse before the first state.
+    pub(crate) unexplored: KnownMaze,
     pub(crate) truth: Option<Maze>,
 }
 
-impl Described {
+/// A decoded state message.
+pub(crate) struct DecodedState<'a> {
+    pub(crate) message: &'a [u8],
+    pub(crate) state: State<'a>,
+    pub(crate) map: KnownMaze,
+}
+
+impl RunDescription {
     fn new(title: String, info: Info, truth: Option<Maze>) -> Result<Self, ApiError> {
-        let unknown = info.known_maze().ok_or_else(|| ApiError::failed("expected a maze"))?;
-        Ok(Self { title, size: unknown.size(), info, unknown, truth })
+        let invalid = || ApiError::internal("the description of the maze is invalid");
+        let unexplored = info.known_maze().ok_or_else(invalid)?;
+        Ok(Self { title, size: unexplored.size(), info, unexplored, truth })
     }
 
-    /// The state in a message, and the map that it tells of.
-    pub(crate) fn read<'m>(&self, message: &'m [u8]) -> Result<(State<'m>, KnownMaze), ApiError> {
+    /// Decodes a state of this run.
+    pub(crate) fn decode<'a>(
+        &self,
+        states: &'a States,
+        index: usize,
+    ) -> Result<DecodedState<'a>, ApiError> {
+        let message = states.get(index).unwrap_or_default();
         match Request::decode(message, self.size) {
             Ok(Request::State(state)) => {
-                Ok((state, state.map(self.unknown.start(), *self.unknown.goals())))
+                let map = state.map(self.unexplored.start(), *self.unexplored.goals());
+                Ok(DecodedState { message, state, map })
             }
-            _ => Err(ApiError::failed("expected a state")),
+            _ => Err(ApiError::internal(format!("cannot decode state {index}"))),
         }
     }
 }
 
 impl Source {
     pub(crate) fn live(monitor: Monitor) -> Self {
-        Self { origin: Origin::Live(monitor), recent: Mutex::default() }
+        Self { kind: SourceKind::Live(monitor), cache: Mutex::default() }
     }
 
     pub(crate) fn recording(title: &str, recording: Recording) -> Self {
         let recording = Box::new(recording);
-        let origin = Origin::Recording { title: title.into(), recording };
-        Self { origin, recent: Mutex::default() }
+        let kind = SourceKind::Recording { title: title.into(), recording };
+        Self { kind, cache: Mutex::default() }
     }
 
-    /// The run that is there now: its number, of what maze it is, and how many states it has.
-    pub(crate) fn now(&self) -> Result<(u32, Arc<Described>, usize), ApiError> {
-        let mut over = ApiError::failed("expected a run");
-        // It may be over before it is described.
-        for _ in 0..TRIES {
+    /// Returns number, description and number of states of the current run.
+    pub(crate) fn current_run(&self) -> Result<(u32, Arc<RunDescription>, usize), ApiError> {
+        let mut attempts = 1;
+        loop {
             let Status { run, .. } = self.status();
-            match self.describe(run).and_then(|described| Ok((run, described, self.states(run)?))) {
-                Err(refusal) if refusal.status == StatusCode::GONE => over = refusal,
+            let current = self.describe(run).and_then(|it| Ok((run, it, self.states(run)?)));
+            match current {
+                // The run has ended in the meantime.
+                Err(error) if error.status == StatusCode::GONE && attempts < MAX_ATTEMPTS => {
+                    attempts += 1;
+                }
                 result => return result,
             }
         }
-        Err(over)
     }
 
     fn status(&self) -> Status {
-        match &self.origin {
-            Origin::Live(monitor) => monitor.status(),
-            Origin::Recording { recording, .. } => {
+        match &self.kind {
+            SourceKind::Live(monitor) => monitor.status(),
+            SourceKind::Recording { recording, .. } => {
                 Status { run: RECORDED_RUN, states: recording.history().len() }
             }
         }
     }
 
-    /// How many states a run has by now.
+    /// Returns the current number of states of a run.
     pub(crate) fn states(&self, run: u32) -> Result<usize, ApiError> {
-        let now = self.status();
-        if now.run == run {
-            Ok(now.states)
+        let status = self.status();
+        if status.run == run {
+            Ok(status.states)
         } else {
             Err(MonitorError::RunEnded { asked: run }.into())
         }
     }
 
-    /// Of what maze a run is.
-    pub(crate) fn describe(&self, run: u32) -> Result<Arc<Described>, ApiError> {
-        if let Some(described) = self.recent(run, |recent| recent.described.clone()) {
-            return Ok(described);
+    pub(crate) fn describe(&self, run: u32) -> Result<Arc<RunDescription>, ApiError> {
+        if let Some(description) = self.cache(run, |cache| cache.description.clone()) {
+            return Ok(description);
         }
-        let described = Arc::new(match &self.origin {
-            Origin::Live(monitor) => {
+        let description = Arc::new(match &self.kind {
+            SourceKind::Live(monitor) => {
                 let served = monitor.served()?;
                 if served.run != run {
                     return Err(MonitorError::RunEnded { asked: run }.into());
                 }
-                Described::new(served.info.name.clone(), served.info, Some(served.maze))?
+                RunDescription::new(served.info.name.clone(), served.info, Some(served.maze))?
             }
-            Origin::Recording { title, recording } => {
+            SourceKind::Recording { title, recording } => {
                 self.states(run)?;
                 let (info, truth) = (recording.info().clone(), recording.maze().cloned());
-                Described::new(title.clone(), info, truth)?
+                RunDescription::new(title.clone(), info, truth)?
             }
         });
-        self.recent(run, |recent| recent.described = Some(Arc::clone(&described)));
-        Ok(described)
+        self.cache(run, |cache| cache.description = Some(Arc::clone(&description)));
+        Ok(description)
     }
 
-    /// How a recording ends.
-    pub(crate) fn ending(&self) -> Option<&Integrity> {
-        match &self.origin {
-            Origin::Live(_) => None,
-            Origin::Recording { recording, .. } => Some(recording.integrity()),
+    /// Returns the integrity of a recording, or `None` for the live simulation.
+    pub(crate) fn integrity(&self) -> Option<&Integrity> {
+        match &self.kind {
+            SourceKind::Live(_) => None,
+            SourceKind::Recording { recording, .. } => Some(recording.integrity()),
         }
     }
 
-    /// When each state of a run came.
+    /// Returns the time of each state of a run.
     pub(crate) fn times(&self, run: u32) -> Result<Times, ApiError> {
-        match &self.origin {
-            Origin::Live(monitor) => Ok(monitor.times(run)?),
-            Origin::Recording { recording, .. } => Ok(recording.times().clone()),
+        match &self.kind {
+            SourceKind::Live(monitor) => Ok(monitor.times(run)?),
+            SourceKind::Recording { recording, .. } => Ok(recording.times().clone()),
         }
     }
 
-    /// The states of a run that lie in one block with this one. Of those that follow it some may be
-    /// missing, if the block has grown since it was read.
-    pub(crate) fn around(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
+    /// Returns the block that contains a state, from the cache if possible. A cached block may lack
+    /// newer states that follow this one.
+    pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
         let number = index / Block::STATES;
-        let kept = self.recent(run, |recent| {
-            let kept = recent.blocks.iter().find(|(kept, _)| *kept == number);
+        let cached = self.cache(run, |cache| {
+            let cached = cache.blocks.iter().find(|(cached, _)| *cached == number);
             // The newest block may have grown.
-            kept.filter(|(_, states)| states.get(index).is_some()).map(|(_, states)| states.clone())
+            cached
+                .filter(|(_, states)| states.get(index).is_some())
+                .map(|(_, states)| Arc::clone(states))
         });
-        if let Some(states) = kept {
+        if let Some(states) = cached {
             return Ok(states);
         }
-        let states = Arc::new(self.read(run, index)?);
-        self.recent(run, |recent| {
-            recent.blocks.retain(|(kept, _)| *kept != number);
-            recent.blocks.push_back((number, Arc::clone(&states)));
-            if recent.blocks.len() > KEPT_BLOCKS {
-                recent.blocks.pop_front();
+        let states = Arc::new(self.read_block(run, index)?);
+        self.cache(run, |cache| {
+            cache.blocks.retain(|(cached, _)| *cached != number);
+            cache.blocks.push_back((number, Arc::clone(&states)));
+            if cache.blocks.len() > CACHED_BLOCKS {
+                cache.blocks.pop_front();
             }
         });
         Ok(states)
     }
 
-    /// As [`around`](Self::around), without keeping them.
-    pub(crate) fn read(&self, run: u32, index: usize) -> Result<States, ApiError> {
+    /// Returns the block that contains a state, bypassing the cache.
+    pub(crate) fn read_block(&self, run: u32, index: usize) -> Result<States, ApiError> {
         let number = index / Block::STATES;
-        let block = match &self.origin {
-            Origin::Live(monitor) => monitor.block(run, number)?,
-            Origin::Recording { recording, .. } => recording.history().block(number),
+        let block = match &self.kind {
+            SourceKind::Live(monitor) => monitor.block(run, number)?,
+            SourceKind::Recording { recording, .. } => recording.history().block(number),
         };
         let states = block.and_then(Block::unpack).filter(|states| states.get(index).is_some());
-        states
-            .ok_or_else(|| ApiError::not_found(format!("expected a state, found no state {index}")))
+        states.ok_or_else(|| ApiError::not_found(format!("state {index} does not exist")))
     }
 
-    /// Costs over a run as far as they are known.
-    pub(crate) fn costs(&self, run: u32) -> Costs {
-        self.recent(run, |recent| recent.costs.clone())
+    /// Returns the distances over a run, and caches them.
+    pub(crate) fn distances(&self, run: u32) -> Result<DistanceHistory, ApiError> {
+        let (description, states) = (self.describe(run)?, self.states(run)?);
+        let mut distances = self.cache(run, |cache| cache.distances.clone());
+        distances.extend(states, |index| {
+            let block = self.read_block(run, index)?;
+            Ok::<_, ApiError>(DistanceBounds::new(&description.decode(&block, index)?.map))
+        })?;
+        self.cache(run, |cache| cache.distances = distances.clone());
+        Ok(distances)
     }
 
-    pub(crate) fn keep_costs(&self, run: u32, costs: Costs) {
-        self.recent(run, |recent| recent.costs = costs);
-    }
-
-    /// What is kept of this run, which is forgotten with the first look at another one.
-    fn recent<T>(&self, run: u32, look: impl FnOnce(&mut Recent) -> T) -> T {
-        let mut recent = self.recent.lock().unwrap_or_else(PoisonError::into_inner);
-        if recent.run != run {
-            *recent = Recent { run, ..Recent::default() };
+    /// Accesses the cache of a run, which replaces that of any other run.
+    fn cache<T>(&self, run: u32, access: impl FnOnce(&mut RunCache) -> T) -> T {
+        let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+        if cache.run != run {
+            *cache = RunCache { run, ..RunCache::default() };
         }
-        look(&mut recent)
+        access(&mut cache)
     }
 }

@@ -1,65 +1,65 @@
-//! One moment of a run: its state, and figures.
+//! A state as the page shows it.
 
 use mmsim_drawing::TRAIL_CELLS;
 use mmsim_recording::Block;
 use serde::Serialize;
 
 use crate::api_error::ApiError;
-use crate::costs::Cost;
+use crate::distances::DistanceBounds;
 use crate::source::Source;
 
-/// What is told of a moment.
+/// A state of a run and its figures.
 #[derive(Debug, Serialize)]
 pub(crate) struct StateView {
+    /// The index of the state.
     at: usize,
-    /// How many states the run has by now.
+    /// The current number of states of the run.
     states: usize,
-    /// The message `S`, as it was sent.
+    /// The message `S` as the client sent it.
     state: Vec<u8>,
     steps: u64,
     turns: u64,
     visited: usize,
-    open: Option<u16>,
-    closed: Option<u16>,
-    solved: bool,
-    /// Numbers of cells, y × width + x.
+    #[serde(flatten)]
+    distances: DistanceBounds,
+    #[serde(rename = "solved")]
+    is_proven_optimal: bool,
+    /// The last cells of the mouse as y × width + x, oldest first.
     trail: Vec<u16>,
 }
 
 impl StateView {
-    /// The moment of this state of a run.
-    pub(crate) fn of(source: &Source, run: u32, at: usize) -> Result<Self, ApiError> {
-        let (described, states) = (source.describe(run)?, source.around(run, at)?);
-        let missing = || ApiError::failed("expected a state");
-        let message = states.get(at).ok_or_else(missing)?;
-        let (_, map) = described.read(message)?;
-        let tally = states.motion_count(at).ok_or_else(missing)?;
-        let cost = Cost::of(&map);
-        let trail = cells(source, run, at)?;
-        let width = u16::from(described.size.width());
+    pub(crate) fn new(source: &Source, run: u32, index: usize) -> Result<Self, ApiError> {
+        let (description, states) = (source.describe(run)?, source.block(run, index)?);
+        let decoded = description.decode(&states, index)?;
+        let motion = states
+            .motion_count(index)
+            .ok_or_else(|| ApiError::internal(format!("cannot decode state {index}")))?;
+        let distances = DistanceBounds::new(&decoded.map);
+        let width = u16::from(description.size.width());
+        let trail = trail(source, run, index)?;
         Ok(Self {
-            at,
+            at: index,
             states: source.states(run)?,
-            state: message.to_vec(),
-            steps: tally.steps,
-            turns: tally.turns,
-            visited: map.visited().len(),
-            open: cost.open,
-            closed: cost.closed,
-            solved: cost.solved(),
+            state: decoded.message.to_vec(),
+            steps: motion.steps,
+            turns: motion.turns,
+            visited: decoded.map.visited().len(),
+            distances,
+            is_proven_optimal: distances.is_proven_optimal(),
             trail: trail.iter().map(|[x, y]| u16::from(*y) * width + u16::from(*x)).collect(),
         })
     }
 }
 
-/// Where the mouse was in the states up to this one, x and y of the cells, oldest first.
-pub(crate) fn cells(source: &Source, run: u32, at: usize) -> Result<Vec<[u8; 2]>, ApiError> {
-    let (mut index, mut cells) = (at.saturating_sub(TRAIL_CELLS - 1), Vec::new());
-    while index <= at {
-        let end = ((index / Block::STATES + 1) * Block::STATES).min(at + 1);
-        let states = source.around(run, end - 1)?;
+/// Returns the cells of the mouse up to this state as x and y, oldest first.
+pub(crate) fn trail(source: &Source, run: u32, last: usize) -> Result<Vec<[u8; 2]>, ApiError> {
+    let (mut index, mut cells) = (last.saturating_sub(TRAIL_CELLS - 1), Vec::new());
+    while index <= last {
+        let end = ((index / Block::STATES + 1) * Block::STATES).min(last + 1);
+        let states = source.block(run, end - 1)?;
         for index in index..end {
-            // x and y follow the letter of the message.
+            // x and y follow the type of the message.
             cells.extend(states.get(index).and_then(|state| state.get(1..)?.first_chunk::<2>()));
         }
         index = end;

@@ -1,24 +1,23 @@
-//! A file as the body of a reply.
+//! A file as the body of a response.
 
 use std::fs::File;
 use std::io::{self, Read};
 
 use futures_util::stream::{self, Stream};
 
-/// Bytes of a piece.
-const PIECE_BYTES: usize = 256 * 1024;
+const CHUNK_BYTES: usize = 256 * 1024;
 
-/// The content of a file, piece by piece, each read once the one before it has gone out.
+/// Streams the content of a file. Each chunk is read after the previous one was sent.
 pub(crate) fn from_file(file: File) -> impl Stream<Item = io::Result<Vec<u8>>> {
     stream::unfold(Some(file), |file| async {
         let mut file = file?;
         let read = tokio::task::spawn_blocking(move || {
-            let mut piece = Vec::with_capacity(PIECE_BYTES);
-            let count = file.by_ref().take(PIECE_BYTES as u64).read_to_end(&mut piece)?;
-            Ok((count > 0).then_some((piece, file)))
+            let mut chunk = Vec::with_capacity(CHUNK_BYTES);
+            let count = file.by_ref().take(CHUNK_BYTES as u64).read_to_end(&mut chunk)?;
+            Ok((count > 0).then_some((chunk, file)))
         });
         match read.await.map_err(io::Error::other).and_then(|read| read) {
-            Ok(Some((piece, file))) => Some((Ok(piece), Some(file))),
+            Ok(Some((chunk, file))) => Some((Ok(chunk), Some(file))),
             Ok(None) => None,
             Err(error) => Some((Err(error), None)),
         }

@@ -1,5 +1,5 @@
-//! Transfers from and to clients, which keep a minimum rate: a client that stops sending or reading
-//! would hold its connection for ever.
+//! Enforces a minimum transfer rate: otherwise a client that stops sending or reading would hold its
+//! connection forever.
 
 use std::io;
 use std::pin::Pin;
@@ -18,114 +18,115 @@ use tokio::net::TcpStream;
 use tokio::time::{Instant, Sleep, sleep_until, timeout_at};
 
 use crate::api_error::ApiError;
+use crate::app_state::AppState;
 use crate::limits::{Limits, MAX_BODY_BYTES, MIN_RATE};
-use crate::state::AppState;
 
-/// The progress of a transfer, measured against [`MIN_RATE`].
-struct Pace {
+/// The deadline of a transfer at [`MIN_RATE`].
+struct RateDeadline {
     max_lag: Duration,
-    /// When the transfer fails unless more bytes have come by then.
-    deadline: Instant,
-    paused: Option<Instant>,
+    /// The transfer fails at this time unless more bytes arrive.
+    expires_at: Instant,
+    paused_at: Option<Instant>,
 }
 
-impl Pace {
+impl RateDeadline {
     fn new(Limits { max_lag, .. }: Limits) -> Self {
-        Self { max_lag, deadline: Instant::now() + max_lag, paused: None }
+        Self { max_lag, expires_at: Instant::now() + max_lag, paused_at: None }
     }
 
-    /// Moves the deadline by the time that these bytes may take. Those that come sooner earn no
+    /// Extends the deadline by the time that these bytes may take. A fast start does not allow a
     /// longer lag later.
-    fn advance(&mut self, bytes: usize) {
-        let earned = Duration::from_secs(bytes as u64) / MIN_RATE;
-        self.deadline = (self.deadline + earned).min(Instant::now() + self.max_lag);
+    fn extend(&mut self, bytes: usize) {
+        let allowed = Duration::from_secs(bytes as u64) / MIN_RATE;
+        self.expires_at = (self.expires_at + allowed).min(Instant::now() + self.max_lag);
     }
 
     /// Stops the clock while there is nothing to transfer.
     fn pause(&mut self) {
-        self.paused.get_or_insert_with(Instant::now);
+        self.paused_at.get_or_insert_with(Instant::now);
     }
 
     fn resume(&mut self) {
-        self.deadline += self.paused.take().map_or(Duration::ZERO, |since| since.elapsed());
+        self.expires_at += self.paused_at.take().map_or(Duration::ZERO, |since| since.elapsed());
     }
 }
 
-/// Receives a body and hands over each piece of it.
-pub(crate) async fn receive(
+/// Receives a body and passes each chunk to `write`.
+pub(crate) async fn receive_body(
     body: Body,
     max_bytes: usize,
     limits: Limits,
-    mut take: impl FnMut(Bytes) -> io::Result<()>,
+    mut write: impl FnMut(Bytes) -> io::Result<()>,
 ) -> Result<(), ApiError> {
-    let (mut pieces, mut pace, mut length) = (body.into_data_stream(), Pace::new(limits), 0);
-    let (last, seconds) = (Instant::now() + limits.body_time, limits.body_time.as_secs());
+    let (mut chunks, mut length) = (body.into_data_stream(), 0);
+    let mut deadline = RateDeadline::new(limits);
+    let (latest, seconds) = (Instant::now() + limits.body_time, limits.body_time.as_secs());
     let too_slow = |_| {
         let text = format!(
-            "the request arrived too slowly: expected at least {MIN_RATE} bytes per second, and all \
-             of it within {seconds} s"
+            "the request body arrived too slowly (minimum {MIN_RATE} bytes per second, maximum \
+             {seconds} s)"
         );
         ApiError::new(StatusCode::REQUEST_TIMEOUT, text)
     };
-    while let Some(piece) =
-        timeout_at(pace.deadline.min(last), pieces.next()).await.map_err(too_slow)?
+    while let Some(chunk) =
+        timeout_at(deadline.expires_at.min(latest), chunks.next()).await.map_err(too_slow)?
     {
-        let piece = piece.map_err(ApiError::bad)?;
-        pace.advance(piece.len());
-        length += piece.len();
+        let chunk = chunk.map_err(ApiError::bad_request)?;
+        deadline.extend(chunk.len());
+        length += chunk.len();
         if length > max_bytes {
-            let text = format!("the request is too long: expected at most {max_bytes} bytes");
+            let text = format!("the request body is too large (maximum {max_bytes} bytes)");
             return Err(ApiError::new(StatusCode::PAYLOAD_TOO_LARGE, text));
         }
-        take(piece).map_err(ApiError::failed)?;
+        write(chunk).map_err(ApiError::internal)?;
     }
     Ok(())
 }
 
-/// Receives the body of a request before it is served.
-pub(crate) async fn receive_first(
+/// Receives the whole body of a request before its handler runs.
+pub(crate) async fn buffer_body(
     State(state): State<Arc<AppState>>,
     request: Request,
     next: Next,
 ) -> Result<Response, ApiError> {
     let (parts, body) = request.into_parts();
     let mut whole = Vec::new();
-    receive(body, MAX_BODY_BYTES, state.limits, |piece| {
-        whole.extend_from_slice(&piece);
+    receive_body(body, MAX_BODY_BYTES, state.limits, |chunk| {
+        whole.extend_from_slice(&chunk);
         Ok(())
     })
     .await?;
     Ok(next.run(Request::from_parts(parts, whole.into())).await)
 }
 
-/// A connection that ends once its client reads too slowly.
+/// A connection that fails if its client reads too slowly.
 pub(crate) struct Connection {
     stream: TcpStream,
-    sent: Pace,
-    /// Wakes at the deadline while the system takes no more bytes.
+    send_deadline: RateDeadline,
+    /// Wakes the task at the deadline while the send buffer is full.
     timer: Pin<Box<Sleep>>,
 }
 
 impl Connection {
     pub(crate) fn new(stream: TcpStream, limits: Limits) -> Self {
-        let sent = Pace::new(limits);
-        let timer = Box::pin(sleep_until(sent.deadline));
-        Self { stream, sent, timer }
+        let send_deadline = RateDeadline::new(limits);
+        let timer = Box::pin(sleep_until(send_deadline.expires_at));
+        Self { stream, send_deadline, timer }
     }
 
-    /// Writes, and fails if the system takes too few bytes for too long.
+    /// Writes, and fails at the deadline.
     fn poll_send(
         &mut self,
         cx: &mut Context<'_>,
         write: impl FnOnce(Pin<&mut TcpStream>, &mut Context<'_>) -> Poll<io::Result<usize>>,
     ) -> Poll<io::Result<usize>> {
-        self.sent.resume();
+        self.send_deadline.resume();
         let written = write(Pin::new(&mut self.stream), cx);
         match written {
-            Poll::Ready(Ok(bytes)) => self.sent.advance(bytes),
+            Poll::Ready(Ok(bytes)) => self.send_deadline.extend(bytes),
             Poll::Ready(Err(_)) => {}
             Poll::Pending => {
-                self.timer.as_mut().reset(self.sent.deadline);
+                self.timer.as_mut().reset(self.send_deadline.expires_at);
                 ready!(self.timer.as_mut().poll(cx));
                 let text = format!("the client reads less than {MIN_RATE} bytes per second");
                 return Poll::Ready(Err(io::Error::new(io::ErrorKind::TimedOut, text)));
@@ -157,18 +158,18 @@ impl AsyncWrite for Connection {
     fn poll_write_vectored(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
-        pieces: &[io::IoSlice<'_>],
+        buffers: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        self.poll_send(cx, |stream, cx| stream.poll_write_vectored(cx, pieces))
+        self.poll_send(cx, |stream, cx| stream.poll_write_vectored(cx, buffers))
     }
 
     fn is_write_vectored(&self) -> bool {
         self.stream.is_write_vectored()
     }
 
-    /// Called once the system has taken all there was to send.
+    /// Pauses the deadline, since everything has been written.
     fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        self.sent.pause();
+        self.send_deadline.pause();
         Pin::new(&mut self.stream).poll_flush(cx)
     }
 
@@ -182,28 +183,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bytes_move_the_deadline_and_a_burst_does_not_allow_a_longer_lag() {
+    fn bytes_extend_the_deadline_up_to_the_maximum_lag() {
         let (second, limits) = (Duration::from_secs(1), Limits::default());
-        let mut pace = Pace::new(limits);
-        pace.deadline -= 5 * second;
-        let before = pace.deadline;
-        pace.advance(2 * MIN_RATE as usize);
-        assert_eq!(pace.deadline - before, 2 * second);
-        pace.advance(1000 * MIN_RATE as usize);
-        assert!(pace.deadline <= Instant::now() + limits.max_lag);
-        assert!(pace.deadline > before + 2 * second);
+        let mut deadline = RateDeadline::new(limits);
+        deadline.expires_at -= 5 * second;
+        let before = deadline.expires_at;
+        deadline.extend(2 * MIN_RATE as usize);
+        assert_eq!(deadline.expires_at - before, 2 * second);
+        deadline.extend(1000 * MIN_RATE as usize);
+        assert!(deadline.expires_at <= Instant::now() + limits.max_lag);
+        assert!(deadline.expires_at > before + 2 * second);
     }
 
     #[test]
-    fn time_without_anything_to_transfer_does_not_count() {
-        let (second, mut pace) = (Duration::from_secs(1), Pace::new(Limits::default()));
-        let before = pace.deadline;
-        pace.paused = Instant::now().checked_sub(second);
-        pace.pause();
-        pace.resume();
-        assert!(pace.deadline >= before + second);
-        let after = pace.deadline;
-        pace.resume();
-        assert_eq!(pace.deadline, after);
+    fn pauses_extend_the_deadline() {
+        let second = Duration::from_secs(1);
+        let mut deadline = RateDeadline::new(Limits::default());
+        let before = deadline.expires_at;
+        deadline.paused_at = Instant::now().checked_sub(second);
+        deadline.pause();
+        deadline.resume();
+        assert!(deadline.expires_at >= before + second);
+        let after = deadline.expires_at;
+        deadline.resume();
+        assert_eq!(deadline.expires_at, after);
     }
 }

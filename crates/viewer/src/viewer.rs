@@ -1,4 +1,4 @@
-//! The web server: where it listens, whom it serves, how it stops.
+//! The web server: listens, accepts connections, and stops.
 
 use std::fmt::Write;
 use std::io;
@@ -23,17 +23,19 @@ use tower_http::compression::predicate::{
 use tracing::{debug, warn};
 
 use crate::access::{Access, guard};
+use crate::config::ViewerConfig;
+use crate::limits::Limits;
 use crate::transfer::Connection;
-use crate::{Limits, ViewerConfig, api, work};
+use crate::{api, jobs};
 
-/// What is shorter is not worth packing, in bytes: figures that are asked for all the time.
-const WORTH_PACKING: u64 = 4096;
+/// Shorter responses are not compressed, in bytes: the frequent ones are views of single states.
+const MIN_COMPRESSED_BYTES: u64 = 4096;
 
-/// When the system could not give a connection for want of descriptors, it is asked again after
-/// so long.
-const ACCEPT_AGAIN: Duration = Duration::from_millis(250);
+/// The delay before the next attempt to accept a connection, such as after running out of file
+/// descriptors.
+const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(250);
 
-/// A web server that listens already and serves once it is given something to show.
+/// A web server that already listens. [`spawn`](Self::spawn) starts to serve.
 ///
 /// ```
 /// use mmsim_server::{Server, Simulation};
@@ -43,7 +45,7 @@ const ACCEPT_AGAIN: Duration = Duration::from_millis(250);
 /// let viewer = Viewer::bind("127.0.0.1", 0)?;
 /// let config = ViewerConfig::default().with_live(&server, "small.txt".as_ref());
 /// let server = server.spawn(Simulation::new("small", maze));
-/// let viewer = viewer.spawn(show)?;
+/// let viewer = viewer.spawn(config)?;
 /// println!("open {} in a browser", viewer.address());
 /// viewer.stop();
 /// server.stop()?;
@@ -56,26 +58,26 @@ pub struct Viewer {
     limits: Limits,
 }
 
-/// A web server on a thread of its own, which serves until it is stopped or the process ends.
-pub struct Serving {
+/// A web server on its own thread. It runs until it is stopped or the process exits.
+pub struct ViewerHandle {
     address: String,
     stop: oneshot::Sender<()>,
     thread: JoinHandle<()>,
 }
 
 impl Viewer {
-    /// Listens on a port of this machine; port 0 takes a free one. If other machines can reach it
-    /// there, a token is made that a browser has to show.
+    /// Listens on a local address. Port 0 takes a free port. Unless the address is loopback, this
+    /// creates a token that browsers have to send.
     ///
     /// # Errors
-    /// The port is in use, or the host is not one of this machine's.
+    /// Fails if the port is in use or the host is not a local address.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let failed = |source| BindError::Listen { host: host.into(), port, source };
         let listener = listen(host, port)?;
         let local = listener.local_addr().map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let is_loopback = local.ip().to_canonical().is_loopback();
-        let token = if is_loopback { None } else { Some(token().map_err(failed)?) };
+        let token = if is_loopback { None } else { Some(random_token().map_err(failed)?) };
         let access = Access::new(token, local.port());
         Ok(Self { listener, access, local, limits: Limits::default() })
     }
@@ -85,7 +87,7 @@ impl Viewer {
         Self { limits, ..self }
     }
 
-    /// Where the page is, such as `http://127.0.0.1:6575`, with the token if there is one.
+    /// Returns the URL of the page, such as `http://127.0.0.1:6575`, with the token if there is one.
     pub fn address(&self) -> String {
         let Self { access, local, .. } = self;
         match access.query() {
@@ -94,48 +96,48 @@ impl Viewer {
         }
     }
 
-    /// Serves on a thread of its own.
+    /// Starts to serve on a new thread.
     ///
     /// # Errors
-    /// The system has no thread or event queue left.
-    pub fn spawn(self, config: ViewerConfig) -> io::Result<Serving> {
+    /// Fails if the system cannot create a thread or event queue.
+    pub fn spawn(self, config: ViewerConfig) -> io::Result<ViewerHandle> {
         let (address, (stop, stopped)) = (self.address(), oneshot::channel());
         let runtime = runtime::Builder::new_current_thread()
             .enable_all()
-            .max_blocking_threads(work::THREADS)
+            .max_blocking_threads(jobs::MAX_BLOCKING_THREADS)
             .build()?;
         let (app, limits) = (app(config, self.access, self.limits), self.limits);
         let listener = {
-            let _inside = runtime.enter();
+            let _guard = runtime.enter();
             TcpListener::from_std(self.listener)?
         };
         let thread = thread::Builder::new()
             .name("viewer".into())
             .spawn(move || run(runtime, listener, app, limits, stopped))?;
-        Ok(Serving { address, stop, thread })
+        Ok(ViewerHandle { address, stop, thread })
     }
 }
 
-impl Serving {
-    /// Where the page is, with the token if there is one.
+impl ViewerHandle {
+    /// Returns the URL of the page, with the token if there is one.
     pub fn address(&self) -> &str {
         &self.address
     }
 
-    /// Stops; whoever is connected is cut off.
+    /// Stops the server and closes all connections.
     pub fn stop(self) {
-        // If nobody listens any more it has stopped.
+        // Fails if the server has already stopped.
         let _ = self.stop.send(());
         let _ = self.thread.join();
     }
 }
 
 fn app(config: ViewerConfig, access: Access, limits: Limits) -> Router {
-    let packed = DefaultPredicate::new()
-        .and(SizeAbove::new(WORTH_PACKING))
+    let is_compressible = DefaultPredicate::new()
+        .and(SizeAbove::new(MIN_COMPRESSED_BYTES))
         .and(NotForContentType::const_new("application/octet-stream"));
     api::router(Arc::new(config.into_state(limits)))
-        .layer(CompressionLayer::new().compress_when(packed))
+        .layer(CompressionLayer::new().compress_when(is_compressible))
         .layer(middleware::from_fn_with_state(Arc::new(access), guard))
 }
 
@@ -149,32 +151,32 @@ fn run(
     runtime.block_on(async {
         tokio::select! {
             () = accept(listener, app, limits) => {}
-            // Nobody can stop it any more once the other end is dropped.
+            // An error means that the handle was dropped: serve until the process exits.
             Ok(()) = stopped => {}
         }
     });
-    // Not for what takes a while.
+    // Do not wait for running jobs.
     runtime.shutdown_background();
 }
 
-/// Accepts connections as there is room, each served in its turn.
+/// Accepts connections up to the limit and serves each in its own task.
 async fn accept(listener: TcpListener, app: Router, limits: Limits) {
-    let room = Arc::new(Semaphore::new(limits.connections));
+    let slots = Arc::new(Semaphore::new(limits.connections));
     let mut warned = false;
     loop {
-        let Ok(place) = Arc::clone(&room).acquire_owned().await else { return };
+        let Ok(slot) = Arc::clone(&slots).acquire_owned().await else { return };
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
             Err(error) => {
-                // Once is enough for whoever reads it: without descriptors this comes again and again.
+                // Warn only once: without file descriptors every attempt fails.
                 if !std::mem::replace(&mut warned, true) {
                     warn!("cannot accept a connection to the page: {error}");
                 }
-                sleep(ACCEPT_AGAIN).await;
+                sleep(ACCEPT_RETRY_DELAY).await;
                 continue;
             }
         };
-        // Small replies are wanted at once.
+        // Send small responses without delay.
         let _ = stream.set_nodelay(true);
         let service = TowerToHyperService::new(app.clone());
         tokio::spawn(async move {
@@ -183,19 +185,19 @@ async fn accept(listener: TcpListener, app: Router, limits: Limits) {
                 .header_read_timeout(limits.header_time)
                 .serve_connection(TokioIo::new(Connection::new(stream, limits)), service);
             if let Err(error) = connection.await {
-                debug!("a viewer's connection ended: {error}");
+                debug!("connection to the page closed: {error}");
             }
-            drop(place);
+            drop(slot);
         });
     }
 }
 
-/// 128 bits that nobody guesses, as text.
-fn token() -> io::Result<String> {
+/// Returns 128 random bits as hexadecimal digits.
+fn random_token() -> io::Result<String> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes).map_err(io::Error::other)?;
     Ok(bytes.iter().fold(String::new(), |mut token, byte| {
-        // Writing into a string cannot fail.
+        // Writing to a string cannot fail.
         let _ = write!(token, "{byte:02x}");
         token
     }))

@@ -1,18 +1,18 @@
-//! The page's requests, as a program makes them.
+//! The HTTP API.
 
 mod harness;
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
-use harness::{Watched, stop_viewer};
+use harness::{WatchedServer, stop_viewer};
 use mmsim_tests::{stop, wait_for};
 use serde_json::json;
 
 #[test]
-fn states_come_as_they_were_sent() {
-    let watched = Watched::new("127.0.0.1", None);
-    let sent = watched.states(600);
+fn states_are_returned_unchanged() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let sent = watched.send_states(600);
     let range = |from: usize, count: usize| {
         watched.get(&format!("/api/sources/live/states?run=1&from={from}&count={count}")).body
     };
@@ -24,13 +24,13 @@ fn states_come_as_they_were_sent() {
     }
     assert_eq!(range(0, 100_000), sent[..256].concat());
     let missing = watched.get("/api/sources/live/states?run=1&from=600");
-    assert_eq!((missing.status, missing.text()), (404, "expected a state, found no state 600"));
+    assert_eq!((missing.status, missing.text()), (404, "state 600 does not exist"));
     let huge = usize::MAX;
     assert_eq!(
         watched.get(&format!("/api/sources/live/states?run=1&from={huge}&count={huge}")).status,
         404
     );
-    for what in [
+    for resource in [
         "states?run=7&from=0",
         "moment?run=7&at=0",
         "costs?run=7",
@@ -38,16 +38,16 @@ fn states_come_as_they_were_sent() {
         "drawing.svg?run=7",
         "picture.svg?run=7",
     ] {
-        assert_eq!(watched.get(&format!("/api/sources/live/{what}")).status, 410, "{what}");
+        assert_eq!(watched.get(&format!("/api/sources/live/{resource}")).status, 410, "{resource}");
     }
-    for what in [
+    for resource in [
         "states",
         "states?run=1",
         "states?run=x&from=0",
         "states?run=1&from=-1",
         "moment?run=1&at=1e3",
     ] {
-        assert_eq!(watched.get(&format!("/api/sources/live/{what}")).status, 400, "{what}");
+        assert_eq!(watched.get(&format!("/api/sources/live/{resource}")).status, 400, "{resource}");
     }
     for id in ["1", "lively", "%2e%2e", "-1"] {
         assert_eq!(watched.get(&format!("/api/sources/{id}")).status, 404);
@@ -55,18 +55,18 @@ fn states_come_as_they_were_sent() {
     watched.stop();
 }
 
-/// Somebody looks while states are added.
+/// Reads a history while it grows.
 #[test]
-fn a_history_that_grows_is_told_whole() {
-    let watched = Watched::new("127.0.0.1", None);
+fn new_states_of_a_cached_block_are_returned() {
+    let watched = WatchedServer::new("127.0.0.1", None);
     let (mut sent, mut states) = (Vec::new(), 0);
     for more in [250, 3, 1, 6, 240, 20] {
-        sent.extend(watched.states(more));
+        sent.extend(watched.send_states(more));
         states += more;
         let at = states - 1;
-        let moment = watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
+        let view = watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
         let cells = sent[states.saturating_sub(500)..].iter().map(|state| 3 * state[2] + state[1]);
-        assert_eq!(moment["trail"], json!(cells.collect::<Vec<_>>()));
+        assert_eq!(view["trail"], json!(cells.collect::<Vec<_>>()));
         for from in [0, 245, 256_usize.min(at)] {
             let path = format!("/api/sources/live/states?run=1&from={from}&count=256");
             let expected = sent[from..(from + 256).min(states)].concat();
@@ -77,8 +77,8 @@ fn a_history_that_grows_is_told_whole() {
 }
 
 #[test]
-fn a_moment_has_its_figures() {
-    let watched = Watched::new("127.0.0.1", None);
+fn a_view_contains_the_figures_of_a_state() {
+    let watched = WatchedServer::new("127.0.0.1", None);
     assert_eq!(watched.get("/api/sources/live/moment?run=1&at=0").status, 404);
     let source = watched.get("/api/sources/live").json();
     assert_eq!(
@@ -87,21 +87,21 @@ fn a_moment_has_its_figures() {
             "goals": [[2, 0]], "states": 0, "state_bytes": 18, "truth": true, "shortest_path": 4,
             "ending": null, "note": null})
     );
-    let sent = watched.states(700);
-    let moment = watched.get("/api/sources/live/moment?run=1&at=6").json();
-    // From (2, 1) back to the start are three steps.
+    let sent = watched.send_states(700);
+    let view = watched.get("/api/sources/live/moment?run=1&at=6").json();
+    // It is three steps from (2, 1) back to the start.
     assert_eq!(
-        moment,
+        view,
         json!({"at": 6, "states": 700, "state": sent[6], "steps": 3 + 3 + 2, "turns": 0,
             "visited": 1, "open": 4, "closed": null, "solved": false,
             "trail": [0, 3, 4, 5, 0, 3, 4]})
     );
-    let moment = watched.get("/api/sources/live/moment?run=1&at=699").json();
-    let trail = moment["trail"].as_array().unwrap();
+    let view = watched.get("/api/sources/live/moment?run=1&at=699").json();
+    let trail = view["trail"].as_array().unwrap();
     assert_eq!((trail.len(), &trail[0], &trail[499]), (500, &json!(0), &json!(5)));
-    let costs = watched.get("/api/sources/live/costs?run=1").json();
-    assert_eq!((&costs["states"], &costs["stride"]), (&json!(700), &json!(2)));
-    assert_eq!(costs["open"].as_array().unwrap(), &vec![json!(4); 350]);
+    let distances = watched.get("/api/sources/live/costs?run=1").json();
+    assert_eq!((&distances["states"], &distances["stride"]), (&json!(700), &json!(2)));
+    assert_eq!(distances["open"].as_array().unwrap(), &vec![json!(4); 350]);
     let drawing = watched.get("/api/sources/live/drawing.svg?run=1");
     assert!(drawing.head.contains("content-type: image/svg+xml"));
     assert!(drawing.text().contains(r#"data-wall="0,0,N""#) && !drawing.text().contains("<style"));
@@ -109,25 +109,25 @@ fn a_moment_has_its_figures() {
 }
 
 #[test]
-fn pictures_are_there_to_be_kept() {
-    let watched = Watched::new("127.0.0.1", None);
+fn pictures_can_be_downloaded() {
+    let watched = WatchedServer::new("127.0.0.1", None);
     let early = watched.get("/api/sources/live/animation.gif?run=1");
-    assert_eq!((early.status, early.text()), (409, "expected a search, found no state yet"));
+    assert_eq!((early.status, early.text()), (409, "cannot animate the run: it has no states yet"));
     assert!(watched.get("/api/sources/live/picture.svg?run=1").text().starts_with("<svg"));
-    watched.states(9);
-    for (picture, kind, begin) in [
+    watched.send_states(9);
+    for (picture, kind, prefix) in [
         ("picture.svg?at=7", "svg+xml", &b"<svg"[..]),
         ("picture.png?at=7&theme=dark&heat=true&numbers=false", "png", b"\x89PNG"),
         ("animation.gif?trail=false", "gif", b"GIF89a"),
     ] {
-        let and = if picture.contains('?') { '&' } else { '?' };
-        let reply = watched.get(&format!("/api/sources/live/{picture}{and}run=1"));
-        assert!(reply.body.starts_with(begin), "{picture}: {}", reply.status);
-        assert!(reply.head.contains(&format!("content-type: image/{kind}")));
-        assert!(reply.head.contains("content-disposition: attachment; filename=\"small."));
+        let separator = if picture.contains('?') { '&' } else { '?' };
+        let response = watched.get(&format!("/api/sources/live/{picture}{separator}run=1"));
+        assert!(response.body.starts_with(prefix), "{picture}: {}", response.status);
+        assert!(response.head.contains(&format!("content-type: image/{kind}")));
+        assert!(response.head.contains("content-disposition: attachment; filename=\"small."));
     }
-    let nonsense = "/api/sources/live/picture.svg?run=1&at=7&theme=blue";
-    assert_eq!(watched.get(nonsense).status, 400);
+    let invalid = "/api/sources/live/picture.svg?run=1&at=7&theme=blue";
+    assert_eq!(watched.get(invalid).status, 400);
     let thumbnail = watched.get("/api/mazes/picture.svg?path=a/small.txt");
     assert!(thumbnail.text().starts_with("<svg") && thumbnail.body.len() < 1500);
     assert_eq!(watched.get("/api/mazes/picture.svg?path=../small.txt").status, 404);
@@ -135,21 +135,21 @@ fn pictures_are_there_to_be_kept() {
 }
 
 #[test]
-fn another_maze_is_served_by_its_path_in_the_list() {
-    let watched = Watched::new("127.0.0.1", None);
+fn only_listed_mazes_can_be_loaded() {
+    let watched = WatchedServer::new("127.0.0.1", None);
     let list = watched.get("/api/mazes").json();
     let paths: Vec<_> =
         list.as_array().unwrap().iter().map(|maze| maze["path"].as_str().unwrap()).collect();
-    assert_eq!(paths, ["a/small.txt", "closed.txt", "rubbish.txt"]);
-    watched.states(2);
+    assert_eq!(paths, ["a/small.txt", "closed.txt", "invalid.txt"]);
+    watched.send_states(2);
     for path in ["../a/small.txt", "small.txt", "/etc/passwd", ""] {
         assert_eq!(watched.post("/api/maze", &json!({"path": path})).status, 404);
     }
-    let rubbish = watched.post("/api/maze", &json!({"path": "rubbish.txt"}));
-    assert!(rubbish.status == 500 && rubbish.text().contains("rubbish.txt: line 1"));
-    assert_eq!(watched.get("/api/sources/live").json()["states"], 2, "nothing is lost");
-    let served = watched.post("/api/maze", &json!({"path": "closed.txt"}));
-    assert_eq!(served.json(), json!({"run": 2}));
+    let invalid = watched.post("/api/maze", &json!({"path": "invalid.txt"}));
+    assert!(invalid.status == 500 && invalid.text().contains("invalid.txt: line 1"));
+    assert_eq!(watched.get("/api/sources/live").json()["states"], 2, "the run continues");
+    let loaded = watched.post("/api/maze", &json!({"path": "closed.txt"}));
+    assert_eq!(loaded.json(), json!({"run": 2}));
     let source = watched.get("/api/sources/live").json();
     assert_eq!(
         (&source["title"], &source["states"], &source["shortest_path"]),
@@ -160,10 +160,10 @@ fn another_maze_is_served_by_its_path_in_the_list() {
 }
 
 #[test]
-fn a_run_is_saved_and_opened_again() {
+fn saved_runs_can_be_opened() {
     let folder = tempfile::tempdir().unwrap();
-    let watched = Watched::new("127.0.0.1", Some(folder.path()));
-    let sent = watched.states(300);
+    let watched = WatchedServer::new("127.0.0.1", Some(folder.path()));
+    let sent = watched.send_states(300);
     let saved = watched.get("/api/sources/live/recording.mcap?run=1");
     assert!(
         saved.head.contains("content-disposition: attachment; filename=\"small.mcap\""),
@@ -171,9 +171,9 @@ fn a_run_is_saved_and_opened_again() {
         saved.head
     );
     let origin = format!("origin: http://{}", watched.host);
-    let bring =
+    let upload =
         |body: &[u8]| watched.send("POST", "/api/recordings?name=own.mcap", &[&origin], body);
-    assert_eq!(bring(&saved.body).json(), json!({"id": "1"}));
+    assert_eq!(upload(&saved.body).json(), json!({"id": "1"}));
     let source = watched.get("/api/sources/1").json();
     assert_eq!(
         (&source["run"], &source["states"], &source["ending"]),
@@ -183,9 +183,9 @@ fn a_run_is_saved_and_opened_again() {
         watched.get("/api/sources/1/states?run=0&from=0&count=256").body,
         sent[..256].concat()
     );
-    let rubbish = bring(b"rubbish");
-    assert_eq!(rubbish.status, 400);
-    assert!(rubbish.text().starts_with("own.mcap: expected a recording"), "{}", rubbish.text());
+    let invalid = upload(b"invalid");
+    assert_eq!(invalid.status, 400);
+    assert!(invalid.text().starts_with("own.mcap: expected a recording"), "{}", invalid.text());
 
     let listed = watched.get("/api/recordings").json();
     let name = listed[0]["name"].as_str().unwrap();
@@ -198,18 +198,18 @@ fn a_run_is_saved_and_opened_again() {
     assert_eq!((&source["states"], &source["ending"]), (&json!(300), &json!("cut")));
     assert_eq!(watched.post("/api/recordings/open", &json!({"name": "../own.mcap"})).status, 404);
     for id in 3..=8 {
-        assert_eq!(bring(&saved.body).json(), json!({"id": id.to_string()}));
+        assert_eq!(upload(&saved.body).json(), json!({"id": id.to_string()}));
     }
-    assert_eq!(bring(&saved.body).status, 409, "too many");
+    assert_eq!(upload(&saved.body).status, 409, "the maximum number is open");
     assert_eq!(watched.post("/api/recordings/close", &json!({"id": "1"})).status, 204);
     assert_eq!(watched.get("/api/sources/1").status, 404);
-    assert_eq!(bring(&saved.body).json(), json!({"id": "9"}));
+    assert_eq!(upload(&saved.body).json(), json!({"id": "9"}));
     watched.stop();
 }
 
 #[test]
-fn a_bundled_mouse_runs_through_the_door_of_all() {
-    let watched = Watched::new("127.0.0.1", None);
+fn bundled_mice_search_the_maze() {
+    let watched = WatchedServer::new("127.0.0.1", None);
     let run = |strategy: &str, pace_ms: u64| {
         watched.post("/api/mouse/run", &json!({"strategy": strategy, "pace_ms": pace_ms}))
     };
@@ -219,7 +219,7 @@ fn a_bundled_mouse_runs_through_the_door_of_all() {
     });
     wait_for("the search to end", || (run("flood-fill", 5000).status == 204).then_some(()));
     let twice = run("left-wall", 0);
-    assert_eq!((twice.status, twice.text()), (409, "flood-fill is still running; stop it first"));
+    assert_eq!((twice.status, twice.text()), (409, "flood-fill is still running (stop it first)"));
     assert_eq!(watched.post("/api/mouse/stop", &json!({})).status, 204);
     let unknown = run("fly", 0);
     assert!(unknown.status == 400 && unknown.text().contains("expected one of flood-fill"));
@@ -228,32 +228,34 @@ fn a_bundled_mouse_runs_through_the_door_of_all() {
 }
 
 #[test]
-fn the_stream_of_events_tells_what_changes() {
-    let watched = Watched::new("127.0.0.1", None);
+fn changes_are_sent_as_events() {
+    let watched = WatchedServer::new("127.0.0.1", None);
     let mut stream = watched.connect();
     write!(stream, "GET /events HTTP/1.1\r\nhost: {}\r\n\r\n", watched.host).unwrap();
-    let (mut heard, mut buffer) = (String::new(), [0; 4096]);
-    let mut hear = |text: &str| {
-        while !heard.contains(text) {
+    let (mut received, mut buffer) = (String::new(), [0; 4096]);
+    let mut wait_until_received = |text: &str| {
+        while !received.contains(text) {
             let count = stream.read(&mut buffer).unwrap();
-            assert_ne!(count, 0, "expected {text}, found the end of {heard}");
-            heard += std::str::from_utf8(&buffer[..count]).unwrap();
+            assert_ne!(count, 0, "the stream ended before {text}: {received}");
+            received += std::str::from_utf8(&buffer[..count]).unwrap();
         }
     };
-    hear(r#","run":1,"states":0,"maze":"a/small.txt","mouse":null,"recordings":2,"opened":[]}"#);
-    watched.states(3);
-    hear(r#""states":3"#);
+    wait_until_received(
+        r#","run":1,"states":0,"maze":"a/small.txt","mouse":null,"recordings":2,"opened":[]}"#,
+    );
+    watched.send_states(3);
+    wait_until_received(r#""states":3"#);
     watched.post("/api/maze", &json!({"path": "closed.txt"}));
-    hear(r#","run":2,"states":0,"maze":"closed.txt","mouse":null"#);
+    wait_until_received(r#","run":2,"states":0,"maze":"closed.txt","mouse":null"#);
     watched.post("/api/mouse/run", &json!({"strategy": "flood-fill", "pace_ms": 0}));
-    hear(r#""running":false,"says":"#);
+    wait_until_received(r#""running":false,"says":"#);
     watched.stop();
 }
 
 #[test]
-fn pages_elsewhere_can_neither_read_nor_steer() {
-    let watched = Watched::new("127.0.0.1", None);
-    watched.states(3);
+fn other_sites_can_neither_read_nor_control() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    watched.send_states(3);
     let post = |headers: &[&str]| {
         let headers = [headers, &["content-type: application/json"]].concat();
         watched.send("POST", "/api/maze", &headers, br#"{"path":"closed.txt"}"#).status
@@ -273,12 +275,12 @@ fn pages_elsewhere_can_neither_read_nor_steer() {
     let form = [&*own, "content-type: application/x-www-form-urlencoded"];
     assert_eq!(watched.send("POST", "/api/maze", &form, b"path=closed.txt").status, 415);
     for path in ["/api/maze", "/api/mouse/run", "/api/mouse/stop", "/api/recordings/close"] {
-        assert_eq!(watched.get(path).status, 405, "{path} changes something");
+        assert_eq!(watched.get(path).status, 405, "{path} changes the state");
     }
-    let refused = watched.send("GET", "/api/mazes", &["origin: http://evil.example"], b"");
-    assert_eq!(refused.status, 403);
+    let rejected = watched.send("GET", "/api/mazes", &["origin: http://evil.example"], b"");
+    assert_eq!(rejected.status, 403);
     let page = watched.get("/");
-    for head in [&page.head, &refused.head] {
+    for head in [&page.head, &rejected.head] {
         assert!(head.contains("content-security-policy: default-src 'none'; script-src 'self';"));
         assert!(
             head.contains("x-content-type-options: nosniff") && !head.contains("access-control")
@@ -289,8 +291,8 @@ fn pages_elsewhere_can_neither_read_nor_steer() {
 }
 
 #[test]
-fn other_machines_need_the_token() {
-    let watched = Watched::new("0.0.0.0", None);
+fn the_token_is_required_on_other_addresses() {
+    let watched = WatchedServer::new("0.0.0.0", None);
     let token = watched.viewer.address().split("?token=").nth(1).unwrap().to_string();
     assert_eq!(token.len(), 32);
     for path in [
@@ -301,13 +303,13 @@ fn other_machines_need_the_token() {
         "/?token=",
         "/?token=00000000000000000000000000000000",
     ] {
-        let reply = watched.get(path);
-        assert_eq!(reply.status, 401, "{path}");
-        assert!(!reply.head.contains(&token) && !reply.text().contains(&token));
+        let response = watched.get(path);
+        assert_eq!(response.status, 401, "{path}");
+        assert!(!response.head.contains(&token) && !response.text().contains(&token));
     }
-    let entered = watched.get(&format!("/?token={token}"));
-    assert_eq!(entered.status, 303);
-    let cookie = entered.head.lines().find_map(|line| line.strip_prefix("set-cookie: ")).unwrap();
+    let redirect = watched.get(&format!("/?token={token}"));
+    assert_eq!(redirect.status, 303);
+    let cookie = redirect.head.lines().find_map(|line| line.strip_prefix("set-cookie: ")).unwrap();
     assert!(cookie.contains("httponly") && cookie.contains("samesite=lax"), "{cookie}");
     let cookie = format!("cookie: {}", cookie.split(';').next().unwrap());
     assert_eq!(watched.send("GET", "/api/mazes", &[&cookie], b"").status, 200);
@@ -320,10 +322,10 @@ fn other_machines_need_the_token() {
 }
 
 #[test]
-fn rubbish_and_silence_end_nothing() {
-    let watched = Watched::new("127.0.0.1", None);
-    let silent: Vec<_> = (0..40).map(|_| TcpStream::connect(&watched.host).unwrap()).collect();
-    for rubbish in [
+fn malformed_requests_and_idle_connections_are_harmless() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let idle: Vec<_> = (0..40).map(|_| TcpStream::connect(&watched.host).unwrap()).collect();
+    for malformed in [
         &b"\r\n\r\n"[..],
         b"GET",
         b"\xff\xfe\x00",
@@ -331,7 +333,7 @@ fn rubbish_and_silence_end_nothing() {
         &b"a".repeat(100_000),
     ] {
         let mut stream = TcpStream::connect(&watched.host).unwrap();
-        let _ = stream.write_all(rubbish);
+        let _ = stream.write_all(malformed);
     }
     let big = vec![b'x'; 1 << 20];
     assert!([400, 413].contains(
@@ -339,6 +341,6 @@ fn rubbish_and_silence_end_nothing() {
     ));
     assert_eq!(watched.get("/").status, 200);
     assert_eq!(watched.get("/no-such").status, 404);
-    drop(silent);
+    drop(idle);
     watched.stop();
 }

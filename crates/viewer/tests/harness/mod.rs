@@ -1,5 +1,5 @@
-//! A server that is watched, and requests to its page as a program makes them.
-#![allow(dead_code, unreachable_pub, missing_docs)] // each test file uses its part
+//! A simulator with a viewer, and an HTTP client.
+#![allow(dead_code, unreachable_pub, missing_docs)] // no test file uses all of it
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -11,21 +11,21 @@ use mmsim_protocol::{Order, encode_state};
 use mmsim_recording::Recorder;
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_tests::{PATIENCE, ask, connect, stop, wait_for, within};
-use mmsim_viewer::{Limits, Serving, Viewer, ViewerConfig};
+use mmsim_viewer::{Limits, Viewer, ViewerConfig, ViewerHandle};
 use serde_json::Value;
 
 pub const SMALL: &str =
     "o---o---o---o\n|           |\no   o---o   o\n| S |     G |\no---o---o---o\n";
 pub const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
-/// A server that is watched.
-pub struct Watched {
+/// A simulator with a viewer.
+pub struct WatchedServer {
     pub server: Background,
-    pub viewer: Serving,
+    pub viewer: ViewerHandle,
     pub host: String,
 }
 
-impl Watched {
+impl WatchedServer {
     pub fn new(host: &str, recordings: Option<&Path>) -> Self {
         Self::with_limits(host, recordings, Limits::default())
     }
@@ -36,24 +36,24 @@ impl Watched {
         let mazes = Catalogue::from_texts(&[
             ("a/small.txt", SMALL),
             ("closed.txt", CLOSED),
-            ("rubbish.txt", "?"),
+            ("invalid.txt", "?"),
         ]);
         let config = ViewerConfig::default()
             .with_live(&server, "a/small.txt".as_ref())
             .with_mazes(mazes)
             .with_recordings(recordings.map(Path::to_path_buf));
-        let watch = server.monitor();
+        let monitor = server.monitor();
         let recorder = recordings.map(|folder| Recorder::new(folder).unwrap());
         let server = server.with_recorder(recorder).spawn(Simulation::new("small", maze()));
         let viewer = viewer.spawn(config).unwrap();
-        // Until then there is no run.
-        wait_for("the server to serve", || (watch.status().run == 1).then_some(()));
+        // The first run starts with the server.
+        wait_for("the server to start", || (monitor.status().run == 1).then_some(()));
         let port = viewer.address().split(':').nth(2).unwrap();
         let port = port.split('/').next().unwrap().to_string();
         Self { server, viewer, host: format!("127.0.0.1:{port}") }
     }
 
-    /// A connection that gives up after a time that is always enough.
+    /// Connects, with generous timeouts.
     pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -61,26 +61,27 @@ impl Watched {
         stream
     }
 
-    /// Sends a request with these headers and gives the status, the head and the body of the reply.
-    pub fn send(&self, method: &str, path: &str, headers: &[&str], body: &[u8]) -> Reply {
+    /// Sends a request with these extra headers.
+    pub fn send(&self, method: &str, path: &str, headers: &[&str], body: &[u8]) -> Response {
         let Self { host, .. } = self;
         let mut stream = self.connect();
         let length = format!("content-length: {}", body.len());
         let host = format!("host: {host}");
-        let own = if headers.iter().any(|header| header.starts_with("host:")) { "" } else { &host };
+        let host =
+            if headers.iter().any(|header| header.starts_with("host:")) { "" } else { &host };
         let request = format!("{method} {path} HTTP/1.1");
-        let lines = [&[request.as_str(), "connection: close", &length, own], headers].concat();
+        let lines = [&[request.as_str(), "connection: close", &length, host], headers].concat();
         let lines: Vec<_> = lines.into_iter().filter(|line| !line.is_empty()).collect();
         let head = lines.join("\r\n") + "\r\n";
         stream.write_all(&[head.as_bytes(), b"\r\n", body].concat()).unwrap();
-        Reply::read(stream)
+        Response::read(stream)
     }
 
-    pub fn get(&self, path: &str) -> Reply {
+    pub fn get(&self, path: &str) -> Response {
         self.send("GET", path, &[], b"")
     }
 
-    pub fn post(&self, path: &str, body: &Value) -> Reply {
+    pub fn post(&self, path: &str, body: &Value) -> Response {
         let origin = format!("origin: http://{}", self.host);
         self.send(
             "POST",
@@ -90,8 +91,8 @@ impl Watched {
         )
     }
 
-    /// Sends states as a client does; each visits another cell.
-    pub fn states(&self, count: usize) -> Vec<Vec<u8>> {
+    /// Sends states as a client and returns them. Each is in another cell than the one before.
+    pub fn send_states(&self, count: usize) -> Vec<Vec<u8>> {
         let client = connect(&self.server, zmq::REQ);
         (0..count)
             .map(|number| {
@@ -108,17 +109,17 @@ impl Watched {
     }
 }
 
-pub fn stop_viewer(viewer: Serving) {
+pub fn stop_viewer(viewer: ViewerHandle) {
     within("the page to stop", || viewer.stop());
 }
 
-pub struct Reply {
+pub struct Response {
     pub status: u16,
     pub head: String,
     pub body: Vec<u8>,
 }
 
-impl Reply {
+impl Response {
     pub fn read(mut stream: TcpStream) -> Self {
         let mut bytes = Vec::new();
         stream.read_to_end(&mut bytes).unwrap();
@@ -131,7 +132,7 @@ impl Reply {
         let status = head.split(' ').nth(1).unwrap().parse().unwrap();
         let mut body = bytes[end + 4..].to_vec();
         if head.contains("transfer-encoding: chunked") {
-            body = unchunked(&body);
+            body = decode_chunks(&body);
         }
         Self { status, head, body }
     }
@@ -145,7 +146,7 @@ impl Reply {
     }
 }
 
-fn unchunked(mut body: &[u8]) -> Vec<u8> {
+fn decode_chunks(mut body: &[u8]) -> Vec<u8> {
     let mut whole = Vec::new();
     while let Some(line) = body.windows(2).position(|end| end == b"\r\n") {
         let length =
@@ -170,7 +171,7 @@ pub fn state(number: usize) -> Vec<u8> {
     let weight = |cell: Cell| u16::try_from(number % 100).unwrap() + u16::from(cell.x);
     let length = encode_state(&mut buffer, pose, &map, weight, Order::C).unwrap();
     let mut state = buffer[..length].to_vec();
-    // All walls of the start: east, west, south, visited.
+    // The start: visited, with walls to the east, west and south.
     state[length - 6] = 1 | 2 | 4 | 8;
     state
 }

@@ -1,0 +1,140 @@
+//! The state that all HTTP handlers share.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use jiff::Timestamp;
+use mmsim_formats::Catalogue;
+use mmsim_recording::{MemoryBudget, Recording};
+
+use crate::api_error::ApiError;
+use crate::jobs::JobQueue;
+use crate::limits::{Limits, MAX_RECORDING_JOBS, MAX_UPLOADS};
+use crate::live::LiveServer;
+use crate::mazes::MazeList;
+use crate::source::Source;
+
+/// The maximum number of open recordings.
+const MAX_OPEN_RECORDINGS: usize = 8;
+
+/// The state that all HTTP handlers share.
+pub(crate) struct AppState {
+    /// Identifies this process, so that a page notices a restart.
+    pub(crate) server_id: String,
+    pub(crate) live: Option<LiveServer>,
+    /// The folder of the listed recordings.
+    pub(crate) recordings_dir: Option<PathBuf>,
+    pub(crate) mazes: MazeList,
+    pub(crate) limits: Limits,
+    /// Draws PNG pictures, one at a time.
+    pub(crate) pictures: JobQueue,
+    /// Draws GIFs of up to several hundred frames, one at a time.
+    pub(crate) animations: JobQueue,
+    /// Reads and writes recordings.
+    pub(crate) recording_jobs: JobQueue,
+    pub(crate) uploads: JobQueue,
+    /// The memory of the open recordings.
+    pub(crate) budget: Arc<MemoryBudget>,
+    recordings: Mutex<OpenRecordings>,
+}
+
+#[derive(Default)]
+struct OpenRecordings {
+    last_id: u32,
+    /// Title and source by number.
+    by_id: BTreeMap<u32, (String, Arc<Source>)>,
+}
+
+impl AppState {
+    pub(crate) fn new(
+        live: Option<LiveServer>,
+        recordings_dir: Option<PathBuf>,
+        mazes: Catalogue,
+        budget: Arc<MemoryBudget>,
+        limits: Limits,
+    ) -> Self {
+        let queue = |kind, max_jobs| JobQueue::new(kind, max_jobs, limits.queue_time);
+        Self {
+            server_id: format!("{:x}", Timestamp::now().as_nanosecond()),
+            live,
+            recordings_dir,
+            mazes: MazeList::new(mazes),
+            limits,
+            pictures: queue("pictures", 1),
+            animations: queue("animations", 1).in_background(),
+            recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
+            uploads: queue("uploads", MAX_UPLOADS),
+            budget,
+            recordings: Mutex::default(),
+        }
+    }
+
+    pub(crate) fn live(&self) -> Result<&LiveServer, ApiError> {
+        self.live.as_ref().ok_or_else(|| ApiError::not_found("no simulation is being served"))
+    }
+
+    /// Returns the source with this ID: `live`, or the number of an open recording.
+    pub(crate) fn source(&self, id: &str) -> Result<Arc<Source>, ApiError> {
+        if id == "live" {
+            return Ok(Arc::clone(&self.live()?.source));
+        }
+        let recordings = self.recordings();
+        let found = id.parse().ok().and_then(|id: u32| recordings.by_id.get(&id));
+        found.map(|(_, source)| Arc::clone(source)).ok_or_else(|| source_not_found(id))
+    }
+
+    /// Returns ID and title of each open recording.
+    pub(crate) fn open_recordings(&self) -> Vec<(String, String)> {
+        let recordings = self.recordings();
+        recordings.by_id.iter().map(|(id, (title, _))| (id.to_string(), title.clone())).collect()
+    }
+
+    /// Fails if the maximum number of recordings is open.
+    pub(crate) fn check_capacity(&self) -> Result<(), ApiError> {
+        self.recordings().check_capacity()
+    }
+
+    /// Adds an open recording and returns its ID.
+    pub(crate) fn open(&self, title: &str, recording: Recording) -> Result<String, ApiError> {
+        let mut recordings = self.recordings();
+        recordings.check_capacity()?;
+        Ok(recordings.insert(title, recording))
+    }
+
+    /// Adds an open recording even beyond the maximum number.
+    pub(crate) fn insert(&self, title: &str, recording: Recording) {
+        self.recordings().insert(title, recording);
+    }
+
+    /// Closes a recording.
+    pub(crate) fn close(&self, id: &str) -> Result<(), ApiError> {
+        let closed = id.parse().ok().and_then(|id: u32| self.recordings().by_id.remove(&id));
+        closed.map(|_| ()).ok_or_else(|| source_not_found(id))
+    }
+
+    fn recordings(&self) -> MutexGuard<'_, OpenRecordings> {
+        self.recordings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl OpenRecordings {
+    fn check_capacity(&self) -> Result<(), ApiError> {
+        if self.by_id.len() < MAX_OPEN_RECORDINGS {
+            return Ok(());
+        }
+        let text = format!("{MAX_OPEN_RECORDINGS} recordings are already open (close one first)");
+        Err(ApiError::conflict(text))
+    }
+
+    fn insert(&mut self, title: &str, recording: Recording) -> String {
+        self.last_id += 1;
+        let source = Arc::new(Source::recording(title, recording));
+        self.by_id.insert(self.last_id, (title.into(), source));
+        self.last_id.to_string()
+    }
+}
+
+fn source_not_found(id: &str) -> ApiError {
+    ApiError::not_found(format!("no simulation or open recording has the ID {id:?}"))
+}

@@ -1,0 +1,143 @@
+//! Bounds on the distance from the start to the goal, for one state and over a run.
+
+use mmsim_maze::{KnownMaze, Unknown};
+use mmsim_solvers::Distances;
+use serde::Serialize;
+
+/// The maximum number of samples of a run.
+const MAX_SAMPLES: usize = 512;
+
+/// Steps from the start to the nearest goal cell, `None` if there is no path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct DistanceBounds {
+    /// With unknown walls open: a lower bound.
+    #[serde(rename = "open")]
+    pub(crate) optimistic: Option<u16>,
+    /// With unknown walls closed: an upper bound.
+    #[serde(rename = "closed")]
+    pub(crate) pessimistic: Option<u16>,
+}
+
+impl DistanceBounds {
+    pub(crate) fn new(map: &KnownMaze) -> Self {
+        let distance = |unknown| Distances::flood(map.walls(unknown), map.goals()).at(map.start());
+        Self { optimistic: distance(Unknown::Open), pessimistic: distance(Unknown::Closed) }
+    }
+
+    /// Whether the shortest known path is proven optimal.
+    pub(crate) fn is_proven_optimal(self) -> bool {
+        self.pessimistic.is_some() && self.optimistic == self.pessimistic
+    }
+}
+
+/// Distances at every `stride`-th state of a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct DistanceHistory {
+    /// The number of states of the run.
+    states: usize,
+    /// States from one sample to the next: a power of two.
+    stride: usize,
+    #[serde(rename = "open")]
+    optimistic: Vec<Option<u16>>,
+    #[serde(rename = "closed")]
+    pessimistic: Vec<Option<u16>>,
+}
+
+impl Default for DistanceHistory {
+    fn default() -> Self {
+        Self { states: 0, stride: 1, optimistic: Vec::new(), pessimistic: Vec::new() }
+    }
+}
+
+impl DistanceHistory {
+    /// Extends the history to this number of states. Existing samples are not computed again.
+    pub(crate) fn extend<E>(
+        &mut self,
+        states: usize,
+        mut bounds_at: impl FnMut(usize) -> Result<DistanceBounds, E>,
+    ) -> Result<(), E> {
+        self.states = states;
+        while states.div_ceil(self.stride) > MAX_SAMPLES {
+            self.stride *= 2;
+            for samples in [&mut self.optimistic, &mut self.pessimistic] {
+                let mut index = 0;
+                samples.retain(|_| {
+                    index += 1;
+                    index % 2 == 1
+                });
+            }
+        }
+        for index in (0..states).step_by(self.stride).skip(self.optimistic.len()) {
+            let DistanceBounds { optimistic, pessimistic } = bounds_at(index)?;
+            self.optimistic.push(optimistic);
+            self.pessimistic.push(pessimistic);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, Heading, MazeSize, WallState};
+
+    use super::*;
+
+    #[test]
+    fn bounds_assume_unknown_walls_open_or_closed() {
+        let size = MazeSize::new(3, 1).unwrap();
+        let goals = [Cell::new(2, 0)].into_iter().collect();
+        let mut map = KnownMaze::new(size, Cell::new(0, 0), goals);
+        assert_eq!(
+            DistanceBounds::new(&map),
+            DistanceBounds { optimistic: Some(2), pessimistic: None }
+        );
+        assert!(!DistanceBounds::new(&map).is_proven_optimal());
+        for x in 0..2 {
+            map.set_wall(Cell::new(x, 0), Heading::East, WallState::Absent);
+        }
+        assert_eq!(
+            DistanceBounds::new(&map),
+            DistanceBounds { optimistic: Some(2), pessimistic: Some(2) }
+        );
+        assert!(DistanceBounds::new(&map).is_proven_optimal());
+        map.set_wall(Cell::new(0, 0), Heading::East, WallState::Present);
+        assert_eq!(
+            DistanceBounds::new(&map),
+            DistanceBounds { optimistic: None, pessimistic: None }
+        );
+        assert!(
+            !DistanceBounds::new(&map).is_proven_optimal(),
+            "without a path there is no optimal one"
+        );
+    }
+
+    #[test]
+    fn extending_equals_computing_afresh() {
+        let bounds_at = |index: usize| {
+            let optimistic = u16::try_from(index % 60_000).ok();
+            Ok::<_, ()>(DistanceBounds {
+                optimistic,
+                pessimistic: optimistic.filter(|steps| steps % 3 == 0),
+            })
+        };
+        let mut grown = DistanceHistory::default();
+        for states in [0, 1, 2, 511, 512, 513, 514, 1024, 1025, 5000, 100_000] {
+            let mut fresh = DistanceHistory::default();
+            fresh.extend(states, bounds_at).unwrap();
+            grown.extend(states, bounds_at).unwrap();
+            assert_eq!(grown, fresh);
+            assert!(
+                grown.optimistic.len() <= MAX_SAMPLES
+                    && grown.optimistic.len() == grown.pessimistic.len()
+            );
+            assert_eq!(grown.optimistic.len(), states.div_ceil(grown.stride));
+            if let Some(last) = grown.optimistic.len().checked_sub(1) {
+                assert_eq!(
+                    grown.optimistic[last],
+                    bounds_at(last * grown.stride).unwrap().optimistic
+                );
+            }
+        }
+        assert_eq!(grown.stride, 256);
+    }
+}

@@ -1,0 +1,207 @@
+//! Jobs that would block the thread of the web server for too long.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use axum::http::StatusCode;
+use thread_priority::{ThreadPriority, set_current_thread_priority};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
+use tokio::time::timeout;
+use tracing::debug;
+
+use crate::api_error::ApiError;
+
+/// The maximum number of threads for [`run_blocking`].
+pub(crate) const MAX_BLOCKING_THREADS: usize = 4;
+
+/// Runs a job of some milliseconds on the pool of blocking threads.
+pub(crate) async fn run_blocking<T: Send + 'static>(
+    job: impl FnOnce() -> Result<T, ApiError> + Send + 'static,
+) -> Result<T, ApiError> {
+    tokio::task::spawn_blocking(job).await.map_err(ApiError::internal)?
+}
+
+/// A queue for jobs of one kind that take seconds. It limits how many run at the same time.
+pub(crate) struct JobQueue {
+    /// The name of the jobs, in the plural.
+    kind: &'static str,
+    permits: Arc<Semaphore>,
+    max_wait: Duration,
+    in_background: bool,
+}
+
+impl JobQueue {
+    pub(crate) fn new(kind: &'static str, max_jobs: usize, max_wait: Duration) -> Self {
+        let permits = Arc::new(Semaphore::new(max_jobs));
+        Self { kind, permits, max_wait, in_background: false }
+    }
+
+    /// Runs the jobs at the lowest priority, so that they do not slow a search. On a busy machine
+    /// they may take long.
+    pub(crate) fn in_background(self) -> Self {
+        Self { in_background: true, ..self }
+    }
+
+    /// Waits for a permit to run a job.
+    pub(crate) async fn acquire(&self) -> Result<OwnedSemaphorePermit, ApiError> {
+        let permit = timeout(self.max_wait, Arc::clone(&self.permits).acquire_owned()).await;
+        let busy = |_| {
+            let text = format!("the server is busy with other {} (try again later)", self.kind);
+            ApiError::new(StatusCode::SERVICE_UNAVAILABLE, text)
+        };
+        permit.map_err(busy)?.map_err(ApiError::internal)
+    }
+
+    /// Waits for a permit and runs the job on a new thread, since a thread cannot raise its priority
+    /// again. A long job has to check its token from time to time.
+    pub(crate) async fn run<T: Send + 'static>(
+        &self,
+        job: impl FnOnce(&CancelToken) -> Result<T, ApiError> + Send + 'static,
+    ) -> Result<T, ApiError> {
+        let permit = self.acquire().await?;
+        let guard = CancelOnDrop(Arc::default());
+        let cancel = CancelToken(Arc::clone(&guard.0));
+        let (sender, receiver) = oneshot::channel();
+        let in_background = self.in_background;
+        let run = move || {
+            // Released at the end of the job, even if the client disconnects earlier.
+            let _permit = permit;
+            if in_background && let Err(error) = lower_priority() {
+                debug!("cannot lower the priority of a job: {error}");
+            }
+            // Fails if the client has disconnected.
+            let _ = sender.send(job(&cancel));
+        };
+        thread::Builder::new().name(self.kind.into()).spawn(run).map_err(ApiError::internal)?;
+        receiver.await.map_err(ApiError::internal)?
+    }
+}
+
+/// Lowers the priority of this thread as far as possible, on systems with priorities per thread.
+fn lower_priority() -> Result<(), thread_priority::Error> {
+    if cfg!(any(target_os = "linux", target_os = "macos", windows)) {
+        return set_current_thread_priority(ThreadPriority::Min);
+    }
+    Ok(())
+}
+
+/// Cancels the job when the request is dropped.
+struct CancelOnDrop(Arc<AtomicBool>);
+
+impl Drop for CancelOnDrop {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Tells a job whether its client has disconnected.
+pub(crate) struct CancelToken(Arc<AtomicBool>);
+
+impl CancelToken {
+    /// Fails if the client has disconnected.
+    pub(crate) fn check(&self) -> Result<(), ApiError> {
+        if self.0.load(Ordering::Relaxed) {
+            return Err(ApiError::new(StatusCode::REQUEST_TIMEOUT, "request cancelled"));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicUsize;
+    use std::sync::mpsc;
+    use std::time::Instant;
+
+    use futures_util::future::join3;
+    use mmsim_tests::PATIENCE;
+    use tokio::runtime;
+
+    use super::*;
+
+    fn run<T>(test: impl Future<Output = T>) -> T {
+        runtime::Builder::new_current_thread().enable_time().build().unwrap().block_on(test)
+    }
+
+    /// Runs until cancelled or the timeout. Returns whether it was cancelled.
+    fn run_until_cancelled(cancel: &CancelToken) -> bool {
+        let started = Instant::now();
+        while cancel.check().is_ok() && started.elapsed() < PATIENCE {
+            thread::sleep(Duration::from_millis(1));
+        }
+        cancel.check().is_err()
+    }
+
+    #[test]
+    fn a_cancelled_job_ends_and_frees_its_permit() {
+        run(async {
+            let queue = JobQueue::new("tests", 2, PATIENCE);
+            let (sender, outcomes) = mpsc::channel();
+            for _ in 0..6 {
+                let sender = sender.clone();
+                let endless = queue.run(move |cancel| {
+                    let _ = sender.send(run_until_cancelled(cancel));
+                    cancel.check()
+                });
+                // The client disconnects, either in the queue or during the job.
+                assert!(timeout(Duration::from_millis(20), endless).await.is_err());
+            }
+            assert_eq!(queue.run(|cancel| cancel.check().map(|()| 7)).await.ok(), Some(7));
+            drop(sender);
+            assert!(outcomes.iter().all(|was_cancelled| was_cancelled));
+        });
+    }
+
+    #[test]
+    fn a_client_that_leaves_the_queue_runs_no_job() {
+        run(async {
+            let queue = JobQueue::new("tests", 1, PATIENCE);
+            let permit = queue.acquire().await.unwrap();
+            let cancelled = queue.run(|_| -> Result<(), ApiError> { panic!("must not run") });
+            assert!(timeout(Duration::from_millis(20), cancelled).await.is_err());
+            drop(permit);
+            assert_eq!(queue.run(|_| Ok(7)).await.unwrap(), 7);
+        });
+    }
+
+    #[test]
+    fn concurrent_jobs_and_the_wait_are_limited() {
+        static RUNNING: AtomicUsize = AtomicUsize::new(0);
+        let job = |_: &CancelToken| {
+            assert_eq!(RUNNING.fetch_add(1, Ordering::SeqCst), 0, "one at a time");
+            thread::sleep(Duration::from_millis(10));
+            RUNNING.fetch_sub(1, Ordering::SeqCst);
+            Ok(())
+        };
+        run(async {
+            let queue = JobQueue::new("tests", 1, PATIENCE);
+            let (a, b, c) = join3(queue.run(job), queue.run(job), queue.run(job)).await;
+            a.and(b).and(c).unwrap();
+            let queue = JobQueue::new("tests", 1, Duration::ZERO);
+            let permit = queue.acquire().await.unwrap();
+            let error = queue.acquire().await.unwrap_err();
+            assert_eq!(error.status, StatusCode::SERVICE_UNAVAILABLE);
+            assert_eq!(error.text, "the server is busy with other tests (try again later)");
+            drop(permit);
+            assert!(queue.acquire().await.is_ok());
+        });
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn background_jobs_have_the_lowest_priority() {
+        fn nice() -> i32 {
+            let stat = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
+            // The 19th field. The 3rd follows the name in parentheses.
+            stat.rsplit(") ").next().unwrap().split(' ').nth(19 - 3).unwrap().parse().unwrap()
+        }
+        let normal = nice();
+        let queue = JobQueue::new("tests", 1, PATIENCE);
+        assert_eq!(run(queue.run(|_| Ok(nice()))).unwrap(), normal);
+        let queue = queue.in_background();
+        assert_eq!(run(queue.run(|_| Ok(nice()))).unwrap(), 19);
+        assert_eq!(nice(), normal, "the priority of other threads is unchanged");
+    }
+}
