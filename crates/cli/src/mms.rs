@@ -16,7 +16,7 @@ use child::{Child, Line, MAX_LINE_BYTES, Next};
 use ended::{Ended, How};
 use mmsim_client::{Transport, Zmq};
 use mmsim_maze::{Cell, Heading, KnownMaze, Pose};
-use mmsim_mms::{Command, CommandError, Excerpt, Mouse, Reply};
+use mmsim_mms::{Command, CommandError, Mouse, Reply, excerpt};
 use simulator::{Simulator, Stop};
 
 use crate::args::wrong_usage;
@@ -183,7 +183,7 @@ impl Search {
     /// Says of a line that is not at its end yet that the mouse waits for nothing.
     fn say_begun(&self, begun: &[u8]) {
         if !begun.is_empty() {
-            let (line, begun) = (self.lines + 1, Excerpt::new(begun));
+            let (line, begun) = (self.lines + 1, excerpt(begun));
             complain(format_args!(
                 "mms: line {line}: expected the end of the line, found nothing yet after {begun}"
             ));
@@ -228,12 +228,11 @@ impl Search {
                 .map_err(|error: CommandError| error.to_string()),
             Line::TooLong(start) => Err(format!(
                 "expected at most {MAX_LINE_BYTES} bytes, found more, which begin with {}",
-                Excerpt::new(start)
+                excerpt(start)
             )),
-            Line::Unfinished(line) => Err(format!(
-                "expected the end of the line, found nothing after {}",
-                Excerpt::new(line)
-            )),
+            Line::Unfinished(line) => {
+                Err(format!("expected the end of the line, found nothing after {}", excerpt(line)))
+            }
         }
     }
 }

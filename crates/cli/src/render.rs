@@ -18,7 +18,7 @@ use mmsim_solvers::Distances;
 use crate::Outcome;
 use crate::keep;
 use crate::output::{replace, say};
-use crate::replay::{decode, is_whole, no_state};
+use crate::replay::{is_whole, no_state};
 use crate::selection::{Collection, Selected};
 
 /// How many pixels the longer side of a picture has unless its width is given.
@@ -173,12 +173,14 @@ impl<'a> Search<'a> {
     ) -> Result<T, String> {
         let mut trail = Vec::new();
         for index in index.saturating_sub(TRAIL_CELLS - 1)..=index {
-            let state = reader.get(index).and_then(|message| decode(message, self.before.size()));
+            let state = reader
+                .get(index)
+                .and_then(|message| State::decode(message, self.before.size()).ok());
             trail.push(state.ok_or_else(|| unreadable(self.file))?.pose().cell);
         }
         let message = reader.get(index).ok_or_else(|| unreadable(self.file))?;
         let state: State<'_> =
-            decode(message, self.before.size()).ok_or_else(|| unreadable(self.file))?;
+            State::decode(message, self.before.size()).map_err(|_| unreadable(self.file))?;
         let map = state.map(self.before.start(), *self.before.goals());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)

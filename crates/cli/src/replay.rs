@@ -6,7 +6,7 @@ use std::sync::Arc;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, WallState};
-use mmsim_protocol::{Info, Matrix, Request, State};
+use mmsim_protocol::{Info, Matrix, State, StateMessage};
 use mmsim_recording::{Integrity, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
@@ -137,7 +137,7 @@ struct Shown {
 impl Shown {
     fn of(recording: &Recording, index: usize) -> Option<Self> {
         let message = recording.history().get(index)?;
-        let state = decode(&message, recording.size())?;
+        let state = State::decode(&message, recording.size()).ok()?;
         let (pose, info) = (state.pose(), recording.info());
         let map = state.map(Cell::new(info.start[0], info.start[1]), info.goal_cells());
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
@@ -167,13 +167,6 @@ impl Shown {
             _ => String::new(),
         };
         format!("state {index} after {ms:.3} ms: ({x}, {y}){heading}, {visited} visited{wrong}")
-    }
-}
-
-pub(crate) fn decode(message: &[u8], size: MazeSize) -> Option<State<'_>> {
-    match Request::decode(message, size) {
-        Ok(Request::State(state)) => Some(state),
-        _ => None,
     }
 }
 
@@ -222,7 +215,7 @@ impl Serialize for Poses<'_> {
         let Self(recording) = self;
         let (history, times) = (recording.history(), recording.times());
         serializer.collect_seq(history.iter().zip(times.iter()).map_while(|(message, time)| {
-            let pose = decode(&message, recording.size())?.pose();
+            let pose = StateMessage::new(&message, recording.size()).ok()?.pose().ok()?;
             let (ms, heading) = (milliseconds(recording, time), pose.heading.letter());
             Some(PoseAt { ms, cell: [pose.cell.x, pose.cell.y], heading })
         }))

@@ -47,6 +47,7 @@ mod catalogue;
 mod cell;
 mod cell_set;
 mod escaped;
+mod excerpt;
 #[cfg(feature = "std")]
 mod file;
 #[cfg(feature = "std")]
@@ -62,6 +63,7 @@ pub use catalogue::{Catalogue, CatalogueError, Entry};
 pub use cell::{Cell, MazeSize, SizeError};
 pub use cell_set::CellSet;
 pub use escaped::{Escaped, needs_escape};
+pub use excerpt::Excerpt;
 #[cfg(feature = "std")]
 pub use file::{MAX_FILE_BYTES, ReadError, maze_content, maze_content_of};
 #[cfg(feature = "std")]

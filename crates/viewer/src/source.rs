@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::StatusCode;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
-use mmsim_protocol::{Info, Request, State};
+use mmsim_protocol::{Info, State};
 use mmsim_recording::{Block, Integrity, Recording, States, Times};
 use mmsim_server::{Monitor, MonitorError, Status};
 
@@ -60,12 +60,8 @@ impl Described {
 
     /// The state in a message, and the map that it tells of.
     pub(crate) fn read<'m>(&self, message: &'m [u8]) -> Result<(State<'m>, KnownMaze), ApiError> {
-        match Request::decode(message, self.size) {
-            Ok(Request::State(state)) => {
-                Ok((state, state.map(self.unknown.start(), *self.unknown.goals())))
-            }
-            _ => Err(ApiError::failed("expected a state")),
-        }
+        let state = State::decode(message, self.size).map_err(ApiError::failed)?;
+        Ok((state, state.map(self.unknown.start(), *self.unknown.goals())))
     }
 }
 

@@ -14,7 +14,7 @@
 use core::mem::MaybeUninit;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Step, WallsAround};
-use mmsim_protocol::{Order, encode_state, state_bytes};
+use mmsim_protocol::{Order, MapState, state_bytes};
 use mmsim_solvers::{FloodFill, Move};
 
 /// A mouse of yours has its own strategy here.
@@ -72,7 +72,7 @@ pub extern "C" fn mouse_stepped(mouse: &mut Mouse, step: u8) -> bool {
 pub extern "C" fn mouse_encode_state(mouse: &Mouse, message: &mut [u8; STATE_BYTES]) {
     let weight = |cell| mouse.weight(cell);
     // The buffer has the length of the message, so there is no error.
-    let _ = encode_state(message, mouse.pose(), mouse.map(), weight, Order::F);
+    let _ = MapState::new(mouse.pose(), mouse.map(), weight, Order::F).encode(message);
 }
 
 /// What the mouse does when the program is wrong. A real one stops its motors first.

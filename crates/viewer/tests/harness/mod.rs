@@ -6,7 +6,7 @@ use std::net::TcpStream;
 use std::path::Path;
 
 use mmsim_maze::{Catalogue, Cell, Maze};
-use mmsim_protocol::{Order, encode_state};
+use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_tests::{PATIENCE, ask, connect, stop, wait_for, within};
@@ -167,7 +167,7 @@ pub fn state(number: usize) -> Vec<u8> {
     let map = mmsim_maze::KnownMaze::unexplored(&maze());
     let mut buffer = [0; 64];
     let weight = |cell: Cell| u16::try_from(number % 100).unwrap() + u16::from(cell.x);
-    let length = encode_state(&mut buffer, pose, &map, weight, Order::C).unwrap();
+    let length = MapState::new(pose, &map, weight, Order::C).encode(&mut buffer).unwrap();
     let mut state = buffer[..length].to_vec();
     // All walls of the start: east, west, south, visited.
     state[length - 6] = 1 | 2 | 4 | 8;
