@@ -51,6 +51,7 @@ const fn quarter(heading: Heading) -> usize {
 #[cfg(test)]
 mod tests {
     use mmsim_maze::Cell;
+    use mmsim_maze::Heading::{East, North, West};
 
     use super::*;
 
@@ -61,7 +62,6 @@ mod tests {
             let MotionCount { steps, turns } = MotionCount::between(from, to);
             (steps, turns)
         };
-        use Heading::{East, North, West};
         assert_eq!(motion((0, 0, North), (0, 1, North)), (1, 0));
         assert_eq!(motion((3, 5, North), (1, 9, West)), (6, 1));
         assert_eq!(motion((3, 5, East), (3, 5, West)), (0, 2));

@@ -14,7 +14,7 @@
 use core::mem::MaybeUninit;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Step, WallsAround};
-use mmsim_protocol::{Order, MapState, state_bytes};
+use mmsim_protocol::{MapState, Order, state_bytes};
 use mmsim_solvers::{FloodFill, Move};
 
 /// A mouse of yours has its own strategy here.
