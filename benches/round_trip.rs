@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, Throughput};
 use mmsim_benches::bundled_maze;
 use mmsim_maze::KnownMaze;
-use mmsim_protocol::{Order, encode_state};
+use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Server, Simulation};
 
@@ -27,7 +27,7 @@ fn exchanges() -> [Exchange; 2] {
     let maze = bundled_maze("01-harbour");
     let map = KnownMaze::unexplored(&maze);
     let mut state = vec![0; 518];
-    encode_state(&mut state, maze.start(), &map, |cell| cell.x.into(), Order::F).unwrap();
+    MapState::new(maze.start(), &map, |cell| cell.x.into(), Order::F).encode(&mut state).unwrap();
     [
         Exchange { name: "W", request: b"W\0\0N".to_vec(), reply: &[1, 0, 1] },
         Exchange { name: "S", request: state, reply: b"ok" },

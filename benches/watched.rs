@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use mmsim_benches::{Noise, Searches, bundled_maze, classic_mazes};
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
-use mmsim_protocol::{Order, encode_state, state_bytes};
+use mmsim_protocol::{MapState, Order, state_bytes};
 use mmsim_server::{Server, Simulation};
 use mmsim_viewer::{Viewer, ViewerConfig};
 use serde_json::Value;
@@ -122,7 +122,7 @@ fn compare(trips: usize, rounds: usize, beside: Beside) -> (f64, f64, f64) {
     let maze = bundled_maze("01-harbour");
     let (map, start) = (KnownMaze::unexplored(&maze), maze.start());
     let mut state = vec![0; state_bytes(MazeSize::CLASSIC)];
-    encode_state(&mut state, start, &map, |cell| cell.x.into(), Order::F).unwrap();
+    MapState::new(start, &map, |cell| cell.x.into(), Order::F).encode(&mut state).unwrap();
     let server = Server::bind("127.0.0.1", 0).unwrap();
     let (watch, show) =
         (server.monitor(), ViewerConfig::default().with_live(&server, "01-harbour.txt".as_ref()));

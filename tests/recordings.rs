@@ -1,4 +1,4 @@
-//! Recordings of whole searches: what they take on the disk.
+//! The size of recordings of complete searches.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -12,14 +12,14 @@ use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_tests::bundled_mazes;
 
-/// The most that a state takes, with its part of all else in the file, in bytes.
+/// Maximum size of a file in bytes per state.
 const MAX_STATE_BYTES: usize = 40;
 
-/// From this many states on. In shorter recordings, the maze and the summary weigh more.
-const STATES: usize = 170;
+/// Minimum number of states for that limit: in shorter recordings the maze and the summary dominate.
+const MIN_STATES: usize = 170;
 
 #[test]
-fn a_recorded_search_takes_forty_bytes_a_state() {
+fn a_recorded_search_takes_at_most_forty_bytes_per_state() {
     let folder = tempfile::tempdir().unwrap();
     let (mut searches, mut all_states, mut all_bytes) = (0, 0, 0);
     for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
@@ -28,11 +28,11 @@ fn a_recorded_search_takes_forty_bytes_a_state() {
             let path = folder.path().join(format!("{}-{}.mcap", entry.name(), strategy.name()));
             let states = record(&path, &maze, strategy);
             let bytes = usize::try_from(fs::metadata(&path).unwrap().len()).unwrap();
-            if maze.size() == MazeSize::CLASSIC && states >= STATES {
+            if maze.size() == MazeSize::CLASSIC && states >= MIN_STATES {
                 searches += 1;
                 assert!(bytes <= MAX_STATE_BYTES * states, "{path:?}: {states} in {bytes} bytes");
             }
-            // One that goes round in circles is packed too well to be counted.
+            // An endless search compresses too well to count.
             if states < MAX_STATES {
                 (all_states, all_bytes) = (all_states + states, all_bytes + bytes);
             }
@@ -43,9 +43,10 @@ fn a_recorded_search_takes_forty_bytes_a_state() {
     println!("{all_states} states of all sizes in {all_bytes} bytes");
 }
 
+/// Number of states after which a search is stopped.
 const MAX_STATES: usize = 3000;
 
-/// Records a search as a server does; gives the number of states.
+/// Records a search as a server does and returns the number of states.
 fn record(path: &Path, maze: &Maze, strategy: BundledStrategy) -> usize {
     let mut simulation = Simulation::new("maze", maze.clone());
     let mut writer = RecordingWriter::create(path, &simulation.info(), Some(maze)).unwrap();
@@ -56,9 +57,9 @@ fn record(path: &Path, maze: &Maze, strategy: BundledStrategy) -> usize {
         simulation.handle(request, reply)
     });
     let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::unexplored(maze), maze.start());
-    let most = MAX_STATES.try_into().unwrap();
-    // A goal that cannot be reached ends a search as well.
-    let _ = search_run(&mut transport, &mut mouse, most, |_, _| ControlFlow::Continue(()));
+    let max = MAX_STATES.try_into().unwrap();
+    // An unreachable goal is an error, but the search is recorded.
+    let _ = search_run(&mut transport, &mut mouse, max, |_, _| ControlFlow::Continue(()));
     writer.close().unwrap();
     let recording = Recording::open(path).unwrap();
     assert!(recording.history().iter().eq(simulation.history().iter()));

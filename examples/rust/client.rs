@@ -8,8 +8,8 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use mmsim_protocol::{
-    Cell, Heading, KnownMaze, MAX_STATE_BYTES, MazeSize, Order, Pose, Reply, Request, Unknown,
-    WallsAround, encode_state,
+    Cell, Heading, KnownMaze, MAX_STATE_BYTES, MapState, MazeSize, Order, Pose, Reply, Request,
+    Unknown, WallsAround,
 };
 use mmsim_solvers::{Distances, steps_from};
 
@@ -104,7 +104,7 @@ impl Simulator {
         weight: impl Fn(Cell) -> u16,
     ) -> Result<(), Box<dyn Error>> {
         let mut buffer = [0; MAX_STATE_BYTES];
-        let length = encode_state(&mut buffer, pose, map, weight, Order::F)?;
+        let length = MapState::new(pose, map, weight, Order::F).encode(&mut buffer)?;
         expect(Reply::Ok, &self.ask(&buffer[..length])?)
     }
 

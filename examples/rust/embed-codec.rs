@@ -4,7 +4,7 @@
 //! so the same calls work in firmware.
 
 use mmsim_protocol::{
-    Cell, Heading, KnownMaze, MAX_STATE_BYTES, MazeSize, Order, Pose, Reply, Request, encode_state,
+    Cell, Heading, KnownMaze, MAX_STATE_BYTES, MapState, MazeSize, Order, Pose, Reply, Request,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // A weight is any number per cell; here it is the distance to the south-west corner.
     let weight = |cell: Cell| u16::from(cell.x) + u16::from(cell.y);
-    let length = encode_state(&mut buffer, pose, &map, weight, Order::F)?;
+    let length = MapState::new(pose, &map, weight, Order::F).encode(&mut buffer)?;
     println!("state, {length} bytes: {} ...", buffer[..21].escape_ascii());
 
     // Decode the state, as a simulator or viewer does.

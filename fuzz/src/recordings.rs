@@ -1,56 +1,60 @@
-//! Recordings: files that were cut off, damaged, or never were recordings.
+//! Recordings: truncated and damaged files, and files of other kinds.
 
 use std::io::{self, Read};
 
 use mmsim_protocol::Request;
 use mmsim_recording::{Integrity, ReadError, Recording};
 
-/// What a file begins with, before its records.
+/// Length of the magic bytes before the first record.
 const MAGIC_BYTES: usize = mcap::MAGIC.len();
 
-/// Reads the content as that of a file and checks what the recording says of itself, that it is the
-/// same however the bytes come in, and, unless it is packed in chunks, whatever follows after the
-/// last whole record. Of a damaged chunk the states before the damage are there.
+/// Reads the content of a file and checks that the recording is consistent, and that it is the same if
+/// the bytes arrive in pieces.
+///
+/// Also checks that bytes after the last intact record do not matter. This does not hold for chunks:
+/// states before the damage in a chunk are read, although the chunk is not intact.
 pub fn run(content: &[u8]) {
-    let whole = Recording::read(content);
+    let at_once = Recording::read(content);
     let piecewise = Recording::read(Trickle(content));
-    check(&whole, content.len());
+    check(&at_once, content.len());
     check(&piecewise, content.len());
-    match (whole, piecewise) {
+    match (at_once, piecewise) {
         (Ok(recording), Ok(piecewise)) => {
             check_alike(&recording, &piecewise);
             assert_eq!(recording.integrity(), piecewise.integrity());
             if has_chunks(content) {
                 return;
             }
-            if let &Integrity::Truncated { intact, .. } | &Integrity::Damaged { intact, .. } = recording.integrity()
+            if let &Integrity::Truncated { intact, .. } | &Integrity::Damaged { intact, .. } =
+                recording.integrity()
             {
                 let rest = usize::try_from(intact).ok().and_then(|end| content.get(..end));
-                let shorter = Recording::read(rest.expect("an end inside of the file"));
-                check_alike(&recording, &shorter.expect("a recording without what follows"));
+                let shorter = Recording::read(rest.expect("an offset inside the file"));
+                check_alike(&recording, &shorter.expect("a recording"));
             }
         }
         (Err(error), Err(piecewise)) => assert_eq!(error.to_string(), piecewise.to_string()),
-        (one, other) => panic!("{one:?}, but in pieces {other:?}"),
+        (one, other) => panic!("{one:?} at once, but {other:?} in pieces"),
     }
 }
 
-/// Whether one of the records is a chunk, as other tools write them: each record is a byte that says
-/// what it is, a length of eight bytes, and as many bytes.
+/// Returns whether any record is a chunk. A record is its kind in one byte, its length in eight bytes
+/// and its body.
 fn has_chunks(content: &[u8]) -> bool {
     let mut rest = content.get(MAGIC_BYTES..).unwrap_or_default();
-    while let Some((&[kind], behind)) = rest.split_first_chunk() {
+    while let Some((&[kind], after_kind)) = rest.split_first_chunk() {
         if kind == mcap::records::op::CHUNK {
             return true;
         }
-        let Some((&length, body)) = behind.split_first_chunk() else { break };
+        let Some((&length, body)) = after_kind.split_first_chunk() else { break };
         let length = usize::try_from(u64::from_le_bytes(length)).ok();
         rest = length.and_then(|length| body.get(length..)).unwrap_or_default();
     }
     false
 }
 
-/// Its parts fit together, and each state is one of its maze; or the error takes one line.
+/// Checks that the parts of a recording are consistent and its states valid, or that the error is a
+/// single line.
 fn check(result: &Result<Recording, ReadError>, length: usize) {
     let recording = match result {
         Ok(recording) => recording,
@@ -82,7 +86,7 @@ fn check(result: &Result<Recording, ReadError>, length: usize) {
     }
 }
 
-/// The same recording, but for how it ends.
+/// Checks that two recordings are equal except for their integrity.
 fn check_alike(recording: &Recording, other: &Recording) {
     assert_eq!(recording.info(), other.info());
     assert_eq!(recording.maze(), other.maze());
@@ -90,12 +94,12 @@ fn check_alike(recording: &Recording, other: &Recording) {
     assert!(recording.history().iter().eq(other.history().iter()));
 }
 
-/// Gives its bytes seven at a time.
+/// Returns at most seven bytes per read.
 struct Trickle<'a>(&'a [u8]);
 
 impl Read for Trickle<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let most = buffer.len().min(7);
-        self.0.read(&mut buffer[..most])
+        let max = buffer.len().min(7);
+        self.0.read(&mut buffer[..max])
     }
 }

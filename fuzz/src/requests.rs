@@ -199,6 +199,7 @@ impl<'a> Observed<'a> {
                 let told = Info::new(name, maze.size(), maze.start(), maze.goals(), states.len());
                 assert_eq!(info, told);
             }
+            Ok(other) => panic!("unexpected request {other:?}"),
             Err(error) => {
                 let reason = error.to_string();
                 assert!(!reason.contains(char::is_control), "in one line: {reason:?}");

@@ -1,6 +1,6 @@
 //! Requests that are none.
 
-use mmsim_protocol::{Order, encode_state};
+use mmsim_protocol::{MapState, Order};
 
 use crate::classic_map;
 
@@ -11,7 +11,7 @@ use crate::classic_map;
 pub fn good_state() -> Vec<u8> {
     let (map, start) = classic_map();
     let mut state = vec![0; 518];
-    encode_state(&mut state, start, &map, |cell| cell.x.into(), Order::C).unwrap();
+    MapState::new(start, &map, |cell| cell.x.into(), Order::C).encode(&mut state).unwrap();
     state
 }
 

@@ -15,7 +15,7 @@ use child::{Child, Line, MAX_LINE_BYTES, Next};
 use exit::{ExitCause, MouseExit};
 use mmsim_client::{Transport, Zmq};
 use mmsim_maze::KnownMaze;
-use mmsim_mms::{Command, CommandError, Excerpt, Mouse, Reply};
+use mmsim_mms::{Command, CommandError, Mouse, Reply, excerpt};
 use simulator::{Interruption, Simulator};
 
 use crate::connection::{ask_maze, endpoint, explain, maze_from_args, report_waiting};
@@ -187,7 +187,7 @@ impl Session {
     /// Reports an incomplete line: the mouse may be waiting for a reply to it.
     fn report_incomplete(&self, start: &[u8]) {
         if !start.is_empty() {
-            let (line, start) = (self.lines + 1, Excerpt::new(start));
+            let (line, start) = (self.lines + 1, excerpt(start));
             warn(format_args!("mms: line {line}: no newline yet after {start}"));
         }
     }
@@ -230,10 +230,10 @@ impl Session {
                 .map_err(|error: CommandError| error.to_string()),
             Line::TooLong(start) => Err(format!(
                 "expected at most {MAX_LINE_BYTES} bytes, found more, starting with {}",
-                Excerpt::new(start)
+                excerpt(start)
             )),
             Line::Unfinished(line) => {
-                Err(format!("expected a newline, found end of output after {}", Excerpt::new(line)))
+                Err(format!("expected a newline, found end of output after {}", excerpt(line)))
             }
         }
     }

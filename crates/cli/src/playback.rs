@@ -2,19 +2,9 @@
 
 use std::path::Path;
 
-use mmsim_maze::MazeSize;
-use mmsim_protocol::{Request, State};
 use mmsim_recording::{Integrity, Recording};
 
 use crate::output::warn;
-
-/// Decodes a recorded message. Returns `None` if it is not a state.
-pub(crate) fn decode(message: &[u8], size: MazeSize) -> Option<State<'_>> {
-    match Request::decode(message, size) {
-        Ok(Request::State(state)) => Some(state),
-        _ => None,
-    }
-}
 
 /// Returns the error for `--at` with a state that the recording does not have.
 pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> String {

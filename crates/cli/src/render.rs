@@ -14,7 +14,7 @@ use mmsim_recording::{HistoryReader, OpenError, ReadError, Recording};
 use mmsim_solvers::Distances;
 
 use crate::output::{note, replace};
-use crate::playback::{decode, is_undamaged, no_state};
+use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
 use crate::selection::{Collection, Selected};
 use crate::usage::CommandResult;
@@ -171,12 +171,14 @@ impl<'a> RecordedSearch<'a> {
     ) -> Result<T, String> {
         let mut trail = Vec::new();
         for index in index.saturating_sub(TRAIL_CELLS - 1)..=index {
-            let state = reader.get(index).and_then(|message| decode(message, self.initial.size()));
+            let state = reader
+                .get(index)
+                .and_then(|message| State::decode(message, self.initial.size()).ok());
             trail.push(state.ok_or_else(|| unreadable(self.file))?.pose().cell);
         }
         let message = reader.get(index).ok_or_else(|| unreadable(self.file))?;
         let state: State<'_> =
-            decode(message, self.initial.size()).ok_or_else(|| unreadable(self.file))?;
+            State::decode(message, self.initial.size()).map_err(|_| unreadable(self.file))?;
         let map = state.map(self.initial.start(), *self.initial.goals());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, WallState};
-use mmsim_protocol::{Info, Matrix};
+use mmsim_protocol::{Info, Matrix, State, StateMessage};
 use mmsim_recording::{Integrity, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
@@ -17,7 +17,7 @@ use serde::{Serialize, Serializer};
 use crate::args::ViewerArgs;
 use crate::interrupt::Interrupt;
 use crate::output::{counted, goal_away, print, stream_json};
-use crate::playback::{decode, is_undamaged, no_state};
+use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
 use crate::screen::{still, still_maze};
 use crate::usage::CommandResult;
@@ -125,7 +125,7 @@ struct StateReport {
 impl StateReport {
     fn read(recording: &Recording, index: usize) -> Option<Self> {
         let message = recording.history().get(index)?;
-        let state = decode(&message, recording.size())?;
+        let state = State::decode(&message, recording.size()).ok()?;
         let (pose, info) = (state.pose(), recording.info());
         let map = state.map(Cell::new(info.start[0], info.start[1]), info.goal_cells());
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
@@ -203,7 +203,7 @@ impl Serialize for Poses<'_> {
         let Self(recording) = self;
         let (history, times) = (recording.history(), recording.times());
         serializer.collect_seq(history.iter().zip(times.iter()).map_while(|(message, time)| {
-            let pose = decode(&message, recording.size())?.pose();
+            let pose = StateMessage::new(&message, recording.size()).ok()?.pose().ok()?;
             let (ms, heading) = (milliseconds(recording, time), pose.heading.letter());
             Some(PoseAt { ms, cell: [pose.cell.x, pose.cell.y], heading })
         }))

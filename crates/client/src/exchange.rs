@@ -2,7 +2,7 @@
 
 use mmsim_maze::{Cell, Escaped, KnownMaze, Pose, WallsAround};
 use mmsim_protocol::{
-    BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, Order, Reply, Request, encode_state,
+    BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, MapState, Order, Reply, Request,
 };
 
 use crate::{RunError, Transport};
@@ -79,7 +79,7 @@ impl<T: Transport> Exchange<T> {
         map: &KnownMaze,
         weight: impl Fn(Cell) -> u16,
     ) -> Result<(), RunError> {
-        self.ask("S", |buffer| encode_state(buffer, pose, map, weight, Order::F), is_ok)
+        self.ask("S", |buffer| MapState::new(pose, map, weight, Order::F).encode(buffer), is_ok)
     }
 
     /// What the simulator serves. Only this project's server tells; the reference one never answers.

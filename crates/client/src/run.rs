@@ -44,7 +44,7 @@ pub enum RunError {
         /// To which request.
         request: &'static str,
         /// The reply.
-        found: Excerpt,
+        found: Excerpt<16>,
     },
     /// The reply to `info` is not as it should be.
     #[error("expected the reply to info to be its JSON object: {0}")]

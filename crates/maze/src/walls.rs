@@ -248,6 +248,21 @@ mod tests {
     }
 
     #[test]
+    fn each_side_around_a_pose_is_the_wall_in_its_direction() {
+        let cell = Cell::new(1, 1);
+        for present in Heading::ALL {
+            let mut walls = Walls::open(MazeSize::new(3, 3).unwrap());
+            walls.set(cell, present, true);
+            for heading in Heading::ALL {
+                let WallsAround { left, front, right } = walls.around(Pose::new(cell, heading));
+                assert_eq!(left, heading.left() == present, "{heading:?}, {present:?}");
+                assert_eq!(front, heading == present, "{heading:?}, {present:?}");
+                assert_eq!(right, heading.right() == present, "{heading:?}, {present:?}");
+            }
+        }
+    }
+
+    #[test]
     fn a_closed_maze_has_every_wall() {
         let walls = Walls::closed(MazeSize::HALF_SIZE);
         for cell in MazeSize::HALF_SIZE.cells() {

@@ -1,8 +1,6 @@
 //! What a mouse asks for, as a line of text.
 
-use std::fmt;
-
-use mmsim_maze::{Cell, Heading, MazeSize};
+use mmsim_maze::{Cell, Excerpt, Heading, MazeSize};
 
 use crate::Stat;
 
@@ -71,14 +69,14 @@ pub enum Command<'a> {
 pub enum CommandError {
     /// None of the commands.
     #[error("unknown command {0}")]
-    Unknown(Excerpt),
+    Unknown(Excerpt<MAX_EXCERPT>),
     /// A command with arguments that are not its own.
     #[error("expected {expected}, found {found}")]
     Arguments {
         /// What the command looks like.
         expected: &'static str,
         /// The line.
-        found: Excerpt,
+        found: Excerpt<MAX_EXCERPT>,
     },
     /// A cell outside of the maze.
     #[error("expected a cell in a maze of {size} cells, found {found}")]
@@ -86,15 +84,16 @@ pub enum CommandError {
         /// The size of the maze.
         size: MazeSize,
         /// The line.
-        found: Excerpt,
+        found: Excerpt<MAX_EXCERPT>,
     },
 }
 
-/// The start of a line, to be shown: in quotes, and what is not printable ASCII escaped.
-#[derive(Clone, PartialEq, Eq)]
-pub struct Excerpt {
-    start: Vec<u8>,
-    length: usize,
+/// Maximum length of an excerpt of a line in bytes.
+const MAX_EXCERPT: usize = 60;
+
+/// Returns the start of a line for an error, without trailing blanks.
+pub fn excerpt(line: &[u8]) -> Excerpt<MAX_EXCERPT> {
+    Excerpt::new(line.trim_ascii_end())
 }
 
 /// The letters of the colours that mms knows.
@@ -157,7 +156,7 @@ impl<'a> Command<'a> {
             "getStat" => line.stat(words),
             name => match name.parse() {
                 Ok(stat) => line.alone(words, "the name of a number alone", Self::GetStat(stat)),
-                Err(_) => Err(CommandError::Unknown(Excerpt::new(line.line))),
+                Err(_) => Err(CommandError::Unknown(excerpt(line.line))),
             },
         }
     }
@@ -262,7 +261,7 @@ impl<'a> Line<'a> {
         let (x, y) = (number()?, number()?);
         let cell = u8::try_from(x).ok().zip(u8::try_from(y).ok());
         let cell = cell.map(|(x, y)| Cell::new(x, y)).filter(|&cell| self.size.contains(cell));
-        let outside = || CommandError::Outside { size: self.size, found: Excerpt::new(self.line) };
+        let outside = || CommandError::Outside { size: self.size, found: excerpt(self.line) };
         Ok(cell.ok_or_else(outside))
     }
 
@@ -278,7 +277,7 @@ impl<'a> Line<'a> {
     }
 
     fn wrong(self, expected: &'static str) -> CommandError {
-        CommandError::Arguments { expected, found: Excerpt::new(self.line) }
+        CommandError::Arguments { expected, found: excerpt(self.line) }
     }
 }
 
@@ -308,32 +307,6 @@ impl<'a> Iterator for Words<'a> {
         let (word, rest) = rest.split_at(end);
         self.0 = rest;
         (!word.is_empty()).then_some(word)
-    }
-}
-
-impl Excerpt {
-    const LONGEST: usize = 60;
-
-    /// The start of this line, without what ends it.
-    pub fn new(line: &[u8]) -> Self {
-        let line = line.trim_ascii_end();
-        Self { start: line[..line.len().min(Self::LONGEST)].to_vec(), length: line.len() }
-    }
-}
-
-impl fmt::Display for Excerpt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "\"{}\"", self.start.escape_ascii())?;
-        if self.length > self.start.len() {
-            write!(f, "… of {} bytes", self.length)?;
-        }
-        Ok(())
-    }
-}
-
-impl fmt::Debug for Excerpt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(self, f)
     }
 }
 
@@ -413,7 +386,7 @@ mod tests {
     fn errors_quote_the_line() {
         let error = |line: &[u8]| Command::parse(line, MazeSize::CLASSIC).unwrap_err().to_string();
         insta::assert_snapshot!(error(b"moveForwrad\n"), @r#"unknown command "moveForwrad""#);
-        insta::assert_snapshot!(error(b""), @r#"unknown command """#);
+        insta::assert_snapshot!(error(b""), @"unknown command an empty message");
         insta::assert_snapshot!(error(b"\xff\x1b[2J"), @r#"unknown command "\xff\x1b[2J""#);
         insta::assert_snapshot!(error(b"MoveForward"), @r#"unknown command "MoveForward""#);
         insta::assert_snapshot!(error(&[b'x'; 4096]), @r#"unknown command "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"… of 4096 bytes"#);

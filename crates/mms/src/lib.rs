@@ -36,7 +36,7 @@ mod mouse;
 mod reply;
 mod scores;
 
-pub use command::{Command, CommandError, Excerpt};
+pub use command::{Command, CommandError, excerpt};
 pub use grid_point::{Bearing, GridPoint, Place};
 pub use mouse::{Mouse, Surroundings};
 pub use reply::{Decimal, Reply};

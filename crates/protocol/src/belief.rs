@@ -1,20 +1,25 @@
-//! What a state says of the maze.
+//! The map in a state.
 
-use crate::{Cell, CellSet, CellWalls, Heading, KnownMaze, State, WallState};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, WallState};
+
+use crate::matrix::CellWalls;
+use crate::state::State;
 
 impl State<'_> {
-    /// The maze as the client believes it to be. A wall is present if the cell on either side says
-    /// so, else absent if either has been visited, else unknown: the protocol has no word for that.
+    /// Returns the maze as the client knows it.
+    ///
+    /// A wall is present if the flags of either cell say so. Otherwise it is absent if either cell has
+    /// been visited, or else unknown, which the protocol cannot express.
     ///
     /// ```
-    /// use mmsim_protocol::{Cell, CellSet, Heading, MazeSize, Request, WallState};
+    /// use mmsim_protocol::{Cell, CellSet, Heading, MazeSize, State, WallState};
     /// let size = MazeSize::new(3, 1)?;
     /// let message = b"S\x00\x00NC\x02\x01\x00C\x1d\x00\x00";
-    /// let Ok(Request::State(state)) = Request::decode(message, size) else { panic!() };
+    /// let state = State::decode(message, size)?;
     /// let map = state.map(Cell::new(0, 0), CellSet::EMPTY);
     /// assert_eq!(map.wall(Cell::new(0, 0), Heading::East), WallState::Absent);
     /// assert_eq!(map.wall(Cell::new(1, 0), Heading::East), WallState::Unknown);
-    /// # Ok::<(), mmsim_maze::SizeError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn map(&self, start: Cell, goals: CellSet) -> KnownMaze {
         let size = self.size();
@@ -34,7 +39,7 @@ impl State<'_> {
     }
 }
 
-/// The wall between two cells, of which the second lies towards `heading` from the first.
+/// Returns the wall between two cells. The second is next to the first in direction `heading`.
 const fn between(here: CellWalls, there: CellWalls, heading: Heading) -> WallState {
     if here.wall(heading) || there.wall(heading.back()) {
         WallState::Present
@@ -49,13 +54,17 @@ const fn between(here: CellWalls, there: CellWalls, heading: Heading) -> WallSta
 mod tests {
     use proptest::prelude::*;
 
+    use mmsim_maze::{MazeSize, Pose};
+
     use super::*;
-    use crate::{MAX_STATE_BYTES, MazeSize, Order, Pose, Request, encode_state};
+    use crate::layout::MAX_STATE_BYTES;
+    use crate::matrix::Order;
+    use crate::state::MapState;
 
     proptest! {
-        /// A mouse that has looked at all four sides of the cells it knows is understood.
+        /// Holds if the mouse knows all four walls of each visited cell.
         #[test]
-        fn a_map_that_is_sent_comes_back(
+        fn a_map_survives_a_round_trip(
             (width, height) in (1usize..=32, 1usize..=32),
             readings in prop::collection::vec((any::<u8>(), any::<u8>(), any::<[bool; 4]>()), 0..60),
             order in prop_oneof![Just(Order::C), Just(Order::F)],
@@ -74,8 +83,8 @@ mod tests {
                 map.visit(cell);
             }
             let mut buffer = [0; MAX_STATE_BYTES];
-            let length = encode_state(&mut buffer, start, &map, |_| 0, order).unwrap();
-            let Ok(Request::State(state)) = Request::decode(&buffer[..length], size) else { panic!() };
+            let length = MapState::new(start, &map, |_| 0, order).encode(&mut buffer).unwrap();
+            let state = State::decode(&buffer[..length], size).unwrap();
             prop_assert_eq!(state.map(start.cell, goals), map);
         }
     }

@@ -1,13 +1,13 @@
-//! The reply to `info`.
+//! The reply to `info`: a description of the maze.
 
 use alloc::string::String;
 use alloc::vec::Vec;
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 
-use crate::PROTOCOL_VERSION;
+use crate::version::PROTOCOL_VERSION;
 
-/// What this project's server tells of the maze it serves: everything but its walls.
+/// A description of the maze that a simulator serves, without its walls.
 ///
 /// ```
 /// let json = r#"{"name":"small","width":2,"height":1,"start":[0,0],"heading":"N",
@@ -18,26 +18,26 @@ use crate::PROTOCOL_VERSION;
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Info {
-    /// The name of the maze.
+    /// Name of the maze.
     pub name: String,
-    /// Cells from west to east.
+    /// Number of cells from west to east.
     pub width: u8,
-    /// Cells from south to north.
+    /// Number of cells from south to north.
     pub height: u8,
     /// x and y of the start cell.
     pub start: [u8; 2],
-    /// The letter of the heading at the start, `N`.
+    /// Letter of the heading at the start, `N`.
     pub heading: char,
     /// x and y of each goal cell.
     pub goals: Vec<[u8; 2]>,
-    /// How many states are kept.
+    /// Number of states in the history.
     pub states: usize,
-    /// The version of the protocol.
+    /// Version of the protocol.
     pub protocol: u32,
 }
 
 impl Info {
-    /// What is told of a maze.
+    /// Creates the description of a maze.
     pub fn new(name: &str, size: MazeSize, start: Pose, goals: &CellSet, states: usize) -> Self {
         Self {
             name: name.into(),
@@ -51,24 +51,24 @@ impl Info {
         }
     }
 
-    /// How many cells there are each way, `None` for a size that no maze here can have.
+    /// Returns the size of the maze, or `None` if [`MazeSize`] does not allow it.
     pub fn size(&self) -> Option<MazeSize> {
         MazeSize::new(self.width.into(), self.height.into()).ok()
     }
 
-    /// The pose at the start, `None` for a letter that is no heading.
+    /// Returns the pose at the start, or `None` if the heading is invalid.
     pub fn start_pose(&self) -> Option<Pose> {
         let heading = Heading::ALL.into_iter().find(|heading| heading.letter() == self.heading)?;
         Some(Pose::new(Cell::new(self.start[0], self.start[1]), heading))
     }
 
-    /// The goal cells.
+    /// Returns the goal cells.
     pub fn goal_cells(&self) -> CellSet {
         self.goals.iter().map(|&[x, y]| Cell::new(x, y)).collect()
     }
 
-    /// What a mouse that was told this knows of the maze before it has seen anything, `None` for a
-    /// size that no maze here can have.
+    /// Returns the map of a mouse that knows this description but has sensed no walls yet, or `None`
+    /// if [`MazeSize`] does not allow the size.
     pub fn known_maze(&self) -> Option<KnownMaze> {
         let [x, y] = self.start;
         Some(KnownMaze::new(self.size()?, Cell::new(x, y), self.goal_cells()))
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_json_is_as_documented() {
+    fn info_is_the_documented_json() {
         let size = MazeSize::CLASSIC;
         let start = Pose::new(Cell::new(0, 0), Heading::North);
         let info = Info::new("a \"maze\"", size, start, &size.central_cells(), 123);

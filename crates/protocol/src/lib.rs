@@ -1,29 +1,30 @@
-//! The wire protocol between a search client and a micromouse maze simulator: bytes to values and
-//! back.
+//! The wire protocol between a search client and a micromouse maze simulator.
 //!
-//! A client asks over one ZeroMQ REQ socket and gets exactly one reply to each request:
+//! A client sends requests over one ZeroMQ REQ socket and receives exactly one reply to each:
 //!
 //! | request | bytes | reply |
 //! |---|---|---|
 //! | ping | `ping` | `pong` |
-//! | reset | `reset` | `ok`; all states are forgotten |
-//! | walls | `W` x y heading | three bytes, 0 or 1: a wall to the left, in front, to the right |
-//! | state | `S` x y heading order weights order walls | `ok`; the state is kept |
+//! | reset | `reset` | `ok`; all states are deleted |
+//! | walls | `W` x y heading | three bytes, 0 or 1: walls to the left, in front, to the right |
+//! | state | `S` x y heading order weights order walls | `ok`; the state is stored |
 //! | info (this project's server only) | `info` | JSON: the maze's name, size, start and goals |
 //!
-//! Anything else is answered with `error: `, what was expected and what was found.
+//! The reply to anything else is `error: `, followed by what was expected and what was found.
 //!
-//! Decoding is total: any bytes give a value or an error that says what was expected. Nothing is
-//! copied or allocated: [`Request::decode`] and [`Reply::decode`] borrow from the caller's bytes,
-//! `encode` writes into the caller's buffer. The crate is `no_std`, so it fits into a mouse's
-//! firmware. It knows no socket; any that speaks ZeroMQ will do.
+//! Decoding never panics: any bytes give a value or an error. Nothing is allocated: `decode` borrows
+//! from the caller's bytes, and `encode` writes into the caller's buffer. [`StateMessage`] reads
+//! single fields of a state. The crate is `no_std`, so it also runs in a mouse's firmware, and works
+//! with any socket that speaks ZeroMQ.
 //!
-//! # A whole client
-//! A wall follower, with the crate `zmq` for the socket. It runs against any simulator that
-//! listens on port 6574, such as `mmsim`.
+//! # A complete client
+//! A wall follower that uses the crate `zmq`. It works with any simulator on port 6574, such as
+//! `mmsim`.
 //!
 //! ```no_run
-//! use mmsim_protocol::{Cell, Heading, KnownMaze, MazeSize, Order, Pose, Reply, Request, Step};
+//! use mmsim_protocol::{
+//!     Cell, Heading, KnownMaze, MapState, MazeSize, Order, Pose, Reply, Request, Step,
+//! };
 //!
 //! fn main() -> Result<(), Box<dyn std::error::Error>> {
 //!     let socket = zmq::Context::new().socket(zmq::REQ)?;
@@ -39,7 +40,7 @@
 //!         let Reply::Walls(around) = Reply::decode(&reply)? else { return Err("no walls".into()) };
 //!         map.observe(pose, around)?;
 //!         let visited = |cell| u16::from(map.visited().contains(cell));
-//!         let length = mmsim_protocol::encode_state(&mut buffer, pose, &map, visited, Order::C)?;
+//!         let length = MapState::new(pose, &map, visited, Order::C).encode(&mut buffer)?;
 //!         ask(&buffer[..length])?;
 //!         if map.goals().contains(pose.cell) { return Ok(()) }
 //!         let walls = [(Step::Left, around.left), (Step::Front, around.front), (Step::Right, around.right)];
@@ -55,52 +56,36 @@
 extern crate alloc;
 
 mod belief;
+mod buffer;
+mod error;
 #[cfg(feature = "info")]
 mod info;
+mod layout;
+mod matrix;
+mod message;
 mod reply;
 mod request;
 mod state;
+mod version;
 
 pub use mmsim_maze::{
-    Cell, CellSet, Contradiction, Heading, KnownMaze, MazeSize, Pose, SizeError, Step, TextPicture,
-    Unknown, WallState, WallsAround,
+    Cell, CellSet, Contradiction, Excerpt, Heading, KnownMaze, MazeSize, Pose, SizeError, Step,
+    TextPicture, Unknown, WallState, WallsAround,
 };
 
+pub use buffer::BufferTooSmall;
+pub use error::RequestError;
 #[cfg(feature = "info")]
 pub use info::Info;
+pub use layout::{MAX_STATE_BYTES, state_bytes};
+pub use matrix::{CellWalls, Matrix, Order};
+pub use message::StateMessage;
 pub use reply::{ERROR_PREFIX, Reply, UnknownReply};
-pub use request::{Excerpt, Request, RequestError};
-pub use state::{CellWalls, MAX_STATE_BYTES, Matrix, Order, State, encode_state, state_bytes};
+pub use request::Request;
+pub use state::{MapState, State};
+pub use version::{DEFAULT_PORT, PROTOCOL_VERSION};
 
-/// The version of the protocol, as `info` tells it.
-pub const PROTOCOL_VERSION: u32 = 1;
-
-/// The port on which simulators listen unless told otherwise.
-pub const DEFAULT_PORT: u16 = 6574;
-
-/// A caller's buffer that cannot hold a message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected a buffer of at least {expected} bytes, found {found}")]
-pub struct BufferTooSmall {
-    /// The length of the message in bytes.
-    pub expected: usize,
-    /// The length of the buffer in bytes.
-    pub found: usize,
-}
-
-/// The first `length` bytes of the buffer.
-fn front_of(buffer: &mut [u8], length: usize) -> Result<&mut [u8], BufferTooSmall> {
-    let found = buffer.len();
-    buffer.get_mut(..length).ok_or(BufferTooSmall { expected: length, found })
-}
-
-/// Writes a message of fixed bytes; gives its length.
-fn write_bytes(buffer: &mut [u8], message: &[u8]) -> Result<usize, BufferTooSmall> {
-    front_of(buffer, message.len())?.copy_from_slice(message);
-    Ok(message.len())
-}
-
-/// The code in the README of this crate runs.
+/// Compiles and runs the code in the README of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

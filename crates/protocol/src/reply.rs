@@ -1,40 +1,41 @@
-//! What a simulator answers.
+//! Replies of a simulator.
 
-use crate::{BufferTooSmall, Excerpt, WallsAround, front_of, write_bytes};
+use mmsim_maze::{Excerpt, WallsAround};
+
+use crate::buffer::{BufferTooSmall, front_of, write_bytes};
 
 const PONG: &[u8] = b"pong";
 const OK: &[u8] = b"ok";
 
-/// How a reply to a request that cannot be served begins.
+/// Prefix of the reply to a request that cannot be served.
 pub const ERROR_PREFIX: &str = "error: ";
 
-/// A reply, borrowed from the bytes of its message.
-///
-/// Which one it is shows without knowing the request.
+/// A reply, borrowed from the bytes of its message. It can be decoded without its request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reply<'a> {
-    /// To `ping`.
+    /// Reply to `ping`.
     Pong,
-    /// To `reset` and to a state: done.
+    /// Reply to `reset` and to a state: done.
     Ok,
-    /// To a walls request.
+    /// Reply to a walls request.
     Walls(WallsAround),
-    /// To `info`: a JSON object (see `Info`, with feature `info`).
+    /// Reply to `info`: a JSON object (see `Info`, with feature `info`).
     Info(&'a str),
-    /// The request cannot be served, and why. Nothing has changed.
+    /// The request cannot be served, for this reason. Nothing has changed.
     Error(&'a str),
 }
 
-/// Bytes that are no reply of the protocol.
+/// Bytes that are not a reply of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected pong, ok, three bytes of walls, info or an error, found {0}")]
-pub struct UnknownReply(pub Excerpt);
+pub struct UnknownReply(pub Excerpt<16>);
 
 impl<'a> Reply<'a> {
-    /// The reply that these bytes are.
+    /// Decodes a reply.
     ///
     /// # Errors
-    /// Bytes that are no reply.
+    /// The bytes are not a reply.
     ///
     /// ```
     /// use mmsim_protocol::{Reply, WallsAround};
@@ -60,7 +61,7 @@ impl<'a> Reply<'a> {
         reply.ok_or_else(|| UnknownReply(Excerpt::new(message)))
     }
 
-    /// Writes the reply to the front of `buffer` and gives its length in bytes.
+    /// Writes the reply to the start of `buffer` and returns its length in bytes.
     ///
     /// # Errors
     /// The buffer is shorter than [`len`](Self::len).
@@ -82,7 +83,7 @@ impl<'a> Reply<'a> {
         }
     }
 
-    /// Its length in bytes.
+    /// Returns the length in bytes.
     #[allow(clippy::len_without_is_empty)] // no reply is empty
     pub const fn len(&self) -> usize {
         match self {
@@ -102,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn replies_are_their_bytes() {
+    fn replies_are_encoded_and_decoded() {
         let around = WallsAround { left: false, front: true, right: true };
         for (reply, bytes) in [
             (Reply::Pong, &b"pong"[..]),
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn anything_else_is_no_reply() {
+    fn other_bytes_are_errors() {
         for message in [&b""[..], b"OK", b"pong ", &[0, 1], &[0, 1, 2], b"error", b"error: \xff"] {
             assert!(Reply::decode(message).is_err(), "{message:?}");
         }
@@ -140,7 +141,7 @@ mod tests {
         }
 
         #[test]
-        fn an_error_survives(reason in ".*") {
+        fn an_error_survives_a_round_trip(reason in ".*") {
             let mut buffer = vec![0xa5; reason.len() + 16];
             let length = Reply::Error(&reason).encode(&mut buffer).unwrap();
             prop_assert_eq!(Reply::decode(&buffer[..length]), Ok(Reply::Error(&reason)));

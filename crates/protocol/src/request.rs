@@ -1,93 +1,38 @@
-//! What a client asks.
+//! Requests of a client.
 
-use core::fmt;
+use mmsim_maze::{Excerpt, MazeSize, Pose};
 
-use crate::state::{self, State, field};
-use crate::{BufferTooSmall, Cell, Heading, MazeSize, Pose, write_bytes};
+use crate::buffer::{BufferTooSmall, write_bytes};
+use crate::error::RequestError;
+use crate::message::{decode_pose, heading_byte};
+use crate::state::State;
 
-/// The requests without a field, as their bytes.
 const PING: &[u8] = b"ping";
 const RESET: &[u8] = b"reset";
 const INFO: &[u8] = b"info";
 
-/// Length of a walls request in bytes: `W` x y heading.
-const WALLS_BYTES: usize = 4;
-
 /// A request, borrowed from the bytes of its message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Request<'a> {
-    /// Is anybody there?
+    /// Checks the connection.
     Ping,
-    /// Forget all states; a new search begins.
+    /// Deletes all states and starts a new search.
     Reset,
-    /// Which walls does a mouse in this pose see?
+    /// Asks for the walls around a mouse in this pose.
     Walls(Pose),
-    /// What the mouse believes at one moment of its search.
+    /// Reports the mouse's belief at one moment of its search.
     State(State<'a>),
-    /// What is served? Only this project's server knows the request; the reference server never
-    /// answers it.
+    /// Asks for a description of the maze. Only this project's server supports the request; the
+    /// reference server never replies to it.
     Info,
 }
 
-/// A request that a simulator of this size of maze cannot serve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RequestError {
-    /// None of the messages of the protocol.
-    #[error("expected ping, reset, info, W or S, found {0}")]
-    Unknown(Excerpt),
-    /// A walls request of a wrong length.
-    #[error("expected W with x, y and heading, {WALLS_BYTES} bytes, found {found} bytes")]
-    WallsLength {
-        /// Its length in bytes.
-        found: usize,
-    },
-    /// A state of a wrong length.
-    #[error(
-        "expected S of {} bytes for a maze of {size} cells, found {found} bytes",
-        state::state_bytes(*size)
-    )]
-    StateLength {
-        /// The size of the served maze.
-        size: MazeSize,
-        /// Its length in bytes.
-        found: usize,
-    },
-    /// A byte that is no heading.
-    #[error("expected N, E, S or W as heading, found {}", Excerpt::new(&[*found]))]
-    Heading {
-        /// The byte in its place.
-        found: u8,
-    },
-    /// A byte that is no order of a matrix.
-    #[error("expected C or F as order of the {matrix}, found {}", Excerpt::new(&[*found]))]
-    Order {
-        /// `weights` or `walls`.
-        matrix: &'static str,
-        /// The byte in its place.
-        found: u8,
-    },
-    /// A cell outside of the served maze.
-    #[error("expected a cell in a maze of {size} cells, found {cell}")]
-    Outside {
-        /// The cell.
-        cell: Cell,
-        /// The size of the served maze.
-        size: MazeSize,
-    },
-    /// A message of several frames.
-    #[error("expected one frame, found {found}")]
-    Frames {
-        /// How many frames there were.
-        found: usize,
-    },
-}
-
 impl<'a> Request<'a> {
-    /// The request that these bytes are, to a simulator that serves a maze of this size.
+    /// Decodes a request to a simulator with a maze of this size.
     ///
     /// # Errors
-    /// Bytes that are no request, and requests that name a cell outside of the maze.
+    /// The bytes are not a request, or a cell is outside the maze.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, Heading, MazeSize, Pose, Request};
@@ -109,10 +54,10 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Writes the request to the front of `buffer` and gives its length in bytes.
+    /// Writes the request to the start of `buffer` and returns its length in bytes.
     ///
     /// # Errors
-    /// The buffer is too small; [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) are always enough.
+    /// The buffer is too small. [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) are always enough.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, Heading, Pose, Request};
@@ -134,75 +79,21 @@ impl<'a> Request<'a> {
     }
 }
 
-pub(crate) const fn heading_byte(heading: Heading) -> u8 {
-    heading.letter() as u8
-}
-
-/// The pose of a walls request or a state, which both have it right after their letter.
-pub(crate) fn decode_pose(x: u8, y: u8, heading: u8, size: MazeSize) -> Result<Pose, RequestError> {
-    let heading = Heading::ALL
-        .into_iter()
-        .find(|&candidate| heading_byte(candidate) == heading)
-        .ok_or(RequestError::Heading { found: heading })?;
-    let cell = Cell::new(x, y);
-    if size.contains(cell) {
-        Ok(Pose { cell, heading })
-    } else {
-        Err(RequestError::Outside { cell, size })
-    }
-}
-
-const _: () = assert!(field::HEADING + 1 == WALLS_BYTES);
-
-/// The beginning of a message, for errors: shown in quotes, with escapes, and with the length
-/// where it is cut.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Excerpt {
-    start: [u8; Self::LONGEST],
-    length: usize,
-}
-
-impl Excerpt {
-    const LONGEST: usize = 16;
-
-    /// The beginning of these bytes.
-    pub fn new(message: &[u8]) -> Self {
-        let mut start = [0; Self::LONGEST];
-        for (kept, byte) in start.iter_mut().zip(message) {
-            *kept = *byte;
-        }
-        Self { start, length: message.len() }
-    }
-}
-
-impl fmt::Display for Excerpt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.start.get(..self.length) {
-            Some([]) => f.write_str("an empty message"),
-            Some(all) => write!(f, "\"{}\"", all.escape_ascii()),
-            None => write!(f, "\"{}\"… of {} bytes", self.start.escape_ascii(), self.length),
-        }
-    }
-}
-
-impl fmt::Debug for Excerpt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(self, f)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
+    use mmsim_maze::{Cell, Heading};
+
     use super::*;
+    use crate::layout::{MAX_STATE_BYTES, WALLS_REQUEST_BYTES};
 
     fn error(message: &[u8]) -> String {
         Request::decode(message, MazeSize::CLASSIC).unwrap_err().to_string()
     }
 
     #[test]
-    fn requests_are_their_bytes() {
+    fn requests_are_encoded_and_decoded() {
         let pose = Pose::new(Cell::new(0x0a, 0x0b), Heading::West);
         for (request, bytes) in [
             (Request::Ping, &b"ping"[..]),
@@ -256,7 +147,7 @@ mod tests {
             let size = MazeSize::new(width, height).unwrap();
             match Request::decode(&message, size) {
                 Ok(request) => {
-                    let mut buffer = [0xa5; crate::MAX_STATE_BYTES];
+                    let mut buffer = [0xa5; MAX_STATE_BYTES];
                     let length = request.encode(&mut buffer).unwrap();
                     prop_assert_eq!(&buffer[..length], &message[..]);
                 }
@@ -269,10 +160,10 @@ mod tests {
         }
 
         #[test]
-        fn a_walls_request_survives(x in 0u8..32, y in 0u8..32, heading in 0usize..4) {
+        fn a_walls_request_survives_a_round_trip(x in 0u8..32, y in 0u8..32, heading in 0usize..4) {
             let request = Request::Walls(Pose::new(Cell::new(x, y), Heading::ALL[heading]));
-            let mut buffer = [0xa5; WALLS_BYTES];
-            prop_assert_eq!(request.encode(&mut buffer), Ok(WALLS_BYTES));
+            let mut buffer = [0xa5; WALLS_REQUEST_BYTES];
+            prop_assert_eq!(request.encode(&mut buffer), Ok(WALLS_REQUEST_BYTES));
             prop_assert_eq!(Request::decode(&buffer, MazeSize::HALF_SIZE), Ok(request));
         }
     }

@@ -1,44 +1,14 @@
-//! What a mouse believes at one moment: its pose and two matrices, a byte a cell.
+//! A mouse's belief at one moment: its pose and two matrices with one byte per cell.
 
-use crate::request::{decode_pose, heading_byte};
-use crate::{
-    BufferTooSmall, Cell, Heading, KnownMaze, MazeSize, Pose, RequestError, Unknown, front_of,
-};
+use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose};
 
-/// Where everything stands in a state of A cells: `S` x y heading order weights order walls.
-pub(crate) mod field {
-    use core::ops::Range;
+use crate::buffer::{BufferTooSmall, front_of};
+use crate::error::RequestError;
+use crate::layout::{self, state_bytes};
+use crate::matrix::{CellWalls, Matrix, Order};
+use crate::message::{StateMessage, heading_byte};
 
-    pub(crate) const LETTER: usize = 0;
-    pub(crate) const X: usize = 1;
-    pub(crate) const Y: usize = 2;
-    pub(crate) const HEADING: usize = 3;
-    pub(crate) const WEIGHTS_ORDER: usize = 4;
-    pub(crate) const WEIGHTS: usize = 5;
-
-    pub(crate) const fn weights(area: usize) -> Range<usize> {
-        WEIGHTS..WEIGHTS + area
-    }
-
-    pub(crate) const fn walls_order(area: usize) -> usize {
-        weights(area).end
-    }
-
-    pub(crate) const fn walls(area: usize) -> Range<usize> {
-        let start = walls_order(area) + 1;
-        start..start + area
-    }
-}
-
-/// Length of the longest state, that of a 32×32 maze, in bytes.
-pub const MAX_STATE_BYTES: usize = state_bytes(MazeSize::HALF_SIZE);
-
-/// Length of a state of a maze of this size in bytes: 518 for 16×16.
-pub const fn state_bytes(size: MazeSize) -> usize {
-    field::walls(size.area()).end
-}
-
-/// What a mouse believes at one moment of its search.
+/// A mouse's belief at one moment of its search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct State<'a> {
     pose: Pose,
@@ -46,251 +16,133 @@ pub struct State<'a> {
     walls: Matrix<'a>,
 }
 
-/// A byte for each cell of a maze.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Matrix<'a> {
-    order: Order,
-    size: MazeSize,
-    bytes: &'a [u8],
-}
-
-/// In which order the cells of a matrix follow one another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Order {
-    /// Row by row from the south, x fastest: cell (x, y) stands at y × width + x.
-    C,
-    /// Column by column from the west, y fastest: cell (x, y) stands at x × height + y.
-    F,
-}
-
-impl Order {
-    /// Where the byte of `cell` stands in a matrix of a maze of this size, `None` outside.
-    ///
-    /// ```
-    /// use mmsim_protocol::{Cell, MazeSize, Order};
-    /// let size = MazeSize::new(5, 3)?;
-    /// assert_eq!(Order::C.index(Cell::new(2, 1), size), Some(7));
-    /// assert_eq!(Order::F.index(Cell::new(2, 1), size), Some(7));
-    /// assert_eq!(Order::C.index(Cell::new(4, 0), size), Some(4));
-    /// assert_eq!(Order::F.index(Cell::new(4, 0), size), Some(12));
-    /// # Ok::<(), mmsim_maze::SizeError>(())
-    /// ```
-    pub const fn index(self, cell: Cell, size: MazeSize) -> Option<usize> {
-        let (x, y) = (cell.x as usize, cell.y as usize);
-        match self {
-            _ if !size.contains(cell) => None,
-            Self::C => Some(y * size.width() as usize + x),
-            Self::F => Some(x * size.height() as usize + y),
-        }
-    }
-
-    const fn byte(self) -> u8 {
-        match self {
-            Self::C => b'C',
-            Self::F => b'F',
-        }
-    }
-
-    fn decode(byte: u8, matrix: &'static str) -> Result<Self, RequestError> {
-        match byte {
-            b'C' => Ok(Self::C),
-            b'F' => Ok(Self::F),
-            found => Err(RequestError::Order { matrix, found }),
-        }
-    }
-}
-
-impl<'a> Matrix<'a> {
-    /// A matrix of these bytes; `None` unless there is one for each cell.
-    pub fn new(order: Order, size: MazeSize, bytes: &'a [u8]) -> Option<Self> {
-        (bytes.len() == size.area()).then_some(Self { order, size, bytes })
-    }
-
-    /// In which order the bytes follow one another.
-    pub const fn order(&self) -> Order {
-        self.order
-    }
-
-    /// Its bytes, in its order.
-    pub const fn bytes(&self) -> &'a [u8] {
-        self.bytes
-    }
-
-    /// The byte of `cell`, `None` outside of the maze.
-    pub fn at(&self, cell: Cell) -> Option<u8> {
-        self.bytes.get(self.order.index(cell, self.size)?).copied()
-    }
-}
-
-/// What a client says of one cell in the second matrix of a state: visited or not, and on which
-/// sides it believes in a wall.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
-pub struct CellWalls(pub u8);
-
-impl CellWalls {
-    const VISITED: u8 = 1;
-
-    /// What a mouse with this map says of `cell`. Unknown walls are not told apart from absent
-    /// ones.
-    ///
-    /// ```
-    /// use mmsim_protocol::{Cell, CellWalls, Heading, KnownMaze, MazeSize};
-    /// let size = MazeSize::CLASSIC;
-    /// let map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
-    /// let corner = CellWalls::known(&map, Cell::new(0, 0));
-    /// assert!(corner.wall(Heading::South) && corner.wall(Heading::West) && !corner.visited());
-    /// assert_eq!(corner.0, 4 | 8);
-    /// ```
-    pub fn known(map: &KnownMaze, cell: Cell) -> Self {
-        let visited = if map.visited().contains(cell) { Self::VISITED } else { 0 };
-        let certain = map.walls(Unknown::Open);
-        let present = |&heading: &Heading| certain.has(cell, heading);
-        let walls = Heading::ALL.into_iter().filter(present).map(Self::flag);
-        Self(walls.fold(visited, |byte, flag| byte | flag))
-    }
-
-    /// Whether the mouse has been in the cell.
-    pub const fn visited(self) -> bool {
-        self.0 & Self::VISITED != 0
-    }
-
-    /// Whether the mouse believes in a wall on this side of the cell.
-    pub const fn wall(self, heading: Heading) -> bool {
-        self.0 & Self::flag(heading) != 0
-    }
-
-    const fn flag(heading: Heading) -> u8 {
-        match heading {
-            Heading::East => 2,
-            Heading::South => 4,
-            Heading::West => 8,
-            Heading::North => 16,
-        }
-    }
-}
-
 impl<'a> State<'a> {
-    /// A state of these parts; `None` unless both matrices are of one size and the mouse stands
-    /// inside.
+    /// Creates a state, or returns `None` unless both matrices have the same size and the mouse is
+    /// inside the maze.
     pub fn new(pose: Pose, weights: Matrix<'a>, walls: Matrix<'a>) -> Option<Self> {
-        let fits = weights.size == walls.size && weights.size.contains(pose.cell);
+        let fits = weights.size() == walls.size() && weights.size().contains(pose.cell);
         fits.then_some(Self { pose, weights, walls })
     }
 
-    /// How many cells the maze has each way.
+    /// Returns the size of the maze.
     pub const fn size(&self) -> MazeSize {
-        self.weights.size
+        self.weights.size()
     }
 
-    /// Where the mouse stands.
+    /// Returns the pose of the mouse.
     pub const fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// A number a cell, with whatever meaning the client gives it: a distance in steps, a count of
-    /// visits. 255 also stands for anything greater.
+    /// Returns a number per cell. Its meaning is up to the client, such as a distance in steps or a
+    /// number of visits. 255 also means anything above.
     pub const fn weights(&self) -> Matrix<'a> {
         self.weights
     }
 
-    /// A set of flags a cell, as bytes. See [`cell_walls`](Self::cell_walls).
+    /// Returns the flags of each cell as bytes. See [`cell_walls`](Self::cell_walls).
     pub const fn walls(&self) -> Matrix<'a> {
         self.walls
     }
 
-    /// What the client says of one cell, `None` outside of the maze.
+    /// Returns the flags of one cell, or `None` outside the maze.
     pub fn cell_walls(&self, cell: Cell) -> Option<CellWalls> {
         self.walls.at(cell).map(CellWalls)
     }
 
-    /// The state of a message that begins with `S`.
-    pub(crate) fn decode(message: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
-        let area = size.area();
-        if message.len() != state_bytes(size) {
-            return Err(RequestError::StateLength { size, found: message.len() });
-        }
-        let matrix =
-            |order, bytes, name| Ok(Matrix { order: Order::decode(order, name)?, size, bytes });
-        Ok(Self {
-            pose: decode_pose(message[field::X], message[field::Y], message[field::HEADING], size)?,
-            weights: matrix(
-                message[field::WEIGHTS_ORDER],
-                &message[field::weights(area)],
-                "weights",
-            )?,
-            walls: matrix(
-                message[field::walls_order(area)],
-                &message[field::walls(area)],
-                "walls",
-            )?,
-        })
+    /// Decodes a message `S` to a simulator with a maze of this size.
+    ///
+    /// # Errors
+    /// The bytes are not a valid state of this maze.
+    pub fn decode(message: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
+        let message = StateMessage::new(message, size)?;
+        let (pose, weights, walls) = (message.pose()?, message.weights()?, message.walls()?);
+        Ok(Self { pose, weights, walls })
     }
 
-    pub(crate) fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
-        let size = self.weights.size;
+    /// Writes the state to the start of `buffer` and returns its length in bytes.
+    ///
+    /// # Errors
+    /// The buffer is shorter than [`state_bytes`].
+    pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
+        let size = self.weights.size();
         let message = front_of(buffer, state_bytes(size))?;
-        put_head(message, self.pose, size, [self.weights.order, self.walls.order]);
-        message[field::weights(size.area())].copy_from_slice(self.weights.bytes);
-        message[field::walls(size.area())].copy_from_slice(self.walls.bytes);
+        put_head(message, self.pose, size, [self.weights.order(), self.walls.order()]);
+        message[layout::weights(size.area())].copy_from_slice(self.weights.bytes());
+        message[layout::walls(size.area())].copy_from_slice(self.walls.bytes());
         Ok(message.len())
     }
 }
 
-/// Writes the state of a mouse in `pose` that knows `map` to the front of `buffer`, both matrices
-/// in the same order, and gives its length in bytes. A weight over 255 is sent as 255.
-///
-/// # Errors
-/// The buffer is shorter than [`state_bytes`].
+/// A state taken from a mouse's map, ready to be encoded. Both matrices have the same order.
 ///
 /// ```
-/// use mmsim_protocol::{Cell, Heading, KnownMaze, MazeSize, Order, Pose, Request, encode_state};
+/// use mmsim_protocol::{Cell, Heading, KnownMaze, MapState, MazeSize, Order, Pose, State};
 /// let (size, start) = (MazeSize::CLASSIC, Pose::new(Cell::new(0, 0), Heading::North));
 /// let map = KnownMaze::new(size, start.cell, size.central_cells());
 /// let mut buffer = [0; 518];
-/// encode_state(&mut buffer, start, &map, |cell| 100 * u16::from(cell.x), Order::F)?;
-/// let Ok(Request::State(state)) = Request::decode(&buffer, size) else { panic!() };
+/// MapState::new(start, &map, |cell| 100 * u16::from(cell.x), Order::F).encode(&mut buffer)?;
+/// let state = State::decode(&buffer, size)?;
 /// assert_eq!(state.weights().at(Cell::new(2, 9)), Some(200));
 /// assert_eq!(state.weights().at(Cell::new(3, 9)), Some(255));
-/// # Ok::<(), mmsim_protocol::BufferTooSmall>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn encode_state(
-    buffer: &mut [u8],
+#[derive(Clone, Copy, Debug)]
+#[must_use]
+pub struct MapState<'m, W> {
     pose: Pose,
-    map: &KnownMaze,
-    weight: impl Fn(Cell) -> u16,
+    map: &'m KnownMaze,
+    weight: W,
     order: Order,
-) -> Result<usize, BufferTooSmall> {
-    let size = map.size();
-    let message = front_of(buffer, state_bytes(size))?;
-    put_head(message, pose, size, [order; 2]);
-    for cell in size.cells() {
-        if let Some(index) = order.index(cell, size) {
-            let weight = u8::try_from(weight(cell)).unwrap_or(u8::MAX);
-            message[field::weights(size.area()).start + index] = weight;
-            message[field::walls(size.area()).start + index] = CellWalls::known(map, cell).0;
-        }
-    }
-    Ok(message.len())
 }
 
-/// Writes everything but the matrices' bytes. The message is as long as a state of this size.
+impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
+    /// Creates the state of a mouse in `pose` that knows `map`. A weight above 255 is sent as 255.
+    pub const fn new(pose: Pose, map: &'m KnownMaze, weight: W, order: Order) -> Self {
+        Self { pose, map, weight, order }
+    }
+
+    /// Writes the state to the start of `buffer` and returns its length in bytes.
+    ///
+    /// # Errors
+    /// The buffer is shorter than [`state_bytes`].
+    pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
+        let Self { pose, map, weight, order } = self;
+        let size = map.size();
+        let message = front_of(buffer, state_bytes(size))?;
+        put_head(message, *pose, size, [*order; 2]);
+        for cell in size.cells() {
+            if let Some(index) = order.index(cell, size) {
+                let weight = u8::try_from(weight(cell)).unwrap_or(u8::MAX);
+                message[layout::weights(size.area()).start + index] = weight;
+                message[layout::walls(size.area()).start + index] = CellWalls::known(map, cell).0;
+            }
+        }
+        Ok(message.len())
+    }
+}
+
+/// Writes everything except the bytes of the matrices into a message of the right length.
 fn put_head(message: &mut [u8], pose: Pose, size: MazeSize, [weights, walls]: [Order; 2]) {
-    message[field::LETTER] = b'S';
-    message[field::X] = pose.cell.x;
-    message[field::Y] = pose.cell.y;
-    message[field::HEADING] = heading_byte(pose.heading);
-    message[field::WEIGHTS_ORDER] = weights.byte();
-    message[field::walls_order(size.area())] = walls.byte();
+    message[layout::LETTER] = b'S';
+    message[layout::X] = pose.cell.x;
+    message[layout::Y] = pose.cell.y;
+    message[layout::HEADING] = heading_byte(pose.heading);
+    message[layout::WEIGHTS_ORDER] = weights.byte();
+    message[layout::walls_order(size.area())] = walls.byte();
 }
 
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
-    use super::*;
-    use crate::{Request, WallsAround};
+    use mmsim_maze::{Heading, WallsAround};
 
-    /// A state of a maze 2 cells wide and 1 high: at (1, 0) heading east, weights 7 and 9, walls.
+    use super::*;
+    use crate::layout::MAX_STATE_BYTES;
+    use crate::request::Request;
+
+    /// A state in a maze of 2x1 cells: at (1, 0) heading east, weights 7 and 9, walls.
     const SMALL: [u8; 10] = *b"S\x01\x00EC\x07\x09F\x0d\x1f";
 
     fn small() -> MazeSize {
@@ -298,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_is_its_bytes() {
+    fn a_state_is_decoded_and_encoded() {
         let Ok(Request::State(state)) = Request::decode(&SMALL, small()) else { panic!() };
         assert_eq!(state.pose, Pose::new(Cell::new(1, 0), Heading::East));
         assert_eq!((state.weights.order(), state.walls.order()), (Order::C, Order::F));
@@ -314,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn malformed_states_say_what_is_wrong() {
+    fn malformed_states_are_errors() {
         let error = |index: usize, byte| {
             let mut message = SMALL;
             message[index] = byte;
@@ -336,28 +188,22 @@ mod tests {
     }
 
     #[test]
-    fn a_map_is_sent_as_the_mouse_knows_it() {
+    fn a_map_is_encoded() {
         let pose = Pose::new(Cell::new(0, 0), Heading::East);
         let mut map = KnownMaze::new(small(), pose.cell, small().central_cells());
         map.observe(pose, WallsAround { left: true, front: false, right: true }).unwrap();
         let mut buffer = [0xa5; MAX_STATE_BYTES];
         let weight = |cell: Cell| 254 + 2 * u16::from(cell.x);
-        let length = encode_state(&mut buffer, pose, &map, weight, Order::F).unwrap();
+        let length = MapState::new(pose, &map, weight, Order::F).encode(&mut buffer).unwrap();
         assert_eq!(&buffer[..length], b"S\x00\x00EF\xfe\xffF\x1d\x16");
         assert!(buffer[length..].iter().all(|&byte| byte == 0xa5));
         let too_small = BufferTooSmall { expected: 10, found: 9 };
-        let result = encode_state(&mut buffer[..9], pose, &map, weight, Order::F);
+        let result = MapState::new(pose, &map, weight, Order::F).encode(&mut buffer[..9]);
         assert_eq!(result, Err(too_small));
     }
 
     #[test]
-    fn a_matrix_has_a_byte_for_each_cell() {
-        assert!(Matrix::new(Order::C, small(), &[1, 2]).is_some());
-        assert!(Matrix::new(Order::C, small(), &[1, 2, 3]).is_none());
-    }
-
-    #[test]
-    fn the_parts_of_a_state_fit_together() {
+    fn the_parts_of_a_state_must_match() {
         let matrix = |size: MazeSize, bytes| Matrix::new(Order::C, size, bytes).unwrap();
         let (wide, high) =
             (matrix(small(), &[1, 2]), matrix(MazeSize::new(1, 2).unwrap(), &[1, 2]));
@@ -373,7 +219,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_state_survives(
+        fn a_state_survives_a_round_trip(
             (width, height) in (1usize..=32, 1usize..=32),
             (x, y, heading) in (any::<u8>(), any::<u8>(), 0usize..4),
             orders in (any_order(), any_order()),

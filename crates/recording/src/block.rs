@@ -1,16 +1,18 @@
 //! A copy of part of a history, for other threads to read.
 
+use mmsim_maze::MazeSize;
+use mmsim_protocol::{StateMessage, state_bytes};
 use zstd::bulk::Decompressor;
 
 use crate::memory::reserve;
-use crate::motion_count::{self, MotionCount};
+use crate::motion_count::MotionCount;
 
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), still compressed.
 #[derive(Clone, Debug)]
 pub struct Block {
     pub(crate) first: usize,
     pub(crate) motion: MotionCount,
-    pub(crate) state_bytes: usize,
+    pub(crate) size: MazeSize,
     pub(crate) states: Vec<u8>,
     pub(crate) packed: bool,
 }
@@ -20,7 +22,7 @@ pub struct Block {
 pub struct States {
     first: usize,
     motion: MotionCount,
-    state_bytes: usize,
+    size: MazeSize,
     bytes: Vec<u8>,
 }
 
@@ -30,21 +32,21 @@ impl Block {
 
     /// Decompresses the states; `None` if out of memory.
     pub fn unpack(self) -> Option<States> {
-        let Self { first, motion, state_bytes, states, packed } = self;
+        let Self { first, motion, size, states, packed } = self;
         if !packed {
-            return Some(States { first, motion, state_bytes, bytes: states });
+            return Some(States { first, motion, size, bytes: states });
         }
         let mut bytes = Vec::new();
-        reserve(&mut bytes, Self::STATES * state_bytes).ok()?;
+        reserve(&mut bytes, Self::STATES * state_bytes(size)).ok()?;
         Decompressor::new().ok()?.decompress_to_buffer(&states, &mut bytes).ok()?;
-        Some(States { first, motion, state_bytes, bytes })
+        Some(States { first, motion, size, bytes })
     }
 }
 
 impl States {
     /// Returns the number of states.
     pub const fn len(&self) -> usize {
-        self.bytes.len() / self.state_bytes
+        self.bytes.len() / state_bytes(self.size)
     }
 
     /// Returns whether there are no states. A block of a history always has some.
@@ -54,14 +56,21 @@ impl States {
 
     /// Returns the state with this index in the whole history.
     pub fn get(&self, index: usize) -> Option<&[u8]> {
-        let start = index.checked_sub(self.first)?.checked_mul(self.state_bytes)?;
-        self.bytes.get(start..start.checked_add(self.state_bytes)?)
+        let length = state_bytes(self.size);
+        let start = index.checked_sub(self.first)?.checked_mul(length)?;
+        self.bytes.get(start..start.checked_add(length)?)
+    }
+
+    /// Returns a view of the state with this index in the whole history.
+    pub fn message(&self, index: usize) -> Option<StateMessage<'_>> {
+        StateMessage::new(self.get(index)?, self.size).ok()
     }
 
     /// Returns the bytes of up to `count` states, starting at index `from`.
     pub fn range(&self, from: usize, count: usize) -> &[u8] {
-        let start = from.saturating_sub(self.first).saturating_mul(self.state_bytes);
-        let end = start.saturating_add(count.saturating_mul(self.state_bytes));
+        let length = state_bytes(self.size);
+        let start = from.saturating_sub(self.first).saturating_mul(length);
+        let end = start.saturating_add(count.saturating_mul(length));
         let end = end.min(self.bytes.len());
         self.bytes.get(start..end).unwrap_or_default()
     }
@@ -71,7 +80,7 @@ impl States {
         self.get(index)?;
         let mut motion = self.motion;
         for index in self.first..index {
-            let pose = |index| self.get(index).and_then(motion_count::pose);
+            let pose = |index| self.message(index)?.pose().ok();
             motion += MotionCount::between(pose(index)?, pose(index + 1)?);
         }
         Some(motion)
@@ -80,12 +89,10 @@ impl States {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::MazeSize;
-    use mmsim_protocol::state_bytes;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::History;
+    use crate::history::History;
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(50))]

@@ -3,13 +3,13 @@
 use std::collections::TryReserveError;
 use std::fmt;
 
-use mmsim_maze::MazeSize;
-use mmsim_protocol::state_bytes;
+use mmsim_maze::{MazeSize, Pose};
+use mmsim_protocol::{StateMessage, state_bytes};
 use zstd::bulk::{Compressor, Decompressor};
 
 use crate::block::Block;
 use crate::memory::reserve;
-use crate::motion_count::{self, MotionCount};
+use crate::motion_count::MotionCount;
 use crate::slabs::Slabs;
 
 /// zstd level of blocks. States of real searches take 9 bytes each at this level; higher levels are
@@ -33,6 +33,7 @@ const LEVEL: i32 = 1;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct History {
+    size: MazeSize,
     /// Length of every state in bytes.
     state_bytes: usize,
     /// Maximum memory in bytes.
@@ -49,10 +50,10 @@ pub struct History {
     previous: Newest,
 }
 
-/// Pose of the newest state, as in its message, and the motion from the first state to it.
+/// Pose of the newest state, if valid, and the motion from the first state to it.
 #[derive(Clone, Copy)]
 struct Newest {
-    pose: Option<[u8; 3]>,
+    pose: Option<Pose>,
     motion: MotionCount,
 }
 
@@ -103,6 +104,7 @@ impl History {
     /// working memory for compression.
     pub const fn with_limit(size: MazeSize, limit: usize) -> Self {
         Self {
+            size,
             state_bytes: state_bytes(size),
             limit,
             packed: Slabs::new(),
@@ -158,7 +160,7 @@ impl History {
         reserve(&mut self.motions, 1).map_err(out_of_memory)?;
         self.open.extend_from_slice(state);
         self.previous = self.newest;
-        self.newest.follow(state);
+        self.newest.follow(StateMessage::new(state, self.size).and_then(|state| state.pose()).ok());
         if starts_block {
             self.motions.push(self.newest.motion);
         }
@@ -199,7 +201,7 @@ impl History {
         Some(Block {
             first: index * Block::STATES,
             motion: *self.motions.get(index)?,
-            state_bytes: self.state_bytes,
+            size: self.size,
             states: copy,
             packed,
         })
@@ -246,9 +248,8 @@ impl fmt::Debug for History {
 impl Newest {
     const START: Self = Self { pose: None, motion: MotionCount { steps: 0, turns: 0 } };
 
-    /// Updates to the next state.
-    fn follow(&mut self, state: &[u8]) {
-        let pose = motion_count::pose(state);
+    /// Updates to the pose of the next state.
+    fn follow(&mut self, pose: Option<Pose>) {
         if let (Some(before), Some(after)) = (self.pose, pose) {
             self.motion += MotionCount::between(before, after);
         }

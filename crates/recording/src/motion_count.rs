@@ -2,6 +2,8 @@
 
 use std::ops::AddAssign;
 
+use mmsim_maze::{Heading, Pose};
+
 /// Steps and turns from the first state of a history to one of its states.
 ///
 /// ```
@@ -29,41 +31,40 @@ impl AddAssign for MotionCount {
 
 impl MotionCount {
     /// Returns the motion between the poses of two consecutive states.
-    pub(crate) fn between([x, y, heading]: [u8; 3], [to_x, to_y, to_heading]: [u8; 3]) -> Self {
-        let steps = u64::from(x.abs_diff(to_x)) + u64::from(y.abs_diff(to_y));
-        let turns = match (quarter(heading), quarter(to_heading)) {
-            (Some(from), Some(to)) => [0, 1, 2, 1][(4 + to - from) % 4],
-            _ => 0,
-        };
-        Self { steps, turns }
+    pub(crate) const fn between(from: Pose, to: Pose) -> Self {
+        let (dx, dy) = (from.cell.x.abs_diff(to.cell.x), from.cell.y.abs_diff(to.cell.y));
+        let quarters = (4 + quarter(to.heading) - quarter(from.heading)) % 4;
+        Self { steps: dx as u64 + dy as u64, turns: [0, 1, 2, 1][quarters] }
     }
 }
 
-/// Returns the bytes of the pose: x, y and the letter of the heading.
-pub(crate) fn pose(state: &[u8]) -> Option<[u8; 3]> {
-    state.get(1..)?.first_chunk().copied()
-}
-
-fn quarter(letter: u8) -> Option<usize> {
-    b"NESW".iter().position(|&heading| heading == letter)
+/// Returns the quarter turns clockwise from north.
+const fn quarter(heading: Heading) -> usize {
+    match heading {
+        Heading::North => 0,
+        Heading::East => 1,
+        Heading::South => 2,
+        Heading::West => 3,
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use mmsim_maze::Cell;
+    use mmsim_maze::Heading::{East, North, West};
+
     use super::*;
 
     #[test]
     fn steps_are_manhattan_distances_and_turns_are_quarters() {
-        let motion = |before: &[u8], after: &[u8]| {
-            let MotionCount { steps, turns } =
-                MotionCount::between(pose(before).unwrap(), pose(after).unwrap());
+        let motion = |from: (u8, u8, Heading), to: (u8, u8, Heading)| {
+            let [from, to] = [from, to].map(|(x, y, heading)| Pose::new(Cell::new(x, y), heading));
+            let MotionCount { steps, turns } = MotionCount::between(from, to);
             (steps, turns)
         };
-        assert_eq!(motion(b"S\x00\x00N", b"S\x00\x01N"), (1, 0));
-        assert_eq!(motion(b"S\x03\x05N", b"S\x01\x09W"), (6, 1));
-        assert_eq!(motion(b"S\x03\x05E", b"S\x03\x05W"), (0, 2));
-        assert_eq!(motion(b"S\x03\x05W", b"S\x03\x05N"), (0, 1));
-        assert_eq!(pose(b"S\x00\x00"), None);
-        assert_eq!(motion(b"S\x00\x00?", b"S\x00\x02N"), (2, 0));
+        assert_eq!(motion((0, 0, North), (0, 1, North)), (1, 0));
+        assert_eq!(motion((3, 5, North), (1, 9, West)), (6, 1));
+        assert_eq!(motion((3, 5, East), (3, 5, West)), (0, 2));
+        assert_eq!(motion((3, 5, West), (3, 5, North)), (0, 1));
     }
 }

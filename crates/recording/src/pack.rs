@@ -133,7 +133,7 @@ impl Unpacked {
         let times = FileTimes::new().set_modified(metadata.modified()?);
         target.as_file().set_times(times)?;
         target.as_file().sync_all()?;
-        // Another program may have removed or replaced the recording meanwhile.
+        // Another program may have removed or replaced the recording.
         if identity(&fs::metadata(path)?) != *expected {
             return Err(io::ErrorKind::NotFound.into());
         }

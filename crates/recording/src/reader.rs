@@ -368,7 +368,7 @@ mod tests {
             changed[at] ^= 0x55;
             match Recording::read(&changed[..]) {
                 Ok(recording) => {
-                    noticed += usize::from(*recording.integrity() != Integrity::Closed)
+                    noticed += usize::from(*recording.integrity() != Integrity::Closed);
                 }
                 Err(_) => noticed += 1,
             }

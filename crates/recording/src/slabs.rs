@@ -17,7 +17,7 @@ const MIN_SLAB_BYTES: usize = 64 * 1024;
 /// A list of byte strings.
 #[derive(Debug, Default)]
 pub(crate) struct Slabs {
-    slabs: Vec<Vec<u8>>,
+    buffers: Vec<Vec<u8>>,
     locations: Vec<Location>,
     bytes: usize,
 }
@@ -32,7 +32,7 @@ struct Location {
 
 impl Slabs {
     pub(crate) const fn new() -> Self {
-        Self { slabs: Vec::new(), locations: Vec::new(), bytes: 0 }
+        Self { buffers: Vec::new(), locations: Vec::new(), bytes: 0 }
     }
 
     /// Returns the number of strings.
@@ -51,12 +51,12 @@ impl Slabs {
     /// Out of memory. Nothing changes then.
     pub(crate) fn push(&mut self, bytes: &[u8]) -> Result<(), TryReserveError> {
         reserve(&mut self.locations, 1)?;
-        if self.slabs.last().is_none_or(|slab| slab.capacity() - slab.len() < bytes.len()) {
-            reserve(&mut self.slabs, 1)?;
-            self.slabs.push(new_slab(bytes.len())?);
+        if self.buffers.last().is_none_or(|slab| slab.capacity() - slab.len() < bytes.len()) {
+            reserve(&mut self.buffers, 1)?;
+            self.buffers.push(new_slab(bytes.len())?);
         }
-        let slab = self.slabs.len() - 1;
-        if let Some(last) = self.slabs.last_mut() {
+        let slab = self.buffers.len() - 1;
+        if let Some(last) = self.buffers.last_mut() {
             self.locations.push(Location { slab, start: last.len(), length: bytes.len() });
             last.extend_from_slice(bytes);
         }
@@ -67,7 +67,7 @@ impl Slabs {
     /// Returns the string with this index.
     pub(crate) fn get(&self, index: usize) -> Option<&[u8]> {
         let &Location { slab, start, length } = self.locations.get(index)?;
-        self.slabs.get(slab)?.get(start..start + length)
+        self.buffers.get(slab)?.get(start..start + length)
     }
 }
 
@@ -97,7 +97,7 @@ mod tests {
             assert_eq!((slabs.len(), slabs.get(count)), (count, None));
             slabs.push(string).unwrap();
         }
-        assert_eq!(slabs.slabs.len(), 2);
+        assert_eq!(slabs.buffers.len(), 2);
         for (index, string) in strings.iter().enumerate() {
             assert!(slabs.get(index) == Some(string));
         }

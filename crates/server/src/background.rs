@@ -1,16 +1,16 @@
-//! A server on a thread of its own.
+//! A server on a background thread.
 
 use std::thread::{self, JoinHandle};
 
 use crate::{ServeError, Server, Simulation, Stop};
 
-/// A server on a thread of its own, which serves until it is stopped or the process ends.
+/// A server on a background thread. It runs until it is stopped or the process ends.
 ///
 /// ```
 /// use mmsim_server::{Server, Simulation};
 /// let maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
 /// let server = Server::bind("127.0.0.1", 0)?.spawn(Simulation::new("small", maze));
-/// println!("a client may now connect to {}", server.address());
+/// println!("listening on {}", server.address());
 /// let simulation = server.stop()?;
 /// assert!(simulation.history().is_empty());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -22,7 +22,7 @@ pub struct Background {
 }
 
 impl Server {
-    /// Serves the simulation on a thread of its own.
+    /// Serves the simulation on a background thread.
     pub fn spawn(self, mut simulation: Simulation) -> Background {
         let (address, stop) = (self.address().to_string(), self.stop_handle());
         let thread = thread::spawn(move || self.run(&mut simulation).map(|()| simulation));
@@ -31,21 +31,21 @@ impl Server {
 }
 
 impl Background {
-    /// Where clients connect, such as `tcp://127.0.0.1:6574`.
+    /// Returns the address for clients, such as `tcp://127.0.0.1:6574`.
     pub fn address(&self) -> &str {
         &self.address
     }
 
-    /// Stops the server and gives the simulation with all it has kept.
+    /// Stops the server and returns the simulation with its history.
     ///
     /// # Errors
-    /// The server has failed before.
+    /// The server had already failed.
     ///
     /// # Panics
-    /// The server's thread has panicked, which would be a mistake of ours.
+    /// The server's thread panicked, which is a bug in this crate.
     pub fn stop(self) -> Result<Simulation, ServeError> {
         self.stop.stop();
-        // A panic of the server's thread goes on in the one that waits for it.
+        // Propagates a panic of the server's thread.
         self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }

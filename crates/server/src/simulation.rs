@@ -66,6 +66,7 @@ impl Simulation {
                 Ok(json) => set(reply, Reply::Info(&json)),
                 Err(error) => refuse(reply, error),
             },
+            Ok(_) => refuse(reply, "unsupported request"),
             Err(error) => refuse(reply, error),
         }
         Change::Nothing
@@ -119,7 +120,7 @@ pub(crate) fn refuse(buffer: &mut ReplyBuffer, reason: impl fmt::Display) {
 #[cfg(test)]
 mod tests {
     use mmsim_maze::{MazeSize, Pose, Walls, WallsAround};
-    use mmsim_protocol::{Cell, Heading, KnownMaze, MAX_STATE_BYTES, Order, encode_state};
+    use mmsim_protocol::{Cell, Heading, KnownMaze, MAX_STATE_BYTES, MapState, Order};
     use proptest::prelude::*;
 
     use super::*;
@@ -138,7 +139,7 @@ mod tests {
     fn state(size: MazeSize, pose: Pose, weight: u16) -> Vec<u8> {
         let map = KnownMaze::new(size, pose.cell, size.central_cells());
         let mut buffer = [0; MAX_STATE_BYTES];
-        let length = encode_state(&mut buffer, pose, &map, |_| weight, Order::C).unwrap();
+        let length = MapState::new(pose, &map, |_| weight, Order::C).encode(&mut buffer).unwrap();
         buffer[..length].to_vec()
     }
 

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::StatusCode;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
-use mmsim_protocol::{Info, Request, State};
+use mmsim_protocol::{Info, State};
 use mmsim_recording::{Block, Integrity, Recording, States, Times};
 use mmsim_server::{Monitor, MonitorError, Status};
 
@@ -73,13 +73,10 @@ impl RunDescription {
         index: usize,
     ) -> Result<DecodedState<'a>, ApiError> {
         let message = states.get(index).unwrap_or_default();
-        match Request::decode(message, self.size) {
-            Ok(Request::State(state)) => {
-                let map = state.map(self.unexplored.start(), *self.unexplored.goals());
-                Ok(DecodedState { message, state, map })
-            }
-            _ => Err(ApiError::internal(format!("cannot decode state {index}"))),
-        }
+        let state = State::decode(message, self.size)
+            .map_err(|_| ApiError::internal(format!("cannot decode state {index}")))?;
+        let map = state.map(self.unexplored.start(), *self.unexplored.goals());
+        Ok(DecodedState { message, state, map })
     }
 }
 

@@ -1,6 +1,7 @@
 //! A state as the page shows it.
 
 use mmsim_drawing::TRAIL_CELLS;
+use mmsim_maze::Pose;
 use mmsim_recording::Block;
 use serde::Serialize;
 
@@ -59,8 +60,8 @@ pub(crate) fn trail(source: &Source, run: u32, last: usize) -> Result<Vec<[u8; 2
         let end = ((index / Block::STATES + 1) * Block::STATES).min(last + 1);
         let states = source.block(run, end - 1)?;
         for index in index..end {
-            // x and y follow the type of the message.
-            cells.extend(states.get(index).and_then(|state| state.get(1..)?.first_chunk::<2>()));
+            let pose = states.message(index).and_then(|message| message.pose().ok());
+            cells.extend(pose.map(|Pose { cell, .. }| [cell.x, cell.y]));
         }
         index = end;
     }

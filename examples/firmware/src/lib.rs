@@ -14,7 +14,7 @@
 use core::mem::MaybeUninit;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Step, WallsAround};
-use mmsim_protocol::{Order, encode_state, state_bytes};
+use mmsim_protocol::{MapState, Order, state_bytes};
 use mmsim_solvers::{FloodFill, Move};
 
 /// Put your own strategy here.
@@ -72,7 +72,7 @@ pub extern "C" fn mouse_stepped(mouse: &mut Mouse, step: u8) -> bool {
 pub extern "C" fn mouse_encode_state(mouse: &Mouse, message: &mut [u8; STATE_BYTES]) {
     let weight = |cell| mouse.weight(cell);
     // Cannot fail: the buffer has the length of the message.
-    let _ = encode_state(message, mouse.pose(), mouse.map(), weight, Order::F);
+    let _ = MapState::new(mouse.pose(), mouse.map(), weight, Order::F).encode(message);
 }
 
 /// Halts after a panic. A real mouse stops its motors first.

@@ -4,9 +4,7 @@ use std::fs::File;
 use std::process::Stdio;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, WallState};
-use mmsim_protocol::{
-    CellWalls, MAX_STATE_BYTES, Order, Reply, Request, encode_state, state_bytes,
-};
+use mmsim_protocol::{CellWalls, MAX_STATE_BYTES, MapState, Order, Reply, Request, state_bytes};
 use mmsim_tests::output_of;
 
 use crate::client;
@@ -45,7 +43,6 @@ impl Tasks {
         self.input.extend(number(message.len()));
         self.input.extend(message);
         let (head, text) = match Reply::decode(message) {
-            Err(_) | Ok(Reply::Info(_)) => ([0; 4], ""),
             Ok(Reply::Pong) => ([1, 0, 0, 0], ""),
             Ok(Reply::Ok) => ([2, 0, 0, 0], ""),
             Ok(Reply::Walls(around)) => {
@@ -53,6 +50,7 @@ impl Tasks {
                 ([3, left, front, right], "")
             }
             Ok(Reply::Error(reason)) => ([4, 0, 0, 0], reason),
+            _ => ([0; 4], ""),
         };
         self.expected.extend(head);
         self.expected.push(u8::try_from(text.len()).unwrap());
@@ -119,7 +117,7 @@ fn states_of_every_size_and_order() {
                 arguments.push(CellWalls::known(&map, cell).0);
             }
             let mut buffer = [0; MAX_STATE_BYTES];
-            let length = encode_state(&mut buffer, pose, &map, weight, order).unwrap();
+            let length = MapState::new(pose, &map, weight, order).encode(&mut buffer).unwrap();
             tasks.request(b's', length, &arguments, &buffer[..length]);
             tasks.request(b's', length - 1, &head, &[]);
         }

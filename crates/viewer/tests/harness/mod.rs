@@ -7,7 +7,7 @@ use std::path::Path;
 
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, Maze};
-use mmsim_protocol::{Order, encode_state};
+use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_tests::{PATIENCE, ask, connect, stop, wait_for, within};
@@ -169,7 +169,7 @@ pub fn state(number: usize) -> Vec<u8> {
     let map = mmsim_maze::KnownMaze::unexplored(&maze());
     let mut buffer = [0; 64];
     let weight = |cell: Cell| u16::try_from(number % 100).unwrap() + u16::from(cell.x);
-    let length = encode_state(&mut buffer, pose, &map, weight, Order::C).unwrap();
+    let length = MapState::new(pose, &map, weight, Order::C).encode(&mut buffer).unwrap();
     let mut state = buffer[..length].to_vec();
     // The start: visited, with walls to the east, west and south.
     state[length - 6] = 1 | 2 | 4 | 8;

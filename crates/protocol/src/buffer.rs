@@ -1,0 +1,23 @@
+//! Writing into the caller's buffer.
+
+/// A buffer that is too short for a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected a buffer of at least {expected} bytes, found {found}")]
+pub struct BufferTooSmall {
+    /// Length of the message in bytes.
+    pub expected: usize,
+    /// Length of the buffer in bytes.
+    pub found: usize,
+}
+
+/// Returns the first `length` bytes of the buffer.
+pub(crate) fn front_of(buffer: &mut [u8], length: usize) -> Result<&mut [u8], BufferTooSmall> {
+    let found = buffer.len();
+    buffer.get_mut(..length).ok_or(BufferTooSmall { expected: length, found })
+}
+
+/// Writes a message and returns its length.
+pub(crate) fn write_bytes(buffer: &mut [u8], message: &[u8]) -> Result<usize, BufferTooSmall> {
+    front_of(buffer, message.len())?.copy_from_slice(message);
+    Ok(message.len())
+}

@@ -1,0 +1,59 @@
+//! Errors of requests.
+
+use mmsim_maze::{Cell, Excerpt, MazeSize};
+
+use crate::layout::{WALLS_REQUEST_BYTES, state_bytes};
+
+/// A request that a simulator cannot serve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RequestError {
+    /// The message is not a request of the protocol.
+    #[error("expected ping, reset, info, W or S, found {0}")]
+    Unknown(Excerpt<16>),
+    /// The walls request has the wrong length.
+    #[error("expected W with x, y and heading, {WALLS_REQUEST_BYTES} bytes, found {found} bytes")]
+    WallsLength {
+        /// Length of the message in bytes.
+        found: usize,
+    },
+    /// The state has the wrong length for the maze.
+    #[error(
+        "expected S of {} bytes for a maze of {size} cells, found {found} bytes",
+        state_bytes(*size)
+    )]
+    StateLength {
+        /// Size of the simulator's maze.
+        size: MazeSize,
+        /// Length of the message in bytes.
+        found: usize,
+    },
+    /// The heading is not `N`, `E`, `S` or `W`.
+    #[error("expected N, E, S or W as heading, found {}", Excerpt::<1>::new(&[*found]))]
+    Heading {
+        /// The byte.
+        found: u8,
+    },
+    /// The order of a matrix is not `C` or `F`.
+    #[error("expected C or F as order of the {matrix}, found {}", Excerpt::<1>::new(&[*found]))]
+    Order {
+        /// `weights` or `walls`.
+        matrix: &'static str,
+        /// The byte.
+        found: u8,
+    },
+    /// The cell is outside the maze.
+    #[error("expected a cell in a maze of {size} cells, found {cell}")]
+    Outside {
+        /// The cell.
+        cell: Cell,
+        /// Size of the simulator's maze.
+        size: MazeSize,
+    },
+    /// The message has several frames.
+    #[error("expected one frame, found {found}")]
+    Frames {
+        /// Number of frames.
+        found: usize,
+    },
+}
