@@ -16,7 +16,7 @@ use child::{Child, Line, MAX_LINE_BYTES, Next};
 use ended::{Ended, How};
 use mmsim_client::{Transport, Zmq};
 use mmsim_maze::{Cell, Heading, KnownMaze, Pose};
-use mmsim_mms::{Command, CommandError, Excerpt, Mouse, Reply};
+use mmsim_mms::{Command, CommandError, Excerpt, Response, SimulatedMouse};
 use simulator::{Simulator, Stop};
 
 use crate::args::wrong_usage;
@@ -92,7 +92,7 @@ fn search(
     let mut simulator = Simulator::begin(transport, map.size(), interrupt, pace)?;
     let mut search = Search {
         button: Button::from_stdin(),
-        mouse: Mouse::new(map.size(), map.start(), *map.goals()),
+        mouse: SimulatedMouse::new(map.size(), map.start(), *map.goals()),
         limit: args.limit,
         lines: 0,
         crashes: 0,
@@ -124,7 +124,7 @@ fn search(
 /// A mouse on its way.
 struct Search {
     button: Button,
-    mouse: Mouse,
+    mouse: SimulatedMouse,
     limit: Option<u32>,
     lines: u64,
     crashes: u64,
@@ -212,8 +212,8 @@ impl Search {
             }
         };
         let is_movement = matches!(command, Command::Forward { .. } | Command::Turn { .. });
-        let reply = self.mouse.obey(command, simulator)?;
-        self.crashes += u64::from(reply == Some(Reply::Crash));
+        let reply = self.mouse.execute(command, simulator)?;
+        self.crashes += u64::from(reply == Some(Response::Crash));
         if let Some(limit) = self.limit.filter(|_| is_movement)
             && self.mouse.scores().total().cost() > limit.into()
         {

@@ -4,14 +4,14 @@ use std::fmt::Write as _;
 use std::process::ExitStatus;
 
 use mmsim_client::RunError;
-use mmsim_mms::{Decimal, Mouse, Reply, Run, Stat};
+use mmsim_mms::{GeneralFormat, SimulatedMouse, Stat, TravelStats};
 use serde::Serialize;
 
 use crate::interrupt::Interrupt;
 
 /// A mouse that has ended, or was ended.
 pub(crate) struct Ended {
-    pub(crate) mouse: Mouse,
+    pub(crate) mouse: SimulatedMouse,
     pub(crate) how: How,
     /// How many movements came to a wall, or were none.
     pub(crate) crashes: u64,
@@ -53,15 +53,15 @@ impl Ended {
             How::LostSimulator(_) | How::Failed(_) => "was ended".into(),
         };
         let scores = self.mouse.scores();
-        let goal = if scores.best().is_some() { "goal reached" } else { "goal not reached" };
-        format!("the mouse {how}; {goal}, score {}", Decimal(scores.score()))
+        let goal = if scores.best_run().is_some() { "goal reached" } else { "goal not reached" };
+        format!("the mouse {how}; {goal}, score {}", GeneralFormat(scores.score()))
     }
 
     /// What mms's competitions write down, a line each.
     pub(crate) fn scores(&self) -> String {
         let scores = self.mouse.scores();
         Stat::COMPETITION.iter().fold(String::new(), |mut text, &stat| {
-            let value = scores.stat(stat).unwrap_or(Reply::Absent);
+            let value = scores.stat(stat);
             // Writing to a string cannot fail.
             let _ = writeln!(text, "{stat}: {value}");
             text
@@ -71,7 +71,7 @@ impl Ended {
     /// What `--json` prints.
     pub(crate) fn report(&self) -> Report {
         let scores = self.mouse.scores();
-        let (total, best) = (scores.total(), scores.best());
+        let (total, best) = (scores.total(), scores.best_run());
         let (exit_code, signal) = match &self.how {
             How::ByItself(status) => (status.code(), signal(*status)),
             _ => (None, None),
@@ -84,9 +84,9 @@ impl Ended {
         Report {
             goal_reached: best.is_some(),
             score: scores.score(),
-            best_run_distance: best.map(Run::distance),
-            best_run_effective_distance: best.map(Run::effective_distance),
-            best_run_turns: best.map(Run::turns),
+            best_run_distance: best.map(TravelStats::distance),
+            best_run_effective_distance: best.map(TravelStats::effective_distance),
+            best_run_turns: best.map(TravelStats::turns),
             total_distance: total.distance(),
             total_effective_distance: total.effective_distance(),
             total_turns: total.turns(),

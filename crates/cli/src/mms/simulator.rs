@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Transport};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState};
-use mmsim_mms::{Mouse, Surroundings};
+use mmsim_mms::{Environment, SimulatedMouse};
 
 use crate::interrupt::Interrupt;
 
@@ -23,7 +23,7 @@ pub(crate) struct Simulator<'a, T> {
     interrupt: &'a Interrupt,
     pace: Duration,
     /// The mouse as it was told last.
-    last: Option<Mouse>,
+    last: Option<SimulatedMouse>,
 }
 
 impl<'a, T: Transport> Simulator<'a, T> {
@@ -41,12 +41,12 @@ impl<'a, T: Transport> Simulator<'a, T> {
     }
 
     /// Tells where the mouse is and what it shows, if that was not told last.
-    pub(crate) fn tell(&mut self, mouse: &Mouse) -> Result<(), Stop> {
+    pub(crate) fn tell(&mut self, mouse: &SimulatedMouse) -> Result<(), Stop> {
         let is_told = self.last.as_ref().is_some_and(|last| shows_the_same(last, mouse));
         if is_told { Ok(()) } else { self.tell_again(mouse) }
     }
 
-    fn tell_again(&mut self, mouse: &Mouse) -> Result<(), Stop> {
+    fn tell_again(&mut self, mouse: &SimulatedMouse) -> Result<(), Stop> {
         let number = |cell| mouse.number(cell);
         self.exchange.state(mouse.pose(), mouse.map(), number).map_err(Stop::Failed)?;
         self.last = Some(mouse.clone());
@@ -54,10 +54,10 @@ impl<'a, T: Transport> Simulator<'a, T> {
     }
 }
 
-impl<T: Transport> Surroundings for Simulator<'_, T> {
+impl<T: Transport> Environment for Simulator<'_, T> {
     type Error = Stop;
 
-    fn wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Stop> {
+    fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Stop> {
         match self.told.wall(cell, heading) {
             WallState::Present => Ok(true),
             WallState::Absent => Ok(false),
@@ -73,13 +73,13 @@ impl<T: Transport> Surroundings for Simulator<'_, T> {
         }
     }
 
-    fn moved(&mut self, mouse: &Mouse) -> Result<(), Stop> {
+    fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), Stop> {
         self.tell_again(mouse)?;
         if self.interrupt.wait_for(self.pace) { Err(Stop::Interrupted) } else { Ok(()) }
     }
 }
 
-fn shows_the_same(one: &Mouse, other: &Mouse) -> bool {
+fn shows_the_same(one: &SimulatedMouse, other: &SimulatedMouse) -> bool {
     let mut cells = one.map().size().cells();
     one.pose() == other.pose()
         && one.map() == other.map()
