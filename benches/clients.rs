@@ -1,8 +1,8 @@
-//! Several clients at once: how long requests take, beside a plain event loop in the same run that
-//! answers messages of the same sizes without looking at them.
+//! Latency and throughput with several clients at once, compared in the same run with a plain event
+//! loop that replies with messages of the same sizes without parsing requests.
 //!
-//! The clients speak ZMTP on bare sockets, so that their own cost is small. Each waits for its reply
-//! before it sends the next request, as a mouse does.
+//! The clients use ZMTP on plain TCP sockets, which keeps their overhead small. Like a mouse, each
+//! waits for the reply before it sends the next request.
 
 use std::collections::HashMap;
 use std::io::{ErrorKind, Read, Write};
@@ -14,25 +14,25 @@ use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token};
 use mmsim_benches::{bundled_maze, median, serve};
 
-/// Clients at the same time.
+/// Numbers of concurrent clients.
 const CLIENTS: [usize; 3] = [1, 2, 10];
 
-/// Rounds in which both sides alternate, and requests of all clients in each.
+/// The number of rounds, in which both sides take turns, and of requests in a round.
 const ROUNDS: usize = 15;
 const REQUESTS: usize = 6000;
 
-/// The greeting of ZMTP 3.1 without the zeros at its end, and its length with them.
+/// The ZMTP 3.1 greeting without its trailing zeros, and its full length.
 const GREETING: &[u8] = b"\xff\0\0\0\0\0\0\0\0\x7f\x03\x01NULL";
 const GREETING_BYTES: usize = 64;
 
-/// The command READY of a REQ socket.
+/// The READY command of a REQ socket.
 const READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
-/// `W` at the start, and its reply, as they are on the wire.
+/// A `W` request at the start and its reply, as bytes on the wire.
 const REQUEST: &[u8] = b"\x01\0\0\x04W\0\0N";
 const REPLY: &[u8] = b"\x01\0\0\x03\x01\0\x01";
 
-/// Accepts connections and answers each [`REQUEST`] as soon as it has come, without a limit or a turn.
+/// Accepts connections and replies to each [`REQUEST`] at once, without limits or fair queueing.
 fn plain_loop(mut listener: TcpListener) {
     const LISTENER: Token = Token(usize::MAX);
     let mut poll = Poll::new().unwrap();
@@ -64,42 +64,43 @@ fn plain_loop(mut listener: TcpListener) {
     }
 }
 
-/// A connection to our server after its handshake.
-fn greet(address: &str) -> TcpStream {
+/// Connects to our server and completes the handshake.
+fn connect_zmtp(address: &str) -> TcpStream {
     let mut stream = net::TcpStream::connect(address.trim_start_matches("tcp://")).unwrap();
     let zeros = [0; GREETING_BYTES - GREETING.len()];
     stream.write_all(&[GREETING, &zeros, READY].concat()).unwrap();
-    let (mut theirs, mut head) = ([0; GREETING_BYTES], [0; 2]);
-    stream.read_exact(&mut theirs).unwrap();
-    stream.read_exact(&mut head).unwrap();
-    stream.read_exact(&mut vec![0; head[1].into()]).unwrap();
-    polled(stream)
+    let (mut greeting, mut header) = ([0; GREETING_BYTES], [0; 2]);
+    stream.read_exact(&mut greeting).unwrap();
+    stream.read_exact(&mut header).unwrap();
+    stream.read_exact(&mut vec![0; header[1].into()]).unwrap();
+    into_mio(stream)
 }
 
-/// The same connection for a [`Poll`].
-fn polled(stream: net::TcpStream) -> TcpStream {
+/// Converts a connection for use with [`Poll`].
+fn into_mio(stream: net::TcpStream) -> TcpStream {
     stream.set_nodelay(true).unwrap();
     stream.set_nonblocking(true).unwrap();
     TcpStream::from_std(stream)
 }
 
-/// What the clients of a round saw.
+/// The measurements of a round.
 #[derive(Clone, Copy)]
-struct Round {
-    /// Microseconds of half of all requests at most, and of 99 in 100.
+struct RoundStats {
+    /// Median latency in microseconds.
     p50: f64,
+    /// 99th percentile of the latency in microseconds.
     p99: f64,
-    /// Requests a second, of all clients together.
+    /// Requests per second of all clients together.
     rate: f64,
 }
 
-/// Lets all clients ask until there were so many requests. One thread does this for all of them:
-/// threads would measure how the system schedules them.
-fn round(clients: &mut [TcpStream], requests: usize) -> Round {
+/// Sends this number of requests from all clients. A single thread serves all clients, so that the
+/// scheduler does not affect the result.
+fn round(clients: &mut [TcpStream], requests: usize) -> RoundStats {
     let (mut poll, mut events) = (Poll::new().unwrap(), Events::with_capacity(clients.len()));
     let (mut times, mut reply) = (Vec::with_capacity(requests), [0; REPLY.len()]);
-    let begin = Instant::now();
-    let mut asked = vec![begin; clients.len()];
+    let start = Instant::now();
+    let mut sent = vec![start; clients.len()];
     for (index, client) in clients.iter_mut().enumerate() {
         poll.registry().register(client, Token(index), Interest::READABLE).unwrap();
         client.write_all(REQUEST).unwrap();
@@ -112,21 +113,21 @@ fn round(clients: &mut [TcpStream], requests: usize) -> Round {
             let client = &mut clients[index];
             client.read_exact(&mut reply).unwrap();
             assert_eq!(reply, REPLY);
-            times.push(asked[index].elapsed().as_secs_f64() * 1e6);
+            times.push(sent[index].elapsed().as_secs_f64() * 1e6);
             if times.len() + waiting > requests {
                 waiting -= 1;
                 continue;
             }
-            asked[index] = Instant::now();
+            sent[index] = Instant::now();
             client.write_all(REQUEST).unwrap();
         }
     }
-    let rate = f64::from(u32::try_from(times.len()).unwrap()) / begin.elapsed().as_secs_f64();
+    let rate = f64::from(u32::try_from(times.len()).unwrap()) / start.elapsed().as_secs_f64();
     for client in clients {
         poll.registry().deregister(client).unwrap();
     }
     times.sort_by(f64::total_cmp);
-    Round { p50: times[times.len() / 2], p99: times[times.len() * 99 / 100], rate }
+    RoundStats { p50: times[times.len() / 2], p99: times[times.len() * 99 / 100], rate }
 }
 
 fn main() {
@@ -136,15 +137,15 @@ fn main() {
     let listener = TcpListener::bind(SocketAddr::from(([127, 0, 0, 1], 0))).unwrap();
     let plain = listener.local_addr().unwrap().to_string();
     thread::spawn(|| plain_loop(listener));
-    println!("clients: medians of {rounds} rounds; mmsim, plain loop, median ratio");
+    println!("clients: medians of {rounds} rounds (mmsim, plain loop, ratio)");
     for count in CLIENTS {
-        let mut ours: Vec<_> = (0..count).map(|_| greet(server.address())).collect();
-        let mut others: Vec<_> =
-            (0..count).map(|_| polled(net::TcpStream::connect(&plain).unwrap())).collect();
+        let mut ours: Vec<_> = (0..count).map(|_| connect_zmtp(server.address())).collect();
+        let mut plain_clients: Vec<_> =
+            (0..count).map(|_| into_mio(net::TcpStream::connect(&plain).unwrap())).collect();
         let rounds: Vec<_> = (0..rounds)
-            .map(|_| (round(&mut ours, requests), round(&mut others, requests)))
+            .map(|_| (round(&mut ours, requests), round(&mut plain_clients, requests)))
             .collect();
-        let row = |name: &str, figure: fn(&Round) -> f64| {
+        let row = |name: &str, figure: fn(&RoundStats) -> f64| {
             let side = |figures: Vec<f64>| median(&figures);
             println!(
                 "clients/{count:>2} {name}: {:>9.1} {:>9.1} {:>6.3}",
@@ -153,8 +154,8 @@ fn main() {
                 side(rounds.iter().map(|(ours, plain)| figure(ours) / figure(plain)).collect()),
             );
         };
-        row("p50 in us     ", |round| round.p50);
-        row("p99 in us     ", |round| round.p99);
+        row("p50 in µs     ", |round| round.p50);
+        row("p99 in µs     ", |round| round.p99);
         row("requests per s", |round| round.rate);
     }
     server.stop().unwrap();

@@ -1,4 +1,4 @@
-//! Mazes made: one of each style, and what ten thousand contest mazes take, the slowest among them.
+//! Maze generation: one maze of each style, then the mean and maximum time of 10,000 contest mazes.
 
 use std::collections::HashSet;
 use std::hint::black_box;
@@ -27,27 +27,27 @@ fn styles(criterion: &mut Criterion) {
     }
 }
 
-/// Times each maze, the best of three, since else the slowest is the one during which the system did
-/// something else. Then asserts that all can be reached and are different.
+/// Times each maze, taking the best of three runs so that interruptions by the system do not count as
+/// slow mazes. Asserts that all mazes are distinct and all their cells reachable.
 fn ten_thousand(_: &mut Criterion) {
     for (size, name) in [(MazeSize::CLASSIC, "16x16"), (MazeSize::HALF_SIZE, "32x32")] {
         let mut mazes = HashSet::new();
-        let (mut all, mut slowest) = (Duration::ZERO, Duration::ZERO);
+        let (mut total, mut slowest) = (Duration::ZERO, Duration::ZERO);
         for seed in 0..MAZES {
             let maze = generate(size, seed.into(), Style::Contest);
             let timed = || {
-                let begin = Instant::now();
+                let start = Instant::now();
                 black_box(generate(size, seed.into(), Style::Contest));
-                begin.elapsed()
+                start.elapsed()
             };
             let time = timed().min(timed()).min(timed());
-            all += time;
+            total += time;
             slowest = slowest.max(time);
             assert_eq!(MazeFacts::new(&maze).reachable_cells, size.area());
             mazes.insert(maze);
         }
         assert_eq!(mazes.len(), MAZES as usize);
-        let mean = all / MAZES;
+        let mean = total / MAZES;
         println!("generate/{name}/contest: {MAZES} mazes, mean {mean:.1?}, slowest {slowest:.1?}");
     }
 }

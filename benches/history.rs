@@ -1,5 +1,5 @@
-//! A million states of real searches in a history: what they take in memory, how long it takes to
-//! add one, and to read them at random and in order. Beside it, the plain list of the reference.
+//! A history of a million states of real searches: memory use, and the time to add a state and to
+//! read states in random and sequential order.
 
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hasher};
@@ -11,10 +11,10 @@ use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::state_bytes;
 use mmsim_recording::History;
 
-/// One push in so many packs a block.
+/// States in a block. Every push of this number compresses a block.
 const BLOCK_STATES: usize = 256;
 
-/// How many states are read at random.
+/// The number of random reads.
 const READS: usize = 10_000;
 
 fn hash(state: &[u8]) -> u64 {
@@ -23,8 +23,8 @@ fn hash(state: &[u8]) -> u64 {
     hasher.finish()
 }
 
-/// Which of the states in the order of the searches are new, and the hashes of those, `count` in
-/// all. So the searches can be run again without a set of what there was.
+/// Returns which states of the searches are new, and the hashes of the new ones, `count` in total.
+/// Later runs of the same searches thus need no set of seen states.
 fn new_states(mazes: &[Maze], count: usize) -> (Vec<bool>, Vec<u64>) {
     let (mut seen, mut is_new, mut hashes) = (HashSet::new(), Vec::new(), Vec::new());
     let mut searches = Searches::new(mazes);
@@ -40,15 +40,15 @@ fn new_states(mazes: &[Maze], count: usize) -> (Vec<bool>, Vec<u64>) {
     (is_new, hashes)
 }
 
-/// What the process holds in memory, in bytes, where the system tells.
-fn resident() -> Option<usize> {
+/// Returns the resident memory of the process in bytes, if the system reports it.
+fn resident_bytes() -> Option<usize> {
     let statm = std::fs::read_to_string("/proc/self/statm").ok()?;
     let pages: usize = statm.split(' ').nth(1)?.parse().ok()?;
     Some(pages * 4096)
 }
 
-#[expect(clippy::cast_precision_loss, reason = "figures for people")]
-fn each(total: f64, count: usize) -> f64 {
+#[expect(clippy::cast_precision_loss, reason = "only printed")]
+fn mean(total: f64, count: usize) -> f64 {
     total / count as f64
 }
 
@@ -66,21 +66,21 @@ fn main() {
     let mut history = History::new(MazeSize::CLASSIC);
     let (mut pushes, mut number) = (vec![Duration::MAX; count], 0);
     pushes.fill(Duration::ZERO);
-    let before = resident();
+    let before = resident_bytes();
     let mut is_new = is_new.into_iter();
     while history.len() < count {
         searches.next(|state| {
             if is_new.next() == Some(true) {
-                let begun = Instant::now();
+                let start = Instant::now();
                 history.push(black_box(state)).unwrap();
-                pushes[number] = begun.elapsed();
+                pushes[number] = start.elapsed();
                 number += 1;
             }
         });
     }
-    let after = resident();
+    let after = resident_bytes();
     println!(
-        "history: {count} states, none twice, of {} searches of {} mazes by {} strategies",
+        "history: {count} distinct states of {} searches in {} mazes with {} strategies",
         searches.count(),
         mazes.len(),
         Searches::STRATEGIES
@@ -92,15 +92,15 @@ fn main() {
     }
     assert_eq!((history.len(), history.get(count)), (count, None));
 
-    #[expect(clippy::cast_precision_loss, reason = "figures for people")]
-    let bytes = |total: usize| each(total as f64, count);
-    println!("history/memory: {:.1} bytes a state counted", bytes(history.bytes()));
+    #[expect(clippy::cast_precision_loss, reason = "only printed")]
+    let bytes = |total: usize| mean(total as f64, count);
+    println!("history/memory: {:.1} bytes per state, counted", bytes(history.bytes()));
     if let (Some(before), Some(after)) = (before, after) {
-        let grown = after.saturating_sub(before);
+        let growth = after.saturating_sub(before);
         let plain = state_bytes(MazeSize::CLASSIC) + size_of::<Vec<u8>>();
         println!(
-            "history/memory: {:.1} bytes a state grown by the process (at most 24; a list takes {plain} or more)",
-            bytes(grown)
+            "history/memory: {:.1} bytes per state, growth of the process (at most 24; a plain list takes {plain} or more)",
+            bytes(growth)
         );
     }
     print_pushes(&pushes);
@@ -108,21 +108,21 @@ fn main() {
 }
 
 fn print_pushes(pushes: &[Duration]) {
-    let mean = each(microseconds(pushes.iter().sum()), pushes.len());
-    println!("history/push: {mean:.2} µs on average (at most 3)");
-    // The machine may stop for a while in any of them; what packs takes its time in each.
-    for (kind, packs) in [("that pack", true), ("that don't", false)] {
+    let mean_time = mean(microseconds(pushes.iter().sum()), pushes.len());
+    println!("history/push: {mean_time:.2} µs mean (at most 3)");
+    // The system may interrupt any push, but compression takes time in every push that compresses.
+    for (kind, compresses) in [("with compression", true), ("without compression", false)] {
         let mut pushes: Vec<_> = pushes
             .iter()
             .enumerate()
-            .filter(|(number, _)| (number % BLOCK_STATES == 0) == packs)
+            .filter(|(number, _)| (number % BLOCK_STATES == 0) == compresses)
             .map(|(_, push)| microseconds(*push))
             .collect();
         pushes.sort_by(f64::total_cmp);
         let (median, longest) = (pushes[pushes.len() / 2], pushes[pushes.len() - 1]);
         let stalls = pushes.iter().filter(|&&push| push > 2000.0).count();
         println!(
-            "history/pushes {kind}: {median:.2} µs the median, {longest:.0} µs the longest, \
+            "history/push {kind}: {median:.2} µs median, {longest:.0} µs maximum, \
              {stalls} of {} over 2 ms",
             pushes.len()
         );
@@ -134,32 +134,32 @@ fn print_reads(history: &History, hashes: &[u64]) {
     let mut reads: Vec<Duration> = (0..READS)
         .map(|_| {
             let index = noise.below(hashes.len());
-            let begun = Instant::now();
+            let start = Instant::now();
             let state = black_box(history.get(index)).unwrap();
-            let time = begun.elapsed();
+            let time = start.elapsed();
             assert_eq!(hash(&state), hashes[index]);
             time
         })
         .collect();
     reads.sort();
     let median = microseconds(reads[READS / 2]);
-    let most = microseconds(reads[READS * 99 / 100]);
+    let p99 = microseconds(reads[READS * 99 / 100]);
     println!(
-        "history/read at random: {median:.1} µs the median (at most 100), {most:.1} µs for 99 of 100"
+        "history/read at random: {median:.1} µs median (at most 100), {p99:.1} µs 99th percentile"
     );
 
-    let begun = Instant::now();
+    let start = Instant::now();
     let mut reader = history.reader();
     let mut read = 0;
     while let Some(state) = reader.get(read) {
         black_box(state);
         read += 1;
     }
-    let rate = each(read_rate(read, begun.elapsed()), 1);
-    println!("history/read in order: {rate:.0} states a second (at least 500000)");
+    let rate = read_rate(read, start.elapsed());
+    println!("history/read in order: {rate:.0} states per second (at least 500000)");
 }
 
-#[expect(clippy::cast_precision_loss, reason = "figures for people")]
+#[expect(clippy::cast_precision_loss, reason = "only printed")]
 fn read_rate(states: usize, time: Duration) -> f64 {
     states as f64 / time.as_secs_f64()
 }

@@ -1,5 +1,5 @@
-//! Plans from the start to the goal of classic mazes, beside the crate `pathfinding`: the shortest
-//! way in cells, and the fewest time steps of a race. Mazes in mixed order.
+//! Path planning from the start to the goal of classic mazes in random order, compared with the crate
+//! `pathfinding`: the shortest path in cells, and the fewest time steps of a race.
 
 use std::hint::black_box;
 
@@ -10,24 +10,24 @@ use mmsim_solvers::ShortestPath;
 use mmsim_trial::{Action, race_optimum};
 use pathfinding::prelude::{astar, bfs};
 
-type Plan<'p> = (&'p str, &'p dyn Fn(&Maze) -> Option<u16>);
+type Planner<'p> = (&'p str, &'p dyn Fn(&Maze) -> Option<u16>);
 
-/// The goal cell that all plan to.
+/// Returns the goal cell for all planners.
 fn goal(maze: &Maze) -> Cell {
     maze.goals().iter().next().unwrap()
 }
 
-/// Asserts that all plans agree on each maze, then times them.
-fn compare(criterion: &mut Criterion, name: &str, plans: &[Plan<'_>]) {
+/// Asserts that all planners agree on each maze, then times them.
+fn compare(criterion: &mut Criterion, name: &str, planners: &[Planner<'_>]) {
     let mazes = classic_mazes();
     for maze in &mazes {
-        for (peer, plan) in &plans[1..] {
-            assert_eq!(plan(maze), plans[0].1(maze), "{peer}");
+        for (peer, plan) in &planners[1..] {
+            assert_eq!(plan(maze), planners[0].1(maze), "{peer}");
         }
     }
     let mut group = criterion.benchmark_group(name);
     group.throughput(Throughput::Elements(1));
-    for (name, plan) in plans {
+    for (name, plan) in planners {
         let mut noise = Noise::new(1);
         group.bench_function(*name, |b| {
             b.iter_batched(
@@ -49,20 +49,22 @@ fn cells(criterion: &mut Criterion) {
     let peer = |maze: &Maze| {
         let (walls, to) = (maze.walls(), goal(maze));
         let steps = |cell: &Cell| walls.open_neighbours(*cell).map(|next| (next, 1));
-        let guess =
+        let heuristic =
             |cell: &Cell| u16::from(cell.x.abs_diff(to.x)) + u16::from(cell.y.abs_diff(to.y));
-        Some(astar(&maze.start().cell, steps, guess, |cell| *cell == to)?.1)
+        Some(astar(&maze.start().cell, steps, heuristic, |cell| *cell == to)?.1)
     };
     compare(criterion, "a_star/mixed", &[("mmsim", &ours), ("pathfinding astar", &peer)]);
 }
 
-/// The cells in which a time step may end.
-fn straights(maze: &Maze, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
+/// Returns the cells in which a time step may end.
+fn reachable_in_one_step(maze: &Maze, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
     Heading::ALL.into_iter().flat_map(move |heading| {
-        let on = move |&here: &Cell| {
+        let next = move |&here: &Cell| {
             (!maze.walls().has(here, heading)).then(|| here.neighbour(heading)).flatten()
         };
-        std::iter::successors(Some(cell), on).skip(1).take(Action::MAX_CELLS.unsigned_abs().into())
+        std::iter::successors(Some(cell), next)
+            .skip(1)
+            .take(Action::MAX_CELLS.unsigned_abs().into())
     })
 }
 
@@ -70,23 +72,23 @@ fn time_steps(criterion: &mut Criterion) {
     let ours = |maze: &Maze| race_optimum(maze.walls(), maze.start().cell, maze.goals());
     let by_bfs = |maze: &Maze| {
         let is_goal = |cell: &Cell| maze.goals().contains(*cell);
-        let way = bfs(&maze.start().cell, |cell| straights(maze, *cell), is_goal)?;
-        u16::try_from(way.len() - 1).ok()
+        let path = bfs(&maze.start().cell, |cell| reachable_in_one_step(maze, *cell), is_goal)?;
+        u16::try_from(path.len() - 1).ok()
     };
     let by_a_star = |maze: &Maze| {
         let goals: Vec<_> = maze.goals().iter().collect();
-        let steps = |cell: &Cell| straights(maze, *cell).map(|next| (next, 1));
-        let guess = |cell: &Cell| {
-            let straight = |from: u8, to: u8| u16::from(from.abs_diff(to).div_ceil(3));
-            let to = |goal: &Cell| straight(cell.x, goal.x) + straight(cell.y, goal.y);
-            goals.iter().map(to).min().unwrap_or(0)
+        let steps = |cell: &Cell| reachable_in_one_step(maze, *cell).map(|next| (next, 1));
+        let heuristic = |cell: &Cell| {
+            let axis_steps = |from: u8, to: u8| u16::from(from.abs_diff(to).div_ceil(3));
+            let steps = |goal: &Cell| axis_steps(cell.x, goal.x) + axis_steps(cell.y, goal.y);
+            goals.iter().map(steps).min().unwrap_or(0)
         };
         let is_goal = |cell: &Cell| maze.goals().contains(*cell);
-        Some(astar(&maze.start().cell, steps, guess, is_goal)?.1)
+        Some(astar(&maze.start().cell, steps, heuristic, is_goal)?.1)
     };
-    let plans: [Plan<'_>; 3] =
+    let planners: [Planner<'_>; 3] =
         [("mmsim", &ours), ("pathfinding bfs", &by_bfs), ("pathfinding astar", &by_a_star)];
-    compare(criterion, "race/mixed", &plans);
+    compare(criterion, "race/mixed", &planners);
 }
 
 criterion_group!(benches, cells, time_steps);

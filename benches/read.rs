@@ -1,4 +1,5 @@
-//! Maze files read: hex digits, whose layout and bits have to be inferred, beside text.
+//! Reading maze files: hex digits, whose orientation and bit order must be inferred, compared with
+//! text.
 
 use std::hint::black_box;
 
@@ -7,11 +8,13 @@ use mmsim_benches::Noise;
 use mmsim_generator::{Style, generate};
 use mmsim_maze::{Cell, Heading, Maze, MazeSize};
 
-/// A maze as hex digits, the rows from the north, `bits` being the headings of 1, 2, 4 and 8.
+/// Formats a maze as hex digits with the northern row first. `bits` are the headings of the bits 1,
+/// 2, 4 and 8.
 fn hex(maze: &Maze, bits: [Heading; 4]) -> String {
     let digit = |x, y| {
         let sides = maze.walls().sides(Cell::new(x, y));
-        let value: u32 = (0..).zip(bits).map(|(bit, of)| u32::from(sides.has(of)) << bit).sum();
+        let value: u32 =
+            (0..).zip(bits).map(|(bit, heading)| u32::from(sides.has(heading)) << bit).sum();
         char::from_digit(value, 16).unwrap()
     };
     let size = maze.size();

@@ -1,5 +1,6 @@
-//! Round trips over ZeroMQ on loopback: `W` and `S` to our server, with and without a recording,
-//! beside a bare REP socket that answers messages of the same sizes without looking at them.
+//! Round trips over ZeroMQ on loopback: `W` and `S` requests to our server, with and without
+//! recording, compared with a bare REP socket that replies with messages of the same sizes without
+//! parsing requests.
 
 use std::hint::black_box;
 use std::thread;
@@ -12,29 +13,29 @@ use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Server, Simulation};
 
-/// Rounds of the comparison and round trips in each; the two sides take turns.
+/// The number of rounds, in which both sides take turns, and of round trips in a round.
 const ROUNDS: usize = 15;
 const TRIPS: u32 = 4000;
 
-/// A request, the length of its reply, and the name of both.
-struct Exchange {
+/// A request and the expected reply.
+struct SampleExchange {
     name: &'static str,
     request: Vec<u8>,
     reply: &'static [u8],
 }
 
-fn exchanges() -> [Exchange; 2] {
+fn exchanges() -> [SampleExchange; 2] {
     let maze = bundled_maze("01-harbour");
     let map = KnownMaze::unexplored(&maze);
     let mut state = vec![0; 518];
     MapState::new(maze.start(), &map, |cell| cell.x.into(), Order::F).encode(&mut state).unwrap();
     [
-        Exchange { name: "W", request: b"W\0\0N".to_vec(), reply: &[1, 0, 1] },
-        Exchange { name: "S", request: state, reply: b"ok" },
+        SampleExchange { name: "W", request: b"W\0\0N".to_vec(), reply: &[1, 0, 1] },
+        SampleExchange { name: "S", request: state, reply: b"ok" },
     ]
 }
 
-/// A connected REQ socket. The context lives as long as the socket.
+/// Returns a connected REQ socket. The socket keeps its context alive.
 fn connect(address: &str) -> zmq::Socket {
     let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
     socket.set_linger(0).unwrap();
@@ -43,8 +44,9 @@ fn connect(address: &str) -> zmq::Socket {
     socket
 }
 
-/// A bare REP socket: whatever comes, the reply is the same. It ends with a message of no byte.
-fn echo(reply: &'static [u8]) -> zmq::Socket {
+/// Starts a bare REP socket that always sends the same reply, until it receives an empty message.
+/// Returns a socket connected to it.
+fn connect_to_bare_rep(reply: &'static [u8]) -> zmq::Socket {
     let socket = zmq::Context::new().socket(zmq::REP).unwrap();
     socket.bind("tcp://127.0.0.1:*").unwrap();
     let address = socket.get_last_endpoint().unwrap().unwrap();
@@ -61,27 +63,27 @@ fn echo(reply: &'static [u8]) -> zmq::Socket {
     connect(&address)
 }
 
-fn trip(socket: &zmq::Socket, request: &[u8], reply: &mut zmq::Message) {
+fn round_trip(socket: &zmq::Socket, request: &[u8], reply: &mut zmq::Message) {
     socket.send(request, 0).unwrap();
     socket.recv(reply, 0).unwrap();
 }
 
-/// How long `trips` round trips take, from an empty history.
-fn time(socket: &zmq::Socket, exchange: &Exchange, trips: u64) -> Duration {
+/// Times round trips, starting with an empty history.
+fn time(socket: &zmq::Socket, exchange: &SampleExchange, trips: u64) -> Duration {
     let mut reply = zmq::Message::new();
-    trip(socket, b"reset", &mut reply);
-    trip(socket, &exchange.request, &mut reply);
+    round_trip(socket, b"reset", &mut reply);
+    round_trip(socket, &exchange.request, &mut reply);
     assert_eq!(*reply, *exchange.reply);
-    let begun = Instant::now();
+    let start = Instant::now();
     for _ in 0..trips {
-        trip(socket, black_box(&exchange.request), &mut reply);
+        round_trip(socket, black_box(&exchange.request), &mut reply);
     }
-    begun.elapsed()
+    start.elapsed()
 }
 
-/// The rate of our server as a part of the bare socket's: the median of rounds in which both take
-/// turns, so that a change in the machine's speed hits both.
-fn compare(name: &str, exchange: &Exchange, ours: &zmq::Socket, bare: &zmq::Socket) {
+/// Prints the rate of our server relative to the bare socket. Both take turns in each round, so that
+/// changes in the machine's speed affect both.
+fn compare(name: &str, exchange: &SampleExchange, ours: &zmq::Socket, bare: &zmq::Socket) {
     let mut ratios: Vec<f64> = (0..ROUNDS)
         .map(|_| {
             let ours = time(ours, exchange, TRIPS.into());
@@ -90,10 +92,10 @@ fn compare(name: &str, exchange: &Exchange, ours: &zmq::Socket, bare: &zmq::Sock
         .collect();
     ratios.sort_by(f64::total_cmp);
     let expected = if name.ends_with("--record") { 0.85 } else { 0.95 };
-    let (median, least, most) = (ratios[ROUNDS / 2], ratios[0], ratios[ROUNDS - 1]);
+    let (median, min, max) = (ratios[ROUNDS / 2], ratios[0], ratios[ROUNDS - 1]);
     println!(
         "round_trip/{}/{name}: {median:.3} of the rate of a bare REP socket \
-         (median of {ROUNDS} rounds, {least:.3} to {most:.3}; at least {expected})",
+         (median of {ROUNDS} rounds, {min:.3} to {max:.3}; at least {expected})",
         exchange.name
     );
 }
@@ -111,7 +113,7 @@ fn main() {
         ("mmsim --record", server(Some(Recorder::new(folder.path()).unwrap()))),
     ];
     for exchange in exchanges() {
-        let bare = echo(exchange.reply);
+        let bare = connect_to_bare_rep(exchange.reply);
         let ours: Vec<_> =
             servers.iter().map(|(name, server)| (*name, connect(server.address()))).collect();
         let mut group = criterion.benchmark_group(format!("round_trip/{}", exchange.name));
@@ -125,7 +127,7 @@ fn main() {
         for (name, ours) in ours.iter().filter(|_| !is_test) {
             compare(name, &exchange, ours, &bare);
         }
-        trip(&bare, b"", &mut zmq::Message::new());
+        round_trip(&bare, b"", &mut zmq::Message::new());
     }
     for (_, server) in servers {
         server.stop().unwrap();

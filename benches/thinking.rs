@@ -1,8 +1,8 @@
-//! Clients that think before each request, as real mice do: what a request costs them, and what it
-//! costs the server in processor time, beside a bare REP socket of libzmq in the same run.
+//! Clients that think before each request, like real mice: the time of a request and the processor
+//! time of the server, compared in the same run with a bare REP socket of libzmq.
 //!
-//! Each pair of rows is measured in alternating rounds; a row has the median and the worst round.
-//! `taskset -c 0` before the command measures it on one processor of Linux.
+//! Both servers take turns in each round. Each row shows the median and the worst round. On Linux,
+//! run the command with `taskset -c 0` to measure on a single processor.
 
 use std::process::{Child, Command, Stdio};
 use std::thread::{self, JoinHandle};
@@ -15,14 +15,14 @@ use rustix::time::{ClockId, clock_gettime};
 /// Thinking times before each request, in microseconds.
 const THINKING_US: [u64; 6] = [0, 5, 20, 60, 100, 200];
 
-/// Rounds of each row, and requests in each round.
+/// The number of rounds in a row, and of requests in a round.
 const ROUNDS: usize = 5;
 const REQUESTS: u32 = 1000;
 
 const REQUEST: &[u8] = b"W\0\0N";
 const REPLY: &[u8] = &[1, 0, 1];
 
-/// The same loop as [`libzmq_client`] in Python; prints the microseconds of a request.
+/// [`libzmq_client`] in Python; prints the mean time of a request in microseconds.
 const PYTHON: &str = r#"
 import sys, time, zmq
 address, requests, thinking_us = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
@@ -41,14 +41,14 @@ for _ in range(requests):
 print((time.perf_counter_ns() - begin) / requests / 1000 - thinking_us)
 "#;
 
-/// Something that answers [`REQUEST`] on a thread of its own, which returns its processor time.
-struct Peer {
+/// A server that replies to [`REQUEST`] on a separate thread, which returns its processor time.
+struct TimedServer {
     address: String,
     stop: Option<Stop>,
     thread: JoinHandle<Duration>,
 }
 
-impl Peer {
+impl TimedServer {
     fn mmsim() -> Self {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         let (address, stop) = (server.address().to_string(), Some(server.stop_handle()));
@@ -59,8 +59,8 @@ impl Peer {
         Self { address, stop, thread }
     }
 
-    /// A bare REP socket, until it receives an empty message. libzmq does its input and output on a
-    /// thread of its own, whose processor time is not counted.
+    /// Starts a bare REP socket, which stops when it receives an empty message. The processor time of
+    /// libzmq's I/O thread is not counted.
     fn libzmq() -> Self {
         let socket = zmq::Context::new().socket(zmq::REP).unwrap();
         socket.bind("tcp://127.0.0.1:*").unwrap();
@@ -75,7 +75,7 @@ impl Peer {
         Self { address, stop: None, thread }
     }
 
-    /// Stops it; returns its processor time.
+    /// Stops the server and returns its processor time.
     fn stop(self) -> Duration {
         match self.stop {
             Some(stop) => stop.stop(),
@@ -100,17 +100,17 @@ fn ask(socket: &zmq::Socket, request: &[u8]) {
     assert_eq!(socket.recv_bytes(0).unwrap(), REPLY);
 }
 
-/// The microseconds of a request to a client in compiled code, which calls libzmq as one in C does.
+/// Returns the mean time of a request in microseconds for a compiled client that uses libzmq.
 fn libzmq_client(address: &str, thinking: Duration) -> f64 {
     let socket = connect(address);
     ask(&socket, REQUEST);
-    let begin = Instant::now();
+    let start = Instant::now();
     for _ in 0..REQUESTS {
         let end = Instant::now() + thinking;
         while Instant::now() < end {}
         ask(&socket, REQUEST);
     }
-    (begin.elapsed() / REQUESTS).saturating_sub(thinking).as_secs_f64() * 1e6
+    (start.elapsed() / REQUESTS).saturating_sub(thinking).as_secs_f64() * 1e6
 }
 
 fn python_client(address: &str, thinking: Duration) -> f64 {
@@ -120,17 +120,17 @@ fn python_client(address: &str, thinking: Duration) -> f64 {
     String::from_utf8(output.stdout).unwrap().trim().parse().unwrap()
 }
 
-/// Processes that are always busy, one for each processor, until dropped.
-struct Neighbours(Vec<Child>);
+/// Busy processes, one for each processor. Dropping the value kills them.
+struct BusyProcesses(Vec<Child>);
 
-impl Neighbours {
+impl BusyProcesses {
     fn start() -> Self {
         let busy = |_| Command::new("sh").args(["-c", "while :; do :; done"]).spawn().unwrap();
         Self((0..processors()).map(busy).collect())
     }
 }
 
-impl Drop for Neighbours {
+impl Drop for BusyProcesses {
     fn drop(&mut self) {
         for child in &mut self.0 {
             let _ = child.kill();
@@ -157,29 +157,30 @@ fn main() {
     if has_python() {
         clients.push(("Python", python_client));
     } else {
-        println!("thinking: no Python with pyzmq, its rows are skipped");
+        println!("thinking: Python with pyzmq not found, skipping its rows");
     }
     let (thinking, rounds) =
         if is_test { (&THINKING_US[..1], 1) } else { (&THINKING_US[..], ROUNDS) };
     println!(
-        "microseconds of a request beside the time the client thinks (worst round), processor time \
-         of the server's thread a request in microseconds; {} processors",
+        "time of a request in µs without thinking time (worst round), and processor time of the \
+         server's thread per request in µs; {} processors",
         processors()
     );
-    for busy in [false, true] {
-        let _neighbours = busy.then(Neighbours::start);
-        let neighbours = if busy { "busy neighbours" } else { "idle machine" };
+    for is_busy in [false, true] {
+        let _processes = is_busy.then(BusyProcesses::start);
+        let load = if is_busy { "busy machine" } else { "idle machine" };
         for (name, client) in &clients {
             for &thinking_us in thinking {
                 let mut ours = Vec::new();
                 let mut bare = Vec::new();
                 for _ in 0..rounds {
-                    ours.push(round(Peer::mmsim(), *client, thinking_us));
-                    bare.push(round(Peer::libzmq(), *client, thinking_us));
+                    ours.push(round(TimedServer::mmsim(), *client, thinking_us));
+                    bare.push(round(TimedServer::libzmq(), *client, thinking_us));
                 }
-                let server: Vec<f64> = ours.iter().map(|(_, spent)| *spent).collect();
+                let server: Vec<f64> =
+                    ours.iter().map(|(_, processor_time)| *processor_time).collect();
                 println!(
-                    "thinking/{name:<6} {thinking_us:>3} us, {neighbours:<15}: mmsim {}, bare REP {}, \
+                    "thinking/{name:<6} {thinking_us:>3} µs, {load}: mmsim {}, bare REP {}, \
                      server {:4.1}",
                     summary(&ours),
                     summary(&bare),
@@ -190,13 +191,14 @@ fn main() {
     }
 }
 
-/// The microseconds of a request for the client and for the server's thread.
-fn round(peer: Peer, client: Client, thinking_us: u64) -> (f64, f64) {
-    let time = client(&peer.address, Duration::from_micros(thinking_us));
-    (time, peer.stop().as_secs_f64() * 1e6 / f64::from(REQUESTS))
+/// Returns the time of a request for the client and the processor time of the server's thread per
+/// request, in microseconds.
+fn round(server: TimedServer, client: Client, thinking_us: u64) -> (f64, f64) {
+    let time = client(&server.address, Duration::from_micros(thinking_us));
+    (time, server.stop().as_secs_f64() * 1e6 / f64::from(REQUESTS))
 }
 
-/// The median and the worst round, as the client saw them.
+/// Formats the median and the worst time for the client.
 fn summary(rounds: &[(f64, f64)]) -> String {
     let times: Vec<f64> = rounds.iter().map(|(time, _)| *time).collect();
     let worst = times.iter().copied().fold(0.0, f64::max);

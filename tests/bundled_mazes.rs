@@ -1,4 +1,4 @@
-//! The mazes that the project brings are as their README says.
+//! Checks the bundled mazes against their README.
 
 use std::fs;
 
@@ -7,35 +7,35 @@ use mmsim_solvers::MazeFacts;
 use mmsim_tests::bundled_mazes;
 
 #[test]
-fn the_readme_tells_size_goal_and_shortest_path_of_each() {
+fn the_readme_lists_size_goal_and_shortest_path_of_each_maze() {
     let readme = fs::read_to_string(bundled_mazes().join("README.md")).unwrap();
     let rows: Vec<Vec<&str>> = readme
         .lines()
         .filter(|line| line.starts_with('|') && line.contains(".txt"))
         .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
         .collect();
-    let mut told = rows.iter();
+    let mut rows = rows.iter();
     let (mut classic, mut unreachable, mut not_square, mut half_size) = (0, 0, 0, 0);
     for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
         let maze = entry.maze().unwrap();
         let (size, shortest) = (maze.size(), MazeFacts::new(&maze).shortest_path);
         let goals: Vec<String> = maze.goals().iter().map(|cell| cell.to_string()).collect();
-        let found = [
+        let expected = [
             entry.path().file_name().unwrap().to_string_lossy().to_string(),
             size.to_string(),
             goals.join(" "),
             shortest.map_or("none".to_string(), |steps| steps.to_string()),
         ];
-        let told: Vec<String> =
-            told.next().unwrap()[..4].iter().map(|text| text.replace('`', "")).collect();
-        assert_eq!(told, found);
+        let row: Vec<String> =
+            rows.next().unwrap()[..4].iter().map(|text| text.replace('`', "")).collect();
+        assert_eq!(row, expected);
         let text = fs::read_to_string(entry.path()).unwrap();
-        assert_eq!(maze.to_string(), text, "{} is written as we write", entry.name());
+        assert_eq!(maze.to_string(), text, "{} is in canonical form", entry.name());
         classic += usize::from(size.to_string() == "16x16" && shortest.is_some());
         half_size += usize::from(size.to_string() == "32x32");
         not_square += usize::from(size.width() != size.height());
         unreachable += usize::from(shortest.is_none());
     }
-    assert!(told.next().is_none());
+    assert!(rows.next().is_none());
     assert!(classic >= 10 && half_size >= 1 && not_square >= 1 && unreachable >= 1);
 }

@@ -1,4 +1,4 @@
-//! Every maze of the shared collection reads, and what we find in it equals the recorded facts.
+//! Reads every maze of the shared collection and compares it with the recorded facts.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +9,7 @@ use mmsim_tests::shared;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
-struct Facts {
+struct RecordedFacts {
     size: [usize; 2],
     goals: Vec<[u8; 2]>,
     shortest_cells: Option<u16>,
@@ -18,10 +18,10 @@ struct Facts {
 }
 
 #[test]
-fn all_text_mazes_equal_their_facts() {
+fn text_mazes_match_their_recorded_facts() {
     let Some(folder) = shared("mazes") else { return };
     let facts = fs::read(folder.join("facts.json")).unwrap();
-    let facts: BTreeMap<String, Facts> = serde_json::from_slice(&facts).unwrap();
+    let facts: BTreeMap<String, RecordedFacts> = serde_json::from_slice(&facts).unwrap();
     assert_eq!(facts.len(), 281);
     for (name, facts) in facts {
         let maze = mmsim_formats::read_maze(&folder.join(&name)).unwrap();
@@ -37,13 +37,13 @@ fn all_text_mazes_equal_their_facts() {
         assert_eq!(maze.start().cell, Cell::new(0, 0), "{name}");
         assert_eq!(MazeFacts::new(&maze), expected, "{name}");
         assert_eq!(maze.to_string().parse().as_ref(), Ok(&maze), "{name}");
-        let is_bare = facts.odd.iter().any(|odd| odd == "posts_without_wall");
-        assert_eq!(maze.posts_without_wall().next().is_some(), is_bare, "{name}");
+        let has_bare_posts = facts.odd.iter().any(|odd| odd == "posts_without_wall");
+        assert_eq!(maze.posts_without_wall().next().is_some(), has_bare_posts, "{name}");
     }
 }
 
 #[test]
-fn trial_mazes_read() {
+fn trial_mazes_are_readable() {
     let Some(folder) = shared("mazes/trial") else { return };
     for (name, side) in
         [("test_maze_01.txt", 12), ("test_maze_02.txt", 14), ("test_maze_03.txt", 16)]

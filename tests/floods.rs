@@ -1,4 +1,4 @@
-//! Floods of every kind held against a plain queue: in real mazes, and in 10,000 generated ones.
+//! Compares every kind of flood with a plain queue, in real mazes and in 10,000 generated ones.
 
 use std::collections::VecDeque;
 
@@ -7,8 +7,8 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 use mmsim_solvers::{Distances, Downhill, Instructions, steps_between};
 use mmsim_tests::{bundled_mazes, shared};
 
-/// The naive twin: steps to the nearest target, row by row, 32 cells to a row.
-fn by_queue(walls: &Walls, targets: &CellSet) -> Vec<Option<u16>> {
+/// The reference implementation: steps to the nearest target, in rows of 32 cells.
+fn flood_with_queue(walls: &Walls, targets: &CellSet) -> Vec<Option<u16>> {
     let mut steps = vec![None; MazeSize::MAX_AREA];
     let mut queue: VecDeque<_> =
         targets.iter().filter(|&cell| walls.size().contains(cell)).collect();
@@ -31,25 +31,26 @@ fn index(cell: Cell) -> usize {
     32 * usize::from(cell.y) + usize::from(cell.x)
 }
 
-/// Floods in every way and compares; gives the longest distance.
+/// Compares every kind of flood with the reference; returns the longest distance.
 fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
-    let expected = by_queue(walls, targets);
+    let expected = flood_with_queue(walls, targets);
     let downhill = Downhill::flood(walls, targets);
-    let there = || Instructions::ALL.into_iter().filter(|instructions| instructions.is_available());
-    let floods: Vec<_> = there().map(|one| Distances::flood_with(one, walls, targets)).collect();
+    let available = || Instructions::ALL.into_iter().filter(|one| one.is_available());
+    let flood = |instructions| Distances::flood_with(instructions, walls, targets);
+    let floods: Vec<_> = available().map(flood).collect();
     for cell in walls.size().cells() {
         let steps = expected[index(cell)];
-        for (flood, instructions) in floods.iter().zip(there()) {
+        for (flood, instructions) in floods.iter().zip(available()) {
             assert_eq!(flood.at(cell), steps, "{name}: {cell}, {instructions:?}");
         }
-        let leads_down = |&heading: &Heading| {
+        let is_downhill = |&heading: &Heading| {
             let next = cell.neighbour(heading).filter(|_| !walls.has(cell, heading));
             next.is_some_and(|next| {
                 expected[index(next)] < steps && expected[index(next)].is_some()
             })
         };
         assert!(
-            downhill.headings(cell).eq(Heading::ALL.into_iter().filter(leads_down)),
+            downhill.headings(cell).eq(Heading::ALL.into_iter().filter(is_downhill)),
             "{name}: {cell}"
         );
     }
@@ -60,7 +61,7 @@ fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
 }
 
 #[test]
-fn real_mazes_are_flooded_as_by_a_queue() {
+fn floods_of_real_mazes_match_the_queue() {
     let folders = [Some(bundled_mazes()), shared("mazes")];
     for folder in folders.into_iter().flatten() {
         for entry in Catalogue::from_path(&folder).unwrap().entries() {
@@ -71,37 +72,38 @@ fn real_mazes_are_flooded_as_by_a_queue() {
     }
 }
 
-/// Numbers without a pattern.
-struct Noise(u64);
+/// A generator of pseudorandom numbers and mazes.
+struct MazeNoise(u64);
 
-impl Noise {
+impl MazeNoise {
     fn below(&mut self, count: usize) -> usize {
-        // Knuth's MMIX generator; the upper bits are the good ones.
+        // Knuth's MMIX generator; its upper bits are the most random.
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         usize::try_from(self.0 >> 33).unwrap() % count
     }
 
-    /// A maze with one way between any two cells and then some walls taken out: long ways, dead ends
-    /// and a few loops, as contest mazes have them.
+    /// Returns a spanning tree with some walls added or removed: long paths, dead ends and a few
+    /// loops, as in contest mazes.
     fn maze(&mut self) -> Walls {
-        let mut cells = |small: bool| 1 + self.below(if small { 16 } else { 32 });
-        let small = cells(false) % 2 == 0;
-        let size = MazeSize::new(cells(small), cells(small)).unwrap();
+        let mut side = |is_small: bool| 1 + self.below(if is_small { 16 } else { 32 });
+        let is_small = side(false) % 2 == 0;
+        let size = MazeSize::new(side(is_small), side(is_small)).unwrap();
         let mut walls = Walls::closed(size);
-        let (mut way, mut been) = (vec![Cell::new(0, 0)], CellSet::EMPTY);
-        while let Some(&cell) = way.last() {
-            been.insert(cell);
+        let (mut path, mut visited) = (vec![Cell::new(0, 0)], CellSet::EMPTY);
+        while let Some(&cell) = path.last() {
+            visited.insert(cell);
             let next = |heading: &Heading| size.neighbour(cell, *heading);
-            let is_new = |heading: &Heading| next(heading).is_some_and(|cell| !been.contains(cell));
+            let is_new =
+                |heading: &Heading| next(heading).is_some_and(|cell| !visited.contains(cell));
             let new: Vec<_> = Heading::ALL.into_iter().filter(is_new).collect();
             if new.is_empty() {
-                way.pop();
+                path.pop();
                 continue;
             }
             let heading = new[self.below(new.len())];
             walls.set(cell, heading, false);
-            way.extend(next(&heading));
+            path.extend(next(&heading));
         }
         for _ in 0..self.below(1 + size.area() / 8) {
             let cell = self.cell(size);
@@ -117,8 +119,8 @@ impl Noise {
 }
 
 #[test]
-fn generated_mazes_are_flooded_as_by_a_queue() {
-    let (mut noise, mut longest) = (Noise(6), 0);
+fn floods_of_generated_mazes_match_the_queue() {
+    let (mut noise, mut longest) = (MazeNoise(6), 0);
     for count in 0..10_000 {
         let walls = noise.maze();
         let size = walls.size();
@@ -129,5 +131,5 @@ fn generated_mazes_are_flooded_as_by_a_queue() {
         };
         longest = longest.max(check(&format!("maze {count}"), &walls, &targets));
     }
-    assert!(longest > 400, "{longest} steps are not far");
+    assert!(longest > 400, "the longest distance is only {longest} steps");
 }

@@ -1,5 +1,5 @@
-//! Malformed requests over a real socket: each gets one error, changes nothing, and the next good
-//! request works, of the same client and of another.
+//! Sends malformed requests over a real socket. Each gets one error and changes nothing, and the next
+//! valid request succeeds, from the same client and from another.
 
 use mmsim_maze::{Maze, MazeSize, Walls};
 use mmsim_protocol::Cell;
@@ -11,8 +11,8 @@ fn open_maze(cells: usize) -> Maze {
     Maze::new(Walls::open(size), Cell::new(0, 0), size.central_cells()).unwrap()
 }
 
-/// Asks something that works, on both sockets, and checks that the history has not changed.
-fn check_well(same: &zmq::Socket, other: &zmq::Socket, after: &str) {
+/// Checks that valid requests succeed on both sockets and that the history has not changed.
+fn check_unaffected(same: &zmq::Socket, other: &zmq::Socket, after: &str) {
     for socket in [same, other] {
         assert_eq!(ask(socket, b"ping"), b"pong", "after {after}");
         assert_eq!(ask(socket, b"W\0\0N"), [1, 0, 0], "after {after}");
@@ -23,19 +23,19 @@ fn check_well(same: &zmq::Socket, other: &zmq::Socket, after: &str) {
 
 fn check_error(reply: &[u8], request: &str) {
     let reply = String::from_utf8(reply.to_vec()).unwrap();
-    let well = reply.starts_with("error: expected ") && reply.contains(", found ");
-    assert!(well && !reply.contains('\n'), "{request}: {reply}");
+    let is_error = reply.starts_with("error: expected ") && reply.contains(", found ");
+    assert!(is_error && !reply.contains('\n'), "{request}: {reply}");
 }
 
 #[test]
-fn each_gets_one_error_and_changes_nothing() {
+fn each_malformed_request_gets_one_error_and_changes_nothing() {
     let server = serve(open_maze(16));
     let (client, other) = (connect(&server, zmq::REQ), connect(&server, zmq::REQ));
     assert_eq!(ask(&client, &good_state()), b"ok");
     for request in malformed_requests() {
         let name = format!("{:?}", request.escape_ascii().to_string());
         check_error(&ask(&client, &request), &name);
-        check_well(&client, &other, &name);
+        check_unaffected(&client, &other, &name);
     }
     let simulation = stop(server);
     assert_eq!(simulation.history().get(0), Some(good_state()));
@@ -43,7 +43,7 @@ fn each_gets_one_error_and_changes_nothing() {
 }
 
 #[test]
-fn several_frames_get_one_error() {
+fn a_request_of_several_frames_gets_one_error() {
     let server = serve(open_maze(16));
     let (client, other) = (connect(&server, zmq::REQ), connect(&server, zmq::REQ));
     assert_eq!(ask(&client, &good_state()), b"ok");
@@ -61,12 +61,12 @@ fn several_frames_get_one_error() {
         let reply = client.recv_multipart(0).unwrap();
         assert_eq!(reply.len(), 1, "{frames:?}");
         check_error(&reply[0], &format!("{frames:?}"));
-        check_well(&client, &other, &format!("{frames:?}"));
+        check_unaffected(&client, &other, &format!("{frames:?}"));
     }
     let many = vec![&b"ping"[..]; 1000];
     client.send_multipart(many, 0).unwrap();
     check_error(&client.recv_bytes(0).unwrap(), "1000 frames");
-    check_well(&client, &other, "1000 frames");
+    check_unaffected(&client, &other, "1000 frames");
     stop(server);
 }
 
@@ -77,16 +77,16 @@ fn a_request_over_the_limit_gets_one_error() {
     assert_eq!(ask(&other, &good_state()), b"ok");
     for length in [MAX_REQUEST_BYTES + 1, 1 << 20] {
         check_error(&ask(&large, &vec![b'x'; length]), "a long request");
-        check_well(&large, &other, "a long request");
+        check_unaffected(&large, &other, "a long request");
         large.send_multipart([&b"ping"[..], &vec![b'x'; length], b"ping"], 0).unwrap();
         check_error(&large.recv_bytes(0).unwrap(), "a long frame");
-        check_well(&large, &other, "a long frame");
+        check_unaffected(&large, &other, "a long frame");
     }
     stop(server);
 }
 
 #[test]
-fn a_dealer_without_the_empty_frame_gets_no_reply_and_does_no_harm() {
+fn a_dealer_without_the_empty_frame_gets_no_reply() {
     let server = serve(open_maze(16));
     let (dealer, other) = (connect(&server, zmq::DEALER), connect(&server, zmq::REQ));
     assert_eq!(ask(&other, &good_state()), b"ok");
@@ -96,7 +96,7 @@ fn a_dealer_without_the_empty_frame_gets_no_reply_and_does_no_harm() {
         dealer.send_multipart([request, request], 0).unwrap();
     }
     assert_eq!(dealer.recv_bytes(0), Err(zmq::Error::EAGAIN));
-    check_well(&other, &connect(&server, zmq::REQ), "a dealer");
+    check_unaffected(&other, &connect(&server, zmq::REQ), "a dealer");
     dealer.set_rcvtimeo(PATIENCE_MS).unwrap();
     dealer.send_multipart([&b""[..], b"ping"], 0).unwrap();
     assert_eq!(dealer.recv_multipart(0).unwrap(), [b"".to_vec(), b"pong".to_vec()]);
@@ -104,14 +104,14 @@ fn a_dealer_without_the_empty_frame_gets_no_reply_and_does_no_harm() {
 }
 
 #[test]
-fn larger_mazes_have_their_own_bounds() {
+fn bounds_depend_on_the_maze_size() {
     for side in [21, 32] {
         let server = serve(open_maze(side.into()));
         let client = connect(&server, zmq::REQ);
         let last = side - 1;
         assert_eq!(ask(&client, &[b'W', last, last, b'N']), [0, 1, 1]);
         for (x, y) in [(side, last), (last, side), (255, 255)] {
-            check_error(&ask(&client, &[b'W', x, y, b'N']), "outside");
+            check_error(&ask(&client, &[b'W', x, y, b'N']), "a cell outside the maze");
         }
         let reply = ask(&client, &good_state());
         check_error(&reply, "a classic state");

@@ -1,4 +1,4 @@
-//! What the README shows is what there is.
+//! Checks the code, the output and the links in the documentation.
 
 use std::fs;
 use std::path::Path;
@@ -8,27 +8,27 @@ fn read(name: &str) -> String {
 }
 
 #[test]
-fn the_client_is_the_example_file() {
+fn the_client_in_the_readme_is_the_python_example() {
     let block = format!("```python\n{}```\n", read("examples/python/minimal.py"));
     assert!(read("README.md").contains(&block));
 }
 
 #[test]
-fn the_strategy_is_that_of_the_example() {
+fn the_strategy_in_the_readme_is_the_rust_example() {
     let example = read("examples/rust/own-strategy.rs");
     let strategy = &example[example.find("/// Goes to").unwrap()..example.find("fn main").unwrap()];
     assert!(read("README.md").contains(strategy.trim()));
 }
 
 #[test]
-fn the_map_is_what_the_demo_prints() {
+fn the_map_in_the_readme_is_the_output_of_the_demo() {
     let snapshot = read("crates/cli/tests/snapshots/solve__demo.snap");
     let (_, map) = snapshot.split_once("ended.stdout\n---\n").unwrap();
     assert!(read("README.md").contains(map));
 }
 
 #[test]
-fn what_is_linked_is_there() {
+fn links_are_valid() {
     for page in [
         "README.md",
         "ARCHITECTURE.md",
@@ -59,18 +59,18 @@ fn what_is_linked_is_there() {
             }
             let (file, heading) = link.split_once('#').unwrap_or((link, ""));
             let target = folder.parent().unwrap().join(file);
-            assert!(target.exists(), "{page} links {link}");
-            let has = |heading: &str| {
+            assert!(target.exists(), "broken link in {page}: {link}");
+            let has_heading = |heading: &str| {
                 fs::read_to_string(&target).unwrap().lines().any(|line| {
                     line.starts_with("## ") && anchor(line.trim_start_matches("## ")) == heading
                 })
             };
-            assert!(heading.is_empty() || has(heading), "{page} links {link}");
+            assert!(heading.is_empty() || has_heading(heading), "broken link in {page}: {link}");
         }
     }
 }
 
-/// The name by which a heading is linked.
+/// Returns the anchor that GitHub generates for a heading.
 fn anchor(heading: &str) -> String {
     let plain = heading.to_lowercase().replace(' ', "-");
     plain.chars().filter(|&c| c.is_alphanumeric() || c == '-').collect()

@@ -1,5 +1,5 @@
-//! Recorded exchanges with the reference server: ours answers the same, and our strategies ask the
-//! same as its example clients do.
+//! Compares recorded exchanges with the reference server: our server sends the same replies, and our
+//! strategies send the same requests as the example clients.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -14,7 +14,7 @@ use serde::{Deserialize, Deserializer};
 const MAZES: [&str; 2] = ["alljapan-045-2024-exp-fin", "apec2018"];
 
 #[derive(Deserialize)]
-struct Exchange {
+struct RecordedExchange {
     #[serde(deserialize_with = "from_hex")]
     req: Vec<u8>,
     #[serde(deserialize_with = "from_hex")]
@@ -33,19 +33,19 @@ fn maze(shared: &Path, name: &str) -> Maze {
         .unwrap()
 }
 
-fn transcript(shared: &Path, client: &str, maze: &str) -> Vec<Exchange> {
+fn transcript(shared: &Path, client: &str, maze: &str) -> Vec<RecordedExchange> {
     json_lines(&shared.join("transcripts").join(format!("{client}.{maze}.jsonl")))
 }
 
 #[test]
-fn the_server_replies_as_the_reference_did() {
+fn the_server_replies_like_the_reference_server() {
     let Some(shared) = shared("") else { return };
     for name in MAZES {
         for client in ["flood-fill", "weight-increment", "left-wall", "tester"] {
             let server = serve(maze(&shared, name));
             let socket = connect(&server, zmq::REQ);
             let mut states = Vec::new();
-            for (n, Exchange { req, rep }) in
+            for (n, RecordedExchange { req, rep }) in
                 transcript(&shared, client, name).into_iter().enumerate()
             {
                 assert_eq!(ask(&socket, &req), rep, "{client} on {name}, exchange {n}");
@@ -60,10 +60,10 @@ fn the_server_replies_as_the_reference_did() {
 }
 
 #[test]
-fn our_strategies_ask_as_the_example_clients_did() {
+fn our_strategies_send_the_same_requests_as_the_example_clients() {
     let Some(shared) = shared("") else { return };
     for name in MAZES {
-        // The example clients that there are.
+        // The strategies with an example client.
         for strategy in [
             BundledStrategy::FloodFill,
             BundledStrategy::WeightIncrement,
@@ -71,9 +71,9 @@ fn our_strategies_ask_as_the_example_clients_did() {
         ] {
             let expected = transcript(&shared, strategy.name(), name);
             let mut simulation = Simulation::new(name, maze(&shared, name));
-            let mut asked = Vec::new();
+            let mut requests = Vec::new();
             let mut transport = InMemory::new(|request, reply| {
-                asked.push(request.to_vec());
+                requests.push(request.to_vec());
                 simulation.handle(request, reply);
             });
             let (map, start) = classic_map();
@@ -86,10 +86,10 @@ fn our_strategies_ask_as_the_example_clients_did() {
                 strategy != BundledStrategy::LeftWall,
                 "{strategy} on {name}"
             );
-            for (n, (asked, expected)) in asked.iter().zip(&expected).enumerate() {
-                assert_eq!(*asked, expected.req, "{strategy} on {name}, exchange {n}");
+            for (n, (request, expected)) in requests.iter().zip(&expected).enumerate() {
+                assert_eq!(*request, expected.req, "{strategy} on {name}, exchange {n}");
             }
-            assert_eq!(asked.len(), expected.len(), "{strategy} on {name}");
+            assert_eq!(requests.len(), expected.len(), "{strategy} on {name}");
         }
     }
 }

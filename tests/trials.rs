@@ -1,4 +1,5 @@
-//! The trial's environment against recorded runs of the published tester.
+//! Compares the trial with recorded runs of the published tester, and the robots with published
+//! figures.
 
 use std::fs;
 
@@ -11,11 +12,11 @@ use mmsim_trial::{
 };
 use serde::Deserialize;
 
-/// A run as it was recorded.
+/// A recorded run of the published tester.
 #[derive(Deserialize)]
-struct Recorded {
+struct RecordedTrial {
     maze: String,
-    steps: Vec<([u8; 3], Answer)>,
+    steps: Vec<([u8; 3], RecordedAction)>,
     explore_steps: Option<u32>,
     race_steps: Option<u32>,
     score: Option<String>,
@@ -23,17 +24,17 @@ struct Recorded {
 
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Answer {
+enum RecordedAction {
     Move(i64, i64),
     /// `["Reset", "Reset"]`
     Reset(String, String),
 }
 
-impl From<&Answer> for Action {
-    fn from(answer: &Answer) -> Self {
-        match answer {
-            Answer::Move(rotation, movement) => Self::from_numbers(*rotation, *movement),
-            Answer::Reset(first, second) => {
+impl From<&RecordedAction> for Action {
+    fn from(action: &RecordedAction) -> Self {
+        match action {
+            RecordedAction::Move(rotation, movement) => Self::from_numbers(*rotation, *movement),
+            RecordedAction::Reset(first, second) => {
                 assert_eq!((first.as_str(), second.as_str()), ("Reset", "Reset"));
                 Self::Reset
             }
@@ -42,7 +43,7 @@ impl From<&Answer> for Action {
 }
 
 #[test]
-fn recorded_runs_go_the_same_way_again() {
+fn recorded_runs_are_reproduced() {
     let (Some(transcripts), Some(mazes)) = (shared("transcripts"), shared("mazes/trial")) else {
         return;
     };
@@ -52,14 +53,14 @@ fn recorded_runs_go_the_same_way_again() {
         files.filter(|file| is_trial(&file.file_name().to_string_lossy())).collect();
     let mut runs = 0;
     for file in files {
-        for (number, recorded) in (1..).zip(json_lines::<Recorded>(&file.path())) {
+        for (number, recorded) in (1..).zip(json_lines::<RecordedTrial>(&file.path())) {
             let run = format!("{}, run {number}", file.path().display());
             let maze = mmsim_formats::read_maze(&mazes.join(&recorded.maze)).unwrap();
             let mut trial = Trial::new(&maze);
-            for (step, (readings, answer)) in (1..).zip(&recorded.steps) {
+            for (step, (readings, action)) in (1..).zip(&recorded.steps) {
                 assert_eq!(trial.outcome(), None, "{run}, step {step}");
                 assert_eq!(trial.readings(), *readings, "{run}, step {step}");
-                trial.act(answer.into());
+                trial.act(action.into());
             }
             match (trial.outcome(), recorded.score) {
                 (Some(TrialOutcome::Scored(score)), Some(expected)) => {
@@ -74,11 +75,11 @@ fn recorded_runs_go_the_same_way_again() {
             runs += 1;
         }
     }
-    assert!(runs >= 180, "only {runs} runs were found");
+    assert!(runs >= 180, "found only {runs} runs");
 }
 
 #[test]
-fn race_optima_are_the_published_ones() {
+fn race_optima_match_the_published_ones() {
     let Some(mazes) = shared("mazes/trial") else { return };
     for (name, expected) in [("test_maze_01", 17), ("test_maze_02", 22), ("test_maze_03", 25)] {
         let maze = mmsim_formats::read_maze(&mazes.join(name).with_extension("txt")).unwrap();
@@ -87,10 +88,10 @@ fn race_optima_are_the_published_ones() {
     }
 }
 
-/// Explore and race steps in each of the three published mazes.
-type Figures = [(u32, u32); 3];
+/// Exploration and race steps in each of the three published mazes.
+type PublishedMazeSteps = [(u32, u32); 3];
 
-fn figures(robot: BundledRobot, settings: &Settings) -> Option<Figures> {
+fn steps(robot: BundledRobot, settings: &Settings) -> Option<PublishedMazeSteps> {
     let mazes = shared("mazes/trial")?;
     let ending = |number| {
         let maze =
@@ -105,7 +106,7 @@ fn figures(robot: BundledRobot, settings: &Settings) -> Option<Figures> {
 }
 
 #[test]
-fn swing_is_not_worse_than_the_published_code() {
+fn swing_is_at_least_as_good_as_the_published_code() {
     let published = [
         (Variant::JustArrive, [(32, 43), (58, 47), (76, 47)], [(33, 24), (68, 31), (66, 31)]),
         (
@@ -117,12 +118,12 @@ fn swing_is_not_worse_than_the_published_code() {
     ];
     for (variant, theirs, expected) in published {
         let settings = Settings { variant, ..Settings::default() };
-        let Some(ours) = figures(BundledRobot::Swing, &settings) else { return };
+        let Some(ours) = steps(BundledRobot::Swing, &settings) else { return };
         for (ours, theirs) in ours.into_iter().zip(theirs) {
             let thirtieths = |(explore, race): (u32, u32)| explore + 30 * race;
             assert!(thirtieths(ours) <= thirtieths(theirs), "{variant}: {ours:?}, {theirs:?}");
         }
-        assert_eq!(ours, expected, "{variant}, as the README of the crate has it");
+        assert_eq!(ours, expected, "{variant}, as in the README of the crate");
     }
     let timed = [
         (Variant::JustArrive, [(57, 26), (49, 25), (61, 28)]),
@@ -131,7 +132,7 @@ fn swing_is_not_worse_than_the_published_code() {
     ];
     for (variant, expected) in timed {
         let settings = Settings { variant, ..Settings::default() };
-        assert_eq!(figures(BundledRobot::SwingTimed, &settings), Some(expected), "{variant}");
+        assert_eq!(steps(BundledRobot::SwingTimed, &settings), Some(expected), "{variant}");
     }
     let swing = [
         [(91, 17), (136, 26), (152, 29)],
@@ -148,14 +149,14 @@ fn swing_is_not_worse_than_the_published_code() {
     for (robot, corners) in [(BundledRobot::Swing, swing), (BundledRobot::SwingTimed, timed)] {
         for (key_points, expected) in KeyPoints::ALL.iter().copied().zip(corners) {
             let settings = Settings { key_points, ..Settings::default() };
-            assert_eq!(figures(robot, &settings), Some(expected), "{robot}, {key_points} corners");
+            assert_eq!(steps(robot, &settings), Some(expected), "{robot}, {key_points} corners");
         }
     }
 }
 
 #[test]
-fn count_expansion_equals_the_published_figures() {
-    let Some(found) = figures(BundledRobot::CountExpansion, &Settings::default()) else { return };
+fn count_expansion_matches_the_published_steps() {
+    let Some(found) = steps(BundledRobot::CountExpansion, &Settings::default()) else { return };
     let scores = found.map(|(explore_steps, race_steps)| {
         (explore_steps, race_steps, Score { explore_steps, race_steps }.to_string())
     });
@@ -163,8 +164,8 @@ fn count_expansion_equals_the_published_figures() {
     assert_eq!(scores, published.map(|(explore, race, score)| (explore, race, score.to_owned())));
 }
 
-/// Mazes at odds with what a contest maze is like.
-const ODD: [&str; 9] = [
+/// Mazes unlike contest mazes.
+const UNUSUAL_MAZES: [&str; 9] = [
     "o---o\n|SG |\no---o\n",
     "o---o---o---o\n| S   G   G |\no---o---o---o\n",
     "o---o\n| S |\no   o\n| G |\no---o\n",
@@ -177,8 +178,8 @@ const ODD: [&str; 9] = [
 ];
 
 #[test]
-fn every_robot_ends_in_odd_mazes() {
-    for text in ODD {
+fn every_robot_finishes_in_unusual_mazes() {
+    for text in UNUSUAL_MAZES {
         let maze: Maze = text.parse().unwrap();
         let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals());
         for (robot, settings) in robots() {
@@ -195,7 +196,7 @@ fn every_robot_ends_in_odd_mazes() {
     }
 }
 
-/// All robots that plan, with all settings.
+/// Returns all robots except the random one, with all settings.
 fn robots() -> impl Iterator<Item = (BundledRobot, Settings)> {
     let settings = Variant::ALL.iter().flat_map(|&variant| {
         let settings = move |&key_points| Settings { key_points, variant, ..Settings::default() };
@@ -209,10 +210,10 @@ fn robots() -> impl Iterator<Item = (BundledRobot, Settings)> {
 }
 
 #[test]
-fn every_shared_maze_is_raced_or_given_up() {
+fn robots_score_in_solvable_mazes_and_give_up_in_others() {
     for kind in ["classic", "halfsize", "training", "trial"] {
         let Some(folder) = shared(&format!("mazes/{kind}")) else { return };
-        // All of them take minutes unless the compiler has optimised.
+        // All mazes take minutes in an unoptimised build.
         let sample = if cfg!(debug_assertions) { 12 } else { 1 };
         for entry in Catalogue::from_path(&folder).unwrap().entries().iter().step_by(sample) {
             let maze = entry.maze().unwrap();
@@ -225,8 +226,7 @@ fn every_shared_maze_is_raced_or_given_up() {
                 let name = entry.name();
                 match (optimum, ending) {
                     (Some(_), TrialOutcome::Scored(_)) | (None, TrialOutcome::GaveUp) => {}
-                    // In a large maze, or where one way winds through all of it, a swing may take
-                    // more steps than there are.
+                    // In a large maze, or on a long winding path, Swing may exceed the step limit.
                     (Some(way), TrialOutcome::OutOfTime) if kind == "halfsize" || way > 200 => {}
                     (optimum, ending) => panic!("{name}: {robot}: {ending:?}, {optimum:?}"),
                 }
@@ -236,7 +236,7 @@ fn every_shared_maze_is_raced_or_given_up() {
 }
 
 #[test]
-fn champion_scores_less_than_the_best_public_robot_of_each_maze() {
+fn champion_beats_the_best_public_robot_in_each_maze() {
     let Some(mazes) = shared("mazes/trial") else { return };
     let scores = |seed| {
         let settings = Settings { seed, ..Settings::default() };
@@ -253,7 +253,7 @@ fn champion_scores_less_than_the_best_public_robot_of_each_maze() {
     let first = scores(0);
     assert!(first[0] < 19.033 && first[1] < 27.667 && first[2] < 28.667, "{first:?}");
     assert!(first.iter().sum::<f64>() <= 74., "{first:?}");
-    // Other seeds differ, but the best single public robot has 79.300.
+    // The scores of other seeds differ; the best single public robot scores 79.300 in total.
     for seed in 1..8 {
         assert!(scores(seed).iter().sum::<f64>() < 79., "with seed {seed}");
     }

@@ -1,7 +1,7 @@
-//! What the fuzz targets try, and the laws that they hold their findings against. Each module is a
-//! target: `run` takes the bytes that the fuzzer made up and panics where a law is broken.
+//! Fuzz targets and the properties they check. Each module is a target: its `run` takes bytes from
+//! the fuzzer and panics if a property is violated.
 //!
-//! `CONTRIBUTING.md` says how to run them and what to do with a finding.
+//! `CONTRIBUTING.md` describes how to run the targets and what to do with a finding.
 
 pub mod mazes;
 pub mod recordings;

@@ -1,7 +1,7 @@
-//! Writes the inputs that the fuzzer starts from: `seeds CORPUS`, in the project's folder.
+//! Writes the seed corpus of the fuzz targets: run `seeds CORPUS` in the project's folder.
 //!
-//! They are made from the mazes in `mazes` and, where there are any, from the mazes and the
-//! recorded exchanges in `../shared`.
+//! The seeds are made from the mazes in `mazes` and, if available, the mazes and recorded exchanges
+//! in `../shared`.
 
 use std::ffi::OsStr;
 use std::io::{self, Cursor};
@@ -19,16 +19,16 @@ use mmsim_server::Simulation;
 use serde_json::Value;
 use walkdir::WalkDir;
 
-// The runtime that the flags of the targets ask for.
+// The compiler flags of the targets require this runtime.
 use libfuzzer_sys as _;
 
-/// Requests of a recorded exchange that make up one input.
-const REQUESTS_TOGETHER: usize = 8;
+/// The number of requests in an input made from a recorded exchange.
+const REQUESTS_PER_INPUT: usize = 8;
 
-/// Inputs that are made of one recorded exchange, spread over its length.
-const INPUTS_OF_EXCHANGE: usize = 16;
+/// The maximum number of inputs from a recorded exchange, spread over its length.
+const INPUTS_PER_EXCHANGE: usize = 16;
 
-/// Mazes in the formats that no file of our own has, and on the edges of the text format.
+/// Mazes in the formats that no bundled file has, and edge cases of the text format.
 const MAZES: [&str; 14] = [
     "o---o\n| S |\no---o\n",
     "o---o\n|SG |\no---o\n",
@@ -52,7 +52,7 @@ fn main() -> io::Result<()> {
         return Err(io::Error::other("usage: seeds CORPUS"));
     };
     let shared = Path::new("../shared");
-    let mut seeds = Seeds::in_folder(&corpus.join("mazes"))?;
+    let mut seeds = SeedFolder::create(&corpus.join("mazes"))?;
     for maze in MAZES {
         seeds.write(maze.as_bytes())?;
     }
@@ -65,24 +65,25 @@ fn main() -> io::Result<()> {
             seeds.write(&content)?;
         }
     }
-    let mut seeds = Seeds::in_folder(&corpus.join("requests"))?;
-    write_made_up_requests(&mut seeds)?;
+    let mut seeds = SeedFolder::create(&corpus.join("requests"))?;
+    write_generated_requests(&mut seeds)?;
     for file in files(&shared.join("transcripts"), "jsonl") {
         write_exchange(&mut seeds, &fs::read_to_string(file)?)?;
     }
-    write_recordings(&mut Seeds::in_folder(&corpus.join("recordings"))?)
+    write_recordings(&mut SeedFolder::create(&corpus.join("recordings"))?)
 }
 
-/// The files below a folder whose names end in this way, none where there is no such folder.
+/// Returns the files with this extension in a folder and its subfolders; none if the folder does not
+/// exist.
 fn files(folder: &Path, extension: &str) -> impl Iterator<Item = PathBuf> {
     let files = WalkDir::new(folder).sort_by_file_name().into_iter().flatten();
     let extension = OsStr::new(extension).to_owned();
     files.map(walkdir::DirEntry::into_path).filter(move |path| path.extension() == Some(&extension))
 }
 
-/// Of each size of maze, without and with a limit of the history: every request as it should be and with something wrong, and a history of
-/// more than a block.
-fn write_made_up_requests(seeds: &mut Seeds) -> io::Result<()> {
+/// Writes valid and malformed requests of every kind, and a history longer than a block, for each
+/// maze size with and without a limited history.
+fn write_generated_requests(seeds: &mut SeedFolder) -> io::Result<()> {
     let short: [&[u8]; 10] =
         [b"", b"ping", b"PING", b"info", b"reset", b"W", b"W\0", b"W\0\0", b"W\0\0N", b"W\0\0NN"];
     for (number, (width, height)) in (0..).zip(SIZES.into_iter().chain(SIZES)) {
@@ -112,19 +113,19 @@ fn write_made_up_requests(seeds: &mut Seeds) -> io::Result<()> {
     Ok(())
 }
 
-/// Pieces of a recorded exchange: a JSON object a line, with the request in hex as `req`. Those of
-/// the trial are none.
-fn write_exchange(seeds: &mut Seeds, lines: &str) -> io::Result<()> {
-    let requests: Vec<Vec<u8>> = lines.lines().filter_map(request_of_line).collect();
-    let inputs = requests.chunks(REQUESTS_TOGETHER);
-    let step = inputs.len().div_ceil(INPUTS_OF_EXCHANGE).max(1);
+/// Writes parts of a recorded exchange: a JSON object on each line, with the request in hex as
+/// `req`. Lines without a request, such as those of trials, are skipped.
+fn write_exchange(seeds: &mut SeedFolder, lines: &str) -> io::Result<()> {
+    let requests: Vec<Vec<u8>> = lines.lines().filter_map(parse_request).collect();
+    let inputs = requests.chunks(REQUESTS_PER_INPUT);
+    let step = inputs.len().div_ceil(INPUTS_PER_EXCHANGE).max(1);
     for requests in inputs.step_by(step) {
         seeds.write_requests(0, requests.iter().map(Vec::as_slice))?;
     }
     Ok(())
 }
 
-fn request_of_line(line: &str) -> Option<Vec<u8>> {
+fn parse_request(line: &str) -> Option<Vec<u8>> {
     let exchange: Value = serde_json::from_str(line).ok()?;
     let digits = exchange["req"].as_str()?.as_bytes();
     digits
@@ -133,9 +134,9 @@ fn request_of_line(line: &str) -> Option<Vec<u8>> {
         .collect()
 }
 
-/// Recordings of a small maze: one that was closed, the same cut off, one whose writer did not know
-/// the maze, and one that another tool has written anew in chunks.
-fn write_recordings(seeds: &mut Seeds) -> io::Result<()> {
+/// Writes recordings of a small maze, with and without the maze: closed, truncated, and rewritten in
+/// chunks as other tools do.
+fn write_recordings(seeds: &mut SeedFolder) -> io::Result<()> {
     let maze: Maze = MAZES[0].parse().map_err(io::Error::other)?;
     let simulation = Simulation::new("small", maze);
     for maze in [Some(simulation.maze()), None] {
@@ -158,7 +159,7 @@ fn write_recordings(seeds: &mut Seeds) -> io::Result<()> {
     Ok(())
 }
 
-/// The same recording with its messages in chunks.
+/// Rewrites a recording with its messages in chunks.
 fn in_chunks(recording: &[u8], compression: Option<Compression>) -> Result<Vec<u8>, McapError> {
     let mut chunked = Vec::new();
     let options = WriteOptions::new().use_chunks(true).compression(compression);
@@ -176,14 +177,14 @@ fn in_chunks(recording: &[u8], compression: Option<Compression>) -> Result<Vec<u
     Ok(chunked)
 }
 
-/// A folder of inputs, with numbers as their names.
-struct Seeds {
+/// A folder of numbered inputs.
+struct SeedFolder {
     folder: PathBuf,
     count: usize,
 }
 
-impl Seeds {
-    fn in_folder(folder: &Path) -> io::Result<Self> {
+impl SeedFolder {
+    fn create(folder: &Path) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
         Ok(Self { folder: folder.into(), count: 0 })
     }
@@ -202,7 +203,7 @@ impl Seeds {
         size: u8,
         requests: impl IntoIterator<Item = &'a [u8]>,
     ) -> io::Result<()> {
-        // Requests that cannot be told apart again are left out.
+        // Skips requests that cannot be separated unambiguously.
         requests::input(size, requests).map_or(Ok(()), |input| self.write(&input))
     }
 }

@@ -1,13 +1,13 @@
-//! Requests that are none.
+//! Malformed requests.
 
 use mmsim_protocol::{MapState, Order};
 
 use crate::classic_map;
 
-/// The state of a mouse at the start of a classic maze, 518 bytes.
+/// Returns the encoded state of a mouse at the start of a classic maze, 518 bytes.
 ///
 /// # Panics
-/// Never, it fits.
+/// Never.
 pub fn good_state() -> Vec<u8> {
     let (map, start) = classic_map();
     let mut state = vec![0; 518];
@@ -15,17 +15,17 @@ pub fn good_state() -> Vec<u8> {
     state
 }
 
-/// The good state with one byte changed.
+/// Returns the good state with one byte changed.
 fn changed(index: usize, byte: u8) -> Vec<u8> {
     let mut state = good_state();
     state[index] = byte;
     state
 }
 
-/// Every malformed request of one frame that the protocol page tells apart, for a classic maze.
+/// Returns a malformed single-frame request of every kind in docs/protocol.md, for a classic maze.
 ///
 /// # Panics
-/// Never, the good state they are made of is one.
+/// Never.
 pub fn malformed_requests() -> Vec<Vec<u8>> {
     let mut requests: Vec<Vec<u8>> =
         [&b"foo"[..], b"", b"PING", b"ping\n", b"reset "].map(<[u8]>::to_vec).to_vec();

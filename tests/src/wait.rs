@@ -1,4 +1,4 @@
-//! Waits that end by themselves, since a test that hangs does not say why.
+//! Waits with a timeout, so that a test fails with a message instead of hanging.
 
 use std::io::Read;
 use std::panic::resume_unwind;
@@ -9,53 +9,53 @@ use std::time::{Duration, Instant};
 
 use mmsim_server::{Background, Simulation};
 
-/// The maximum wait for what always comes, however busy the machine is.
+/// The timeout of waits that always succeed, long enough for a busy machine.
 pub const PATIENCE: Duration = Duration::from_secs(300);
 
-/// The same in milliseconds, as sockets of `ZeroMQ` take it.
+/// [`PATIENCE`] in milliseconds, for `ZeroMQ` sockets.
 pub const PATIENCE_MS: i32 = 300_000;
 
-/// The maximum time of a command: some work for a minute on an idle machine.
+/// The timeout of a command. Some take a minute on an idle machine.
 const COMMAND_PATIENCE: Duration = Duration::from_secs(600);
 
-/// Looks again and again until there is something.
+/// Polls until `poll` returns a value.
 ///
 /// # Panics
-/// There is nothing within [`PATIENCE`].
+/// Panics if it returns none within [`PATIENCE`].
 #[track_caller]
-pub fn wait_for<T>(what: &str, look: impl FnMut() -> Option<T>) -> T {
-    let Some(found) = look_until(PATIENCE, look) else { panic!("waited {PATIENCE:?} for {what}") };
+pub fn wait_for<T>(what: &str, poll: impl FnMut() -> Option<T>) -> T {
+    let Some(found) = poll_for(PATIENCE, poll) else { panic!("waited {PATIENCE:?} for {what}") };
     found
 }
 
-fn look_until<T>(patience: Duration, mut look: impl FnMut() -> Option<T>) -> Option<T> {
-    let begun = Instant::now();
+fn poll_for<T>(timeout: Duration, mut poll: impl FnMut() -> Option<T>) -> Option<T> {
+    let start = Instant::now();
     loop {
-        if let Some(found) = look() {
+        if let Some(found) = poll() {
             return Some(found);
         }
-        if begun.elapsed() > patience {
+        if start.elapsed() > timeout {
             return None;
         }
         thread::sleep(Duration::from_millis(1));
     }
 }
 
-/// Does what may block for ever, on a thread of its own.
+/// Runs a function that might block forever, on a separate thread.
 ///
 /// # Panics
-/// It is not done within [`PATIENCE`], or it panics.
+/// Panics if the function panics or takes longer than [`PATIENCE`].
 #[track_caller]
-pub fn within<T: Send + 'static>(what: &str, act: impl FnOnce() -> T + Send + 'static) -> T {
+pub fn within<T: Send + 'static>(what: &str, run: impl FnOnce() -> T + Send + 'static) -> T {
     let (send, result) = mpsc::channel();
-    // Nobody receives what comes too late.
-    let thread = thread::spawn(move || drop(send.send(act())));
+    // After a timeout there is no receiver.
+    let thread = thread::spawn(move || drop(send.send(run())));
     match result.recv_timeout(PATIENCE) {
         Ok(result) => result,
         Err(RecvTimeoutError::Timeout) => panic!("waited {PATIENCE:?} for {what}"),
         Err(RecvTimeoutError::Disconnected) => match thread.join() {
             Err(panic) => resume_unwind(panic),
-            Ok(()) => unreachable!("it sends before it ends"),
+            Ok(()) => unreachable!("the thread sends before it ends"),
         },
     }
 }
@@ -63,50 +63,50 @@ pub fn within<T: Send + 'static>(what: &str, act: impl FnOnce() -> T + Send + 's
 /// Stops a server and returns its simulation.
 ///
 /// # Panics
-/// It does not stop, or has failed before.
+/// Panics if the server does not stop, or has failed.
 #[track_caller]
 pub fn stop(server: Background) -> Simulation {
     within("the server to stop", || server.stop()).unwrap()
 }
 
-/// Runs a command to its end without input; what it writes is captured.
+/// Runs a command to completion without input and captures its output.
 ///
 /// # Panics
-/// It cannot be started, or does not end within ten minutes.
+/// Panics if the command cannot be started or takes longer than ten minutes.
 #[track_caller]
 pub fn output(command: &mut Command) -> Output {
     let pipes = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     output_of(pipes.spawn().unwrap())
 }
 
-/// Waits for the end of a process; what it writes into pipes is captured.
+/// Waits for a process to exit and captures its output.
 ///
 /// # Panics
-/// It does not end within ten minutes, or another process holds its pipes open.
+/// Panics if the process takes longer than ten minutes, or if another process keeps its pipes open.
 #[track_caller]
 pub fn output_of(mut child: Child) -> Output {
     drop(child.stdin.take());
     let (stdout, stderr) = (capture(child.stdout.take()), capture(child.stderr.take()));
     let status = exit_of(&mut child);
-    let all = |captured: Receiver<_>| captured.recv_timeout(PATIENCE).expect("its pipes close");
+    let all = |captured: Receiver<_>| captured.recv_timeout(PATIENCE).expect("the pipes close");
     Output { status, stdout: all(stdout), stderr: all(stderr) }
 }
 
-/// Waits for the end of a process.
+/// Waits for a process to exit.
 ///
 /// # Panics
-/// It does not end within ten minutes; it is killed then.
+/// Kills the process and panics if it takes longer than ten minutes.
 #[track_caller]
 pub fn exit_of(child: &mut Child) -> ExitStatus {
-    let status = look_until(COMMAND_PATIENCE, || child.try_wait().unwrap());
+    let status = poll_for(COMMAND_PATIENCE, || child.try_wait().unwrap());
     let Some(status) = status else {
         let _ = child.kill();
-        panic!("waited {COMMAND_PATIENCE:?} for the end of a command")
+        panic!("waited {COMMAND_PATIENCE:?} for a command to exit")
     };
     status
 }
 
-/// All that comes out of a pipe.
+/// Reads a pipe to its end on a separate thread.
 fn capture(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
     let (send, captured) = mpsc::channel();
     thread::spawn(move || {

@@ -1,39 +1,42 @@
-//! A mouse for the simulator mms, on the published crate `mms-rs`, which knows nothing of mmsim: it goes
-//! to the neighbour nearest to the centre, and shows its distances and the walls it has seen.
+//! A flood-fill mouse for the simulator mms, written with the published crate `mms-rs` and without
+//! mmsim. It displays its distances and the walls it has sensed.
 //!
-//! `cargo build -p mmsim --examples`, then `mmsim mms --open -- target/debug/examples/mms-mouse`.
+//! ```sh
+//! cargo build -p mmsim --examples
+//! mmsim mms --open -- target/debug/examples/mms-mouse
+//! ```
 
 use std::collections::VecDeque;
 use std::error::Error;
 
 use mms_rs::{Direction, MmsApi};
 
-/// Clockwise from north: where a step leads.
+/// A step in each direction, clockwise from north.
 const STEPS: [(i32, i32); 4] = [(0, 1), (1, 0), (0, -1), (-1, 0)];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut maze = Maze::new(MmsApi::maze_width()?, MmsApi::maze_height()?);
+    let mut map = MazeMap::new(MmsApi::maze_width()?, MmsApi::maze_height()?);
     let (mut cell, mut heading) = ((0, 0), 0);
     loop {
         let walls = [MmsApi::wall_left()?, MmsApi::wall_front()?, MmsApi::wall_right()?];
-        for (side, wall) in [3, 0, 1].into_iter().zip(walls) {
-            maze.note(cell, (heading + side) % 4, wall)?;
+        for (turn, is_wall) in [3, 0, 1].into_iter().zip(walls) {
+            map.observe(cell, (heading + turn) % 4, is_wall)?;
         }
-        let distances = maze.flood();
+        let distances = map.flood();
         for (index, &distance) in distances.iter().enumerate() {
-            if maze.shown[index] != distance {
-                let (x, y) = maze.cell(index);
+            if map.displayed[index] != distance {
+                let (x, y) = map.cell(index);
                 MmsApi::set_text(u32::try_from(x)?, u32::try_from(y)?, &distance.to_string())?;
             }
         }
-        maze.shown = distances;
-        if maze.is_goal(cell) {
+        map.displayed = distances;
+        if map.is_goal(cell) {
             return Ok(());
         }
-        let at = |direction: &usize| maze.shown[maze.index(next(cell, *direction))];
+        let distance = |direction: &usize| map.displayed[map.index(next(cell, *direction))];
         let open = [0, 1, 3, 2].map(|turn| (heading + turn) % 4);
-        let open = open.into_iter().filter(|&direction| !maze.has_wall(cell, direction));
-        let best = open.min_by_key(at).ok_or("walls all round")?;
+        let open = open.into_iter().filter(|&direction| !map.has_wall(cell, direction));
+        let best = open.min_by_key(distance).ok_or("walls on all sides")?;
         match (best + 4 - heading) % 4 {
             0 => {}
             1 => MmsApi::turn_right()?,
@@ -48,34 +51,35 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// The cell to which a step leads.
+/// Returns the adjacent cell in this direction.
 fn next((x, y): (i32, i32), direction: usize) -> (i32, i32) {
     (x + STEPS[direction].0, y + STEPS[direction].1)
 }
 
-/// What the mouse knows.
-struct Maze {
+/// The mouse's map of the maze.
+struct MazeMap {
     width: i32,
     height: i32,
-    /// For each cell and direction whether a wall was seen.
+    /// Whether a wall was sensed, for each cell and direction.
     walls: Vec<[bool; 4]>,
-    /// The distances that are written into the cells.
-    shown: Vec<usize>,
+    /// The distances displayed in the cells.
+    displayed: Vec<usize>,
 }
 
-impl Maze {
+impl MazeMap {
     fn new(width: i32, height: i32) -> Self {
         let area = usize::try_from(width * height).unwrap_or(0);
-        Self { width, height, walls: vec![[false; 4]; area], shown: vec![usize::MAX; area] }
+        Self { width, height, walls: vec![[false; 4]; area], displayed: vec![usize::MAX; area] }
     }
 
-    fn note(
+    /// Adds a sensed wall to the map and displays it.
+    fn observe(
         &mut self,
         cell: (i32, i32),
         direction: usize,
-        wall: bool,
+        is_wall: bool,
     ) -> Result<(), Box<dyn Error>> {
-        if wall && !self.has_wall(cell, direction) {
+        if is_wall && !self.has_wall(cell, direction) {
             let (index, next) = (self.index(cell), self.index(next(cell, direction)));
             self.walls[index][direction] = true;
             self.walls[next][(direction + 2) % 4] = true;
@@ -85,7 +89,7 @@ impl Maze {
         Ok(())
     }
 
-    /// Steps from each cell to the centre, unseen walls taken as open.
+    /// Returns the optimistic distance of each cell to the centre: unknown walls are open.
     fn flood(&self) -> Vec<usize> {
         let mut distances = vec![usize::MAX; self.walls.len()];
         let mut queue: VecDeque<_> =
@@ -106,7 +110,7 @@ impl Maze {
         distances
     }
 
-    /// Whether a wall was seen, or the maze ends.
+    /// Returns whether a wall is known on this side of the cell. Outer walls are always known.
     fn has_wall(&self, cell: (i32, i32), direction: usize) -> bool {
         let (x, y) = next(cell, direction);
         let is_inside = (0..self.width).contains(&x) && (0..self.height).contains(&y);
@@ -114,8 +118,8 @@ impl Maze {
     }
 
     fn is_goal(&self, (x, y): (i32, i32)) -> bool {
-        let middle = |at: i32, side: i32| at == (side - 1) / 2 || at == side / 2;
-        middle(x, self.width) && middle(y, self.height)
+        let is_central = |at: i32, side: i32| at == (side - 1) / 2 || at == side / 2;
+        is_central(x, self.width) && is_central(y, self.height)
     }
 
     fn index(&self, (x, y): (i32, i32)) -> usize {

@@ -15,7 +15,7 @@ use child::{Child, Line, MAX_LINE_BYTES, Next};
 use exit::{ExitCause, MouseExit};
 use mmsim_client::{Transport, Zmq};
 use mmsim_maze::KnownMaze;
-use mmsim_mms::{Command, CommandError, Mouse, Reply, excerpt};
+use mmsim_mms::{Command, CommandError, Response, SimulatedMouse, excerpt};
 use simulator::{Interruption, Simulator};
 
 use crate::connection::{ask_maze, endpoint, explain, maze_from_args, report_waiting};
@@ -94,7 +94,7 @@ fn search(
     let mut simulator = Simulator::new(transport, map.size(), interrupt, pace)?;
     let mut session = Session {
         button: Button::from_stdin(),
-        mouse: Mouse::new(map.size(), map.start(), *map.goals()),
+        mouse: SimulatedMouse::new(map.size(), map.start(), *map.goals()),
         limit: args.limit,
         lines: 0,
         crashes: 0,
@@ -128,7 +128,7 @@ fn search(
 /// A mouse that is running.
 struct Session {
     button: Button,
-    mouse: Mouse,
+    mouse: SimulatedMouse,
     limit: Option<u32>,
     lines: u64,
     crashes: u64,
@@ -214,8 +214,8 @@ impl Session {
             }
         };
         let is_movement = matches!(command, Command::Forward { .. } | Command::Turn { .. });
-        let reply = self.mouse.obey(command, simulator)?;
-        self.crashes += u64::from(reply == Some(Reply::Crash));
+        let reply = self.mouse.execute(command, simulator)?;
+        self.crashes += u64::from(reply == Some(Response::Crash));
         if let Some(limit) = self.limit.filter(|_| is_movement)
             && self.mouse.scores().total().cost() > limit.into()
         {

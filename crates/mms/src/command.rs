@@ -1,84 +1,84 @@
-//! What a mouse asks for, as a line of text.
+//! Parsing of mouse commands.
 
 use mmsim_maze::{Cell, Excerpt, Heading, MazeSize};
 
-use crate::Stat;
+use crate::scores::Stat;
 
-/// A command, read from a line.
+/// A command, parsed from a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command<'a> {
-    /// How many cells are there from west to east?
+    /// Return the width of the maze in cells.
     MazeWidth,
-    /// How many cells are there from south to north?
+    /// Return the height of the maze in cells.
     MazeHeight,
-    /// Is anything in the way within so many half steps?
+    /// Check for a wall or post within a number of half steps.
     Wall {
-        /// Which way, in eighths of a turn clockwise from the nose.
+        /// The direction relative to the mouse, in eighths of a turn clockwise.
         turn: i8,
-        /// How far, 1 at least.
+        /// The distance, at least 1.
         half_steps: u64,
     },
-    /// Go straight on.
+    /// Move forward.
     Forward {
-        /// How far. 0 where the mouse said less than 1, or what is no number.
+        /// The distance; 0 if the argument was less than 1 or not a number.
         half_steps: u64,
     },
-    /// Turn on the point.
+    /// Turn in place.
     Turn {
-        /// Eighths of a turn clockwise; the other way where less than 0.
+        /// Eighths of a turn, clockwise if positive.
         eighths: i8,
     },
-    /// Show a wall, or that there is none.
+    /// Mark a wall as present or absent.
     MarkWall {
-        /// The cell beside it.
+        /// A cell beside the wall.
         cell: Cell,
         /// The side of the cell.
         heading: Heading,
-        /// Whether there is one.
-        present: bool,
+        /// Whether the wall is present.
+        is_present: bool,
     },
-    /// Colour a cell, or take the colour away.
+    /// Set or clear the colour of a cell.
     Colour {
         /// The cell.
         cell: Cell,
-        /// The letter of the colour, one of `kbacgorwyBCAGRY`.
+        /// The letter of the colour, one of `kbacgorwyBCAGRY`, or `None` to clear it.
         letter: Option<char>,
     },
-    /// Take the colours of all cells away.
+    /// Clear the colours of all cells.
     ClearAllColours,
-    /// Write into a cell; what is empty takes the text away.
+    /// Set or clear the text of a cell.
     Text {
         /// The cell.
         cell: Cell,
-        /// The text, blanks included.
+        /// The text with its blanks; empty to clear it.
         text: &'a [u8],
     },
-    /// Take the texts of all cells away.
+    /// Clear the texts of all cells.
     ClearAllText,
-    /// Was the reset button pressed?
+    /// Return whether the reset button was pressed.
     WasReset,
-    /// Put the mouse back to the start.
+    /// Move the mouse back to the start.
     AckReset,
-    /// How well is it doing?
+    /// Return a statistic.
     GetStat(Stat),
 }
 
-/// A line that is no command. mms says nothing to those, and does nothing.
+/// An invalid line. mms ignores such lines and does not respond to them.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CommandError {
-    /// None of the commands.
+    /// An unknown command.
     #[error("unknown command {0}")]
     Unknown(Excerpt<MAX_EXCERPT>),
-    /// A command with arguments that are not its own.
+    /// A known command with invalid arguments.
     #[error("expected {expected}, found {found}")]
     Arguments {
-        /// What the command looks like.
+        /// The syntax of the command.
         expected: &'static str,
         /// The line.
         found: Excerpt<MAX_EXCERPT>,
     },
-    /// A cell outside of the maze.
+    /// A cell outside the maze.
     #[error("expected a cell in a maze of {size} cells, found {found}")]
     Outside {
         /// The size of the maze.
@@ -96,17 +96,18 @@ pub fn excerpt(line: &[u8]) -> Excerpt<MAX_EXCERPT> {
     Excerpt::new(line.trim_ascii_end())
 }
 
-/// The letters of the colours that mms knows.
+/// The letters of the colours in mms.
 const COLOURS: &[u8] = b"kbacgorwyBCAGRY";
 
 impl<'a> Command<'a> {
-    /// The command on this line, for a maze of this size. A line may end with blanks and `\r\n`.
+    /// Parses a line for a maze of the given size. The line may end with blanks and `\r\n`.
     ///
-    /// A number that is too large to be read is as large as can be. The bare name of a [`Stat`] is
-    /// taken as if `getStat` stood before it, which the crate `mms-rs` forgets.
+    /// Numbers that are too large saturate. The name of a [`Stat`] alone is accepted as well, because
+    /// the crate `mms-rs` omits `getStat`.
     ///
     /// # Errors
-    /// A line that is no command, or one about a cell outside of the maze.
+    /// Returns an error if the command is unknown, its arguments are invalid, or its cell is outside
+    /// the maze.
     ///
     /// ```
     /// use mmsim_maze::MazeSize;
@@ -119,59 +120,61 @@ impl<'a> Command<'a> {
         let mut words = Words(line.strip_suffix(b"\n").unwrap_or(line));
         let name = words.next().unwrap_or_default();
         let name = str::from_utf8(name).unwrap_or_default();
-        let line = Line { line, size };
+        let parser = Parser { line, size };
         match name {
-            "mazeWidth" => line.alone(words, "mazeWidth", Self::MazeWidth),
-            "mazeHeight" => line.alone(words, "mazeHeight", Self::MazeHeight),
-            "wallFront" => line.wall(words, 0),
-            "wallFrontRight" => line.wall(words, 1),
-            "wallRight" => line.wall(words, 2),
-            "wallBackRight" => line.wall(words, 3),
-            "wallBack" => line.wall(words, 4),
-            "wallBackLeft" => line.wall(words, -3),
-            "wallLeft" => line.wall(words, -2),
-            "wallFrontLeft" => line.wall(words, -1),
-            "moveForward" => line.forward(words, 2),
-            "moveForwardHalf" => line.forward(words, 1),
-            "turnRight" | "turnRight90" => line.turn(words, 2),
-            "turnLeft" | "turnLeft90" => line.turn(words, -2),
-            "turnRight45" => line.turn(words, 1),
-            "turnLeft45" => line.turn(words, -1),
-            "setWall" => line.mark_wall(words, "setWall x y n, e, s or w", true),
-            "clearWall" => line.mark_wall(words, "clearWall x y n, e, s or w", false),
-            "setColor" => line.colour(words),
+            "mazeWidth" => parser.no_arguments(words, "mazeWidth", Self::MazeWidth),
+            "mazeHeight" => parser.no_arguments(words, "mazeHeight", Self::MazeHeight),
+            "wallFront" => parser.wall(words, 0),
+            "wallFrontRight" => parser.wall(words, 1),
+            "wallRight" => parser.wall(words, 2),
+            "wallBackRight" => parser.wall(words, 3),
+            "wallBack" => parser.wall(words, 4),
+            "wallBackLeft" => parser.wall(words, -3),
+            "wallLeft" => parser.wall(words, -2),
+            "wallFrontLeft" => parser.wall(words, -1),
+            "moveForward" => parser.forward(words, 2),
+            "moveForwardHalf" => parser.forward(words, 1),
+            "turnRight" | "turnRight90" => parser.turn(words, 2),
+            "turnLeft" | "turnLeft90" => parser.turn(words, -2),
+            "turnRight45" => parser.turn(words, 1),
+            "turnLeft45" => parser.turn(words, -1),
+            "setWall" => parser.mark_wall(words, "setWall X Y and one of nesw", true),
+            "clearWall" => parser.mark_wall(words, "clearWall X Y and one of nesw", false),
+            "setColor" => parser.colour(words),
             "clearColor" => {
-                let cell = line.cell_alone(words, "clearColor x y")?;
+                let cell = parser.only_cell(words, "clearColor X Y")?;
                 Ok(Self::Colour { cell, letter: None })
             }
-            "clearAllColor" => line.alone(words, "clearAllColor", Self::ClearAllColours),
-            "setText" => line.text(words),
+            "clearAllColor" => parser.no_arguments(words, "clearAllColor", Self::ClearAllColours),
+            "setText" => parser.text(words),
             "clearText" => {
-                let cell = line.cell_alone(words, "clearText x y")?;
+                let cell = parser.only_cell(words, "clearText X Y")?;
                 Ok(Self::Text { cell, text: b"" })
             }
-            "clearAllText" => line.alone(words, "clearAllText", Self::ClearAllText),
-            "wasReset" => line.alone(words, "wasReset", Self::WasReset),
-            "ackReset" => line.alone(words, "ackReset", Self::AckReset),
-            "getStat" => line.stat(words),
+            "clearAllText" => parser.no_arguments(words, "clearAllText", Self::ClearAllText),
+            "wasReset" => parser.no_arguments(words, "wasReset", Self::WasReset),
+            "ackReset" => parser.no_arguments(words, "ackReset", Self::AckReset),
+            "getStat" => parser.stat(words),
             name => match name.parse() {
-                Ok(stat) => line.alone(words, "the name of a number alone", Self::GetStat(stat)),
-                Err(_) => Err(CommandError::Unknown(excerpt(line.line))),
+                Ok(stat) => {
+                    let expected = "only the name of a statistic";
+                    parser.no_arguments(words, expected, Self::GetStat(stat))
+                }
+                Err(_) => Err(CommandError::Unknown(excerpt(parser.line))),
             },
         }
     }
 }
 
-/// A line, and the maze it speaks of.
+/// The context of a line's arguments: the line for error messages, and the size of the maze.
 #[derive(Clone, Copy)]
-struct Line<'a> {
+struct Parser<'a> {
     line: &'a [u8],
     size: MazeSize,
 }
 
-impl<'a> Line<'a> {
-    /// A command without arguments.
-    fn alone(
+impl<'a> Parser<'a> {
+    fn no_arguments(
         self,
         mut words: Words<'_>,
         expected: &'static str,
@@ -179,29 +182,29 @@ impl<'a> Line<'a> {
     ) -> Result<Command<'a>, CommandError> {
         match words.next() {
             None => Ok(command),
-            Some(_) => Err(self.wrong(expected)),
+            Some(_) => Err(self.invalid_arguments(expected)),
         }
     }
 
     fn wall(self, words: Words<'_>, turn: i8) -> Result<Command<'a>, CommandError> {
-        let number = self.number(words, "at most a number of half steps after wall…")?;
+        let number = self.number(words, "wall… with at most one number")?;
         Ok(Command::Wall { turn, half_steps: number.max(1) })
     }
 
     fn forward(self, words: Words<'_>, half_steps: u64) -> Result<Command<'a>, CommandError> {
-        let number = self.number(words, "at most a number of steps after moveForward…")?;
+        let number = self.number(words, "moveForward… with at most one number")?;
         Ok(Command::Forward { half_steps: number.saturating_mul(half_steps) })
     }
 
     fn turn(self, words: Words<'_>, eighths: i8) -> Result<Command<'a>, CommandError> {
-        self.alone(words, "turn… without a number", Command::Turn { eighths })
+        self.no_arguments(words, "turn… without arguments", Command::Turn { eighths })
     }
 
     fn mark_wall(
         self,
         mut words: Words<'_>,
         expected: &'static str,
-        present: bool,
+        is_present: bool,
     ) -> Result<Command<'a>, CommandError> {
         let cell = self.cell(&mut words, expected)?;
         let heading = match (words.next(), words.next()) {
@@ -209,25 +212,25 @@ impl<'a> Line<'a> {
             (Some(b"e"), None) => Heading::East,
             (Some(b"s"), None) => Heading::South,
             (Some(b"w"), None) => Heading::West,
-            _ => return Err(self.wrong(expected)),
+            _ => return Err(self.invalid_arguments(expected)),
         };
-        Ok(Command::MarkWall { cell: cell?, heading, present })
+        Ok(Command::MarkWall { cell: cell?, heading, is_present })
     }
 
     fn colour(self, mut words: Words<'_>) -> Result<Command<'a>, CommandError> {
-        let expected = "setColor x y and one of kbacgorwyBCAGRY";
+        let expected = "setColor X Y and one of kbacgorwyBCAGRY";
         let cell = self.cell(&mut words, expected)?;
         match (words.next(), words.next()) {
             (Some(&[letter]), None) if COLOURS.contains(&letter) => {
                 Ok(Command::Colour { cell: cell?, letter: Some(letter.into()) })
             }
-            _ => Err(self.wrong(expected)),
+            _ => Err(self.invalid_arguments(expected)),
         }
     }
 
     fn text(self, mut words: Words<'a>) -> Result<Command<'a>, CommandError> {
-        let cell = self.cell(&mut words, "setText x y TEXT")??;
-        // One blank parts the text from the number, all others belong to it.
+        let cell = self.cell(&mut words, "setText X Y TEXT")??;
+        // The first blank is a separator; further ones are part of the text.
         let Words(text) = words;
         let text = text.strip_suffix(b"\r").unwrap_or(text);
         Ok(Command::Text { cell, text: text.get(1..).unwrap_or_default() })
@@ -237,27 +240,25 @@ impl<'a> Line<'a> {
         let stat = words.next().and_then(|name| str::from_utf8(name).ok()?.parse().ok());
         match (stat, words.next()) {
             (Some(stat), None) => Ok(Command::GetStat(stat)),
-            _ => Err(self.wrong("getStat and the name of a number, such as score")),
+            _ => Err(self.invalid_arguments("getStat and the name of a statistic, such as score")),
         }
     }
 
-    /// A cell and nothing else.
-    fn cell_alone(
-        self,
-        mut words: Words<'_>,
-        expected: &'static str,
-    ) -> Result<Cell, CommandError> {
+    /// Parses a cell that is the only argument.
+    fn only_cell(self, mut words: Words<'_>, expected: &'static str) -> Result<Cell, CommandError> {
         let cell = self.cell(&mut words, expected)?;
-        if words.next().is_some() { Err(self.wrong(expected)) } else { cell }
+        if words.next().is_some() { Err(self.invalid_arguments(expected)) } else { cell }
     }
 
-    /// A cell, and whether it lies inside: where the rest of the line is wrong, that counts more.
+    /// Parses a cell. The inner error means that the cell is outside the maze; callers report it only
+    /// if the rest of the line is valid.
     fn cell(
         self,
         words: &mut Words<'_>,
         expected: &'static str,
     ) -> Result<Result<Cell, CommandError>, CommandError> {
-        let mut number = || words.next().and_then(read_number).ok_or_else(|| self.wrong(expected));
+        let invalid = || self.invalid_arguments(expected);
+        let mut number = || words.next().and_then(parse_number).ok_or_else(invalid);
         let (x, y) = (number()?, number()?);
         let cell = u8::try_from(x).ok().zip(u8::try_from(y).ok());
         let cell = cell.map(|(x, y)| Cell::new(x, y)).filter(|&cell| self.size.contains(cell));
@@ -265,24 +266,24 @@ impl<'a> Line<'a> {
         Ok(cell.ok_or_else(outside))
     }
 
-    /// At most one number, 1 where there is none; 0 for less, and for what is no number.
+    /// Parses an optional number that defaults to 1. Negative numbers and other text become 0.
     fn number(self, mut words: Words<'_>, expected: &'static str) -> Result<u64, CommandError> {
         match (words.next(), words.next()) {
             (None, _) => Ok(1),
             (Some(number), None) => {
-                Ok(read_number(number).and_then(|number| u64::try_from(number).ok()).unwrap_or(0))
+                Ok(parse_number(number).and_then(|number| u64::try_from(number).ok()).unwrap_or(0))
             }
-            _ => Err(self.wrong(expected)),
+            _ => Err(self.invalid_arguments(expected)),
         }
     }
 
-    fn wrong(self, expected: &'static str) -> CommandError {
+    fn invalid_arguments(self, expected: &'static str) -> CommandError {
         CommandError::Arguments { expected, found: excerpt(self.line) }
     }
 }
 
-/// A whole number, as large or as small as can be where it is beyond that.
-fn read_number(text: &[u8]) -> Option<i64> {
+/// Parses an integer; values out of range saturate.
+fn parse_number(text: &[u8]) -> Option<i64> {
     let text = str::from_utf8(text).ok()?;
     let (is_negative, digits) = match text.strip_prefix('-') {
         Some(digits) => (true, digits),
@@ -295,7 +296,7 @@ fn read_number(text: &[u8]) -> Option<i64> {
     Some(if is_negative { -number } else { number })
 }
 
-/// What is left of a line, word by word.
+/// The remaining words of a line.
 struct Words<'a>(&'a [u8]);
 
 impl<'a> Iterator for Words<'a> {
@@ -321,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn blanks_and_ends_of_lines_do_not_matter() {
+    fn extra_blanks_and_line_endings_are_ignored() {
         for line in
             ["moveForward 3", "moveForward   3  ", " moveForward\t3\r\n", "moveForward +3\n"]
         {
@@ -332,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_as_large_as_can_be() {
+    fn numbers_saturate() {
         for (number, half_steps) in [
             ("1", 1),
             ("0", 0),
@@ -352,15 +353,15 @@ mod tests {
             let half_steps = half_steps.max(1);
             assert_eq!(parse(&line), Ok(Command::Wall { turn: 0, half_steps }), "{line}");
         }
-        let most = 2 * i64::MAX.unsigned_abs();
+        let max = 2 * i64::MAX.unsigned_abs();
         assert_eq!(
             parse(&format!("moveForward {}0", u64::MAX)),
-            Ok(Command::Forward { half_steps: most })
+            Ok(Command::Forward { half_steps: max })
         );
     }
 
     #[test]
-    fn a_text_is_all_that_is_left() {
+    fn text_is_the_rest_of_the_line() {
         let cell = Cell::new(1, 2);
         for (line, text) in [
             ("setText 1 2 12\r\n", "12"),
@@ -377,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_may_be_asked_for_by_its_bare_name() {
+    fn the_name_of_a_statistic_alone_is_accepted() {
         assert_eq!(parse("getStat score"), Ok(Command::GetStat(Stat::Score)));
         assert_eq!(parse("total-turns\n"), Ok(Command::GetStat(Stat::TotalTurns)));
     }
@@ -391,24 +392,24 @@ mod tests {
         insta::assert_snapshot!(error(b"MoveForward"), @r#"unknown command "MoveForward""#);
         insta::assert_snapshot!(error(&[b'x'; 4096]), @r#"unknown command "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"… of 4096 bytes"#);
         insta::assert_snapshot!(error(b"mazeWidth 3"), @r#"expected mazeWidth, found "mazeWidth 3""#);
-        insta::assert_snapshot!(error(b"wallFront 1 2"), @r#"expected at most a number of half steps after wall…, found "wallFront 1 2""#);
-        insta::assert_snapshot!(error(b"moveForward 1 2"), @r#"expected at most a number of steps after moveForward…, found "moveForward 1 2""#);
-        insta::assert_snapshot!(error(b"turnLeft45 2"), @r#"expected turn… without a number, found "turnLeft45 2""#);
-        insta::assert_snapshot!(error(b"setWall 1 2"), @r#"expected setWall x y n, e, s or w, found "setWall 1 2""#);
-        insta::assert_snapshot!(error(b"clearWall 1 2 N"), @r#"expected clearWall x y n, e, s or w, found "clearWall 1 2 N""#);
+        insta::assert_snapshot!(error(b"wallFront 1 2"), @r#"expected wall… with at most one number, found "wallFront 1 2""#);
+        insta::assert_snapshot!(error(b"moveForward 1 2"), @r#"expected moveForward… with at most one number, found "moveForward 1 2""#);
+        insta::assert_snapshot!(error(b"turnLeft45 2"), @r#"expected turn… without arguments, found "turnLeft45 2""#);
+        insta::assert_snapshot!(error(b"setWall 1 2"), @r#"expected setWall X Y and one of nesw, found "setWall 1 2""#);
+        insta::assert_snapshot!(error(b"clearWall 1 2 N"), @r#"expected clearWall X Y and one of nesw, found "clearWall 1 2 N""#);
         insta::assert_snapshot!(error(b"setWall 16 0 n"), @r#"expected a cell in a maze of 16x16 cells, found "setWall 16 0 n""#);
-        insta::assert_snapshot!(error(b"setWall 16 0 up"), @r#"expected setWall x y n, e, s or w, found "setWall 16 0 up""#);
-        insta::assert_snapshot!(error(b"setColor 0 0 x"), @r#"expected setColor x y and one of kbacgorwyBCAGRY, found "setColor 0 0 x""#);
-        insta::assert_snapshot!(error(b"clearColor 0 0 r"), @r#"expected clearColor x y, found "clearColor 0 0 r""#);
+        insta::assert_snapshot!(error(b"setWall 16 0 up"), @r#"expected setWall X Y and one of nesw, found "setWall 16 0 up""#);
+        insta::assert_snapshot!(error(b"setColor 0 0 x"), @r#"expected setColor X Y and one of kbacgorwyBCAGRY, found "setColor 0 0 x""#);
+        insta::assert_snapshot!(error(b"clearColor 0 0 r"), @r#"expected clearColor X Y, found "clearColor 0 0 r""#);
         insta::assert_snapshot!(error(b"setText 0 -1 a"), @r#"expected a cell in a maze of 16x16 cells, found "setText 0 -1 a""#);
-        insta::assert_snapshot!(error(b"setText 0"), @r#"expected setText x y TEXT, found "setText 0""#);
-        insta::assert_snapshot!(error(b"getStat"), @r#"expected getStat and the name of a number, such as score, found "getStat""#);
-        insta::assert_snapshot!(error(b"score 1"), @r#"expected the name of a number alone, found "score 1""#);
+        insta::assert_snapshot!(error(b"setText 0"), @r#"expected setText X Y TEXT, found "setText 0""#);
+        insta::assert_snapshot!(error(b"getStat"), @r#"expected getStat and the name of a statistic, such as score, found "getStat""#);
+        insta::assert_snapshot!(error(b"score 1"), @r#"expected only the name of a statistic, found "score 1""#);
     }
 
     proptest! {
         #[test]
-        fn any_line_is_a_command_or_an_error_that_can_be_shown(
+        fn any_line_is_a_command_or_a_printable_error(
             line in prop_oneof![
                 prop::collection::vec(any::<u8>(), 0..200),
                 "(setText|setWall|wallBack|moveForward|getStat|clearColor)( -?[0-9a-z]{0,30}){0,4}\r?"

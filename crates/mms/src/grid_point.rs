@@ -1,13 +1,13 @@
-//! Where a mouse may stand, in half steps, and the eight ways it may go.
+//! Positions in half steps, and the eight directions of movement.
 
 use mmsim_maze::{Cell, Heading};
 
-/// A place in a maze, counted in half cells from its south-west post.
+/// A position in a maze, counted in half cells from its south-west post.
 ///
 /// ```text
 ///   o-----1,2-----o-----3,2-----o
 ///   |             |             |       odd, odd     the centre of a cell
-///  0,1    1,1    2,1    3,1    4,1      one is even  the place of a wall
+///  0,1    1,1    2,1    3,1    4,1      one is even  between two cells, where a wall may be
 ///   |             |             |       even, even   a post
 ///   o-----1,0-----o-----3,0-----o
 /// ```
@@ -19,82 +19,83 @@ pub struct GridPoint {
     pub y: u8,
 }
 
-/// What may stand at a [`GridPoint`].
+/// What a [`GridPoint`] is in the maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// Nothing: the centre of a cell.
+pub enum GridPointKind {
+    /// The centre of a cell.
     Centre,
     /// A post.
     Post,
-    /// The wall at this side of this cell, if there is one.
-    Wall(Cell, Heading),
+    /// The side of a cell, where a wall may be.
+    Side(Cell, Heading),
 }
 
 impl GridPoint {
-    /// The centre of a cell. Of cells beyond 127 there is none, which stands for the last of them.
+    /// Returns the centre of a cell. Coordinates above 127 saturate.
     pub const fn centre(cell: Cell) -> Self {
         let Cell { x, y } = cell;
         Self { x: x.saturating_mul(2).saturating_add(1), y: y.saturating_mul(2).saturating_add(1) }
     }
 
-    /// The cell it is counted to: of a wall's place the one to the north or east, as mms does.
+    /// Returns the cell that contains the point. Between two cells, that is the northern or eastern
+    /// one, as in mms.
     pub const fn cell(self) -> Cell {
         Cell::new(self.x / 2, self.y / 2)
     }
 
-    /// Half a step on, to the side and ahead at once on a diagonal; `None` where a coordinate would
-    /// leave 0 to 255.
-    pub fn ahead(self, bearing: Bearing) -> Option<Self> {
-        let (east, north) = bearing.half_step();
+    /// Returns the point half a step ahead, or `None` if a coordinate would leave 0 to 255. On a
+    /// diagonal both coordinates change.
+    pub fn ahead(self, direction: CompassDirection) -> Option<Self> {
+        let (east, north) = direction.half_step();
         Some(Self { x: self.x.checked_add_signed(east)?, y: self.y.checked_add_signed(north)? })
     }
 
-    /// What may stand here.
-    pub const fn place(self) -> Place {
+    /// Returns the kind of the point.
+    pub const fn kind(self) -> GridPointKind {
         let Cell { x, y } = self.cell();
         match (self.x % 2, self.y % 2) {
-            (1, 1) => Place::Centre,
-            (0, 0) => Place::Post,
-            // The wall belongs to the cell before it, unless it is the outer one.
-            (0, _) if x == 0 => Place::Wall(Cell::new(x, y), Heading::West),
-            (0, _) => Place::Wall(Cell::new(x - 1, y), Heading::East),
-            (..) if y == 0 => Place::Wall(Cell::new(x, y), Heading::South),
-            (..) => Place::Wall(Cell::new(x, y - 1), Heading::North),
+            (1, 1) => GridPointKind::Centre,
+            (0, 0) => GridPointKind::Post,
+            // An inner side belongs to the cell to the west or south.
+            (0, _) if x == 0 => GridPointKind::Side(Cell::new(x, y), Heading::West),
+            (0, _) => GridPointKind::Side(Cell::new(x - 1, y), Heading::East),
+            (..) if y == 0 => GridPointKind::Side(Cell::new(x, y), Heading::South),
+            (..) => GridPointKind::Side(Cell::new(x, y - 1), Heading::North),
         }
     }
 }
 
 /// One of eight directions: the four headings and the diagonals between them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Bearing {
+pub struct CompassDirection {
     /// Eighths of a turn clockwise from north, 0 to 7.
     eighths: u8,
 }
 
-impl Bearing {
-    /// Where a mouse heads at the start.
+impl CompassDirection {
+    /// North, the direction of a mouse at the start.
     pub const NORTH: Self = Self { eighths: 0 };
 
-    /// The bearing after a turn of so many eighths clockwise, or where less than 0 the other way.
+    /// Returns the direction after a turn by the given eighths, clockwise if positive.
     pub const fn turned(self, eighths: i8) -> Self {
         Self { eighths: self.eighths.wrapping_add_signed(eighths) % 8 }
     }
 
-    /// The heading, on a diagonal the one an eighth to its left: nothing is nearer.
+    /// Returns the heading; for a diagonal the heading an eighth to its left.
     ///
     /// ```
     /// use mmsim_maze::Heading;
-    /// use mmsim_mms::Bearing;
-    /// assert_eq!(Bearing::NORTH.turned(2).heading(), Heading::East);
-    /// assert_eq!(Bearing::NORTH.turned(1).heading(), Heading::North);
-    /// assert_eq!(Bearing::NORTH.turned(-1).heading(), Heading::West);
+    /// use mmsim_mms::CompassDirection;
+    /// assert_eq!(CompassDirection::NORTH.turned(2).heading(), Heading::East);
+    /// assert_eq!(CompassDirection::NORTH.turned(1).heading(), Heading::North);
+    /// assert_eq!(CompassDirection::NORTH.turned(-1).heading(), Heading::West);
     /// ```
     pub const fn heading(self) -> Heading {
         const CLOCKWISE: [Heading; 4] = Heading::ALL;
         CLOCKWISE[self.eighths as usize / 2 % 4]
     }
 
-    /// Half cells to the east and to the north.
+    /// Returns half a step as half cells to the east and to the north.
     const fn half_step(self) -> (i8, i8) {
         match self.eighths {
             0 => (0, 1),
@@ -114,33 +115,33 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_as_drawn() {
-        let place = |x, y| GridPoint { x, y }.place();
-        assert_eq!(place(1, 1), Place::Centre);
-        assert_eq!(place(2, 0), Place::Post);
-        assert_eq!(place(0, 1), Place::Wall(Cell::new(0, 0), Heading::West));
-        assert_eq!(place(2, 1), Place::Wall(Cell::new(0, 0), Heading::East));
-        assert_eq!(place(4, 1), Place::Wall(Cell::new(1, 0), Heading::East));
-        assert_eq!(place(3, 0), Place::Wall(Cell::new(1, 0), Heading::South));
-        assert_eq!(place(3, 2), Place::Wall(Cell::new(1, 0), Heading::North));
-        assert_eq!(GridPoint { x: 3, y: 2 }.cell(), Cell::new(1, 1), "to the north of the wall");
+    fn kinds_match_the_drawing() {
+        let kind = |x, y| GridPoint { x, y }.kind();
+        assert_eq!(kind(1, 1), GridPointKind::Centre);
+        assert_eq!(kind(2, 0), GridPointKind::Post);
+        assert_eq!(kind(0, 1), GridPointKind::Side(Cell::new(0, 0), Heading::West));
+        assert_eq!(kind(2, 1), GridPointKind::Side(Cell::new(0, 0), Heading::East));
+        assert_eq!(kind(4, 1), GridPointKind::Side(Cell::new(1, 0), Heading::East));
+        assert_eq!(kind(3, 0), GridPointKind::Side(Cell::new(1, 0), Heading::South));
+        assert_eq!(kind(3, 2), GridPointKind::Side(Cell::new(1, 0), Heading::North));
+        assert_eq!(GridPoint { x: 3, y: 2 }.cell(), Cell::new(1, 1), "the cell to the north");
         assert_eq!(GridPoint::centre(Cell::new(31, 0)), GridPoint { x: 63, y: 1 });
-        assert_eq!(GridPoint { x: 0, y: 1 }.ahead(Bearing::NORTH.turned(-2)), None);
+        assert_eq!(GridPoint { x: 0, y: 1 }.ahead(CompassDirection::NORTH.turned(-2)), None);
     }
 
     #[test]
-    fn eight_turns_go_round() {
+    fn eight_turns_are_a_full_circle() {
         for eighths in [1, -1] {
-            let mut bearing = Bearing::NORTH;
+            let mut direction = CompassDirection::NORTH;
             let (mut east, mut north) = (0, 0);
             for _ in 0..8 {
-                let (x, y) = bearing.half_step();
+                let (x, y) = direction.half_step();
                 (east, north) = (east + x, north + y);
-                bearing = bearing.turned(eighths);
+                direction = direction.turned(eighths);
             }
-            assert_eq!((bearing, east, north), (Bearing::NORTH, 0, 0));
+            assert_eq!((direction, east, north), (CompassDirection::NORTH, 0, 0));
         }
-        assert_eq!(Bearing::NORTH.turned(-2).turned(4), Bearing::NORTH.turned(2));
-        assert_eq!(Bearing::NORTH.turned(i8::MIN), Bearing::NORTH);
+        assert_eq!(CompassDirection::NORTH.turned(-2).turned(4), CompassDirection::NORTH.turned(2));
+        assert_eq!(CompassDirection::NORTH.turned(i8::MIN), CompassDirection::NORTH);
     }
 }

@@ -1,30 +1,30 @@
-//! What the micromouse simulator [mms](https://github.com/mackorone/mms) is to a mouse: the commands
-//! it understands, where they take the mouse, and how they are scored.
+//! The mouse API of the simulator [mms](https://github.com/mackorone/mms): commands, movement in
+//! half steps, and scorekeeping.
 //!
 //! ```text
-//!    stdout of the mouse       ┌─────────┐  is there a wall?   ┌──────────────┐
-//!   ─────────────────────────► │         │ ──────────────────► │              │
-//!    one line, one Command     │  Mouse  │                     │ Surroundings │
-//!   ◄───────────────────────── │         │ ──────────────────► │              │
-//!    a Reply, or none          └─────────┘  the mouse moved    └──────────────┘
+//!    stdout of the mouse      ┌────────────────┐  is there a wall?   ┌─────────────┐
+//!   ────────────────────────► │                │ ──────────────────► │             │
+//!    one Command a line       │ SimulatedMouse │                     │ Environment │
+//!   ◄──────────────────────── │                │ ──────────────────► │             │
+//!    a Response, or none      └────────────────┘  the pose changed   └─────────────┘
 //! ```
 //!
-//! [`Command::parse`] reads a line, [`Mouse::obey`] does what it says and gives the [`Reply`] to
-//! write. Walls come from whatever is asked for them, [`Surroundings`]; the walls of a maze are one.
-//! Nothing here knows a process, a pipe or a clock.
+//! [`Command::parse`] parses a line, and [`SimulatedMouse::execute`] executes it and returns the
+//! [`Response`]. An [`Environment`] provides the walls; [`Walls`](mmsim_maze::Walls) implements it.
+//! The crate uses no processes, pipes or clocks.
 //!
 //! ```
 //! use mmsim_maze::Maze;
-//! use mmsim_mms::{Command, Mouse, Reply};
+//! use mmsim_mms::{Command, SimulatedMouse};
 //!
 //! let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
 //! let (size, mut walls) = (maze.size(), maze.walls().clone());
-//! let mut mouse = Mouse::new(size, maze.start().cell, *maze.goals());
-//! for (line, reply) in [("wallFront", "true"), ("turnRight", "ack"), ("moveForward 9", "crash")] {
-//!     let Ok(replied) = mouse.obey(Command::parse(line.as_bytes(), size)?, &mut walls);
-//!     assert_eq!(replied.map(|replied| replied.to_string()).as_deref(), Some(reply));
+//! let mut mouse = SimulatedMouse::new(size, maze.start().cell, *maze.goals());
+//! for (line, expected) in [("wallFront", "true"), ("turnRight", "ack"), ("moveForward 9", "crash")] {
+//!     let Ok(response) = mouse.execute(Command::parse(line.as_bytes(), size)?, &mut walls);
+//!     assert_eq!(response.map(|response| response.to_string()).as_deref(), Some(expected));
 //! }
-//! assert!(maze.goals().contains(mouse.pose().cell), "it went as far as it could");
+//! assert!(maze.goals().contains(mouse.pose().cell), "it moved until the wall");
 //! assert_eq!(mouse.scores().total().distance(), 1.);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -33,16 +33,16 @@
 mod command;
 mod grid_point;
 mod mouse;
-mod reply;
+mod response;
 mod scores;
 
 pub use command::{Command, CommandError, excerpt};
-pub use grid_point::{Bearing, GridPoint, Place};
-pub use mouse::{Mouse, Surroundings};
-pub use reply::{Decimal, Reply};
-pub use scores::{Run, Scores, Stat};
+pub use grid_point::{CompassDirection, GridPoint, GridPointKind};
+pub use mouse::{Environment, SimulatedMouse};
+pub use response::{GeneralFormat, Response};
+pub use scores::{Scores, Stat, TravelStats};
 
-/// The code in the README of this crate runs.
+/// Runs the code in the crate's README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

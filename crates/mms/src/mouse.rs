@@ -1,65 +1,67 @@
-//! The mouse as the simulator has it: where it stands, what it has shown, how it is scored.
+//! The simulated mouse: its position, its map and its scores.
 
 use std::convert::Infallible;
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState, Walls};
 
-use crate::{Bearing, Command, GridPoint, Place, Reply, Scores};
+use crate::command::Command;
+use crate::grid_point::{CompassDirection, GridPoint, GridPointKind};
+use crate::response::Response;
+use crate::scores::Scores;
 
-/// What is around a mouse: who knows the walls, and whoever watches.
-pub trait Surroundings {
-    /// Why the mouse cannot go on.
+/// The source of a mouse's walls, which is also notified of each change of its pose.
+pub trait Environment {
+    /// Why the walls are unavailable or the mouse must stop.
     type Error;
 
-    /// Whether there is a wall at this side of this cell. Outer walls are never asked for.
+    /// Returns whether there is a wall at this side of this cell. It is not called for outer walls.
     ///
     /// # Errors
-    /// It cannot be told.
-    fn wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Self::Error>;
+    /// Returns an error if the wall cannot be determined.
+    fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Self::Error>;
 
-    /// The mouse has come to another cell, also within a longer movement, has turned, or was put back
-    /// to the start.
+    /// Called when the mouse enters a cell, also during a longer movement, when it turns, and when it
+    /// is moved back to the start.
     ///
     /// # Errors
-    /// The mouse shall stop here.
-    fn moved(&mut self, mouse: &Mouse) -> Result<(), Self::Error> {
+    /// Returns an error to stop the mouse.
+    fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), Self::Error> {
         let _ = mouse;
         Ok(())
     }
 }
 
-/// The walls of a maze that nobody watches.
-impl Surroundings for Walls {
+impl Environment for Walls {
     type Error = Infallible;
 
-    fn wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Infallible> {
+    fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Infallible> {
         Ok(self.has(cell, heading))
     }
 }
 
-/// A mouse in a maze: what its commands have made of it.
+/// A mouse in a maze, moved by its commands.
 #[derive(Clone, Debug)]
-pub struct Mouse {
+pub struct SimulatedMouse {
     point: GridPoint,
-    bearing: Bearing,
-    /// The walls it has asked for or met and those it has marked, and the cells it has been in.
+    direction: CompassDirection,
+    /// The walls that were sensed or marked, and the visited cells.
     map: KnownMaze,
-    /// The walls it has marked: what it says of them counts more than what was seen.
+    /// The walls that the mouse has marked. A marked wall is not overwritten by a sensed one.
     marked: Walls,
-    /// The number written into each cell, row by row; 0 where there is none.
+    /// The number in the text of each cell, row by row; 0 if there is none.
     numbers: [u16; MazeSize::MAX_AREA],
     scores: Scores,
     is_reset_pressed: bool,
 }
 
-impl Mouse {
-    /// A mouse that stands in the start cell and heads north.
+impl SimulatedMouse {
+    /// Creates a mouse in the start cell, heading north.
     pub fn new(size: MazeSize, start: Cell, goals: CellSet) -> Self {
         let mut map = KnownMaze::new(size, start, goals);
         map.visit(start);
         Self {
             point: GridPoint::centre(start),
-            bearing: Bearing::NORTH,
+            direction: CompassDirection::NORTH,
             map,
             marked: Walls::open(size),
             numbers: [0; MazeSize::MAX_AREA],
@@ -68,139 +70,141 @@ impl Mouse {
         }
     }
 
-    /// Where it stands, in half cells.
+    /// Returns the position.
     pub const fn point(&self) -> GridPoint {
         self.point
     }
 
-    /// The cell that it is counted to, and the heading that is nearest.
+    /// Returns the cell of the position ([`GridPoint::cell`]) and the heading
+    /// ([`CompassDirection::heading`]).
     pub const fn pose(&self) -> Pose {
-        Pose::new(self.point.cell(), self.bearing.heading())
+        Pose::new(self.point.cell(), self.direction.heading())
     }
 
-    /// What can be shown of its knowledge: the walls that it has asked for, passed or run into, those
-    /// that it has marked, whatever was seen there, and the cells it has been in.
+    /// Returns the map to display: walls that the mouse has queried, passed or crashed into, walls
+    /// that it has marked, whether correctly or not, and visited cells.
     pub const fn map(&self) -> &KnownMaze {
         &self.map
     }
 
-    /// The number that it has written into a cell as its text, as mice do with distances; 0 for
-    /// another text or none.
+    /// Returns the number that the mouse has set as the text of a cell, usually a distance; 0 for
+    /// other texts.
     pub fn number(&self, cell: Cell) -> u16 {
         self.index(cell).map_or(0, |index| self.numbers[index])
     }
 
-    /// What was counted of it.
+    /// Returns the scores.
     pub const fn scores(&self) -> &Scores {
         &self.scores
     }
 
-    /// Presses the reset button. The mouse learns of it when it asks.
+    /// Presses the reset button, which the mouse polls with `wasReset`.
     pub const fn press_reset(&mut self) {
         self.is_reset_pressed = true;
     }
 
-    /// Does what a command says. Commands that mms does not reply to have no reply.
+    /// Executes a command and returns the response, or `None` for commands to which mms does not
+    /// respond.
     ///
     /// # Errors
-    /// What is around the mouse cannot be told, or whoever watches has had enough. A movement stops
-    /// where it was then, and is not counted.
-    pub fn obey<S: Surroundings>(
+    /// Returns the error of the environment. A movement stops at once and is not scored.
+    pub fn execute<E: Environment>(
         &mut self,
         command: Command<'_>,
-        around: &mut S,
-    ) -> Result<Option<Reply>, S::Error> {
+        environment: &mut E,
+    ) -> Result<Option<Response>, E::Error> {
         match command {
-            Command::MazeWidth => Ok(Some(Reply::Whole(self.map.size().width().into()))),
-            Command::MazeHeight => Ok(Some(Reply::Whole(self.map.size().height().into()))),
+            Command::MazeWidth => Ok(Some(Response::Count(self.map.size().width().into()))),
+            Command::MazeHeight => Ok(Some(Response::Count(self.map.size().height().into()))),
             Command::Wall { turn, half_steps } => {
-                let bearing = self.bearing.turned(turn);
-                self.is_blocked_within(bearing, half_steps, around).map(Reply::Truth).map(Some)
+                let direction = self.direction.turned(turn);
+                let is_blocked = self.is_blocked_within(direction, half_steps, environment)?;
+                Ok(Some(Response::Bool(is_blocked)))
             }
-            Command::Forward { half_steps } => self.go(half_steps, around).map(Some),
+            Command::Forward { half_steps } => self.move_forward(half_steps, environment).map(Some),
             Command::Turn { eighths } => {
-                self.bearing = self.bearing.turned(eighths);
-                self.scores.turn();
-                self.arrive();
-                around.moved(self).map(|()| Some(Reply::Ack))
+                self.direction = self.direction.turned(eighths);
+                self.scores.add_turn();
+                self.update_run();
+                environment.on_pose_change(self).map(|()| Some(Response::Ack))
             }
-            Command::WasReset => Ok(Some(Reply::Truth(self.is_reset_pressed))),
+            Command::WasReset => Ok(Some(Response::Bool(self.is_reset_pressed))),
             Command::AckReset => {
-                (self.point, self.bearing) = (GridPoint::centre(self.map.start()), Bearing::NORTH);
+                self.point = GridPoint::centre(self.map.start());
+                self.direction = CompassDirection::NORTH;
                 self.is_reset_pressed = false;
                 self.scores.reset();
-                around.moved(self).map(|()| Some(Reply::Ack))
+                environment.on_pose_change(self).map(|()| Some(Response::Ack))
             }
-            Command::GetStat(stat) => Ok(Some(self.scores.stat(stat).unwrap_or(Reply::Absent))),
-            command => {
-                self.show(command);
-                Ok(None)
-            }
-        }
-    }
-
-    /// What changes nothing but what is shown. Colours are not.
-    fn show(&mut self, command: Command<'_>) {
-        match command {
-            Command::MarkWall { cell, heading, present } => {
+            Command::GetStat(stat) => Ok(Some(self.scores.stat(stat))),
+            Command::MarkWall { cell, heading, is_present } => {
                 self.marked.set(cell, heading, true);
-                let wall = if present { WallState::Present } else { WallState::Absent };
-                self.map.set_wall(cell, heading, wall);
+                self.map.set_wall(cell, heading, wall_state(is_present));
+                Ok(None)
             }
             Command::Text { cell, text } => {
                 if let Some(index) = self.index(cell) {
                     self.numbers[index] = number_in(text);
                 }
+                Ok(None)
             }
-            Command::ClearAllText => self.numbers.fill(0),
-            _ => {}
+            Command::ClearAllText => {
+                self.numbers.fill(0);
+                Ok(None)
+            }
+            // Colours are not displayed.
+            Command::Colour { .. } | Command::ClearAllColours => Ok(None),
         }
     }
 
-    /// Goes as far as it can, at most so far.
-    fn go<S: Surroundings>(&mut self, half_steps: u64, around: &mut S) -> Result<Reply, S::Error> {
-        let (start, from) = (self.map.start(), self.point.cell());
-        let mut gone = 0;
-        while gone < half_steps
-            && let Some(point) = self.clear_ahead(self.point, self.bearing, around)?
+    /// Moves forward by the given distance or until the mouse is blocked.
+    fn move_forward<E: Environment>(
+        &mut self,
+        half_steps: u64,
+        environment: &mut E,
+    ) -> Result<Response, E::Error> {
+        let is_at_start = self.point.cell() == self.map.start();
+        let mut moved = 0;
+        while moved < half_steps
+            && let Some(point) = self.free_point_ahead(self.point, self.direction, environment)?
         {
-            if gone == 0 && from == start {
+            if moved == 0 && is_at_start {
                 self.scores.begin_run();
             }
             let before = self.point.cell();
-            (self.point, gone) = (point, gone + 1);
+            (self.point, moved) = (point, moved + 1);
             if self.point.cell() != before {
                 self.map.visit(self.point.cell());
-                around.moved(self)?;
+                environment.on_pose_change(self)?;
             }
         }
-        if gone > 0 {
-            self.scores.go(gone);
-            self.arrive();
+        if moved > 0 {
+            self.scores.add_movement(moved);
+            self.update_run();
         }
-        Ok(if gone > 0 && gone == half_steps { Reply::Ack } else { Reply::Crash })
+        Ok(if moved > 0 && moved == half_steps { Response::Ack } else { Response::Crash })
     }
 
-    /// What follows from where a movement or a turn has ended.
-    fn arrive(&mut self) {
+    /// Completes or cancels the current run, depending on the cell in which a movement or turn ended.
+    fn update_run(&mut self) {
         let cell = self.point.cell();
         if self.map.goals().contains(cell) {
-            self.scores.reach_goal();
+            self.scores.complete_run();
         } else if cell == self.map.start() {
-            self.scores.give_up_run();
+            self.scores.cancel_run();
         }
     }
 
-    fn is_blocked_within<S: Surroundings>(
+    fn is_blocked_within<E: Environment>(
         &mut self,
-        bearing: Bearing,
+        direction: CompassDirection,
         half_steps: u64,
-        around: &mut S,
-    ) -> Result<bool, S::Error> {
+        environment: &mut E,
+    ) -> Result<bool, E::Error> {
         let mut point = self.point;
-        // The outer walls end this soon.
+        // The outer walls bound the number of iterations.
         for _ in 0..half_steps {
-            match self.clear_ahead(point, bearing, around)? {
+            match self.free_point_ahead(point, direction, environment)? {
                 Some(next) => point = next,
                 None => return Ok(true),
             }
@@ -208,38 +212,37 @@ impl Mouse {
         Ok(false)
     }
 
-    /// The point half a step ahead, unless something stands there.
-    fn clear_ahead<S: Surroundings>(
+    /// Returns the point half a step ahead, or `None` if a wall or post is there.
+    fn free_point_ahead<E: Environment>(
         &mut self,
         point: GridPoint,
-        bearing: Bearing,
-        around: &mut S,
-    ) -> Result<Option<GridPoint>, S::Error> {
-        let Some(next) = point.ahead(bearing) else { return Ok(None) };
-        let is_clear = match next.place() {
-            Place::Centre => self.map.size().contains(next.cell()),
-            Place::Post => false,
-            Place::Wall(cell, heading) => !self.sense(cell, heading, around)?,
+        direction: CompassDirection,
+        environment: &mut E,
+    ) -> Result<Option<GridPoint>, E::Error> {
+        let Some(next) = point.ahead(direction) else { return Ok(None) };
+        let is_free = match next.kind() {
+            GridPointKind::Centre => self.map.size().contains(next.cell()),
+            GridPointKind::Post => false,
+            GridPointKind::Side(cell, heading) => !self.sense_wall(cell, heading, environment)?,
         };
-        Ok(is_clear.then_some(next))
+        Ok(is_free.then_some(next))
     }
 
-    /// Whether there is a wall, which is known from then on.
-    fn sense<S: Surroundings>(
+    /// Returns whether there is a wall, and adds it to the map.
+    fn sense_wall<E: Environment>(
         &mut self,
         cell: Cell,
         heading: Heading,
-        around: &mut S,
-    ) -> Result<bool, S::Error> {
+        environment: &mut E,
+    ) -> Result<bool, E::Error> {
         if self.map.size().neighbour(cell, heading).is_none() {
             return Ok(true);
         }
-        let found = around.wall(cell, heading)?;
+        let is_present = environment.has_wall(cell, heading)?;
         if !self.marked.has(cell, heading) {
-            let wall = if found { WallState::Present } else { WallState::Absent };
-            self.map.set_wall(cell, heading, wall);
+            self.map.set_wall(cell, heading, wall_state(is_present));
         }
-        Ok(found)
+        Ok(is_present)
     }
 
     fn index(&self, cell: Cell) -> Option<usize> {
@@ -249,7 +252,11 @@ impl Mouse {
     }
 }
 
-/// The number that a text is, if it is one; one that is too large is as large as can be.
+const fn wall_state(is_present: bool) -> WallState {
+    if is_present { WallState::Present } else { WallState::Absent }
+}
+
+/// Returns the number that a text consists of, saturated, or 0 for other texts.
 fn number_in(text: &[u8]) -> u16 {
     let digits = text.trim_ascii();
     if !digits.iter().all(u8::is_ascii_digit) {
@@ -275,48 +282,52 @@ o   o   o   o
 o---o---o---o
 ";
 
-    /// Walls, and the poses in which the mouse was seen.
-    struct Watched(Walls, Vec<String>);
+    /// Walls, and a log of the mouse's poses.
+    struct LoggedWalls {
+        walls: Walls,
+        poses: Vec<String>,
+    }
 
-    impl Surroundings for Watched {
+    impl Environment for LoggedWalls {
         type Error = Infallible;
 
-        fn wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Infallible> {
-            self.0.wall(cell, heading)
+        fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Infallible> {
+            self.walls.has_wall(cell, heading)
         }
 
-        fn moved(&mut self, mouse: &Mouse) -> Result<(), Infallible> {
+        fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), Infallible> {
             let Pose { cell: Cell { x, y }, heading } = mouse.pose();
-            self.1.push(format!("{x},{y}{}", heading.letter()));
+            self.poses.push(format!("{x},{y}{}", heading.letter()));
             Ok(())
         }
     }
 
-    fn after(lines: &[&str]) -> (Mouse, Vec<String>) {
+    /// Executes these commands; returns the mouse and the log of its poses.
+    fn execute(lines: &[&str]) -> (SimulatedMouse, Vec<String>) {
         let maze: mmsim_maze::Maze = MAZE.parse().unwrap();
-        let mut mouse = Mouse::new(maze.size(), maze.start().cell, *maze.goals());
-        let mut around = Watched(maze.walls().clone(), Vec::new());
+        let mut mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals());
+        let mut environment = LoggedWalls { walls: maze.walls().clone(), poses: Vec::new() };
         for line in lines {
             let command = Command::parse(line.as_bytes(), maze.size()).unwrap();
-            let Ok(_) = mouse.obey(command, &mut around);
+            let Ok(_) = mouse.execute(command, &mut environment);
         }
-        (mouse, around.1)
+        (mouse, environment.poses)
     }
 
     #[test]
-    fn each_cell_and_each_turn_is_seen_once() {
-        let (mouse, seen) =
-            after(&["moveForward 9", "turnRight", "moveForwardHalf 3", "turnLeft45"]);
-        assert_eq!(seen.join(" "), "0,1N 0,2N 0,2E 1,2E 2,2E 2,2N");
+    fn each_entered_cell_and_each_turn_is_notified_once() {
+        let (mouse, poses) =
+            execute(&["moveForward 9", "turnRight", "moveForwardHalf 3", "turnLeft45"]);
+        assert_eq!(poses.join(" "), "0,1N 0,2N 0,2E 1,2E 2,2E 2,2N");
         assert_eq!(mouse.point(), GridPoint { x: 4, y: 5 });
-        let (_, seen) =
-            after(&["moveForward", "ackReset", "moveForward 0", "turnLeft", "moveForward"]);
-        assert_eq!(seen.join(" "), "0,1N 0,0N 0,0W");
+        let (_, poses) =
+            execute(&["moveForward", "ackReset", "moveForward 0", "turnLeft", "moveForward"]);
+        assert_eq!(poses.join(" "), "0,1N 0,0N 0,0W");
     }
 
     #[test]
-    fn what_was_asked_for_passed_or_met_is_known() {
-        let (mouse, _) = after(&["wallRight", "wallLeft", "moveForward"]);
+    fn queried_passed_and_hit_walls_are_on_the_map() {
+        let (mouse, _) = execute(&["wallRight", "wallLeft", "moveForward"]);
         insta::assert_snapshot!(mouse.map().picture().with_mouse(mouse.pose()), @"
         o---o---o---o
         |   .   . G |
@@ -326,7 +337,7 @@ o---o---o---o
         | S |   .   |
         o---o---o---o
         ");
-        let (mouse, _) = after(&["turnRight", "moveForward", "turnLeft", "wallFront 9"]);
+        let (mouse, _) = execute(&["turnRight", "moveForward", "turnLeft", "wallFront 9"]);
         insta::assert_snapshot!(mouse.map().picture(), @"
         o---o---o---o
         |   .   . G |
@@ -339,17 +350,21 @@ o---o---o---o
     }
 
     #[test]
-    fn what_the_mouse_marks_counts_more() {
-        let (mouse, _) = after(&["setWall 0 0 n", "clearWall 0 0 e", "wallFront", "wallRight"]);
+    fn marked_walls_override_sensed_walls() {
+        let (mouse, _) = execute(&["setWall 0 0 n", "clearWall 0 0 e", "wallFront", "wallRight"]);
         assert_eq!(mouse.map().wall(Cell::new(0, 0), Heading::North), WallState::Present);
         assert_eq!(mouse.map().wall(Cell::new(0, 0), Heading::East), WallState::Absent);
-        let (mouse, _) = after(&["wallFront", "setWall 0 1 s", "clearWall 0 0 w"]);
+        let (mouse, _) = execute(&["wallFront", "setWall 0 1 s", "clearWall 0 0 w"]);
         assert_eq!(mouse.map().wall(Cell::new(0, 0), Heading::North), WallState::Present);
-        assert_eq!(mouse.map().wall(Cell::new(0, 0), Heading::West), WallState::Present, "outer");
+        assert_eq!(
+            mouse.map().wall(Cell::new(0, 0), Heading::West),
+            WallState::Present,
+            "an outer wall"
+        );
     }
 
     #[test]
-    fn numbers_in_texts_are_kept() {
+    fn numbers_in_texts_are_stored() {
         for (text, number) in [
             ("7", 7),
             (" 12 ", 12),
@@ -360,12 +375,12 @@ o---o---o---o
             ("", 0),
         ] {
             let line = format!("setText 2 1 {text}");
-            assert_eq!(after(&[&line]).0.number(Cell::new(2, 1)), number, "{text}");
+            assert_eq!(execute(&[&line]).0.number(Cell::new(2, 1)), number, "{text}");
         }
-        let number = |lines: &[&str]| after(lines).0.number(Cell::new(0, 2));
+        let number = |lines: &[&str]| execute(lines).0.number(Cell::new(0, 2));
         assert_eq!(number(&["setText 0 2 9", "setText 0 2 x"]), 0);
         assert_eq!(number(&["setText 0 2 9", "clearText 0 2"]), 0);
         assert_eq!(number(&["setText 0 2 9", "clearAllText"]), 0);
-        assert_eq!(after(&[]).0.number(Cell::new(3, 0)), 0, "outside");
+        assert_eq!(execute(&[]).0.number(Cell::new(3, 0)), 0, "outside the maze");
     }
 }

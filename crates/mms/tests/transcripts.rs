@@ -1,7 +1,7 @@
-//! What each command is answered, as a mouse would read it: `command -> reply`, or no reply.
+//! Transcripts of all commands: each line is `command -> response`, or a command without a response.
 
 use mmsim_maze::Maze;
-use mmsim_mms::{Command, Mouse};
+use mmsim_mms::{Command, SimulatedMouse};
 
 const MAZE: &str = "\
 o---o---o---o---o
@@ -13,7 +13,7 @@ o   o---o   o   o
 o---o---o---o---o
 ";
 
-/// A way up from the left to the right, as diagonals like it.
+/// A diagonal path from the lower left to the upper right.
 const STAIRCASE: &str = "\
 o---o---o---o---o
 |       |     G |
@@ -26,36 +26,35 @@ o   o---o   o---o
 o---o---o---o---o
 ";
 
-/// A mouse in a maze, asked line by line.
-struct Table {
+/// A mouse in a maze.
+struct Fixture {
     maze: Maze,
-    mouse: Mouse,
+    mouse: SimulatedMouse,
 }
 
-impl Table {
-    fn of(maze: &str) -> Self {
+impl Fixture {
+    fn new(maze: &str) -> Self {
         let maze: Maze = maze.parse().unwrap();
-        let mouse = Mouse::new(maze.size(), maze.start().cell, *maze.goals());
+        let mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals());
         Self { maze, mouse }
     }
 
-    /// Asks each of these and compares. A line without `->` expects no reply, one with `!` after it
-    /// an error.
+    /// Executes the commands and compares the responses; `!` stands for an error.
     #[track_caller]
-    fn ask(&mut self, transcript: &str) -> &mut Self {
+    fn check(&mut self, transcript: &str) -> &mut Self {
         for line in transcript.lines().filter(|line| !line.trim().is_empty()) {
             let (command, expected) = match line.split_once("->") {
-                Some((command, reply)) => (command, Some(reply.trim())),
+                Some((command, response)) => (command, Some(response.trim())),
                 None => (line, None),
             };
-            let replied = match Command::parse(command.trim_start().as_bytes(), self.maze.size()) {
+            let response = match Command::parse(command.trim_start().as_bytes(), self.maze.size()) {
                 Ok(command) => {
-                    let Ok(reply) = self.mouse.obey(command, &mut self.maze.walls().clone());
-                    reply.map(|reply| reply.to_string())
+                    let Ok(response) = self.mouse.execute(command, &mut self.maze.walls().clone());
+                    response.map(|response| response.to_string())
                 }
                 Err(_) => Some("!".into()),
             };
-            assert_eq!(replied.as_deref(), expected, "{line}");
+            assert_eq!(response.as_deref(), expected, "{line}");
         }
         self
     }
@@ -63,7 +62,7 @@ impl Table {
 
 #[test]
 fn maze_width_and_height() {
-    Table::of(MAZE).ask(
+    Fixture::new(MAZE).check(
         "mazeWidth -> 4
          mazeHeight -> 3
          mazeWidth 1 -> !
@@ -72,8 +71,8 @@ fn maze_width_and_height() {
 }
 
 #[test]
-fn walls_in_all_eight_directions() {
-    Table::of(MAZE).ask(
+fn walls_in_eight_directions() {
+    Fixture::new(MAZE).check(
         "wallFront -> false
          wallFrontRight -> true
          wallRight -> true
@@ -91,8 +90,8 @@ fn walls_in_all_eight_directions() {
 }
 
 #[test]
-fn walls_half_steps_away() {
-    Table::of(MAZE).ask(
+fn walls_within_half_steps() {
+    Fixture::new(MAZE).check(
         "wallFront 1 -> false
          wallFront 2 -> false
          wallFront 4 -> false
@@ -110,9 +109,9 @@ fn walls_half_steps_away() {
 }
 
 #[test]
-fn walls_seen_from_the_place_of_a_wall() {
+fn walls_from_between_two_cells() {
     // Between (0, 1) and (0, 2).
-    Table::of(MAZE).ask(
+    Fixture::new(MAZE).check(
         "moveForwardHalf 3 -> ack
          wallFront -> false
          wallBack -> false
@@ -129,7 +128,7 @@ fn walls_seen_from_the_place_of_a_wall() {
 
 #[test]
 fn forward() {
-    Table::of(MAZE).ask(
+    Fixture::new(MAZE).check(
         "moveForward -> ack
          moveForward 1 -> ack
          moveForward -> crash
@@ -148,17 +147,17 @@ fn forward() {
 }
 
 #[test]
-fn forward_far() {
-    for far in ["3", "2147483647", "2147483648", "18446744073709551616", &"9".repeat(1000)] {
-        let mut table = Table::of(MAZE);
-        table.ask(&format!("moveForward {far} -> crash\n getStat total-distance -> 2"));
-        assert_eq!(table.mouse.pose().cell, mmsim_maze::Cell::new(0, 2), "{far}");
+fn forward_by_large_numbers() {
+    for steps in ["3", "2147483647", "2147483648", "18446744073709551616", &"9".repeat(1000)] {
+        let mut fixture = Fixture::new(MAZE);
+        fixture.check(&format!("moveForward {steps} -> crash\n getStat total-distance -> 2"));
+        assert_eq!(fixture.mouse.pose().cell, mmsim_maze::Cell::new(0, 2), "{steps}");
     }
 }
 
 #[test]
-fn forward_by_halves() {
-    Table::of(MAZE).ask(
+fn forward_by_half_steps() {
+    Fixture::new(MAZE).check(
         "moveForwardHalf -> ack
          getStat total-distance -> 1
          getStat total-effective-distance -> 0.5
@@ -176,8 +175,8 @@ fn forward_by_halves() {
 }
 
 #[test]
-fn sideways_from_the_place_of_a_wall_are_posts() {
-    Table::of(MAZE).ask(
+fn posts_block_sideways_movement_between_two_cells() {
+    Fixture::new(MAZE).check(
         "moveForwardHalf -> ack
          turnRight -> ack
          moveForward -> crash
@@ -191,7 +190,7 @@ fn sideways_from_the_place_of_a_wall_are_posts() {
 
 #[test]
 fn turns() {
-    Table::of(MAZE).ask(
+    Fixture::new(MAZE).check(
         "turnRight -> ack
          turnLeft -> ack
          turnRight90 -> ack
@@ -210,10 +209,10 @@ fn turns() {
 }
 
 #[test]
-fn a_diagonal_up_a_staircase() {
-    let mut table = Table::of(STAIRCASE);
-    // From the place between (0, 0) and (0, 1), half a cell east and north at a time.
-    table.ask(
+fn a_diagonal_along_a_staircase() {
+    let mut fixture = Fixture::new(STAIRCASE);
+    // From between (0, 0) and (0, 1), half a cell east and north at a time.
+    fixture.check(
         "moveForwardHalf -> ack
          turnRight45 -> ack
          wallFront -> false
@@ -228,12 +227,12 @@ fn a_diagonal_up_a_staircase() {
          turnLeft45 -> ack
          getStat total-effective-distance -> 3",
     );
-    assert_eq!(table.mouse.point(), mmsim_mms::GridPoint { x: 6, y: 7 });
+    assert_eq!(fixture.mouse.point(), mmsim_mms::GridPoint { x: 6, y: 7 });
 }
 
 #[test]
-fn what_is_shown_has_no_reply() {
-    Table::of(MAZE).ask(
+fn display_commands_have_no_response() {
+    Fixture::new(MAZE).check(
         "setWall 0 0 n
          setWall 3 2 w
          clearWall 0 0 e
@@ -262,8 +261,8 @@ fn what_is_shown_has_no_reply() {
 }
 
 #[test]
-fn what_is_shown_changes_no_wall() {
-    Table::of(MAZE).ask(
+fn marked_walls_do_not_change_the_maze() {
+    Fixture::new(MAZE).check(
         "setWall 0 0 n
          wallFront -> false
          clearWall 0 0 e
@@ -274,10 +273,10 @@ fn what_is_shown_changes_no_wall() {
 
 #[test]
 fn the_reset_button() {
-    let mut table = Table::of(MAZE);
-    table.ask("wasReset -> false\n moveForward -> ack\n turnRight -> ack");
-    table.mouse.press_reset();
-    table.ask(
+    let mut fixture = Fixture::new(MAZE);
+    fixture.check("wasReset -> false\n moveForward -> ack\n turnRight -> ack");
+    fixture.mouse.press_reset();
+    fixture.check(
         "wasReset -> true
          wasReset -> true
          ackReset -> ack
@@ -300,8 +299,8 @@ fn the_reset_button() {
 }
 
 #[test]
-fn numbers() {
-    Table::of(MAZE).ask(
+fn statistics() {
+    Fixture::new(MAZE).check(
         "getStat score -> 2000
          getStat total-distance -> 0
          getStat total-turns -> 0
@@ -323,9 +322,9 @@ fn numbers() {
 
 #[test]
 fn a_run_to_the_goal_and_a_better_one() {
-    let mut table = Table::of(MAZE);
-    // A turn in the start cell is before the run.
-    table.ask(
+    let mut fixture = Fixture::new(MAZE);
+    // The turns in the start cell precede the run.
+    fixture.check(
         "turnRight -> ack
          turnLeft -> ack
          getStat current-run-turns -> 0
@@ -342,8 +341,9 @@ fn a_run_to_the_goal_and_a_better_one() {
          getStat best-run-effective-distance -> 5
          getStat score -> 6.8",
     );
-    // 1 turn and 5 cells; and a tenth of 3 turns and 5 cells. Back, which is part of no run.
-    table.ask(
+    // The score was 1 turn + 5 cells, plus a tenth of 3 turns + 5 cells. The return is not part of
+    // a run.
+    fixture.check(
         "turnRight -> ack
          turnRight -> ack
          moveForward 3 -> ack
@@ -358,8 +358,8 @@ fn a_run_to_the_goal_and_a_better_one() {
          turnRight -> ack
          turnRight -> ack",
     );
-    // 2 cells, a turn, 3 cells that count 2.5.
-    table.ask(
+    // 2 cells, a turn, and 3 cells that count 2.5.
+    fixture.check(
         "moveForward 2 -> ack
          getStat current-run-distance -> 2
          getStat current-run-turns -> 0
@@ -372,8 +372,8 @@ fn a_run_to_the_goal_and_a_better_one() {
 }
 
 #[test]
-fn a_run_that_comes_back_is_none() {
-    Table::of(MAZE).ask(
+fn returning_to_the_start_cancels_the_run() {
+    Fixture::new(MAZE).check(
         "moveForward -> ack
          turnRight -> ack
          turnRight -> ack
@@ -387,10 +387,10 @@ fn a_run_that_comes_back_is_none() {
 }
 
 #[test]
-fn only_where_a_movement_ends_counts() {
-    // Over the start cell, and over the goal cell.
-    let mut table = Table::of("o---o---o---o---o\n| S       G     |\no---o---o---o---o\n");
-    table.ask(
+fn only_the_end_of_a_movement_counts() {
+    // The mouse passes the goal, turns round, and stops at it.
+    let mut fixture = Fixture::new("o---o---o---o---o\n| S       G     |\no---o---o---o---o\n");
+    fixture.check(
         "turnRight -> ack
          moveForward 3 -> ack
          getStat score -> 2000
@@ -405,7 +405,7 @@ fn only_where_a_movement_ends_counts() {
 
 #[test]
 fn a_maze_of_one_cell() {
-    Table::of("o---o\n| S |\no---o\n").ask(
+    Fixture::new("o---o\n| S |\no---o\n").check(
         "mazeWidth -> 1
          wallFront 99 -> true
          wallBackLeft 99 -> true

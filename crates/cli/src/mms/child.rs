@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use mmsim_mms::Reply;
+use mmsim_mms::Response;
 
 /// The maximum length of a line in bytes, with its newline.
 pub(crate) const MAX_LINE_BYTES: usize = 4096;
@@ -28,7 +28,7 @@ pub(crate) struct Child {
     process: process::Child,
     lines: Receiver<Line>,
     /// `None` once there are no more replies.
-    replies: Option<Sender<Reply>>,
+    replies: Option<Sender<Response>>,
     unread: Arc<AtomicUsize>,
     incomplete_line: Arc<Mutex<Vec<u8>>>,
 }
@@ -99,7 +99,7 @@ impl Child {
     }
 
     /// Replies to the mouse. Does nothing if the mouse has closed its stdin.
-    pub(crate) fn reply(&self, reply: Reply) -> Result<(), String> {
+    pub(crate) fn reply(&self, reply: Response) -> Result<(), String> {
         let unread = self.unread.fetch_add(1, Ordering::Relaxed);
         if unread >= MAX_UNREAD_REPLIES {
             return Err(format!("the mouse does not read its replies ({unread} are unread)"));
@@ -186,7 +186,7 @@ fn read_line(stdout: &mut impl BufRead) -> io::Result<Option<Line>> {
     Ok(Some(Line::TooLong(line)))
 }
 
-fn write_replies(mut stdin: ChildStdin, replies: &Receiver<Reply>, unread: &AtomicUsize) {
+fn write_replies(mut stdin: ChildStdin, replies: &Receiver<Response>, unread: &AtomicUsize) {
     while let Ok(reply) = replies.recv() {
         if stdin.write_all(format!("{reply}\n").as_bytes()).is_err() {
             return;

@@ -4,14 +4,14 @@ use std::fmt::Write as _;
 use std::process::ExitStatus;
 
 use mmsim_client::RunError;
-use mmsim_mms::{Decimal, Mouse, Reply, Run, Stat};
+use mmsim_mms::{GeneralFormat, SimulatedMouse, Stat, TravelStats};
 use serde::Serialize;
 
 use crate::interrupt::Interrupt;
 
 /// A mouse that has exited or was stopped.
 pub(crate) struct MouseExit {
-    pub(crate) mouse: Mouse,
+    pub(crate) mouse: SimulatedMouse,
     pub(crate) cause: ExitCause,
     /// The number of movements replied to with `crash`.
     pub(crate) crashes: u64,
@@ -57,15 +57,15 @@ impl MouseExit {
             ExitCause::LostSimulator(_) | ExitCause::Failed(_) => "stopped".into(),
         };
         let scores = self.mouse.scores();
-        let goal = if scores.best().is_some() { "goal reached" } else { "goal not reached" };
-        format!("mouse {how}; {goal}, score {}", Decimal(scores.score()))
+        let goal = if scores.best_run().is_some() { "goal reached" } else { "goal not reached" };
+        format!("mouse {how}; {goal}, score {}", GeneralFormat(scores.score()))
     }
 
     /// Returns the scores that mms competitions use, one per line.
     pub(crate) fn scores(&self) -> String {
         let scores = self.mouse.scores();
         Stat::COMPETITION.iter().fold(String::new(), |mut text, &stat| {
-            let value = scores.stat(stat).unwrap_or(Reply::Absent);
+            let value = scores.stat(stat);
             // Writing to a string cannot fail.
             let _ = writeln!(text, "{stat}: {value}");
             text
@@ -75,7 +75,7 @@ impl MouseExit {
     /// Returns the output of `--json`.
     pub(crate) fn report(&self) -> MouseReport {
         let scores = self.mouse.scores();
-        let (total, best) = (scores.total(), scores.best());
+        let (total, best) = (scores.total(), scores.best_run());
         let (exit_code, signal) = match &self.cause {
             ExitCause::Exited(status) => (status.code(), signal(*status)),
             _ => (None, None),
@@ -88,9 +88,9 @@ impl MouseExit {
         MouseReport {
             goal_reached: best.is_some(),
             score: scores.score(),
-            best_run_distance: best.map(Run::distance),
-            best_run_effective_distance: best.map(Run::effective_distance),
-            best_run_turns: best.map(Run::turns),
+            best_run_distance: best.map(TravelStats::distance),
+            best_run_effective_distance: best.map(TravelStats::effective_distance),
+            best_run_turns: best.map(TravelStats::turns),
             total_distance: total.distance(),
             total_effective_distance: total.effective_distance(),
             total_turns: total.turns(),

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Transport};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState};
-use mmsim_mms::{Mouse, Surroundings};
+use mmsim_mms::{Environment, SimulatedMouse};
 
 use crate::interrupt::Interrupt;
 
@@ -23,7 +23,7 @@ pub(crate) struct Simulator<'a, T> {
     interrupt: &'a Interrupt,
     pace: Duration,
     /// The mouse in the last state that was sent.
-    last: Option<Mouse>,
+    last: Option<SimulatedMouse>,
 }
 
 impl<'a, T: Transport> Simulator<'a, T> {
@@ -41,12 +41,12 @@ impl<'a, T: Transport> Simulator<'a, T> {
     }
 
     /// Sends the state of the mouse if it has changed.
-    pub(crate) fn update(&mut self, mouse: &Mouse) -> Result<(), Interruption> {
+    pub(crate) fn update(&mut self, mouse: &SimulatedMouse) -> Result<(), Interruption> {
         let is_sent = self.last.as_ref().is_some_and(|last| is_same_state(last, mouse));
         if is_sent { Ok(()) } else { self.send(mouse) }
     }
 
-    fn send(&mut self, mouse: &Mouse) -> Result<(), Interruption> {
+    fn send(&mut self, mouse: &SimulatedMouse) -> Result<(), Interruption> {
         let number = |cell| mouse.number(cell);
         self.exchange.state(mouse.pose(), mouse.map(), number).map_err(Interruption::Error)?;
         self.last = Some(mouse.clone());
@@ -54,10 +54,10 @@ impl<'a, T: Transport> Simulator<'a, T> {
     }
 }
 
-impl<T: Transport> Surroundings for Simulator<'_, T> {
+impl<T: Transport> Environment for Simulator<'_, T> {
     type Error = Interruption;
 
-    fn wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Interruption> {
+    fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Interruption> {
         match self.reported.wall(cell, heading) {
             WallState::Present => Ok(true),
             WallState::Absent => Ok(false),
@@ -73,13 +73,13 @@ impl<T: Transport> Surroundings for Simulator<'_, T> {
         }
     }
 
-    fn moved(&mut self, mouse: &Mouse) -> Result<(), Interruption> {
+    fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), Interruption> {
         self.send(mouse)?;
         if self.interrupt.wait_for(self.pace) { Err(Interruption::CtrlC) } else { Ok(()) }
     }
 }
 
-fn is_same_state(one: &Mouse, other: &Mouse) -> bool {
+fn is_same_state(one: &SimulatedMouse, other: &SimulatedMouse) -> bool {
     let mut cells = one.map().size().cells();
     one.pose() == other.pose()
         && one.map() == other.map()
