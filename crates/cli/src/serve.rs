@@ -91,7 +91,7 @@ pub(crate) fn bind(host: &str, port: u16) -> Result<Server, String> {
     let _ = rlimit::increase_nofile_limit(DESCRIPTORS);
     Server::bind(host, port).map_err(|error| match error {
         mmsim_server::BindError::InUse { .. } => {
-            format!("{error} Try another --port, 0 for any that is free")
+            format!("{error} (try --port 0)")
         }
         error => error.to_string(),
     })

@@ -17,7 +17,7 @@ pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, Stri
     let error = match Viewer::bind(host, args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT)) {
         Ok(viewer) => return Ok(Some(viewer)),
         Err(error @ BindError::InUse { .. }) => {
-            format!("{error} Try another --viewer-port, 0 for any that is free")
+            format!("{error} (try --viewer-port 0)")
         }
         Err(error) => error.to_string(),
     };

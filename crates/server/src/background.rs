@@ -2,22 +2,24 @@
 
 use std::thread::{self, JoinHandle};
 
-use crate::{ServeError, Server, Simulation, Stop};
+use crate::control::StopHandle;
+use crate::server::{ServeError, Server};
+use crate::simulation::Simulation;
 
-/// A server on a thread of its own, which serves until it is stopped or the process ends.
+/// A server on a thread of its own. It serves until it is stopped or the process ends.
 ///
 /// ```
 /// use mmsim_server::{Server, Simulation};
 /// let maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
 /// let server = Server::bind("127.0.0.1", 0)?.spawn(Simulation::new("small", maze));
-/// println!("a client may now connect to {}", server.address());
+/// println!("listening on {}", server.address());
 /// let simulation = server.stop()?;
 /// assert!(simulation.history().is_empty());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Background {
     address: String,
-    stop: Stop,
+    stop: StopHandle,
     thread: JoinHandle<Result<Simulation, ServeError>>,
 }
 
@@ -31,21 +33,21 @@ impl Server {
 }
 
 impl Background {
-    /// Where clients connect, such as `tcp://127.0.0.1:6574`.
+    /// Returns the address that clients connect to, such as `tcp://127.0.0.1:6574`.
     pub fn address(&self) -> &str {
         &self.address
     }
 
-    /// Stops the server and gives the simulation with all it has kept.
+    /// Stops the server and returns the simulation with its history.
     ///
     /// # Errors
-    /// The server has failed before.
+    /// The server has already failed.
     ///
     /// # Panics
-    /// The server's thread has panicked, which would be a mistake of ours.
+    /// The server's thread has panicked, which would be a bug.
     pub fn stop(self) -> Result<Simulation, ServeError> {
         self.stop.stop();
-        // A panic of the server's thread goes on in the one that waits for it.
+        // Propagates a panic of the server's thread.
         self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }

@@ -1,13 +1,13 @@
-//! The time of day, by a clock that never goes back.
+//! A monotonic clock with the time of day.
 
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// Tells nanoseconds since the beginning of 1970 (UTC). They never go back, even if somebody sets
-/// the clock of the system meanwhile.
+/// Nanoseconds since the beginning of 1970 (UTC). They never decrease, even if somebody changes the
+/// system's clock.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
-    began: Instant,
-    /// Nanoseconds since 1970 at that moment.
+    started: Instant,
+    /// Nanoseconds since 1970 when the clock started.
     since_epoch: u64,
 }
 
@@ -15,11 +15,11 @@ impl Clock {
     pub(crate) fn start() -> Self {
         let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let since_epoch = u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX);
-        Self { began: Instant::now(), since_epoch }
+        Self { started: Instant::now(), since_epoch }
     }
 
     pub(crate) fn now(&self) -> u64 {
-        let elapsed = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        let elapsed = u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX);
         self.since_epoch.saturating_add(elapsed)
     }
 }
@@ -29,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_tells_the_time_of_day() {
+    fn clock_returns_the_time_of_day() {
         let clock = Clock::start();
         let (first, second) = (clock.now(), clock.now());
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_nanos();

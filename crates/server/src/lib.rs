@@ -22,40 +22,37 @@
 #![forbid(unsafe_code)]
 
 mod background;
-mod bind;
 mod block;
 mod budget;
 mod clock;
+mod control;
 mod history;
-mod host;
-pub mod limits;
 mod memory;
 mod monitor;
 mod motion_count;
-mod network;
-mod peer;
 mod recording;
 mod server;
+mod service;
 mod simulation;
 mod slabs;
-mod standing;
+mod status;
 mod times;
-mod zmtp;
 
 pub use background::Background;
-pub use bind::{BindError, listen};
 pub use block::{Block, States};
 pub use budget::MemoryBudget;
+pub use control::StopHandle;
 pub use history::{Full as HistoryFull, History, PushError, Reader as HistoryReader};
-pub use host::Status;
+pub use mmsim_zmtp::{BindError, limits, listen};
 pub use monitor::{Monitor, MonitorError, Served};
 pub use motion_count::MotionCount;
 pub use recording::{
     Ending, NoRecording, RecordError, Recorder, Recording, RecordingError, RecordingWriter,
     save as save_recording,
 };
-pub use server::{ServeError, Server, Stop};
+pub use server::{ServeError, Server};
 pub use simulation::{Change, ReplyBuffer, Simulation};
+pub use status::Status;
 pub use times::Times;
 
 /// The code in the README of this crate runs.

@@ -108,7 +108,7 @@ impl Source {
         if now.run == run {
             Ok(now.states)
         } else {
-            Err(MonitorError::RunEnded { asked: run }.into())
+            Err(MonitorError::RunEnded { run }.into())
         }
     }
 
@@ -121,7 +121,7 @@ impl Source {
             Origin::Live(monitor) => {
                 let served = monitor.served()?;
                 if served.run != run {
-                    return Err(MonitorError::RunEnded { asked: run }.into());
+                    return Err(MonitorError::RunEnded { run }.into());
                 }
                 Described::new(served.info.name.clone(), served.info, Some(served.maze))?
             }
