@@ -12,6 +12,7 @@ use mcap::read::LinearReader;
 use mcap::records::Record;
 use mcap::{Compression, McapError, MessageStream, WriteOptions};
 use mmsim_fuzz::requests::{self, CUT, SIZES};
+use mmsim_fuzz::zmtp::WITH_HANDSHAKE;
 use mmsim_maze::{Format, Maze};
 use mmsim_server::{RecordingWriter, Simulation};
 use serde_json::Value;
@@ -68,6 +69,7 @@ fn main() -> io::Result<()> {
     for file in files(&shared.join("transcripts"), "jsonl") {
         write_exchange(&mut seeds, &fs::read_to_string(file)?)?;
     }
+    write_streams(&mut Seeds::in_folder(&corpus.join("zmtp"))?)?;
     write_recordings(&mut Seeds::in_folder(&corpus.join("recordings"))?)
 }
 
@@ -129,6 +131,23 @@ fn request_of_line(line: &str) -> Option<Vec<u8>> {
         .chunks(2)
         .map(|digits| u8::from_str_radix(str::from_utf8(digits).ok()?, 16).ok())
         .collect()
+}
+
+/// What clients of ZMTP 2 and 3 send, with requests, commands, and frames over the limits.
+fn write_streams(seeds: &mut Seeds) -> io::Result<()> {
+    let oversized = [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &[7; 65_537]].concat();
+    let streams: [(u8, &[u8]); 6] = [
+        (WITH_HANDSHAKE | 6, b"\x01\0\0\x04ping\x01\x01a\x01\0\x01\x01b\0\x01c"),
+        (WITH_HANDSHAKE | 1, b"\x04\x0a\x04PING\0\x01abc\x04\x02\x01X"),
+        (WITH_HANDSHAKE | 127, b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff"),
+        (WITH_HANDSHAKE | 99, &oversized),
+        (20, b"\xff\0\0\0\0\0\0\0\x01\x7f\x01\x03\0\x02me\x01\0\0\x04ping"),
+        (3, b"GET / HTTP/1.1"),
+    ];
+    for (choice, bytes) in streams {
+        seeds.write(&[&[choice], bytes].concat())?;
+    }
+    Ok(())
 }
 
 /// Recordings of a small maze: one that was closed, the same cut off, one whose writer did not know

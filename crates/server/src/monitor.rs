@@ -40,7 +40,6 @@ pub struct Served {
 
 /// Why a monitor gets no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
 pub enum MonitorError {
     /// The run has ended by a reset or by another maze.
     #[error("run {run} has ended")]
