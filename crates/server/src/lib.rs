@@ -1,10 +1,9 @@
-//! A micromouse maze simulator. It holds the true maze, tells a search client only the walls
-//! around the mouse, and keeps every state that the client reports.
+//! A micromouse maze simulator. It holds the true maze, reveals only the walls around the mouse to a
+//! search client, and keeps every state that the client reports.
 //!
-//! [`Simulation`] does no input or output: it turns the bytes of a request into the bytes of its
-//! reply, whatever they are, and never panics. [`Server`] is the ZeroMQ server around it. The
-//! [`History`] has room for millions of states; a [`Recorder`] keeps them in files, which
-//! [`Recording`] reads.
+//! [`Simulation`] does no I/O: it turns the bytes of any request into the bytes of its reply and never
+//! panics. [`Server`] is the ZeroMQ server around it. A [`History`] holds millions of states; a
+//! [`Recorder`] writes them to files, which [`Recording`] reads.
 //!
 //! ```
 //! use mmsim_maze::Maze;
@@ -55,7 +54,7 @@ pub use simulation::{Change, ReplyBuffer, Simulation};
 pub use status::Status;
 pub use times::Times;
 
-/// The code in the README of this crate runs.
+/// Compiles the code in the README of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,4 +1,4 @@
-//! How far a mouse went and how often it turned, from state to state.
+//! Steps and turns of a mouse from state to state.
 
 use std::ops::AddAssign;
 
@@ -14,9 +14,9 @@ use std::ops::AddAssign;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MotionCount {
-    /// Cells that the mouse went, as many as lie between two states, by rows and columns.
+    /// Steps of one cell. Two states that are further apart count by rows and columns.
     pub steps: u64,
-    /// Quarter turns of its heading: to turn round counts two.
+    /// Quarter turns. A U-turn counts as two.
     pub turns: u64,
 }
 
@@ -28,7 +28,7 @@ impl AddAssign for MotionCount {
 }
 
 impl MotionCount {
-    /// What lies between the poses of two states that follow one another.
+    /// Counts the steps and turns between the poses of two successive states.
     pub(crate) fn between([x, y, heading]: [u8; 3], [to_x, to_y, to_heading]: [u8; 3]) -> Self {
         let steps = u64::from(x.abs_diff(to_x)) + u64::from(y.abs_diff(to_y));
         let turns = match (quarter(heading), quarter(to_heading)) {
@@ -39,7 +39,7 @@ impl MotionCount {
     }
 }
 
-/// The bytes of the pose: x, y and the letter of the heading.
+/// Returns the bytes of the pose: x, y and the letter of the heading.
 pub(crate) fn pose(state: &[u8]) -> Option<[u8; 3]> {
     state.get(1..)?.first_chunk().copied()
 }
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_go_by_rows_and_columns_and_turns_by_quarters() {
+    fn steps_count_rows_and_columns_and_turns_count_quarters() {
         let tally = |before: &[u8], after: &[u8]| {
             let MotionCount { steps, turns } =
                 MotionCount::between(pose(before).unwrap(), pose(after).unwrap());

@@ -19,6 +19,7 @@ use crate::status::StatusCell;
 const MAX_QUERIES_AT_ONCE: usize = 4;
 
 /// A bound REP socket that serves a simulation until it is stopped.
+#[must_use = "a server does nothing until it runs"]
 pub struct Server {
     socket: RepServer,
     address: String,

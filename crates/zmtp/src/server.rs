@@ -37,6 +37,7 @@ const MAX_ACCEPTED_AT_ONCE: usize = 16;
 const KEEPALIVE: Duration = Duration::from_secs(60);
 
 /// A REP socket on TCP. One thread serves all connections.
+#[must_use = "a server does nothing until it runs"]
 pub struct RepServer {
     poll: Poll,
     events: Events,
