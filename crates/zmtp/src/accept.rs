@@ -62,7 +62,7 @@ mod tests {
         assert_eq!(accept.deadline(), None);
         accept.back_off(start);
         assert_eq!(accept.deadline(), Some(start + RETRY_DELAY));
-        assert!(!accept.is_due(start + RETRY_DELAY - Duration::from_millis(1)));
+        assert!(!accept.is_due(start + RETRY_DELAY.saturating_sub(Duration::from_millis(1))));
         assert!(accept.is_due(start + RETRY_DELAY));
         accept.end_delay();
         assert!(accept.is_due(start));

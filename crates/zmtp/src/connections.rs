@@ -254,7 +254,7 @@ mod tests {
         assert!(connections.has_unready());
         serve(&mut connections, start);
         assert_eq!(connections.deadline(), Some(start + HANDSHAKE_TIME));
-        serve(&mut connections, start + HANDSHAKE_TIME - MS);
+        serve(&mut connections, start + HANDSHAKE_TIME.saturating_sub(MS));
         assert_eq!((connections.len(), closed(&mut connections)), (2, 0));
         serve(&mut connections, start + HANDSHAKE_TIME);
         assert_eq!((connections.len(), closed(&mut connections)), (1, 1));
@@ -287,7 +287,7 @@ mod tests {
         send(&mut connections, ids[1], &active, &frame, start);
         let id = ids[1];
         assert_eq!(connections.deadline(), Some(start + OVERSIZED_TIME));
-        send(&mut connections, id, &active, REQUEST, start + OVERSIZED_TIME - MS);
+        send(&mut connections, id, &active, REQUEST, start + OVERSIZED_TIME.saturating_sub(MS));
         assert!(active.sent().ends_with(REQUEST));
         assert_eq!(connections.len(), 2);
         serve(&mut connections, start + OVERSIZED_TIME);
@@ -307,7 +307,7 @@ mod tests {
             let has_room = connections.make_room(Some(HERE), &mut Echo::default(), now);
             (has_room, connections.len())
         };
-        assert_eq!(make_room(start + SILENCE - MS), (false, 2));
+        assert_eq!(make_room(start + SILENCE.saturating_sub(MS)), (false, 2));
         assert_eq!(make_room(start + SILENCE), (true, 1));
         assert!(connections.entries.contains_key(&0), "the active one stays");
         // A request that has just arrived saves a connection, `ping` does not.

@@ -257,53 +257,50 @@ pub(crate) mod tests {
 
     #[test]
     fn requests_keep_their_envelopes() {
-        let (decoded, decoder) = after_handshake(b"\x01\0\0\x04ping");
-        assert_eq!(decoded.len(), 2);
-        assert_eq!(decoded[1], format!("{:?}", Event::Request { last: b"ping", frames: 1 }));
+        let (found, decoder) = after_handshake(b"\x01\0\0\x04ping");
+        assert_eq!(found.len(), 2);
+        assert_eq!(found[1], format!("{:?}", Event::Request { last: b"ping", frames: 1 }));
         assert_eq!(decoder.envelope(), b"\x01\0");
-        let (decoded, mut decoder) =
+        let (found, mut decoder) =
             after_handshake(b"\x01\x02ab\x01\x01c\x01\0\x01\0\x03\0\0\0\0\0\0\0\0\0\x01x");
-        assert_eq!(
-            decoded.last(),
-            Some(&format!("{:?}", Event::Request { last: b"x", frames: 3 }))
-        );
+        assert_eq!(found.last(), Some(&format!("{:?}", Event::Request { last: b"x", frames: 3 })));
         assert_eq!(decoder.envelope(), b"\x01\x02ab\x01\x01c\x01\0");
         // A message without an empty frame or without a body gets no reply; the next one does.
         for ignored in [&b"\0\x04ping"[..], b"\x01\x04ping\0\x01x", b"\0\0", b"\x01\x01x\0\0"] {
             assert!(events(&mut decoder, ignored).iter().all(|event| event == "Ignored"));
-            let decoded = events(&mut decoder, b"\x01\0\0\0");
-            assert_eq!(decoded[1], format!("{:?}", Event::Request { last: b"", frames: 1 }));
+            let found = events(&mut decoder, b"\x01\0\0\0");
+            assert_eq!(found[1], format!("{:?}", Event::Request { last: b"", frames: 1 }));
             assert_eq!(decoder.envelope(), b"\x01\0");
         }
     }
 
     #[test]
     fn frames_and_envelopes_are_limited() {
-        let decoded = |bytes: &[u8]| after_handshake(bytes).0.last().unwrap().clone();
+        let last_event = |bytes: &[u8]| after_handshake(bytes).0.last().unwrap().clone();
         for flags in [8, 0x80, COMMAND | 1] {
-            assert_eq!(decoded(&[flags]), ProtocolError::Flags(flags).to_string());
+            assert_eq!(last_event(&[flags]), ProtocolError::Flags(flags).to_string());
         }
         let max = (MAX_REQUEST_BYTES as u64).to_be_bytes();
         let longest = [&b"\x01\0\x02"[..], &max, &vec![7; MAX_REQUEST_BYTES]].concat();
         let mut last = vec![7; MAX_KEPT_BYTES];
         last.resize(MAX_REQUEST_BYTES, 0);
-        assert_eq!(decoded(&longest), format!("{:?}", Event::LongRequest { last, frames: 1 }));
-        let huge = decoded(b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff");
+        assert_eq!(last_event(&longest), format!("{:?}", Event::LongRequest { last, frames: 1 }));
+        let huge = last_event(b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff");
         assert_eq!(huge, "expected a frame of at most 65536 bytes, found 9223372036854775807");
         assert_eq!(
-            decoded(b"\x03\0\0\0\0\0\0\x10\x01"),
+            last_event(b"\x03\0\0\0\0\0\0\x10\x01"),
             ProtocolError::EnvelopeTooLong.to_string()
         );
         let long = [&b"\x02\0\0\0\0\0\0\x10\x01"[..], &[7; 4097]].concat();
         // A long frame ends the message in the envelope, and is a frame like any other in the body.
         let ignored = [&long[..], b"\x01\0\0\x01x"].concat();
-        assert_eq!(decoded(&ignored), format!("{:?}", Event::Request { last: b"x", frames: 1 }));
+        assert_eq!(last_event(&ignored), format!("{:?}", Event::Request { last: b"x", frames: 1 }));
         let more = [b"\x01\0\x03", &long[1..], b"\0\x01x"].concat();
-        assert_eq!(decoded(&more), format!("{:?}", Event::Request { last: b"x", frames: 2 }));
+        assert_eq!(last_event(&more), format!("{:?}", Event::Request { last: b"x", frames: 2 }));
         let envelope = [&b"\x01\xff"[..], &[7; 255]].concat().repeat(16);
-        assert_eq!(decoded(&envelope), ProtocolError::EnvelopeTooLong.to_string());
-        let (decoded, decoder) = after_handshake(&[b"\x01\0".repeat(100_000), vec![0, 0]].concat());
-        assert!(decoded.last().unwrap().ends_with("frames: 100000 }"));
+        assert_eq!(last_event(&envelope), ProtocolError::EnvelopeTooLong.to_string());
+        let (found, decoder) = after_handshake(&[b"\x01\0".repeat(100_000), vec![0, 0]].concat());
+        assert!(found.last().unwrap().ends_with("frames: 100000 }"));
         assert_eq!(decoder.envelope.len(), 2, "only the last frame is kept");
     }
 
@@ -314,44 +311,44 @@ pub(crate) mod tests {
             Event::Oversized(ProtocolError::FrameTooLong { max: MAX_REQUEST_BYTES, found });
         let refused = format!("{refused:?}");
         let long = |flags: u8| [&[flags][..], &found.to_be_bytes(), &vec![7; 65_537]].concat();
-        let decoded = |bytes: &[u8]| {
-            let (mut decoded, decoder) = after_handshake(bytes);
-            decoded.retain(|event| event != "Ignored");
-            (decoded, decoder)
+        let run = |bytes: &[u8]| {
+            let (mut found, decoder) = after_handshake(bytes);
+            found.retain(|event| event != "Ignored");
+            (found, decoder)
         };
         for (more, rest) in [(2, &b""[..]), (3, b"\0\x01x"), (3, b"\x01\x01x\0\x01x")] {
             let message = [b"\x01\0", &long(more)[..], rest].concat();
-            let (events, decoder) = decoded(&message);
+            let (events, decoder) = run(&message);
             assert_eq!(events, [&*refused]);
             assert!(!decoder.is_ready());
             // It is refused before the rest of it has arrived.
-            assert_eq!(decoded(&message[..11]).0, [&*refused]);
+            assert_eq!(run(&message[..11]).0, [&*refused]);
             // The next request is served as usual.
-            let (events, decoder) = decoded(&[&message[..], b"\x01\0\0\x04ping"].concat());
+            let (events, decoder) = run(&[&message[..], b"\x01\0\0\x04ping"].concat());
             let ping = format!("{:?}", Event::Request { last: b"ping", frames: 1 });
             assert_eq!(events, [&*refused, &*ping]);
             assert!(decoder.is_ready());
         }
         let twice = [b"\x01\0", &long(3)[..], &long(2)].concat();
-        assert_eq!(decoded(&twice).0, [&*refused]);
+        assert_eq!(run(&twice).0, [&*refused]);
         // Without an envelope no reply is possible.
         assert_eq!(
-            decoded(&long(2)).0,
+            run(&long(2)).0,
             [ProtocolError::FrameTooLong { max: MAX_REQUEST_BYTES, found }.to_string()]
         );
     }
 
     #[test]
     fn ping_is_answered_and_unknown_commands_ignored() {
-        let (decoded, mut decoder) = after_handshake(b"\x04\x0a\x04PING\0\x01abc");
-        assert_eq!(decoded, [format!("{:?}", Event::Ping { context: b"abc" })]);
+        let (found, mut decoder) = after_handshake(b"\x04\x0a\x04PING\0\x01abc");
+        assert_eq!(found, [format!("{:?}", Event::Ping { context: b"abc" })]);
         let long = b"\x04\x1b\x04PING\0\x000123456789abcdefghij";
         let context = &b"0123456789abcdef"[..];
         assert_eq!(events(&mut decoder, long), [format!("{:?}", Event::Ping { context })]);
         // Commands may arrive between the frames of a message.
-        let decoded = events(&mut decoder, b"\x01\0\x04\x0a\x09SUBSCRIBE\x04\x02\x01X\0\x01x");
-        assert_eq!(decoded[1..3], ["Ignored", "Ignored"]);
-        assert!(decoded[3].starts_with("Request"));
+        let found = events(&mut decoder, b"\x01\0\x04\x0a\x09SUBSCRIBE\x04\x02\x01X\0\x01x");
+        assert_eq!(found[1..3], ["Ignored", "Ignored"]);
+        assert!(found[3].starts_with("Request"));
         for wrong in [&b"\x04\0"[..], b"\x04\x01\0", b"\x04\x02\x05A", b"\x04\x06\x04PING\0"] {
             assert_eq!(after_handshake(wrong).0, [ProtocolError::Command.to_string()]);
         }
