@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use mmsim_benches::{bundled_maze, median};
-use mmsim_server::{Server, Simulation, Stop};
+use mmsim_server::{Server, Simulation, StopHandle};
 use rustix::time::{ClockId, clock_gettime};
 
 /// Thinking times before each request, in microseconds.
@@ -44,7 +44,7 @@ print((time.perf_counter_ns() - begin) / requests / 1000 - thinking_us)
 /// A server that replies to [`REQUEST`] on a separate thread, which returns its processor time.
 struct TimedServer {
     address: String,
-    stop: Option<Stop>,
+    stop: Option<StopHandle>,
     thread: JoinHandle<Duration>,
 }
 

@@ -6,3 +6,4 @@
 pub mod mazes;
 pub mod recordings;
 pub mod requests;
+pub mod zmtp;

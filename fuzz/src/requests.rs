@@ -1,18 +1,18 @@
-//! Requests to one simulation, one after the other.
+//! A sequence of requests to one simulation.
 //!
-//! An input is a byte that chooses the size of the maze ([`SIZES`]) and whether the history is
-//! limited, then pieces, each ended by [`CUT`] and a count:
+//! An input begins with a byte that selects the size of the maze ([`SIZES`]) and whether the history
+//! is limited. Then come pieces, each followed by [`CUT`] and a count:
 //!
 //! ```text
 //! maze  piece CUT count  piece CUT count  …
 //! ```
 //!
-//! A count of 0 gives the piece to the simulation as it is. Pieces are told apart by a mark rather
-//! than by their lengths, so that a byte more or less spoils this request only, by a byte.
+//! A count of 0 makes the piece one request. A mark rather than a length separates the pieces, so
+//! that an inserted or deleted byte changes only one request.
 //!
-//! Any other count stands for as many states, each unlike the one before it: a piece that begins
-//! with `S` and has at least six bytes is stretched to the length of a state (see `stretched`). So
-//! six bytes are a whole state of any maze, and a short input fills the history beyond a block.
+//! Any other count makes that many states, each different from the one before it: a piece of at least
+//! six bytes that begins with `S` is stretched to the length of a state (see `stretched`). So six
+//! bytes are a complete state of any maze, and a short input fills several blocks of the history.
 
 use std::collections::VecDeque;
 use std::sync::LazyLock;
@@ -22,31 +22,31 @@ use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Walls, WallsAround};
 use mmsim_protocol::{Info, Reply, Request, state_bytes};
 use mmsim_server::{Change, ReplyBuffer, Simulation};
 
-/// What ends a piece, before its count.
+/// The mark between a piece and its count.
 pub const CUT: [u8; 2] = [0xa5, 0x5a];
 
-/// The sizes of maze, width and height in cells. The first byte is the index of one; the history
-/// is limited with as many added to it.
+/// The sizes of the mazes, width and height in cells. The first byte of an input is an index; adding
+/// the number of sizes to it limits the history.
 pub const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
 
-/// What a limited history may hold, in bytes: from one state of the largest maze to several blocks
-/// of the smallest.
+/// The limit of a limited history, in bytes: one state of the largest maze, or several blocks of the
+/// smallest.
 const LIMIT: usize = 4096;
 
-/// The most requests that one input makes: several blocks of the history, at most 2 MiB of states.
+/// The maximum number of requests of one input: several blocks of the history, at most 2 MiB of
+/// states.
 const MAX_REQUESTS: usize = 1 << 10;
 
-/// Bytes of a state before its weights: `S` x y heading order.
+/// The length of a state before its weights, in bytes: `S` x y heading order.
 const HEAD_BYTES: usize = 5;
 
-/// After how many requests their number is told.
-const TOLD_EVERY: u64 = 1_000_000;
+/// The interval at which the number of requests is printed.
+const PRINT_INTERVAL: u64 = 1_000_000;
 
-/// Requests so far, over all inputs.
+/// The number of requests of all inputs so far.
 static REQUESTS: AtomicU64 = AtomicU64::new(0);
 
-/// A maze of each size. Whether a wall stands is as good as random, so that each of the eight
-/// replies to a walls request comes up.
+/// A maze of each size with pseudorandom walls, so that all eight replies to a walls request occur.
 static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
     SIZES.map(|(width, height)| {
         let size = MazeSize::new(width.into(), height.into()).expect("1 to 32 cells each way");
@@ -62,7 +62,7 @@ static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
     })
 });
 
-/// Gives the requests of an input to a new simulation and checks each reply and the history.
+/// Sends the requests of an input to a new simulation, and checks each reply and the history.
 pub fn run(input: &[u8]) {
     let Some((&first, mut pieces)) = input.split_first() else { return };
     let (choice, first) = (usize::from(first) / SIZES.len(), usize::from(first) % SIZES.len());
@@ -88,7 +88,7 @@ pub fn run(input: &[u8]) {
     count_requests(MAX_REQUESTS - left);
 }
 
-/// The first piece, its count, and what follows. The last piece may lack its end.
+/// Returns the first piece, its count, and the rest. The last piece may lack mark and count.
 fn cut(pieces: &[u8]) -> (&[u8], usize, &[u8]) {
     let end = pieces.windows(CUT.len()).position(|bytes| bytes == CUT);
     let Some(end) = end else { return (pieces, 0, &[]) };
@@ -98,9 +98,9 @@ fn cut(pieces: &[u8]) -> (&[u8], usize, &[u8]) {
     }
 }
 
-/// A message as long as a state of this size: the head as it stands in the piece, the piece's last
-/// byte as the order of the walls, what is between the two repeated in both matrices. `None` for
-/// what begins otherwise or has fewer bytes than a head and an order.
+/// Returns a message with the length of a state: the head of the piece, its last byte as the order of
+/// the walls, and the bytes in between repeated in both matrices. Returns `None` if the piece does
+/// not begin with `S` or is shorter than a head and an order.
 ///
 /// ```text
 /// S x y N C  7 9  F     stretched for a maze of 2x2 cells:     S x y N C  7 9 7 9  F  7 9 7 9
@@ -115,7 +115,8 @@ fn stretched(piece: &[u8], size: MazeSize) -> Option<Vec<u8>> {
     Some(message)
 }
 
-/// The input of this first byte and these requests; `None` if one of them has a [`CUT`] in it.
+/// Returns the input with this first byte and these requests, or `None` if a request contains
+/// [`CUT`].
 pub fn input<'a>(first: u8, requests: impl IntoIterator<Item = &'a [u8]>) -> Option<Vec<u8>> {
     let mut input = vec![first];
     let mut expected = VecDeque::new();
@@ -136,7 +137,7 @@ pub fn input<'a>(first: u8, requests: impl IntoIterator<Item = &'a [u8]>) -> Opt
     expected.is_empty().then_some(input)
 }
 
-/// A simulation and what it must know by now.
+/// A simulation with its expected state.
 struct Observed<'a> {
     maze: &'a Maze,
     simulation: Simulation,
@@ -156,8 +157,7 @@ impl<'a> Observed<'a> {
         Self { maze, simulation, limit, reply: ReplyBuffer::new(), states: Vec::new() }
     }
 
-    /// Asks and holds the reply against the laws: there is one, it is the one that is due, and the
-    /// history changes by it and by nothing else.
+    /// Sends a request. Checks that the reply and the change of the history are the expected ones.
     fn ask(&mut self, request: &[u8]) {
         let Self { maze, simulation, limit, reply, states } = self;
         let decoded = Request::decode(request, maze.size());
@@ -165,16 +165,16 @@ impl<'a> Observed<'a> {
             check_history(simulation, states);
         }
         reply.clear();
-        reply.extend_from_slice(b"left of an earlier reply");
+        reply.extend_from_slice(b"an earlier reply");
         let change = simulation.handle(request, reply);
-        let mut due = Change::Nothing;
+        let mut expected = Change::Nothing;
         let reply = Reply::decode(reply).expect("a reply of the protocol");
         match decoded {
             Ok(Request::Ping) => assert_eq!(reply, Reply::Pong),
             Ok(Request::Reset) => {
                 assert_eq!(reply, Reply::Ok);
                 states.clear();
-                due = Change::Reset;
+                expected = Change::Reset;
             }
             Ok(Request::Walls(pose)) => {
                 let wall = |heading| maze.walls().has(pose.cell, heading);
@@ -190,14 +190,15 @@ impl<'a> Observed<'a> {
             Ok(Request::State(_)) => {
                 assert_eq!(reply, Reply::Ok);
                 states.push(request.to_vec());
-                due = Change::State;
+                expected = Change::State;
             }
             Ok(Request::Info) => {
                 let Reply::Info(json) = reply else { panic!("info answered by {reply:?}") };
                 let info: Info = serde_json::from_str(json).expect("info as JSON");
                 let name = simulation.name();
-                let told = Info::new(name, maze.size(), maze.start(), maze.goals(), states.len());
-                assert_eq!(info, told);
+                let expected =
+                    Info::new(name, maze.size(), maze.start(), maze.goals(), states.len());
+                assert_eq!(info, expected);
             }
             Ok(other) => panic!("unexpected request {other:?}"),
             Err(error) => {
@@ -211,7 +212,7 @@ impl<'a> Observed<'a> {
             assert_eq!(decoded.encode(&mut buffer), Ok(request.len()));
             assert_eq!(buffer, request, "decoded and encoded again");
         }
-        assert_eq!(change, due);
+        assert_eq!(change, expected);
         assert_eq!(simulation.history().len(), states.len());
         assert_eq!(simulation.history().is_empty(), states.is_empty());
         if let Some(last) = states.len().checked_sub(1) {
@@ -220,7 +221,7 @@ impl<'a> Observed<'a> {
     }
 }
 
-/// Every state reads as it came, in order as well as picked out, and there is none after them.
+/// Checks that every state reads as it was sent, in sequence and by index, and that none follows.
 fn check_history(simulation: &Simulation, states: &[Vec<u8>]) {
     let mut kept = simulation.history().iter();
     for (index, state) in states.iter().enumerate() {
@@ -237,11 +238,11 @@ fn check_state(simulation: &Simulation, states: &[Vec<u8>], index: usize) {
     assert_eq!(kept.as_deref(), states.get(index).map(Vec::as_slice), "state {index}");
 }
 
-/// Counts them, and tells the number each time that it is past another million.
+/// Counts requests, and prints their number after every [`PRINT_INTERVAL`].
 fn count_requests(count: usize) {
     let before = REQUESTS.fetch_add(count as u64, Ordering::Relaxed);
     let after = before + count as u64;
-    if before / TOLD_EVERY < after / TOLD_EVERY {
+    if before / PRINT_INTERVAL < after / PRINT_INTERVAL {
         eprintln!("requests: {after}");
     }
 }

@@ -13,6 +13,7 @@ use mcap::records::Record;
 use mcap::{Compression, McapError, MessageStream, WriteOptions};
 use mmsim_fuzz::requests::{self, CUT, SIZES};
 use mmsim_formats::Format;
+use mmsim_fuzz::zmtp::WITH_HANDSHAKE;
 use mmsim_maze::Maze;
 use mmsim_recording::RecordingWriter;
 use mmsim_server::Simulation;
@@ -70,6 +71,7 @@ fn main() -> io::Result<()> {
     for file in files(&shared.join("transcripts"), "jsonl") {
         write_exchange(&mut seeds, &fs::read_to_string(file)?)?;
     }
+    write_streams(&mut SeedFolder::create(&corpus.join("zmtp"))?)?;
     write_recordings(&mut SeedFolder::create(&corpus.join("recordings"))?)
 }
 
@@ -132,6 +134,23 @@ fn parse_request(line: &str) -> Option<Vec<u8>> {
         .chunks(2)
         .map(|digits| u8::from_str_radix(str::from_utf8(digits).ok()?, 16).ok())
         .collect()
+}
+
+/// Writes what clients of ZMTP 2 and 3 send: requests, commands, and frames over the limits.
+fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
+    let oversized = [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &[7; 65_537]].concat();
+    let streams: [(u8, &[u8]); 6] = [
+        (WITH_HANDSHAKE | 6, b"\x01\0\0\x04ping\x01\x01a\x01\0\x01\x01b\0\x01c"),
+        (WITH_HANDSHAKE | 1, b"\x04\x0a\x04PING\0\x01abc\x04\x02\x01X"),
+        (WITH_HANDSHAKE | 127, b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff"),
+        (WITH_HANDSHAKE | 99, &oversized),
+        (20, b"\xff\0\0\0\0\0\0\0\x01\x7f\x01\x03\0\x02me\x01\0\0\x04ping"),
+        (3, b"GET / HTTP/1.1"),
+    ];
+    for (choice, bytes) in streams {
+        seeds.write(&[&[choice], bytes].concat())?;
+    }
+    Ok(())
 }
 
 /// Writes recordings of a small maze, with and without the maze: closed, truncated, and rewritten in

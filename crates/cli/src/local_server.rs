@@ -57,9 +57,7 @@ pub(crate) fn bind(host: &str, port: u16) -> Result<Server, String> {
     // clients can be connected at a time.
     let _ = rlimit::increase_nofile_limit(DESCRIPTORS);
     Server::bind(host, port).map_err(|error| match error {
-        BindError::InUse { host, port } => {
-            format!("port {port} on {host} is already in use (try --port 0)")
-        }
+        BindError::InUse { .. } => format!("{error} (try --port 0)"),
         error => error.to_string(),
     })
 }

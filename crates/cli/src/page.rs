@@ -16,9 +16,7 @@ pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, Stri
     }
     let reason = match Viewer::bind(host, args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT)) {
         Ok(viewer) => return Ok(Some(viewer)),
-        Err(BindError::InUse { host, port }) => {
-            format!("port {port} on {host} is already in use (try --viewer-port 0)")
-        }
+        Err(error @ BindError::InUse { .. }) => format!("{error} (try --viewer-port 0)"),
         Err(error) => error.to_string(),
     };
     let error = format!("cannot serve the viewer page: {reason}");

@@ -72,7 +72,7 @@ fn a_port_in_use_is_a_clear_error() {
         let ended = home.run(&command);
         assert_eq!(ended.code, Some(1));
         let expected =
-            format!("mmsim: expected port {} of 127.0.0.1 to be free", port(&server.address));
+            format!("mmsim: port {} on 127.0.0.1 is already in use", port(&server.address));
         assert!(ended.stderr.contains(&expected), "{ended:?}");
     }
 }

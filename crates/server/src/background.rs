@@ -2,7 +2,9 @@
 
 use std::thread::{self, JoinHandle};
 
-use crate::{ServeError, Server, Simulation, Stop};
+use crate::control::StopHandle;
+use crate::server::{ServeError, Server};
+use crate::simulation::Simulation;
 
 /// A server on a background thread. It runs until it is stopped or the process ends.
 ///
@@ -17,7 +19,7 @@ use crate::{ServeError, Server, Simulation, Stop};
 /// ```
 pub struct Background {
     address: String,
-    stop: Stop,
+    stop: StopHandle,
     thread: JoinHandle<Result<Simulation, ServeError>>,
 }
 

@@ -1,5 +1,5 @@
-//! A micromouse maze simulator. It holds the true maze, tells a search client only the walls
-//! around the mouse, and keeps every state that the client reports.
+//! A micromouse maze simulator. It holds the true maze, reveals only the walls around the mouse to a
+//! search client, and keeps every state that the client reports.
 //!
 //! [`Simulation`] does no input or output: it turns the bytes of a request into the bytes of its
 //! reply, whatever they are, and never panics. [`Server`] is the ZeroMQ server around it. The crate
@@ -21,25 +21,22 @@
 #![forbid(unsafe_code)]
 
 mod background;
-mod bind;
-mod host;
-pub mod limits;
+mod control;
 mod monitor;
-mod network;
-mod peer;
 mod server;
+mod service;
 mod simulation;
-mod standing;
-mod zmtp;
+mod status;
 
 pub use background::Background;
-pub use bind::{BindError, listen};
-pub use host::Status;
+pub use control::StopHandle;
+pub use mmsim_zmtp::{BindError, limits, listen};
 pub use monitor::{Monitor, MonitorError, Served};
-pub use server::{ServeError, Server, Stop};
+pub use server::{ServeError, Server};
 pub use simulation::{Change, ReplyBuffer, Simulation};
+pub use status::Status;
 
-/// The code in the README of this crate runs.
+/// Compiles the code in the README of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,4 +1,4 @@
-//! Looking at a simulation while it is served.
+//! Access to a simulation from other threads while it is served.
 
 use std::sync::Arc;
 use std::sync::mpsc::{self, Sender};
@@ -7,43 +7,44 @@ use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use mmsim_recording::{Block, Times};
 
-use crate::host::{Board, Host, Status};
-use crate::server::Shared;
+use crate::control::Control;
+use crate::service::SimulationService;
+use crate::status::{Status, StatusCell};
 
-/// What a watcher wants to know, answered by the server's thread between two requests.
-pub(crate) type Question = Box<dyn FnOnce(&mut Host<'_>) + Send>;
+/// A query of a monitor. The server's thread runs it between two requests.
+pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
 
-/// Looks at the simulation of a running server, and may give it another maze.
+/// Reads the simulation of a running server, and can replace its maze.
 ///
-/// How many states there are is read without the server's doing. Everything else it answers between
-/// two requests: a search waits for it as for a request of another client, which takes
-/// microseconds, and never for whoever asked.
+/// [`status`](Self::status) does not involve the server. It answers everything else between two
+/// requests, which takes microseconds: a search waits as for a request of another client, and never
+/// for the caller.
 #[derive(Clone)]
 pub struct Monitor {
-    board: Arc<Board>,
-    questions: Sender<Question>,
-    shared: Arc<Shared>,
+    status: Arc<StatusCell>,
+    queries: Sender<Query>,
+    control: Arc<Control>,
 }
 
-/// What is served.
+/// The simulation that is served.
 #[derive(Clone, Debug)]
 pub struct Served {
     /// The number of the run.
     pub run: u32,
-    /// What `info` tells.
+    /// The reply to `info`.
     pub info: Info,
     /// The true maze.
     pub maze: Maze,
 }
 
-/// Why a watcher gets no answer.
+/// Why a monitor gets no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MonitorError {
-    /// The run asked for is over: a reset, or another maze.
-    #[error("expected run {asked}, found that it is over")]
+    /// The run has ended by a reset or by another maze.
+    #[error("run {run} has ended")]
     RunEnded {
-        /// The number of the run.
-        asked: u32,
+        /// The number of the run that was asked for.
+        run: u32,
     },
     /// The server has ended.
     #[error("the server has ended")]
@@ -52,44 +53,45 @@ pub enum MonitorError {
 
 impl Monitor {
     pub(crate) const fn new(
-        board: Arc<Board>,
-        questions: Sender<Question>,
-        shared: Arc<Shared>,
+        status: Arc<StatusCell>,
+        queries: Sender<Query>,
+        control: Arc<Control>,
     ) -> Self {
-        Self { board, questions, shared }
+        Self { status, queries, control }
     }
 
-    /// How many states there are now, and of which run. Run 0 is before the server runs.
+    /// Returns the current number of states and of their run. Run 0 means that the server does not run
+    /// yet.
     pub fn status(&self) -> Status {
-        self.board.read()
+        self.status.read()
     }
 
-    /// What is served.
+    /// Returns the simulation that is served.
     ///
     /// # Errors
     /// The server has ended.
     pub fn served(&self) -> Result<Served, MonitorError> {
-        self.ask(|host| {
-            let simulation = host.simulation();
+        self.query(|service| {
+            let simulation = service.simulation();
             let (info, maze) = (simulation.info(), simulation.maze().clone());
-            Served { run: host.status().run, info, maze }
+            Served { run: service.status().run, info, maze }
         })
     }
 
-    /// A block of the states of a run, `None` if there are not so many.
+    /// Returns a block of the states of a run, or `None` if the run has fewer blocks.
     ///
     /// # Errors
-    /// The run is over, or the server has ended.
+    /// The run or the server has ended.
     pub fn block(&self, run: u32, index: usize) -> Result<Option<Block>, MonitorError> {
-        self.ask_of(run, move |host| host.simulation().history().block(index))
+        self.query_run(run, move |service| service.simulation().history().block(index))
     }
 
-    /// When each state of a run came.
+    /// Returns the times at which the states of a run arrived.
     ///
     /// # Errors
-    /// The run is over, or the server has ended.
+    /// The run or the server has ended.
     pub fn times(&self, run: u32) -> Result<Times, MonitorError> {
-        self.ask_of(run, |host| host.times().clone())
+        self.query_run(run, |service| service.times().clone())
     }
 
     /// Serves another maze from now on, with an empty history.
@@ -98,29 +100,29 @@ impl Monitor {
     /// The server has ended.
     pub fn serve(&self, name: &str, maze: Maze) -> Result<Status, MonitorError> {
         let name = name.to_string();
-        self.ask(move |host| host.serve(&name, maze))
+        self.query(move |service| service.replace_maze(&name, maze))
     }
 
-    fn ask_of<T: Send + 'static>(
+    fn query_run<T: Send + 'static>(
         &self,
         run: u32,
-        question: impl FnOnce(&mut Host<'_>) -> T + Send + 'static,
+        query: impl FnOnce(&mut SimulationService<'_>) -> T + Send + 'static,
     ) -> Result<T, MonitorError> {
-        self.ask(move |host| (host.status().run == run).then(|| question(host)))?
-            .ok_or(MonitorError::RunEnded { asked: run })
+        self.query(move |service| (service.status().run == run).then(|| query(service)))?
+            .ok_or(MonitorError::RunEnded { run })
     }
 
-    fn ask<T: Send + 'static>(
+    fn query<T: Send + 'static>(
         &self,
-        question: impl FnOnce(&mut Host<'_>) -> T + Send + 'static,
+        query: impl FnOnce(&mut SimulationService<'_>) -> T + Send + 'static,
     ) -> Result<T, MonitorError> {
-        let (tell, told) = mpsc::sync_channel(1);
-        let question: Question = Box::new(move |host| {
-            let _ = tell.send(question(host));
+        let (sender, receiver) = mpsc::sync_channel(1);
+        let query: Query = Box::new(move |service| {
+            let _ = sender.send(query(service));
         });
-        self.questions.send(question).map_err(|_| MonitorError::Ended)?;
-        self.shared.wake();
-        told.recv().map_err(|_| MonitorError::Ended)
+        self.queries.send(query).map_err(|_| MonitorError::Ended)?;
+        self.control.wake();
+        receiver.recv().map_err(|_| MonitorError::Ended)
     }
 }
 
@@ -129,7 +131,8 @@ mod tests {
     use mmsim_tests::within;
 
     use super::*;
-    use crate::{Server, Simulation};
+    use crate::server::Server;
+    use crate::simulation::Simulation;
 
     const STATE: &[u8] = b"S\x00\x00NC\x01\x00C\x0d\x00";
 
@@ -138,10 +141,10 @@ mod tests {
     }
 
     #[test]
-    fn a_watcher_sees_what_clients_do_and_changes_the_maze() {
+    fn monitor_sees_states_and_replaces_the_maze() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
-        let watch = server.monitor();
-        assert_eq!(watch.status(), Status { run: 0, states: 0 });
+        let monitor = server.monitor();
+        assert_eq!(monitor.status(), Status { run: 0, states: 0 });
         let server = server.spawn(Simulation::new("small", maze()));
         let client = mmsim_tests::connect_to(server.address(), zmq::REQ);
         let ask = |request: &[u8]| mmsim_tests::ask(&client, request);
@@ -149,33 +152,33 @@ mod tests {
         for _ in 0..states {
             assert_eq!(ask(STATE), b"ok");
         }
-        assert_eq!(watch.status(), Status { run: 1, states });
-        let now = watch.served().unwrap();
+        assert_eq!(monitor.status(), Status { run: 1, states });
+        let now = monitor.served().unwrap();
         assert_eq!((now.run, now.info.states, now.maze), (1, states, maze()));
         for index in 0..3 {
-            let block = watch.block(1, index).unwrap().unwrap().unpack().unwrap();
+            let block = monitor.block(1, index).unwrap().unwrap().unpack().unwrap();
             assert_eq!(block.get(index * Block::STATES), Some(STATE));
             assert_eq!(block.len(), if index == 2 { 3 } else { Block::STATES });
         }
-        assert!(watch.block(1, 3).unwrap().is_none());
-        assert!(watch.times(1).unwrap().iter().is_sorted());
-        assert_eq!(watch.times(1).unwrap().len(), states);
+        assert!(monitor.block(1, 3).unwrap().is_none());
+        assert!(monitor.times(1).unwrap().iter().is_sorted());
+        assert_eq!(monitor.times(1).unwrap().len(), states);
 
         ask(b"reset");
-        assert_eq!(watch.block(1, 0).unwrap_err(), MonitorError::RunEnded { asked: 1 });
+        assert_eq!(monitor.block(1, 0).unwrap_err(), MonitorError::RunEnded { run: 1 });
         let other: Maze = "o---o\n|SG |\no---o\n".parse().unwrap();
-        assert_eq!(watch.serve("other", other), Ok(Status { run: 3, states: 0 }));
+        assert_eq!(monitor.serve("other", other), Ok(Status { run: 3, states: 0 }));
         assert!(ask(STATE).starts_with(b"error: expected S of 8 bytes for a maze of 1x1 cells"));
         assert!(ask(b"info").starts_with(br#"{"name":"other","width":1"#));
         within("the server to stop", || server.stop()).unwrap();
-        assert_eq!(watch.served().unwrap_err(), MonitorError::Ended);
+        assert_eq!(monitor.served().unwrap_err(), MonitorError::Ended);
     }
 
     #[test]
-    fn a_server_that_never_ran_answers_nobody() {
+    fn server_that_never_ran_answers_no_query() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
-        let watch = server.monitor();
+        let monitor = server.monitor();
         drop(server);
-        assert_eq!(watch.served().unwrap_err(), MonitorError::Ended);
+        assert_eq!(monitor.served().unwrap_err(), MonitorError::Ended);
     }
 }

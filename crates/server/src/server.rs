@@ -1,206 +1,146 @@
-//! The server around a simulation: where it listens, how it serves, how it stops.
+//! The server around a simulation.
 
 use std::io;
 use std::net::TcpListener;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
-use mio::Waker;
 use mmsim_recording::Recorder;
+use mmsim_zmtp::codec::ProtocolError;
+use mmsim_zmtp::{BindError, RepServer, Service, listen};
 
-use crate::bind::{BindError, listen};
-use crate::host::{Board, Host};
-use crate::monitor::Question;
-use crate::network::Network;
-use crate::{Monitor, ReplyBuffer, Simulation};
+use crate::control::{Control, StopHandle};
+use crate::monitor::{Monitor, Query};
+use crate::service::SimulationService;
+use crate::simulation::Simulation;
+use crate::status::StatusCell;
 
-/// How long replies still on their way may delay the end of the server.
-const LINGER: Duration = Duration::from_millis(500);
+/// The maximum number of queries answered before clients have their turn again.
+const MAX_QUERIES_AT_ONCE: usize = 4;
 
-/// How long a [`Stop`] waits for the server.
-const STOP: Duration = Duration::from_secs(1);
-
-/// A server that shall stop does so once nothing has come for so long …
-const QUIET: Duration = Duration::from_millis(20);
-
-/// … or for so long, if somebody is about to connect …
-const QUIET_HANDSHAKE: Duration = Duration::from_millis(100);
-
-/// … or after this time, however much comes.
-const LAST_CALL: Duration = Duration::from_millis(300);
-
-/// Watchers that are answered before clients have their turn again.
-const QUESTIONS_AT_ONCE: usize = 4;
-
-/// A bound REP socket that serves a simulation until it is told to stop.
+/// A bound REP socket that serves a simulation until it is stopped.
+#[must_use = "a server does nothing until it runs"]
 pub struct Server {
-    network: Network,
+    socket: RepServer,
     address: String,
-    loopback: bool,
-    shared: Arc<Shared>,
+    is_loopback: bool,
+    control: Arc<Control>,
     recorder: Option<Recorder>,
-    board: Arc<Board>,
-    questions: (Sender<Question>, Receiver<Question>),
+    status: Arc<StatusCell>,
+    queries: (Sender<Query>, Receiver<Query>),
 }
 
-/// What a server has in common with those who watch or stop it.
-pub(crate) struct Shared {
-    waker: Waker,
-    stopped: AtomicBool,
-    ended: Mutex<bool>,
-    has_ended: Condvar,
-}
-
-/// A server that could not go on.
+/// A server that could not continue.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot receive requests on {address}: {source}")]
 pub struct ServeError {
-    /// Where it listened.
+    /// The address it listened on.
     pub address: String,
-    /// What the system says.
+    /// The error of the operating system.
     pub source: io::Error,
 }
 
 impl Server {
-    /// Listens on a port of this machine; port 0 takes a free one. The host may be a name, an
-    /// address, or `*` for every IPv4 address of the machine.
+    /// Listens on a port of this machine; port 0 selects a free port. The host is a name, an address,
+    /// or `*` for all IPv4 addresses of this machine.
     ///
     /// # Errors
-    /// The port is in use, or the host is not one of this machine's.
+    /// The port is in use, the host cannot be resolved, its address does not belong to this machine, or
+    /// the operating system refuses for another reason.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let failed = |source| BindError::Listen { host: host.into(), port, source };
-        Self::of(listen(host, port)?).map_err(failed)
+        Self::from_listener(listen(host, port)?).map_err(failed)
     }
 
-    fn of(listener: TcpListener) -> io::Result<Self> {
-        let network = Network::new(listener)?;
-        let local = network.local_address()?;
-        let shared = Shared {
-            waker: network.waker()?,
-            stopped: AtomicBool::new(false),
-            ended: Mutex::new(false),
-            has_ended: Condvar::new(),
-        };
-        let (address, loopback) =
-            (format!("tcp://{local}"), local.ip().to_canonical().is_loopback());
+    fn from_listener(listener: TcpListener) -> io::Result<Self> {
+        let socket = RepServer::new(listener)?;
+        let local = socket.local_address()?;
+        let control = Arc::new(Control::new(socket.waker()));
         Ok(Self {
-            network,
-            address,
-            loopback,
-            shared: Arc::new(shared),
+            socket,
+            address: format!("tcp://{local}"),
+            is_loopback: local.ip().to_canonical().is_loopback(),
+            control,
             recorder: None,
-            board: Arc::default(),
-            questions: mpsc::channel(),
+            status: Arc::default(),
+            queries: mpsc::channel(),
         })
     }
 
-    /// Where clients connect, such as `tcp://127.0.0.1:6574`.
+    /// Returns the address that clients connect to, such as `tcp://127.0.0.1:6574`.
     pub fn address(&self) -> &str {
         &self.address
     }
 
-    /// Records each simulation, from reset to reset, into a file. A state that cannot be recorded
-    /// is refused and not kept.
+    /// Records each run, from reset to reset, into a file. A state that cannot be recorded is refused
+    /// and not kept.
     pub fn with_recorder(mut self, recorder: impl Into<Option<Recorder>>) -> Self {
         self.recorder = recorder.into();
         self
     }
 
-    /// Whether only programs on this machine can connect.
+    /// Returns whether only programs on this machine can connect.
     pub fn is_loopback(&self) -> bool {
-        self.loopback
+        self.is_loopback
     }
 
-    /// A way to stop the server from another thread.
-    pub fn stop_handle(&self) -> Stop {
-        Stop { shared: Arc::clone(&self.shared) }
+    /// Returns a handle that stops the server from another thread.
+    pub fn stop_handle(&self) -> StopHandle {
+        StopHandle::new(Arc::clone(&self.control))
     }
 
-    /// A way to look at the simulation from other threads.
+    /// Returns a monitor, which reads the simulation from other threads.
     pub fn monitor(&self) -> Monitor {
-        Monitor::new(Arc::clone(&self.board), self.questions.0.clone(), Arc::clone(&self.shared))
+        let (status, control) = (Arc::clone(&self.status), Arc::clone(&self.control));
+        Monitor::new(status, self.queries.0.clone(), control)
     }
 
-    /// Serves the simulation until it is stopped. Every request gets exactly one reply, and
-    /// nothing that a client sends ends it.
+    /// Serves the simulation until it is stopped. Every request gets exactly one reply, and no request
+    /// stops the server.
     ///
     /// # Errors
-    /// The system cannot say any more who has sent something.
+    /// The operating system can no longer report which connection has sent something.
     pub fn run(mut self, simulation: &mut Simulation) -> Result<(), ServeError> {
-        let mut host = Host::new(simulation, self.recorder.take(), Arc::clone(&self.board));
-        let result = self.serve(&mut host);
-        host.end();
+        let status = Arc::clone(&self.status);
+        let simulation = SimulationService::new(simulation, self.recorder.take(), status);
+        let (queries, control) = (&self.queries.1, &*self.control);
+        let mut event_loop = EventLoop { simulation, queries, control };
+        let result = self.socket.run(&mut event_loop, || control.is_stopping());
+        event_loop.simulation.finish();
         result.map_err(|source| ServeError { address: self.address.clone(), source })
-    }
-
-    /// Has each request answered until the server is stopped.
-    fn serve(&mut self, host: &mut Host<'_>) -> io::Result<()> {
-        let (mut events, mut reply) = (Network::events(), ReplyBuffer::new());
-        while !self.shared.stopped.load(Ordering::Acquire) {
-            self.network.wait(&mut events, None)?;
-            self.serve_once(host, &mut reply);
-        }
-        // Requests may have come in before, from any peer.
-        let (begun, mut last) = (Instant::now(), Instant::now());
-        loop {
-            let quiet = if self.network.has_handshakes() { QUIET_HANDSHAKE } else { QUIET };
-            let end = (begun + LAST_CALL).min(last + quiet);
-            let left = end.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                break;
-            }
-            if self.network.wait(&mut events, Some(left))? {
-                last = Instant::now();
-            }
-            self.serve_once(host, &mut reply);
-        }
-        self.network.flush(&mut events, begun + LINGER)
-    }
-
-    /// Gives each client and each watcher a turn.
-    fn serve_once(&mut self, host: &mut Host<'_>, reply: &mut ReplyBuffer) {
-        self.network.serve(|request, frames, reply| host.answer(request, frames, reply), reply);
-        for (count, question) in (1..).zip(self.questions.1.try_iter().take(QUESTIONS_AT_ONCE)) {
-            question(host);
-            if count == QUESTIONS_AT_ONCE {
-                // There may be more, for which nobody would wake it again.
-                self.shared.wake();
-            }
-        }
     }
 }
 
 impl Drop for Server {
     fn drop(&mut self) {
-        *self.shared.ended.lock().unwrap_or_else(PoisonError::into_inner) = true;
-        self.shared.has_ended.notify_all();
+        self.control.set_ended();
     }
 }
 
-impl Shared {
-    /// Lets the server look what there is to do. If it cannot be woken it has ended.
-    pub(crate) fn wake(&self) {
-        let _ = self.waker.wake();
+/// Answers clients, and between their turns the queries of monitors.
+struct EventLoop<'s> {
+    simulation: SimulationService<'s>,
+    queries: &'s Receiver<Query>,
+    control: &'s Control,
+}
+
+impl Service for EventLoop<'_> {
+    fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
+        self.simulation.answer(request, frames, reply)
     }
-}
 
-/// Stops a [`Server`].
-#[derive(Clone)]
-pub struct Stop {
-    shared: Arc<Shared>,
-}
+    fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
+        self.simulation.refuse(reason, reply);
+    }
 
-impl Stop {
-    /// Lets the server end once it has answered the requests that have come in. Waits until it
-    /// has, but at most a second. Does nothing if the server has ended.
-    pub fn stop(self) {
-        let Shared { stopped, ended, has_ended, .. } = &*self.shared;
-        stopped.store(true, Ordering::Release);
-        self.shared.wake();
-        let ended = ended.lock().unwrap_or_else(PoisonError::into_inner);
-        let _ = has_ended.wait_timeout_while(ended, STOP, |ended| !*ended);
+    fn after_round(&mut self) {
+        for (count, query) in (1..).zip(self.queries.try_iter().take(MAX_QUERIES_AT_ONCE)) {
+            query(&mut self.simulation);
+            if count == MAX_QUERIES_AT_ONCE {
+                // More queries may wait, for which nobody would wake the server again.
+                self.control.wake();
+            }
+        }
     }
 }
 
@@ -219,32 +159,16 @@ mod tests {
     }
 
     #[test]
-    fn a_port_in_use_is_named() {
-        let server = Server::bind("127.0.0.1", 0).unwrap();
-        let port = server.address().rsplit(':').next().unwrap().parse().unwrap();
-        let error = Server::bind("127.0.0.1", port).err().unwrap().to_string();
-        assert_eq!(
-            error,
-            format!(
-                "expected port {port} of 127.0.0.1 to be free, found it in use; is another server running?"
-            )
-        );
-    }
-
-    #[test]
-    fn hosts_are_names_or_addresses_of_this_machine() {
+    fn only_loopback_addresses_are_loopback() {
         for host in ["127.0.0.1", "localhost", "*"] {
             let server = Server::bind(host, 0).unwrap();
             assert!(server.address().starts_with("tcp://"), "{}", server.address());
             assert_eq!(server.is_loopback(), host != "*");
         }
-        let error = |host| Server::bind(host, 0).err().unwrap().to_string();
-        assert!(error("no such host").starts_with("expected the name or address of this machine"));
-        assert!(error("192.0.2.1").starts_with("cannot listen on port 0 of 192.0.2.1: "));
     }
 
     #[test]
-    fn requests_that_came_in_before_the_stop_are_answered() {
+    fn requests_before_the_stop_are_answered() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         let clients: Vec<zmq::Socket> = (0..20)
             .map(|_| {
@@ -263,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_may_come_back() {
+    fn routing_identity_can_be_reused() {
         let server = Server::bind("127.0.0.1", 0).unwrap().spawn(simulation());
         for _ in 0..50 {
             let client = zmq::Context::new().socket(zmq::REQ).unwrap();
@@ -278,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_waiting_server_stops_and_one_that_has_ended_does_not_mind() {
+    fn idle_server_stops_and_stopping_it_again_does_nothing() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         let (stop, late) = (server.stop_handle(), server.stop_handle());
         let running = thread::spawn(move || server.run(&mut simulation()));

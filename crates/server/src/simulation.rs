@@ -1,4 +1,4 @@
-//! The simulation: bytes of a request to bytes of its reply.
+//! The simulation: from the bytes of a request to the bytes of its reply.
 
 use std::fmt;
 use std::io::Write;
@@ -16,36 +16,37 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// A simulation of this maze, without a state. The name is what `info` tells.
+    /// Creates a simulation of this maze without any state. `info` returns the name.
     pub fn new(name: &str, maze: Maze) -> Self {
         let history = History::new(maze.size());
         Self { name: name.into(), maze, history }
     }
 
-    /// The same with a history of at most so many bytes: a state for which there is no room is
-    /// refused, and those before it stay.
+    /// Limits the history to this number of bytes. States beyond the limit are refused; earlier states
+    /// stay.
+    #[must_use]
     pub fn with_history_limit(mut self, bytes: usize) -> Self {
         self.history = History::with_limit(self.maze.size(), bytes);
         self
     }
 
-    /// The name of the maze.
+    /// Returns the name of the maze.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The true maze.
+    /// Returns the true maze.
     pub const fn maze(&self) -> &Maze {
         &self.maze
     }
 
-    /// Every state since the last reset.
+    /// Returns the states since the last reset.
     pub const fn history(&self) -> &History {
         &self.history
     }
 
-    /// Serves one request: any bytes get exactly one reply, and only a well-formed state or reset
-    /// changes the history. Tells what has changed.
+    /// Answers one request. Any bytes get exactly one reply, and only a valid state or reset changes the
+    /// history. Returns the change.
     pub fn handle(&mut self, request: &[u8], reply: &mut ReplyBuffer) -> Change {
         match Request::decode(request, self.maze.size()) {
             Ok(Request::Ping) => set(reply, Reply::Pong),
@@ -72,28 +73,28 @@ impl Simulation {
         Change::Nothing
     }
 
-    /// What `info` tells.
+    /// Returns the reply to `info`.
     pub fn info(&self) -> Info {
         let Self { name, maze, history } = self;
         Info::new(name, maze.size(), maze.start(), maze.goals(), history.len())
     }
 
-    /// Goes on with another maze and an empty history with the same limit.
+    /// Replaces the maze and clears the history, whose limit stays.
     pub(crate) fn replace(&mut self, name: &str, maze: Maze) {
         let limit = self.history.limit();
         *self = Self::new(name, maze).with_history_limit(limit);
     }
 
-    /// Takes back the state that was added last, for which something else failed.
+    /// Removes the newest state.
     pub(crate) fn take_back(&mut self) {
         self.history.undo_push();
     }
 }
 
-/// What a request has changed in a simulation.
+/// The change that a request makes to a simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// Nothing.
+    /// No change.
     Nothing,
     /// A state was added.
     State,
@@ -101,16 +102,16 @@ pub enum Change {
     Reset,
 }
 
-/// Where a simulation writes its reply, in place of an earlier one.
+/// The buffer into which a simulation writes its reply. Earlier contents are overwritten.
 pub type ReplyBuffer = Vec<u8>;
 
 fn set(buffer: &mut ReplyBuffer, reply: Reply<'_>) {
     buffer.resize(reply.len(), 0);
-    // The buffer is as long as the reply.
+    // It cannot fail: the buffer is as long as the reply.
     let _ = reply.encode(buffer);
 }
 
-/// Answers a request that cannot be served.
+/// Replies with an error.
 pub(crate) fn refuse(buffer: &mut ReplyBuffer, reason: impl fmt::Display) {
     buffer.clear();
     // Writing into a vector cannot fail.
@@ -144,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn each_request_has_its_reply() {
+    fn each_request_gets_its_reply() {
         let mut simulation = simulation(MazeSize::CLASSIC);
         let start = Pose::new(Cell::new(0, 0), Heading::North);
         assert_eq!(reply(&mut simulation, b"ping"), b"pong");
@@ -162,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_history_refuses_states_and_serves_on() {
+    fn full_history_refuses_states_only() {
         let size = MazeSize::CLASSIC;
         let mut simulation = simulation(size).with_history_limit(1100);
         let state = state(size, Pose::new(Cell::new(0, 0), Heading::North), 1);
@@ -182,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn other_sizes_have_other_states() {
+    fn state_length_depends_on_the_maze_size() {
         let mut simulation = simulation(MazeSize::new(21, 21).unwrap());
         assert_eq!(reply(&mut simulation, b"W\x14\x14N"), [0, 1, 1]);
         assert!(reply(&mut simulation, b"W\x15\x14N").starts_with(b"error: "));

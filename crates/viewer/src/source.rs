@@ -122,7 +122,7 @@ impl Source {
         if status.run == run {
             Ok(status.states)
         } else {
-            Err(MonitorError::RunEnded { asked: run }.into())
+            Err(MonitorError::RunEnded { run }.into())
         }
     }
 
@@ -134,7 +134,7 @@ impl Source {
             SourceKind::Live(monitor) => {
                 let served = monitor.served()?;
                 if served.run != run {
-                    return Err(MonitorError::RunEnded { asked: run }.into());
+                    return Err(MonitorError::RunEnded { run }.into());
                 }
                 RunDescription::new(served.info.name.clone(), served.info, Some(served.maze))?
             }

@@ -1,34 +1,34 @@
-//! Frames: flags, a length in 1 or 8 bytes, a body.
+//! ZMTP frames: flags, a length of 1 or 8 bytes, a body.
 
-use super::Violation;
+use crate::codec::error::ProtocolError;
 
 /// Another frame of the same message follows.
 const MORE: u8 = 1;
-/// The length has 8 bytes instead of one.
+/// The length has 8 bytes instead of 1.
 const LONG: u8 = 2;
-/// The frame is a command to the socket, not a part of a message.
+/// The frame is a command, not part of a message.
 pub(crate) const COMMAND: u8 = 4;
 
-/// What a frame begins with.
+/// The header of a frame: its flags and length.
 #[derive(Debug)]
-pub(crate) struct Head {
+pub(crate) struct Header {
     flags: u8,
-    /// How many bytes this is itself.
+    /// The length of the header in bytes.
     pub(crate) bytes: usize,
-    /// How many bytes the body has.
+    /// The length of the body in bytes.
     pub(crate) length: usize,
 }
 
-impl Head {
-    /// Reads the head at the front, if all of it is there. `max` returns the longest body in bytes of
-    /// a command (`true`) or of any other frame.
+impl Header {
+    /// Reads the header at the front, or returns `None` if it is incomplete. `max` returns the maximum
+    /// length in bytes of the body of a command (`true`) or of any other frame (`false`).
     pub(crate) fn read(
         input: &[u8],
         max: impl FnOnce(bool) -> usize,
-    ) -> Result<Option<Self>, Violation> {
+    ) -> Result<Option<Self>, ProtocolError> {
         let Some((&flags, rest)) = input.split_first() else { return Ok(None) };
         if flags > (MORE | LONG | COMMAND) || flags & (MORE | COMMAND) == (MORE | COMMAND) {
-            return Err(Violation::Flags(flags));
+            return Err(ProtocolError::Flags(flags));
         }
         let (found, bytes) = if flags & LONG == 0 {
             let Some(&length) = rest.first() else { return Ok(None) };
@@ -39,11 +39,12 @@ impl Head {
         };
         let max = max(flags & COMMAND != 0);
         let length = usize::try_from(found).ok().filter(|&length| length <= max);
-        let length = length.ok_or(Violation::FrameTooLong { max, found })?;
+        let length = length.ok_or(ProtocolError::FrameTooLong { max, found })?;
         Ok(Some(Self { flags, bytes, length }))
     }
 
-    pub(crate) const fn more(&self) -> bool {
+    /// Returns whether another frame of the same message follows.
+    pub(crate) const fn has_more(&self) -> bool {
         self.flags & MORE != 0
     }
 
@@ -52,31 +53,33 @@ impl Head {
     }
 }
 
-/// A frame at the front of what has been received.
+/// A complete frame at the front of the input.
 pub(crate) struct Frame<'i> {
-    head: Head,
+    header: Header,
     pub(crate) whole: &'i [u8],
     pub(crate) body: &'i [u8],
 }
 
 impl<'i> Frame<'i> {
-    /// The frame that begins with this head, if all of it is there.
-    pub(crate) fn split(input: &'i [u8], head: Head) -> Option<Self> {
-        let whole = input.get(..head.bytes + head.length)?;
-        Some(Self { body: &whole[head.bytes..], head, whole })
+    /// Returns the frame with this header, or `None` if it is incomplete.
+    pub(crate) fn split(input: &'i [u8], header: Header) -> Option<Self> {
+        let end = header.bytes.checked_add(header.length)?;
+        let whole = input.get(..end)?;
+        Some(Self { body: &whole[header.bytes..], header, whole })
     }
 
-    pub(crate) const fn more(&self) -> bool {
-        self.head.more()
+    /// Returns whether another frame of the same message follows.
+    pub(crate) const fn has_more(&self) -> bool {
+        self.header.has_more()
     }
 
     pub(crate) const fn is_command(&self) -> bool {
-        self.head.is_command()
+        self.header.is_command()
     }
 }
 
-/// Adds the last frame of a message.
-pub(crate) fn push_last_frame(output: &mut Vec<u8>, body: &[u8]) {
+/// Appends the last frame of a message.
+pub fn push_last_frame(output: &mut Vec<u8>, body: &[u8]) {
     if let Ok(length) = u8::try_from(body.len()) {
         output.extend_from_slice(&[0, length]);
     } else {

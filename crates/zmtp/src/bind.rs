@@ -1,0 +1,88 @@
+//! Listening on a TCP port.
+
+use std::io::{self, ErrorKind};
+use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
+
+/// A failure to listen on a port.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BindError {
+    /// The port is in use.
+    #[error("port {port} on {host} is already in use")]
+    InUse {
+        /// The host as given.
+        host: String,
+        /// The port.
+        port: u16,
+    },
+    /// The host name cannot be resolved.
+    #[error("cannot resolve host {host:?}: {source}")]
+    Host {
+        /// The host as given.
+        host: String,
+        /// The error of the name service.
+        source: io::Error,
+    },
+    /// Any other error of the operating system: the address does not belong to this machine, or
+    /// the port needs privileges.
+    #[error("cannot listen on port {port} on {host}: {source}")]
+    Listen {
+        /// The host as given.
+        host: String,
+        /// The port.
+        port: u16,
+        /// The error of the operating system.
+        source: io::Error,
+    },
+}
+
+/// Listens on a port of this machine; port 0 selects a free port. The host is a name, an address, or
+/// `*` for all IPv4 addresses of this machine.
+///
+/// # Errors
+/// The port is in use ([`BindError::InUse`]), the host name cannot be resolved ([`BindError::Host`]),
+/// or the operating system refuses for another reason ([`BindError::Listen`]).
+pub fn listen(host: &str, port: u16) -> Result<TcpListener, BindError> {
+    let address =
+        resolve(host, port).map_err(|source| BindError::Host { host: host.into(), source })?;
+    TcpListener::bind(address).map_err(|source| match source.kind() {
+        ErrorKind::AddrInUse => BindError::InUse { host: host.into(), port },
+        _ => BindError::Listen { host: host.into(), port, source },
+    })
+}
+
+/// Resolves the address to listen on. IPv4 comes first, as clients try it first.
+fn resolve(host: &str, port: u16) -> io::Result<SocketAddr> {
+    let host = match host {
+        "*" => "0.0.0.0",
+        host => host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host),
+    };
+    let mut addresses = (host, port).to_socket_addrs()?.collect::<Vec<_>>();
+    addresses.sort_by_key(SocketAddr::is_ipv6);
+    addresses.first().copied().ok_or(ErrorKind::NotFound.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn used_port_is_reported() {
+        let listener = listen("127.0.0.1", 0).unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let error = listen("127.0.0.1", port).unwrap_err();
+        assert_eq!(error.to_string(), format!("port {port} on 127.0.0.1 is already in use"));
+    }
+
+    #[test]
+    fn host_is_a_name_or_an_address_of_this_machine() {
+        for host in ["127.0.0.1", "localhost", "*"] {
+            let address = listen(host, 0).unwrap().local_addr().unwrap();
+            assert_eq!(address.ip().is_loopback(), host != "*");
+        }
+        assert_eq!(resolve("[::1]", 7).unwrap(), "[::1]:7".parse().unwrap());
+        let error = |host| listen(host, 0).unwrap_err().to_string();
+        assert!(error("no such host").starts_with("cannot resolve host \"no such host\": "));
+        assert!(error("192.0.2.1").starts_with("cannot listen on port 0 on 192.0.2.1: "));
+    }
+}

@@ -1,0 +1,381 @@
+//! Bytes to events.
+
+use crate::codec::command::decode_command;
+use crate::codec::error::ProtocolError;
+use crate::codec::event::Event;
+use crate::codec::frame::{Frame, Header};
+use crate::codec::handshake::Handshake;
+use crate::limits::{MAX_COMMAND_BYTES, MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_REQUEST_BYTES};
+
+/// Decodes what one peer sends, from the first byte of its greeting.
+///
+/// It keeps at most an envelope and the first
+/// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) bytes of one frame, however the input is cut into
+/// pieces.
+#[derive(Debug, Default)]
+pub struct Decoder {
+    stage: Stage,
+    /// The encoded frames before the body of the current request.
+    envelope: Vec<u8>,
+    /// The long frame that is being received.
+    long: Option<LongFrame>,
+    /// Whether a frame over the limit has arrived since the last request.
+    is_oversized: bool,
+}
+
+/// A frame of more than [`MAX_KEPT_BYTES`] bytes, whose end is not kept.
+#[derive(Debug)]
+struct LongFrame {
+    has_more: bool,
+    length: usize,
+    /// The number of bytes that have not arrived yet.
+    remaining: usize,
+    /// The first bytes.
+    kept: Vec<u8>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    Handshake(Handshake),
+    /// Between two messages. The envelope is that of the previous one.
+    Idle,
+    /// In the envelope of a message.
+    Envelope,
+    /// In the body of a message, after `frames` complete frames.
+    Body {
+        frames: usize,
+    },
+    /// In the rest of a message that was refused.
+    Refused,
+}
+
+impl Default for Stage {
+    fn default() -> Self {
+        Self::Handshake(Handshake::default())
+    }
+}
+
+impl Decoder {
+    /// Returns whether the handshake is complete and no frame over the limit has arrived since the
+    /// last request.
+    pub fn is_ready(&self) -> bool {
+        !matches!(self.stage, Stage::Handshake(_)) && !self.is_oversized
+    }
+
+    /// Returns the envelope of the request just decoded. Its reply begins with the same bytes.
+    pub fn envelope(&self) -> &[u8] {
+        &self.envelope
+    }
+
+    /// Decodes the front of `input`. Returns the number of bytes consumed and the event.
+    ///
+    /// # Errors
+    /// The peer violates the protocol or a limit: disconnect it.
+    pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
+        if let Stage::Handshake(handshake) = self.stage {
+            let (consumed, next, event) = handshake.decode(input)?;
+            self.stage = next.map_or(Stage::Idle, Stage::Handshake);
+            return Ok((consumed, event));
+        }
+        if let Some(long) = self.long.take() {
+            return Ok(self.continue_long(long, input));
+        }
+        let max = |is_command| if is_command { MAX_COMMAND_BYTES } else { usize::MAX };
+        let Some(header) = Header::read(input, max)? else { return Ok((0, Event::Incomplete)) };
+        if !header.is_command() && header.length > MAX_KEPT_BYTES {
+            return Ok((header.bytes, self.begin_long(&header)?));
+        }
+        let Some(frame) = Frame::split(input, header) else { return Ok((0, Event::Incomplete)) };
+        let event = match self.stage {
+            _ if frame.is_command() => decode_command(frame.body)?,
+            Stage::Body { frames } => self.body_frame(&frame, frames.saturating_add(1)),
+            Stage::Envelope => self.envelope_frame(&frame)?,
+            Stage::Refused => {
+                self.end_message_unless(frame.has_more());
+                Event::Ignored
+            }
+            Stage::Idle | Stage::Handshake(_) => {
+                self.envelope.clear();
+                self.envelope_frame(&frame)?
+            }
+        };
+        Ok((frame.whole.len(), event))
+    }
+
+    fn envelope_frame<'i>(&mut self, frame: &Frame<'i>) -> Result<Event<'i>, ProtocolError> {
+        if !frame.has_more() {
+            // Without an empty frame and a body there is no request and no reply is possible.
+            self.stage = Stage::Idle;
+            return Ok(Event::Ignored);
+        }
+        if self.envelope.len() + frame.whole.len() > MAX_ENVELOPE_BYTES {
+            return Err(ProtocolError::EnvelopeTooLong);
+        }
+        self.envelope.extend_from_slice(frame.whole);
+        self.stage =
+            if frame.body.is_empty() { Stage::Body { frames: 0 } } else { Stage::Envelope };
+        Ok(Event::Ignored)
+    }
+
+    fn begin_long(&mut self, header: &Header) -> Result<Event<'static>, ProtocolError> {
+        let (has_more, length) = (header.has_more(), header.length);
+        let is_oversized = length > MAX_REQUEST_BYTES;
+        let error = ProtocolError::FrameTooLong { max: MAX_REQUEST_BYTES, found: length as u64 };
+        let event = match self.stage {
+            Stage::Body { .. } if is_oversized => {
+                self.is_oversized = true;
+                self.stage = Stage::Refused;
+                Event::Oversized(error)
+            }
+            Stage::Body { .. } | Stage::Refused => Event::Ignored,
+            _ if is_oversized => return Err(error),
+            _ if has_more => return Err(ProtocolError::EnvelopeTooLong),
+            _ => Event::Ignored,
+        };
+        self.long = Some(LongFrame { has_more, length, remaining: length, kept: Vec::new() });
+        Ok(event)
+    }
+
+    /// Consumes the next bytes of a long frame and keeps the first ones.
+    fn continue_long<'i>(&mut self, mut long: LongFrame, input: &[u8]) -> (usize, Event<'i>) {
+        let consumed = input.len().min(long.remaining);
+        let kept = consumed.min(MAX_KEPT_BYTES - long.kept.len());
+        long.kept.extend_from_slice(&input[..kept]);
+        long.remaining -= consumed;
+        if long.remaining > 0 {
+            self.long = Some(long);
+            return (consumed, if consumed == 0 { Event::Incomplete } else { Event::Ignored });
+        }
+        let Stage::Body { frames } = self.stage else {
+            // The request is refused already, or the message ends in its envelope.
+            self.end_message_unless(long.has_more);
+            return (consumed, Event::Ignored);
+        };
+        let frames = frames.saturating_add(1);
+        if long.has_more {
+            self.stage = Stage::Body { frames };
+            return (consumed, Event::Ignored);
+        }
+        self.end_request();
+        long.kept.resize(long.length, 0);
+        (consumed, Event::LongRequest { last: long.kept, frames })
+    }
+
+    fn end_request(&mut self) {
+        self.stage = Stage::Idle;
+        self.is_oversized = false;
+    }
+
+    fn end_message_unless(&mut self, has_more: bool) {
+        if !has_more {
+            self.stage = Stage::Idle;
+        }
+    }
+
+    fn body_frame<'i>(&mut self, frame: &Frame<'i>, frames: usize) -> Event<'i> {
+        if frame.has_more() {
+            self.stage = Stage::Body { frames };
+            return Event::Ignored;
+        }
+        self.end_request();
+        Event::Request { last: frame.body, frames }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::codec::command::push_pong;
+    use crate::codec::frame::{COMMAND, push_last_frame};
+    use crate::codec::handshake::GREETING;
+
+    const REQ: &[u8] = b"\x04\x26\x05READY\x0bSocket-Type\0\0\0\x03REQ\x08Identity\0\0\0\0";
+
+    /// Returns the bytes of a peer's handshake.
+    fn handshake() -> Vec<u8> {
+        [&GREETING[..], REQ].concat()
+    }
+
+    /// Returns the events and the error that these bytes decode to, as text.
+    pub(crate) fn events(decoder: &mut Decoder, mut input: &[u8]) -> Vec<String> {
+        let mut events = Vec::new();
+        loop {
+            match decoder.decode(input) {
+                Ok((_, Event::Incomplete)) => return events,
+                Ok((consumed, event)) => {
+                    assert!(consumed > 0, "{event:?}");
+                    events.push(format!("{event:?}"));
+                    input = &input[consumed..];
+                }
+                Err(error) => {
+                    events.push(error.to_string());
+                    return events;
+                }
+            }
+        }
+    }
+
+    /// Returns the events for input that arrives in pieces of these lengths, repeated. A long frame
+    /// counts as one event, however many pieces it arrives in.
+    fn events_in_pieces(input: &[u8], lengths: &[usize]) -> Vec<String> {
+        let (mut decoder, mut events) = (Decoder::default(), Vec::new());
+        let (mut start, mut end) = (0, 0);
+        for length in lengths.iter().cycle() {
+            end = input.len().min(end + length);
+            loop {
+                match decoder.decode(&input[start..end]) {
+                    Ok((_, Event::Incomplete)) => break,
+                    Ok((consumed, event)) => {
+                        let is_skipping = event == Event::Ignored && decoder.long.is_some();
+                        if !is_skipping {
+                            events.push(format!("{event:?}"));
+                        }
+                        start += consumed;
+                    }
+                    Err(error) => {
+                        events.push(error.to_string());
+                        return events;
+                    }
+                }
+            }
+            if end == input.len() {
+                break;
+            }
+        }
+        events
+    }
+
+    /// Returns the events after a handshake.
+    fn after_handshake(input: &[u8]) -> (Vec<String>, Decoder) {
+        let mut decoder = Decoder::default();
+        assert_eq!(events(&mut decoder, &handshake()).last().unwrap(), "Ready");
+        assert!(decoder.is_ready());
+        (events(&mut decoder, input), decoder)
+    }
+
+    #[test]
+    fn requests_keep_their_envelopes() {
+        let (found, decoder) = after_handshake(b"\x01\0\0\x04ping");
+        assert_eq!(found.len(), 2);
+        assert_eq!(found[1], format!("{:?}", Event::Request { last: b"ping", frames: 1 }));
+        assert_eq!(decoder.envelope(), b"\x01\0");
+        let (found, mut decoder) =
+            after_handshake(b"\x01\x02ab\x01\x01c\x01\0\x01\0\x03\0\0\0\0\0\0\0\0\0\x01x");
+        assert_eq!(found.last(), Some(&format!("{:?}", Event::Request { last: b"x", frames: 3 })));
+        assert_eq!(decoder.envelope(), b"\x01\x02ab\x01\x01c\x01\0");
+        // A message without an empty frame or without a body gets no reply; the next one does.
+        for ignored in [&b"\0\x04ping"[..], b"\x01\x04ping\0\x01x", b"\0\0", b"\x01\x01x\0\0"] {
+            assert!(events(&mut decoder, ignored).iter().all(|event| event == "Ignored"));
+            let found = events(&mut decoder, b"\x01\0\0\0");
+            assert_eq!(found[1], format!("{:?}", Event::Request { last: b"", frames: 1 }));
+            assert_eq!(decoder.envelope(), b"\x01\0");
+        }
+    }
+
+    #[test]
+    fn frames_and_envelopes_are_limited() {
+        let last_event = |bytes: &[u8]| after_handshake(bytes).0.last().unwrap().clone();
+        for flags in [8, 0x80, COMMAND | 1] {
+            assert_eq!(last_event(&[flags]), ProtocolError::Flags(flags).to_string());
+        }
+        let max = (MAX_REQUEST_BYTES as u64).to_be_bytes();
+        let longest = [&b"\x01\0\x02"[..], &max, &vec![7; MAX_REQUEST_BYTES]].concat();
+        let mut last = vec![7; MAX_KEPT_BYTES];
+        last.resize(MAX_REQUEST_BYTES, 0);
+        assert_eq!(last_event(&longest), format!("{:?}", Event::LongRequest { last, frames: 1 }));
+        let huge = last_event(b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff");
+        assert_eq!(huge, "expected a frame of at most 65536 bytes, found 9223372036854775807");
+        assert_eq!(
+            last_event(b"\x03\0\0\0\0\0\0\x10\x01"),
+            ProtocolError::EnvelopeTooLong.to_string()
+        );
+        let long = [&b"\x02\0\0\0\0\0\0\x10\x01"[..], &[7; 4097]].concat();
+        // A long frame ends the message in the envelope, and is a frame like any other in the body.
+        let ignored = [&long[..], b"\x01\0\0\x01x"].concat();
+        assert_eq!(last_event(&ignored), format!("{:?}", Event::Request { last: b"x", frames: 1 }));
+        let more = [b"\x01\0\x03", &long[1..], b"\0\x01x"].concat();
+        assert_eq!(last_event(&more), format!("{:?}", Event::Request { last: b"x", frames: 2 }));
+        let envelope = [&b"\x01\xff"[..], &[7; 255]].concat().repeat(16);
+        assert_eq!(last_event(&envelope), ProtocolError::EnvelopeTooLong.to_string());
+        let (found, decoder) = after_handshake(&[b"\x01\0".repeat(100_000), vec![0, 0]].concat());
+        assert!(found.last().unwrap().ends_with("frames: 100000 }"));
+        assert_eq!(decoder.envelope.len(), 2, "only the last frame is kept");
+    }
+
+    #[test]
+    fn oversized_request_is_refused_once_and_skipped() {
+        let found = MAX_REQUEST_BYTES as u64 + 1;
+        let refused =
+            Event::Oversized(ProtocolError::FrameTooLong { max: MAX_REQUEST_BYTES, found });
+        let refused = format!("{refused:?}");
+        let long = |flags: u8| [&[flags][..], &found.to_be_bytes(), &vec![7; 65_537]].concat();
+        let run = |bytes: &[u8]| {
+            let (mut found, decoder) = after_handshake(bytes);
+            found.retain(|event| event != "Ignored");
+            (found, decoder)
+        };
+        for (more, rest) in [(2, &b""[..]), (3, b"\0\x01x"), (3, b"\x01\x01x\0\x01x")] {
+            let message = [b"\x01\0", &long(more)[..], rest].concat();
+            let (events, decoder) = run(&message);
+            assert_eq!(events, [&*refused]);
+            assert!(!decoder.is_ready());
+            // It is refused before the rest of it has arrived.
+            assert_eq!(run(&message[..11]).0, [&*refused]);
+            // The next request is served as usual.
+            let (events, decoder) = run(&[&message[..], b"\x01\0\0\x04ping"].concat());
+            let ping = format!("{:?}", Event::Request { last: b"ping", frames: 1 });
+            assert_eq!(events, [&*refused, &*ping]);
+            assert!(decoder.is_ready());
+        }
+        let twice = [b"\x01\0", &long(3)[..], &long(2)].concat();
+        assert_eq!(run(&twice).0, [&*refused]);
+        // Without an envelope no reply is possible.
+        assert_eq!(
+            run(&long(2)).0,
+            [ProtocolError::FrameTooLong { max: MAX_REQUEST_BYTES, found }.to_string()]
+        );
+    }
+
+    #[test]
+    fn ping_is_answered_and_unknown_commands_ignored() {
+        let (found, mut decoder) = after_handshake(b"\x04\x0a\x04PING\0\x01abc");
+        assert_eq!(found, [format!("{:?}", Event::Ping { context: b"abc" })]);
+        let long = b"\x04\x1b\x04PING\0\x000123456789abcdefghij";
+        let context = &b"0123456789abcdef"[..];
+        assert_eq!(events(&mut decoder, long), [format!("{:?}", Event::Ping { context })]);
+        // Commands may arrive between the frames of a message.
+        let found = events(&mut decoder, b"\x01\0\x04\x0a\x09SUBSCRIBE\x04\x02\x01X\0\x01x");
+        assert_eq!(found[1..3], ["Ignored", "Ignored"]);
+        assert!(found[3].starts_with("Request"));
+        for wrong in [&b"\x04\0"[..], b"\x04\x01\0", b"\x04\x02\x05A", b"\x04\x06\x04PING\0"] {
+            assert_eq!(after_handshake(wrong).0, [ProtocolError::Command.to_string()]);
+        }
+        assert_eq!(after_handshake(b"\x04\x07\x05ERROR\0").0, [ProtocolError::Error.to_string()]);
+    }
+
+    #[test]
+    fn frames_and_pongs_are_encoded() {
+        let mut output = Vec::new();
+        push_last_frame(&mut output, b"ok");
+        push_pong(&mut output, b"abc");
+        assert_eq!(output, b"\0\x02ok\x04\x08\x04PONGabc");
+        output.clear();
+        push_last_frame(&mut output, &[7; 256]);
+        assert_eq!(output[..10], *b"\x02\0\0\0\0\0\0\x01\0\x07");
+        assert_eq!(output.len(), 9 + 256);
+    }
+
+    proptest! {
+        #[test]
+        fn events_do_not_depend_on_how_the_input_is_cut(
+            after_handshake in any::<bool>(),
+            bytes in prop::collection::vec(prop_oneof![0u8..8, any::<u8>()], 0..400),
+            cuts in prop::collection::vec(1usize..40, 1..40),
+        ) {
+            let input = if after_handshake { [handshake(), bytes].concat() } else { bytes };
+            prop_assert_eq!(events_in_pieces(&input, &[input.len()]), events_in_pieces(&input, &cuts));
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! The handshake: greeting and READY.
+//!
+//! An old peer that knows only ZMTP 2.0 (<https://rfc.zeromq.org/spec/15/>), such as `JeroMQ` 0.3,
+//! sends version 1 in the eleventh byte. Then each side sends its socket type in one byte and its
+//! identity in a frame; the frames after that are those of ZMTP 3. So the server sends the rest of
+//! its greeting only after it has the version of the peer.
+
+use crate::codec::command::socket_type;
+use crate::codec::error::ProtocolError;
+use crate::codec::event::Event;
+use crate::codec::frame::{Frame, Header};
+use crate::limits::MAX_COMMAND_BYTES;
+
+/// The greeting of each side: version 3.1, no authentication.
+pub const GREETING: [u8; GREETING_BYTES] = {
+    let mut greeting = [0; GREETING_BYTES];
+    greeting[0] = 0xff;
+    greeting[8] = 1;
+    greeting[9] = 0x7f;
+    greeting[VERSION] = 3;
+    greeting[VERSION + 1] = 1;
+    let mut index = 0;
+    while index < NULL.len() {
+        greeting[MECHANISM + index] = NULL[index];
+        index += 1;
+    }
+    greeting
+};
+
+/// The first bytes of the greeting, up to the version.
+pub const SIGNATURE: &[u8] = GREETING.split_at(VERSION).0;
+/// The next byte of the greeting.
+const MAJOR_VERSION: &[u8] = GREETING.split_at(VERSION + 1).0.split_at(VERSION).1;
+/// The remaining bytes of the greeting.
+const REST: &[u8] = GREETING.split_at(VERSION + 1).1;
+
+/// What ZMTP 2.0 has in place of the rest: the socket type REP and an empty identity.
+const TYPE_AND_IDENTITY: &[u8] = b"\x04\0\0";
+
+/// The READY command of a REP socket.
+pub const READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REP";
+
+const GREETING_BYTES: usize = 64;
+const VERSION: usize = 10;
+const MECHANISM: usize = 12;
+const NULL: &[u8; 20] = b"NULL\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
+
+/// The part of the handshake that the peer sends next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Handshake {
+    #[default]
+    Signature,
+    Version,
+    /// The rest of the greeting.
+    Greeting,
+    /// The command READY.
+    Ready,
+    /// The socket type, from a peer of ZMTP 2.0.
+    SocketType,
+    /// The identity, from a peer of ZMTP 2.0.
+    Identity,
+}
+
+/// The number of bytes consumed, the next part unless the handshake is complete, and the event.
+type Next<'i> = (usize, Option<Handshake>, Event<'i>);
+
+impl Handshake {
+    /// Decodes the front of `input`.
+    pub(crate) fn decode<'i>(self, input: &[u8]) -> Result<Next<'i>, ProtocolError> {
+        let next = match self {
+            Self::Signature => signature(input)?,
+            Self::Version => version(input)?,
+            Self::Greeting => greeting(input)?,
+            Self::Ready => ready(input)?,
+            Self::SocketType => old_socket_type(input)?,
+            Self::Identity => old_identity(input)?,
+        };
+        Ok(next.unwrap_or((0, Some(self), Event::Incomplete)))
+    }
+}
+
+fn signature<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
+    // Wrong bytes are refused without waiting for the rest.
+    let agrees = |index: usize, good: fn(u8) -> bool| input.get(index).is_none_or(|&b| good(b));
+    if !(agrees(0, |b| b == 0xff) && agrees(VERSION - 1, |b| b & 1 == 1)) {
+        return Err(ProtocolError::Greeting);
+    }
+    let next = (VERSION, Some(Handshake::Version), Event::Send(MAJOR_VERSION));
+    Ok((input.len() >= VERSION).then_some(next))
+}
+
+fn version<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
+    Ok(match input.first() {
+        None => None,
+        Some(1) => Some((1, Some(Handshake::SocketType), Event::Send(TYPE_AND_IDENTITY))),
+        Some(3..) => Some((1, Some(Handshake::Greeting), Event::Send(REST))),
+        Some(_) => return Err(ProtocolError::Greeting),
+    })
+}
+
+fn greeting<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
+    let Some(rest) = input.get(..REST.len()) else { return Ok(None) };
+    if &rest[MECHANISM - VERSION - 1..][..NULL.len()] != NULL {
+        return Err(ProtocolError::Mechanism);
+    }
+    Ok(Some((rest.len(), Some(Handshake::Ready), Event::Send(READY))))
+}
+
+fn ready<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
+    let Some(frame) = frame(input)? else { return Ok(None) };
+    let properties = frame.body.strip_prefix(b"\x05READY").filter(|_| frame.is_command());
+    match socket_type(properties.ok_or(ProtocolError::Ready)?)? {
+        b"REQ" | b"DEALER" => Ok(Some((frame.whole.len(), None, Event::Ready))),
+        _ => Err(ProtocolError::SocketType),
+    }
+}
+
+fn old_socket_type<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
+    match input.first() {
+        None => Ok(None),
+        // REQ and DEALER.
+        Some(3 | 5) => Ok(Some((1, Some(Handshake::Identity), Event::Ignored))),
+        Some(_) => Err(ProtocolError::SocketType),
+    }
+}
+
+fn old_identity<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
+    match frame(input)? {
+        Some(frame) if frame.has_more() || frame.is_command() => Err(ProtocolError::Greeting),
+        frame => Ok(frame.map(|frame| (frame.whole.len(), None, Event::Ready))),
+    }
+}
+
+fn frame(input: &[u8]) -> Result<Option<Frame<'_>>, ProtocolError> {
+    let header = Header::read(input, |_| MAX_COMMAND_BYTES)?;
+    Ok(header.and_then(|header| Frame::split(input, header)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::decoder::Decoder;
+    use crate::codec::decoder::tests::events;
+
+    #[test]
+    fn handshake_sends_greeting_and_ready() {
+        let mut decoder = Decoder::default();
+        assert!(!decoder.is_ready());
+        let sent = |bytes| format!("{:?}", Event::Send(bytes));
+        let expected = [MAJOR_VERSION, REST, READY].map(sent);
+        assert_eq!(events(&mut decoder, &GREETING), expected);
+        assert_eq!([SIGNATURE, MAJOR_VERSION, REST].concat(), GREETING);
+        assert_eq!(&GREETING[10..17], b"\x03\x01NULL\0");
+        assert_eq!(usize::from(READY[1]), READY.len() - 2);
+        assert_eq!(socket_type(READY.strip_prefix(b"\x04\x19\x05READY").unwrap()), Ok(&b"REP"[..]));
+    }
+
+    #[test]
+    fn invalid_greeting_is_refused_at_its_first_wrong_byte() {
+        for wrong in [&b"GET / HTTP/1.1"[..], b"\0", b"\x01\0", b"\xff\0\0\0\0\0\0\0\x01\0"] {
+            let events = events(&mut Decoder::default(), wrong);
+            assert_eq!(events.last(), Some(&ProtocolError::Greeting.to_string()));
+        }
+        for (index, byte, violation) in [
+            (10, 2, ProtocolError::Greeting),
+            (12, b'C', ProtocolError::Mechanism),
+            (31, 1, ProtocolError::Mechanism),
+        ] {
+            let mut greeting = GREETING;
+            greeting[index] = byte;
+            let events = events(&mut Decoder::default(), &greeting);
+            assert_eq!(events.last(), Some(&violation.to_string()));
+        }
+        let mut later = GREETING;
+        (later[VERSION], later[VERSION + 1]) = (4, 7);
+        assert_eq!(events(&mut Decoder::default(), &later).len(), 3);
+    }
+
+    #[test]
+    fn zmtp_2_peer_is_answered_in_zmtp_2() {
+        for (kind, good) in [(3, true), (5, true), (1, false), (8, false)] {
+            let hello = [SIGNATURE, &[1, kind, 0, 2], b"me", b"\x01\0\0\x04ping"].concat();
+            let mut decoder = Decoder::default();
+            let events = events(&mut decoder, &hello);
+            assert_eq!(events[1], format!("{:?}", Event::Send(TYPE_AND_IDENTITY)));
+            assert_eq!(decoder.is_ready(), good);
+            let request = format!("{:?}", Event::Request { last: b"ping", frames: 1 });
+            let end = if good { request } else { ProtocolError::SocketType.to_string() };
+            assert_eq!(events.last(), Some(&end));
+        }
+        for name in [&b"\x01\0"[..], b"\x04\0"] {
+            let events = events(&mut Decoder::default(), &[SIGNATURE, &[1, 3], name].concat());
+            assert_eq!(events.last(), Some(&ProtocolError::Greeting.to_string()));
+        }
+    }
+
+    #[test]
+    fn invalid_ready_is_refused() {
+        let refused = |bytes: &[u8]| {
+            let mut decoder = Decoder::default();
+            let events = events(&mut decoder, &[&GREETING[..], bytes].concat());
+            assert!(!decoder.is_ready());
+            events.last().unwrap().clone()
+        };
+        let refused_type = |kind: &[u8]| {
+            let length = u8::try_from(kind.len()).unwrap();
+            let head = [4, 22 + length].into_iter().chain(*b"\x05READY\x0bsocket-type\0\0\0");
+            refused(&head.chain([length]).chain(kind.iter().copied()).collect::<Vec<_>>())
+        };
+        for kind in [&b"PUB"[..], b"SUB", b"PUSH", b"REP", b"ROUTER", b""] {
+            assert_eq!(refused_type(kind), ProtocolError::SocketType.to_string());
+        }
+        for wrong in [
+            &b"\x04\x06\x05READY"[..],
+            b"\x04\x07\x05READY\x0b",
+            b"\x04\x0b\x05READY\x00\xff\xff\xff\xff",
+            b"\x04\x06\x05ERROR",
+            b"\0\x04ping",
+            b"\x04\0",
+        ] {
+            assert_eq!(refused(wrong), ProtocolError::Ready.to_string());
+        }
+        let long = refused(b"\x06\0\0\0\0\0\0\x10\x01");
+        assert_eq!(long, "expected a frame of at most 4096 bytes, found 4097");
+    }
+}

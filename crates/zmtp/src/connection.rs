@@ -1,0 +1,356 @@
+//! One connection: its input, its output, and the requests in between.
+
+use std::io::{self, ErrorKind, Read, Write};
+
+use crate::codec::{Decoder, Event, ProtocolError, SIGNATURE, push_last_frame, push_pong};
+use crate::limits::MAX_WAITING_REPLY_BYTES;
+use crate::service::Service;
+
+/// The number of bytes read at once.
+const READ_BYTES: usize = 4 * 1024;
+
+/// The maximum number of events handled in one turn.
+const MAX_EVENTS: usize = 64;
+
+/// A connection of a REP socket over a non-blocking stream, from the greeting on.
+///
+/// It reads and writes the stream but never waits for it. Call [`turn`](Self::turn) after
+/// [`set_ready`](Self::set_ready).
+#[derive(Debug)]
+pub struct Connection<S> {
+    stream: S,
+    decoder: Decoder,
+    /// Received bytes, of which the first `consumed` are decoded.
+    input: Vec<u8>,
+    consumed: usize,
+    /// Bytes to send, of which the first `sent` are sent.
+    output: Vec<u8>,
+    sent: usize,
+    /// Whether reading the stream may succeed.
+    is_readable: bool,
+    /// Whether writing to the stream may succeed.
+    is_writable: bool,
+}
+
+/// The outcome of a [`Connection::turn`].
+#[must_use]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Turn {
+    /// Whether the connection has more to do now, rather than waiting for its stream.
+    pub has_more: bool,
+    /// Whether a request counted as activity, see [`Service::answer`].
+    pub has_activity: bool,
+}
+
+/// Why a connection ends.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DisconnectReason {
+    /// The peer has closed the connection.
+    #[error("closed by the peer")]
+    Closed,
+    /// The connection made room for another.
+    #[error("replaced by another connection")]
+    Evicted,
+    /// A deadline has passed.
+    #[error("handshake too slow, or no request after a frame over the limit")]
+    TimedOut,
+    /// The peer violates the protocol.
+    #[error(transparent)]
+    Protocol(#[from] ProtocolError),
+    /// The stream has failed.
+    #[error(transparent)]
+    Stream(#[from] io::Error),
+}
+
+impl<S: Read + Write> Connection<S> {
+    /// Creates a connection over a stream that has just connected. Its first turn sends the greeting.
+    pub fn new(stream: S) -> Self {
+        Self {
+            stream,
+            decoder: Decoder::default(),
+            input: Vec::new(),
+            consumed: 0,
+            output: SIGNATURE.to_vec(),
+            sent: 0,
+            is_readable: true,
+            is_writable: true,
+        }
+    }
+
+    /// Returns the stream.
+    pub fn into_stream(self) -> S {
+        self.stream
+    }
+
+    /// Records that the stream may be readable or writable again.
+    pub const fn set_ready(&mut self, is_readable: bool, is_writable: bool) {
+        self.is_readable |= is_readable;
+        self.is_writable |= is_writable;
+    }
+
+    /// Returns whether the handshake is complete and no frame over the limit has arrived since the
+    /// last request.
+    pub fn is_ready(&self) -> bool {
+        self.decoder.is_ready()
+    }
+
+    /// Returns whether bytes wait to be sent.
+    pub const fn has_output(&self) -> bool {
+        self.sent < self.output.len()
+    }
+
+    /// Receives, answers at most `max_requests` requests, and sends the replies. `reply` is a buffer
+    /// for the service.
+    ///
+    /// # Errors
+    /// The connection has ended. Valid requests before the end are answered nevertheless.
+    pub fn turn(
+        &mut self,
+        max_requests: usize,
+        service: &mut impl Service,
+        reply: &mut Vec<u8>,
+    ) -> Result<Turn, DisconnectReason> {
+        let mut turn = Turn::default();
+        let result = self.process(max_requests, service, reply, &mut turn.has_activity);
+        let sent = self.send();
+        turn.has_more = result?;
+        sent?;
+        Ok(turn)
+    }
+
+    /// Decodes and answers requests; returns whether there is more to do now.
+    fn process(
+        &mut self,
+        mut requests_left: usize,
+        service: &mut impl Service,
+        reply: &mut Vec<u8>,
+        has_activity: &mut bool,
+    ) -> Result<bool, DisconnectReason> {
+        for _ in 0..MAX_EVENTS {
+            if self.output.len() - self.sent >= MAX_WAITING_REPLY_BYTES {
+                self.send()?;
+                if !self.is_writable {
+                    return Ok(false);
+                }
+            }
+            let (consumed, event) = self.decoder.decode(&self.input[self.consumed..])?;
+            let mut is_request = false;
+            match event {
+                Event::Incomplete => {
+                    // A reply need not wait for the bytes after its request.
+                    self.send()?;
+                    if !self.receive()? {
+                        return Ok(false);
+                    }
+                }
+                Event::Ignored | Event::Ready => {}
+                Event::Send(bytes) => self.output.extend_from_slice(bytes),
+                Event::Ping { context } => push_pong(&mut self.output, context),
+                Event::Request { last, frames } => {
+                    *has_activity |= service.answer(last, frames, reply);
+                    is_request = true;
+                }
+                Event::LongRequest { last, frames } => {
+                    *has_activity |= service.answer(&last, frames, reply);
+                    is_request = true;
+                }
+                Event::Oversized(error) => {
+                    service.refuse(&error, reply);
+                    self.push_reply(reply);
+                }
+            }
+            self.consumed += consumed;
+            if is_request {
+                self.push_reply(reply);
+                requests_left = requests_left.saturating_sub(1);
+                if requests_left == 0 {
+                    self.send()?;
+                    return Ok(self.consumed < self.input.len() || self.receive()?);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    fn push_reply(&mut self, reply: &[u8]) {
+        self.output.extend_from_slice(self.decoder.envelope());
+        push_last_frame(&mut self.output, reply);
+    }
+
+    /// Receives bytes if there are any; returns whether there were.
+    fn receive(&mut self) -> Result<bool, DisconnectReason> {
+        if !self.is_readable {
+            return Ok(false);
+        }
+        self.input.drain(..self.consumed);
+        self.consumed = 0;
+        let start = self.input.len();
+        self.input.resize(start + READ_BYTES, 0);
+        let result = loop {
+            match self.stream.read(&mut self.input[start..]) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                result => break result,
+            }
+        };
+        self.input.truncate(start + result.as_ref().map_or(0, |&count| count));
+        match result {
+            Ok(0) => Err(DisconnectReason::Closed),
+            Ok(_) => Ok(true),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                self.is_readable = false;
+                // An idle connection keeps no more memory than a usual request needs.
+                self.input.shrink_to(READ_BYTES);
+                Ok(false)
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Sends as much output as the stream accepts now.
+    ///
+    /// # Errors
+    /// The connection has ended.
+    pub fn send(&mut self) -> Result<(), DisconnectReason> {
+        while self.is_writable && self.has_output() {
+            match self.stream.write(&self.output[self.sent..]) {
+                Ok(0) => return Err(DisconnectReason::Closed),
+                Ok(count) => self.sent += count,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => self.is_writable = false,
+                Err(error) => return Err(error.into()),
+            }
+        }
+        if !self.has_output() {
+            self.output.clear();
+            self.output.shrink_to(READ_BYTES);
+            self.sent = 0;
+        } else if self.sent >= READ_BYTES {
+            self.output.drain(..self.sent);
+            self.sent = 0;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::{GREETING, READY};
+    use crate::limits::MAX_REQUEST_BYTES;
+    use crate::testing::{Echo, Wire};
+
+    /// Returns a connection that has received a handshake and these bytes, and its other end.
+    fn connect(incoming: &[u8]) -> (Connection<Wire>, Wire) {
+        let wire = Wire::new(incoming);
+        (Connection::new(wire.clone()), wire)
+    }
+
+    /// Takes turns until the connection waits for its stream.
+    fn run_until_idle(connection: &mut Connection<Wire>) -> Result<(), DisconnectReason> {
+        while connection.turn(8, &mut Echo::default(), &mut Vec::new())?.has_more {}
+        Ok(())
+    }
+
+    fn replies(wire: &Wire) -> Vec<u8> {
+        let handshake = [&GREETING[..], READY].concat();
+        wire.sent().strip_prefix(&handshake[..]).unwrap().to_vec()
+    }
+
+    /// Returns requests of one byte each. The replies of [`Echo`] are the same.
+    fn requests(range: std::ops::Range<u8>) -> Vec<u8> {
+        range.flat_map(|n| [1, 0, 0, 1, n]).collect()
+    }
+
+    #[test]
+    fn requests_are_answered_in_order_and_limited_in_each_turn() {
+        let (mut connection, wire) = connect(&requests(0..100));
+        let turn = connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        assert_eq!(turn, Turn { has_more: true, has_activity: true });
+        assert_eq!(replies(&wire), requests(0..8));
+        run_until_idle(&mut connection).unwrap();
+        assert_eq!(replies(&wire), requests(0..100));
+        assert!(connection.is_ready() && !connection.has_output() && !connection.is_readable);
+        wire.push(&requests(100..101));
+        run_until_idle(&mut connection).unwrap();
+        assert_eq!(replies(&wire), requests(0..100), "the stream is not reported as readable");
+        connection.set_ready(true, false);
+        run_until_idle(&mut connection).unwrap();
+        assert_eq!(replies(&wire), requests(0..101));
+    }
+
+    #[test]
+    fn service_decides_what_counts_as_activity() {
+        let (mut connection, wire) = connect(b"\x01\0\0\x04ping");
+        let mut turn = || connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        assert_eq!(turn(), Turn::default());
+        wire.push(b"\x01\0\0\x01a\x01\0\0\x04ping");
+        connection.set_ready(true, true);
+        let turn = connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        assert!(turn.has_activity && !turn.has_more);
+    }
+
+    #[test]
+    fn peer_that_does_not_read_replies_is_not_read() {
+        let request = [&b"\x01\0\x02\0\0\0\0\0\0\x04\0"[..], &[7; 1024]].concat();
+        let (mut connection, wire) = connect(&request.repeat(1000));
+        wire.set_capacity(200);
+        run_until_idle(&mut connection).unwrap();
+        assert!(wire.has_incoming() && !connection.is_writable);
+        assert!(connection.output.len() < MAX_WAITING_REPLY_BYTES + 2 * request.len());
+        // Nothing is lost: once the peer reads, it gets all replies.
+        while !connection.is_writable {
+            wire.set_capacity(5000);
+            connection.set_ready(false, true);
+            run_until_idle(&mut connection).unwrap();
+        }
+        assert_eq!(replies(&wire), request.repeat(1000));
+    }
+
+    #[test]
+    fn memory_is_bounded_and_released() {
+        let frame = [&b"\x01\0\x02\0\0\0\0\0\x01\0\0"[..], &vec![7; MAX_REQUEST_BYTES]].concat();
+        let (mut connection, wire) = connect(&frame[..frame.len() - 1]);
+        run_until_idle(&mut connection).unwrap();
+        assert!(connection.input.capacity() <= 4 * READ_BYTES, "a long frame is not kept");
+        wire.push(&[7]);
+        connection.set_ready(true, false);
+        run_until_idle(&mut connection).unwrap();
+        assert_eq!(replies(&wire).len(), frame.len());
+        assert!(connection.input.capacity() <= READ_BYTES);
+        assert!(connection.output.capacity() <= READ_BYTES);
+    }
+
+    #[test]
+    fn oversized_frame_is_refused_and_the_next_request_answered() {
+        let frame =
+            [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; MAX_REQUEST_BYTES + 1]].concat();
+        let (mut connection, wire) = connect(&frame);
+        run_until_idle(&mut connection).unwrap();
+        assert!(!connection.is_ready());
+        let error = b"error: expected a frame of at most 65536 bytes, found 65537";
+        let refused = [b"\x01\0\0\x3b", &error[..]].concat();
+        assert_eq!(replies(&wire), refused);
+        wire.push(b"\x01\0\0\x01a");
+        connection.set_ready(true, false);
+        run_until_idle(&mut connection).unwrap();
+        assert!(connection.is_ready());
+        assert_eq!(replies(&wire), [&refused[..], b"\x01\0\0\x01a"].concat());
+    }
+
+    #[test]
+    fn requests_before_a_violation_are_answered() {
+        let (mut connection, wire) = connect(b"\x01\0\0\x01a\xff");
+        let error = run_until_idle(&mut connection).unwrap_err();
+        assert!(matches!(error, DisconnectReason::Protocol(ProtocolError::Flags(0xff))));
+        assert_eq!(replies(&wire), b"\x01\0\0\x01a");
+    }
+
+    #[test]
+    fn requests_before_a_close_are_answered() {
+        let (mut connection, wire) = connect(b"\x01\0\0\x01a");
+        wire.close();
+        assert!(matches!(run_until_idle(&mut connection), Err(DisconnectReason::Closed)));
+        assert_eq!(replies(&wire), b"\x01\0\0\x01a");
+    }
+}

@@ -1,0 +1,364 @@
+//! All connections of a server: their turns, their deadlines, and who makes room. Time is an
+//! argument.
+
+use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::io::{Read, Write};
+use std::net::IpAddr;
+use std::time::Instant;
+
+use tracing::debug;
+
+use crate::connection::{Connection, DisconnectReason};
+use crate::eviction::{Activity, choose_evicted};
+use crate::limits::{HANDSHAKE_TIME, OVERSIZED_TIME};
+use crate::service::Service;
+
+/// The maximum number of requests of one client that are answered in a row while no other waits.
+const MAX_REQUESTS_IN_A_ROW: usize = 8;
+
+/// The connections of a server over streams of type `S`.
+pub(crate) struct Connections<S> {
+    entries: HashMap<usize, Entry<S>>,
+    next_id: usize,
+    /// The connections that may have something to do, each at most once, oldest first.
+    queue: VecDeque<usize>,
+    /// The deadlines of all connections that have one.
+    deadlines: BTreeSet<(Instant, usize)>,
+    /// The streams of closed connections.
+    closed: Vec<S>,
+    /// A buffer for the reply of the service.
+    reply: Vec<u8>,
+}
+
+struct Entry<S> {
+    connection: Connection<S>,
+    activity: Activity,
+    /// When it is closed, unless it becomes ready before.
+    deadline: Option<Instant>,
+    is_queued: bool,
+}
+
+impl<S: Read + Write> Connections<S> {
+    pub(crate) fn new() -> Self {
+        Self {
+            entries: HashMap::new(),
+            next_id: 0,
+            queue: VecDeque::new(),
+            deadlines: BTreeSet::new(),
+            closed: Vec::new(),
+            reply: Vec::new(),
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Returns the identifier of the next connection.
+    pub(crate) const fn next_id(&self) -> usize {
+        self.next_id
+    }
+
+    /// Adds a client that has just connected.
+    pub(crate) fn add(&mut self, stream: S, address: IpAddr, now: Instant) {
+        let (id, deadline) = (self.next_id, now + HANDSHAKE_TIME);
+        self.next_id += 1;
+        let entry = Entry {
+            connection: Connection::new(stream),
+            activity: Activity::new(address, now),
+            deadline: Some(deadline),
+            is_queued: true,
+        };
+        self.entries.insert(id, entry);
+        self.queue.push_back(id);
+        self.deadlines.insert((deadline, id));
+    }
+
+    /// Records that a stream may be readable or writable, and queues its connection.
+    pub(crate) fn set_ready(&mut self, id: usize, readable: bool, writable: bool, now: Instant) {
+        let Some(entry) = self.entries.get_mut(&id) else { return };
+        if writable && entry.connection.has_output() {
+            entry.activity.record_progress(now);
+        }
+        entry.connection.set_ready(readable, writable);
+        if !entry.is_queued {
+            entry.is_queued = true;
+            self.queue.push_back(id);
+        }
+    }
+
+    /// Returns whether any connection may have something to do now.
+    pub(crate) fn is_busy(&self) -> bool {
+        !self.queue.is_empty()
+    }
+
+    /// Returns the earliest deadline.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        self.deadlines.first().map(|&(deadline, _)| deadline)
+    }
+
+    /// Returns whether any connection is in its handshake, or has sent a frame over the limit and no
+    /// request since.
+    pub(crate) fn has_unready(&self) -> bool {
+        self.entries.values().any(|entry| !entry.connection.is_ready())
+    }
+
+    /// Gives each queued connection one turn, then closes those whose deadline has passed.
+    pub(crate) fn serve(&mut self, service: &mut impl Service, now: Instant) {
+        for _ in 0..self.queue.len() {
+            let Some(id) = self.queue.pop_front() else { break };
+            if let Some(entry) = self.entries.get_mut(&id) {
+                entry.is_queued = false;
+                self.give_turn(id, service, now);
+            }
+        }
+        while let Some(&(deadline, id)) = self.deadlines.first().filter(|(time, _)| *time <= now) {
+            self.give_last_turn(id, service, now);
+            if self.deadlines.contains(&(deadline, id)) {
+                self.close(id, &DisconnectReason::TimedOut);
+            }
+        }
+    }
+
+    /// Closes the connection that makes room for a newcomer from this address, if any connection does.
+    /// Returns whether there is room.
+    pub(crate) fn make_room(
+        &mut self,
+        newcomer: Option<IpAddr>,
+        service: &mut impl Service,
+        now: Instant,
+    ) -> bool {
+        let (count, mut previous) = (self.len(), None);
+        while self.len() >= count {
+            let activities = self.entries.iter().map(|(&id, entry)| (id, &entry.activity));
+            let Some(id) = choose_evicted(activities, newcomer, now) else { return false };
+            // Activity in its last turn may save a connection, but only once, or the clients of one
+            // network that send all the time could keep everybody else waiting.
+            if previous == Some(id) || !self.give_last_turn(id, service, now) {
+                self.close(id, &DisconnectReason::Evicted);
+            }
+            previous = Some(id);
+        }
+        true
+    }
+
+    /// Sends waiting replies; closes the connections that fail. Returns whether any reply still waits.
+    pub(crate) fn flush(&mut self) -> bool {
+        self.queue.clear();
+        self.entries.retain(|_, entry| entry.connection.send().is_ok());
+        self.entries.values().any(|entry| entry.connection.has_output())
+    }
+
+    /// Returns the streams of the connections closed since the last call.
+    pub(crate) fn take_closed(&mut self) -> impl Iterator<Item = S> {
+        self.closed.drain(..)
+    }
+
+    /// Returns whether the connection has shown activity.
+    fn give_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
+        let Some(entry) = self.entries.get_mut(&id) else { return false };
+        let max_requests = if self.queue.is_empty() { MAX_REQUESTS_IN_A_ROW } else { 1 };
+        let turn = match entry.connection.turn(max_requests, service, &mut self.reply) {
+            Ok(turn) => turn,
+            Err(reason) => {
+                self.close(id, &reason);
+                return false;
+            }
+        };
+        if turn.has_activity {
+            entry.activity.record_request(now);
+        }
+        if entry.connection.is_ready() {
+            if let Some(deadline) = entry.deadline.take() {
+                self.deadlines.remove(&(deadline, id));
+            }
+        } else if entry.deadline.is_none() {
+            entry.deadline = Some(now + OVERSIZED_TIME);
+            self.deadlines.insert((now + OVERSIZED_TIME, id));
+        }
+        if turn.has_more && !entry.is_queued {
+            entry.is_queued = true;
+            self.queue.push_back(id);
+        }
+        turn.has_activity
+    }
+
+    /// Gives a turn to a connection that is about to be closed: bytes that have just arrived may save
+    /// it. Returns whether it has shown activity.
+    fn give_last_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
+        if let Some(entry) = self.entries.get_mut(&id) {
+            entry.connection.set_ready(true, false);
+        }
+        self.give_turn(id, service, now)
+    }
+
+    fn close(&mut self, id: usize, reason: &DisconnectReason) {
+        if let Some(Entry { connection, deadline, .. }) = self.entries.remove(&id) {
+            if let Some(deadline) = deadline {
+                self.deadlines.remove(&(deadline, id));
+            }
+            self.closed.push(connection.into_stream());
+            debug!("connection closed: {reason}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::limits::{MAX_REQUEST_BYTES, SILENCE};
+    use crate::testing::{Echo, Wire};
+
+    const HERE: IpAddr = IpAddr::V4(std::net::Ipv4Addr::LOCALHOST);
+    const ELSEWHERE: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(192, 0, 2, 7));
+    const REQUEST: &[u8] = b"\x01\0\0\x01a";
+    const MS: Duration = Duration::from_millis(1);
+
+    /// Serves until no connection has anything to do.
+    fn serve(connections: &mut Connections<Wire>, now: Instant) {
+        connections.serve(&mut Echo::default(), now);
+        while connections.is_busy() {
+            connections.serve(&mut Echo::default(), now);
+        }
+    }
+
+    fn add(connections: &mut Connections<Wire>, wire: &Wire, now: Instant) -> usize {
+        let id = connections.next_id();
+        connections.add(wire.clone(), HERE, now);
+        id
+    }
+
+    fn closed(connections: &mut Connections<Wire>) -> usize {
+        connections.take_closed().count()
+    }
+
+    fn send(
+        connections: &mut Connections<Wire>,
+        id: usize,
+        wire: &Wire,
+        bytes: &[u8],
+        now: Instant,
+    ) {
+        wire.push(bytes);
+        connections.set_ready(id, true, false, now);
+        serve(connections, now);
+    }
+
+    #[test]
+    fn handshake_has_a_deadline() {
+        let (start, mut connections) = (Instant::now(), Connections::new());
+        add(&mut connections, &Wire::silent(), start);
+        add(&mut connections, &Wire::new(b""), start);
+        assert!(connections.has_unready());
+        serve(&mut connections, start);
+        assert_eq!(connections.deadline(), Some(start + HANDSHAKE_TIME));
+        serve(&mut connections, start + HANDSHAKE_TIME.saturating_sub(MS));
+        assert_eq!((connections.len(), closed(&mut connections)), (2, 0));
+        serve(&mut connections, start + HANDSHAKE_TIME);
+        assert_eq!((connections.len(), closed(&mut connections)), (1, 1));
+        assert_eq!(connections.deadline(), None, "the other one is ready");
+        assert!(!connections.has_unready());
+    }
+
+    #[test]
+    fn bytes_that_have_just_arrived_complete_a_handshake() {
+        let (start, mut connections) = (Instant::now(), Connections::new());
+        let wire = Wire::silent();
+        add(&mut connections, &wire, start);
+        serve(&mut connections, start);
+        wire.push_handshake();
+        // The system has not reported the stream as readable.
+        serve(&mut connections, start + HANDSHAKE_TIME);
+        assert_eq!((connections.len(), connections.deadline()), (1, None));
+    }
+
+    #[test]
+    fn request_must_follow_an_oversized_frame() {
+        let frame =
+            [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; MAX_REQUEST_BYTES + 1]].concat();
+        let (start, mut connections) = (Instant::now(), Connections::new());
+        let (silent, active) = (Wire::new(b""), Wire::new(b""));
+        let ids = [&silent, &active].map(|wire| add(&mut connections, wire, start));
+        serve(&mut connections, start);
+        assert_eq!(connections.deadline(), None);
+        send(&mut connections, ids[0], &silent, &frame, start);
+        send(&mut connections, ids[1], &active, &frame, start);
+        let id = ids[1];
+        assert_eq!(connections.deadline(), Some(start + OVERSIZED_TIME));
+        send(&mut connections, id, &active, REQUEST, start + OVERSIZED_TIME.saturating_sub(MS));
+        assert!(active.sent().ends_with(REQUEST));
+        assert_eq!(connections.len(), 2);
+        serve(&mut connections, start + OVERSIZED_TIME);
+        assert_eq!((connections.len(), connections.deadline()), (1, None));
+        send(&mut connections, id, &active, REQUEST, start + 100 * OVERSIZED_TIME);
+        assert_eq!(connections.len(), 1);
+    }
+
+    #[test]
+    fn silent_connection_makes_room() {
+        let (start, mut connections) = (Instant::now(), Connections::new());
+        let (active, silent) = (Wire::new(REQUEST), Wire::new(b""));
+        add(&mut connections, &active, start);
+        add(&mut connections, &silent, start);
+        serve(&mut connections, start);
+        let mut make_room = |now| {
+            let has_room = connections.make_room(Some(HERE), &mut Echo::default(), now);
+            (has_room, connections.len())
+        };
+        assert_eq!(make_room(start + SILENCE.saturating_sub(MS)), (false, 2));
+        assert_eq!(make_room(start + SILENCE), (true, 1));
+        assert!(connections.entries.contains_key(&0), "the active one stays");
+        // A request that has just arrived saves a connection, `ping` does not.
+        active.push(REQUEST);
+        assert!(!connections.make_room(Some(HERE), &mut Echo::default(), start + 2 * SILENCE));
+        active.push(b"\x01\0\0\x04ping");
+        assert!(connections.make_room(Some(HERE), &mut Echo::default(), start + 3 * SILENCE));
+        assert!(active.sent().ends_with(b"\x04ping"), "answered before it is closed");
+        assert_eq!(closed(&mut connections), 2);
+    }
+
+    #[test]
+    fn clients_that_send_all_the_time_make_room_for_another_network() {
+        let (start, mut connections) = (Instant::now(), Connections::new());
+        for _ in 0..3 {
+            add(&mut connections, &Wire::new(&REQUEST.repeat(1000)), start);
+        }
+        connections.serve(&mut Echo::default(), start);
+        let make_room = |from, connections: &mut Connections<Wire>| {
+            connections.make_room(Some(from), &mut Echo::default(), start + MS)
+        };
+        assert!(!make_room(HERE, &mut connections));
+        assert!(make_room(ELSEWHERE, &mut connections));
+        assert_eq!((connections.len(), closed(&mut connections)), (2, 1));
+    }
+
+    #[test]
+    fn clients_take_turns() {
+        let (start, mut connections) = (Instant::now(), Connections::new());
+        let wires = [(); 2].map(|()| Wire::new(&REQUEST.repeat(100)));
+        for wire in &wires {
+            add(&mut connections, wire, start);
+        }
+        for _ in 0..20 {
+            connections.serve(&mut Echo::default(), start);
+            let [first, second] = wires.each_ref().map(|wire| wire.sent().len());
+            assert!(first.abs_diff(second) <= MAX_REQUESTS_IN_A_ROW * REQUEST.len());
+        }
+    }
+
+    #[test]
+    fn replies_are_flushed_and_failed_connections_dropped() {
+        let (start, mut connections) = (Instant::now(), Connections::new());
+        let wire = Wire::new(REQUEST);
+        wire.set_capacity(91);
+        let id = add(&mut connections, &wire, start);
+        serve(&mut connections, start);
+        assert!(connections.flush());
+        wire.set_capacity(100);
+        connections.set_ready(id, false, true, start);
+        assert!(!connections.flush() && !connections.is_busy());
+        assert!(wire.sent().ends_with(REQUEST));
+    }
+}

@@ -1,0 +1,162 @@
+//! Which connection makes room for a newcomer when every place is taken.
+
+use std::collections::HashMap;
+use std::net::{IpAddr, Ipv6Addr};
+use std::time::Instant;
+
+use crate::limits::SILENCE;
+
+/// The activity of a connection, which decides whether it keeps its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Activity {
+    network: IpAddr,
+    /// Whether it has sent a request that counts as activity.
+    has_requested: bool,
+    /// When it sent the latest of these requests, or when it connected if it has sent none.
+    last_active: Instant,
+}
+
+impl Activity {
+    /// Creates the activity of a client that connects now.
+    pub(crate) fn new(address: IpAddr, now: Instant) -> Self {
+        Self { network: network(address), has_requested: false, last_active: now }
+    }
+
+    /// Records a request that counts as activity.
+    pub(crate) const fn record_request(&mut self, now: Instant) {
+        (self.has_requested, self.last_active) = (true, now);
+    }
+
+    /// Records that the client has read a part of its replies.
+    pub(crate) const fn record_progress(&mut self, now: Instant) {
+        if self.has_requested {
+            self.last_active = now;
+        }
+    }
+}
+
+/// Returns the network of an address: an IPv4 address, or the /64 of an IPv6 address, which one site
+/// owns.
+fn network(address: IpAddr) -> IpAddr {
+    match address.to_canonical() {
+        IpAddr::V6(address) => Ipv6Addr::from_bits(address.to_bits() >> 64 << 64).into(),
+        address @ IpAddr::V4(_) => address,
+    }
+}
+
+/// Chooses the connection that a newcomer replaces when every place is taken.
+///
+/// Connections without a request come first, then the one that has been silent for longest. A
+/// connection keeps its place for [`SILENCE`], unless its network has more than half of all places
+/// and the newcomer belongs to another network.
+pub(crate) fn choose_evicted<'s, T>(
+    connections: impl Iterator<Item = (T, &'s Activity)> + Clone,
+    newcomer: Option<IpAddr>,
+    now: Instant,
+) -> Option<T> {
+    let rank = |(_, activity): &(T, &Activity)| (activity.has_requested, activity.last_active);
+    let (lowest, activity) = connections.clone().min_by_key(rank)?;
+    if now.saturating_duration_since(activity.last_active) >= SILENCE {
+        return Some(lowest);
+    }
+    let mut counts = HashMap::new();
+    for (_, activity) in connections.clone() {
+        *counts.entry(activity.network).or_insert(0) += 1;
+    }
+    let places: usize = counts.values().sum();
+    let (&majority, _) = counts.iter().find(|&(_, count)| 2 * count > places)?;
+    newcomer.filter(|&newcomer| network(newcomer) != majority)?;
+    let in_majority = connections.filter(|(_, activity)| activity.network == majority);
+    in_majority.min_by_key(rank).map(|(connection, _)| connection)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    const HERE: [u8; 4] = [127, 0, 0, 1];
+    const ELSEWHERE: [u8; 4] = [192, 0, 2, 7];
+    const SECOND: Duration = Duration::from_secs(1);
+
+    /// Returns connections from [`HERE`] with the seconds at which they connected and sent their latest
+    /// request.
+    fn connections(begin: Instant, times: &[(u32, Option<u32>)]) -> Vec<Activity> {
+        let connection = |&(connected, requested): &(u32, Option<u32>)| {
+            let mut activity = Activity::new(HERE.into(), begin + connected * SECOND);
+            if let Some(requested) = requested {
+                activity.record_request(begin + requested * SECOND);
+            }
+            activity
+        };
+        times.iter().map(connection).collect()
+    }
+
+    fn evicted(connections: &[Activity], newcomer: [u8; 4], now: Instant) -> Option<usize> {
+        choose_evicted(connections.iter().enumerate(), Some(newcomer.into()), now)
+    }
+
+    #[test]
+    fn connection_with_a_request_outranks_one_without() {
+        let begin = Instant::now();
+        // A client that has been silent since second 1, beside two that never sent a request.
+        let connections = connections(begin, &[(0, Some(1)), (8, None), (7, None)]);
+        for second in 0..17 {
+            assert_eq!(
+                evicted(&connections, HERE, begin + second * SECOND),
+                None,
+                "second {second}"
+            );
+        }
+        for second in 17..100 {
+            assert_eq!(
+                evicted(&connections, HERE, begin + second * SECOND),
+                Some(2),
+                "second {second}"
+            );
+        }
+    }
+
+    #[test]
+    fn longest_silent_connection_is_evicted() {
+        let begin = Instant::now();
+        let mut connections = connections(begin, &[(0, Some(5)), (0, Some(3)), (0, Some(9))]);
+        assert_eq!(evicted(&connections, HERE, begin + 12 * SECOND), None);
+        assert_eq!(evicted(&connections, HERE, begin + 13 * SECOND), Some(1));
+        connections[1].record_progress(begin + 12 * SECOND);
+        assert_eq!(evicted(&connections, HERE, begin + 14 * SECOND), None);
+        assert_eq!(evicted(&connections, HERE, begin + 15 * SECOND), Some(0));
+        assert_eq!(evicted(&[], HERE, begin), None);
+    }
+
+    #[test]
+    fn reading_replies_without_a_request_is_no_activity() {
+        let begin = Instant::now();
+        let mut connections = connections(begin, &[(0, None), (1, None)]);
+        connections[0].record_progress(begin + 9 * SECOND);
+        assert_eq!(evicted(&connections, HERE, begin + 11 * SECOND), Some(0));
+    }
+
+    #[test]
+    fn network_with_more_than_half_of_the_places_makes_room_for_others() {
+        let begin = Instant::now();
+        let mut connections = connections(begin, &[(0, Some(3)), (0, Some(2)), (1, Some(4))]);
+        connections.extend([Activity::new(ELSEWHERE.into(), begin); 2]);
+        assert_eq!(evicted(&connections, ELSEWHERE, begin + 4 * SECOND), Some(1));
+        assert_eq!(evicted(&connections, HERE, begin + 4 * SECOND), None);
+        assert_eq!(choose_evicted(connections.iter().enumerate(), None, begin + 4 * SECOND), None);
+        // A network may have half of the places.
+        connections.push(Activity::new([192, 0, 2, 8].into(), begin));
+        assert_eq!(evicted(&connections, ELSEWHERE, begin + 4 * SECOND), None);
+    }
+
+    #[test]
+    fn ipv6_network_has_64_bits() {
+        let network = |text: &str| network(text.parse().unwrap());
+        assert_eq!(network("2001:db8:0:1::7"), network("2001:db8:0:1:ffff::8"));
+        assert_ne!(network("2001:db8:0:1::7"), network("2001:db8:0:2::7"));
+        assert_eq!(network("::ffff:127.0.0.1"), network("127.0.0.1"));
+        assert_ne!(network("127.0.0.1"), network("127.0.0.2"));
+    }
+}

@@ -1,0 +1,262 @@
+//! The server: a listening socket, all connections, one thread.
+
+use std::io::{self, ErrorKind};
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use mio::event::Event;
+use mio::net::TcpStream;
+use mio::{Events, Interest, Poll, Token};
+use socket2::{SockRef, TcpKeepalive};
+use tracing::{debug, warn};
+
+use crate::accept::AcceptBackoff;
+use crate::connections::Connections;
+use crate::drain::Drain;
+use crate::limits::MAX_CONNECTIONS;
+use crate::service::Service;
+
+const LISTENER: Token = Token(0);
+const WAKER: Token = Token(1);
+/// The token of the first connection.
+const FIRST_CONNECTION: usize = 2;
+
+/// The maximum number of connections that wait in the operating system to be accepted; the system may
+/// allow fewer.
+const BACKLOG: i32 = 1024;
+
+/// The maximum number of events handled at once.
+const MAX_EVENTS: usize = 256;
+
+/// The maximum number of connections accepted before the existing ones have their turn.
+const MAX_ACCEPTED_AT_ONCE: usize = 16;
+
+/// The time of silence after which the operating system checks whether a client's machine still
+/// answers.
+const KEEPALIVE: Duration = Duration::from_secs(60);
+
+/// A REP socket on TCP. One thread serves all connections.
+#[must_use = "a server does nothing until it runs"]
+pub struct RepServer {
+    poll: Poll,
+    events: Events,
+    listener: mio::net::TcpListener,
+    connections: Connections<TcpStream>,
+    accept: AcceptBackoff,
+    waker: Waker,
+    has_warned: bool,
+}
+
+/// Wakes the thread of a [`RepServer`] from another thread.
+#[derive(Clone, Debug)]
+pub struct Waker(Arc<mio::Waker>);
+
+impl Waker {
+    /// Makes [`RepServer::run`] check whether to stop and call [`Service::after_round`]. Does nothing if
+    /// the server has ended.
+    pub fn wake(&self) {
+        let _ = self.0.wake();
+    }
+}
+
+impl RepServer {
+    /// Serves clients that connect to this listening socket.
+    ///
+    /// # Errors
+    /// The operating system has no resources left.
+    pub fn new(listener: TcpListener) -> io::Result<Self> {
+        listener.set_nonblocking(true)?;
+        let (poll, mut listener) = (Poll::new()?, mio::net::TcpListener::from_std(listener));
+        SockRef::from(&listener).listen(BACKLOG)?;
+        poll.registry().register(&mut listener, LISTENER, Interest::READABLE)?;
+        let waker = Waker(Arc::new(mio::Waker::new(poll.registry(), WAKER)?));
+        Ok(Self {
+            poll,
+            events: Events::with_capacity(MAX_EVENTS),
+            listener,
+            connections: Connections::new(),
+            accept: AcceptBackoff::new(),
+            waker,
+            has_warned: false,
+        })
+    }
+
+    /// Returns the address of the listening socket.
+    ///
+    /// # Errors
+    /// The operating system does not return it.
+    pub fn local_address(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+
+    /// Returns a handle that wakes the server from another thread.
+    pub fn waker(&self) -> Waker {
+        self.waker.clone()
+    }
+
+    /// Serves all clients until `is_stopping` returns `true`. It is called after each [`Waker::wake`].
+    ///
+    /// Then it answers requests that are on their way, for at most 0.3 s, and sends the last replies,
+    /// for at most 0.5 s in all.
+    ///
+    /// # Errors
+    /// The operating system can no longer report events. No client can cause this.
+    pub fn run(
+        &mut self,
+        service: &mut impl Service,
+        is_stopping: impl Fn() -> bool,
+    ) -> io::Result<()> {
+        while !is_stopping() {
+            self.wait(None)?;
+            self.serve_round(service);
+        }
+        let mut drain = Drain::new(Instant::now());
+        while let Some(left) = drain.time_left(self.connections.has_unready(), Instant::now()) {
+            if self.wait(Some(left))? {
+                drain.record_input(Instant::now());
+            }
+            self.serve_round(service);
+        }
+        self.flush(drain.linger_deadline())
+    }
+
+    /// Waits for an event, for the waker, or for the next deadline, at most for this time. Returns
+    /// whether there was an event or a connection has something to do.
+    fn wait(&mut self, max: Option<Duration>) -> io::Result<bool> {
+        let timeout = self.time_to_next_deadline(Instant::now()).into_iter().chain(max).min();
+        match self.poll.poll(&mut self.events, timeout) {
+            // A signal: the caller checks whether to stop.
+            Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(true),
+            result => result?,
+        }
+        let now = Instant::now();
+        for event in &self.events {
+            match event.token() {
+                WAKER => {}
+                LISTENER => self.accept.set_pending(),
+                Token(token) => {
+                    let (is_readable, is_writable) = readiness(event);
+                    let id = token - FIRST_CONNECTION;
+                    self.connections.set_ready(id, is_readable, is_writable, now);
+                }
+            }
+        }
+        Ok(!self.events.is_empty() || self.connections.is_busy())
+    }
+
+    /// Gives each client that may have sent something a turn, closes late connections, and accepts new
+    /// ones.
+    fn serve_round(&mut self, service: &mut impl Service) {
+        let now = Instant::now();
+        self.connections.serve(service, now);
+        self.deregister_closed();
+        self.accept(now, service);
+        service.after_round();
+    }
+
+    /// Sends waiting replies until the deadline.
+    fn flush(&mut self, deadline: Instant) -> io::Result<()> {
+        while self.connections.flush() {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                break;
+            }
+            self.accept.clear_pending();
+            self.wait(Some(left))?;
+        }
+        Ok(())
+    }
+
+    fn time_to_next_deadline(&self, now: Instant) -> Option<Duration> {
+        if self.connections.is_busy() || self.accept.is_due(now) {
+            return Some(Duration::ZERO);
+        }
+        let next = self.connections.deadline().into_iter().chain(self.accept.deadline()).min()?;
+        // The system counts in milliseconds and could otherwise return too early.
+        Some(next.saturating_duration_since(now) + Duration::from_millis(1))
+    }
+
+    fn accept(&mut self, now: Instant, service: &mut impl Service) {
+        let mut has_turned_away = false;
+        for _ in 0..MAX_ACCEPTED_AT_ONCE {
+            if !self.accept.is_due(now) {
+                break;
+            }
+            match self.listener.accept() {
+                Ok((stream, address)) => {
+                    let is_full = self.connections.len() >= MAX_CONNECTIONS;
+                    if is_full && !self.make_room(Some(address), now, service) {
+                        has_turned_away = true;
+                        debug!(%address, "connection turned away: every place is taken");
+                    } else if let Err(error) = self.add(stream, address, now) {
+                        debug!(%error, %address, "cannot accept a connection");
+                    }
+                }
+                Err(error) => match error.kind() {
+                    ErrorKind::WouldBlock => self.accept.clear_pending(),
+                    // The client has gone already.
+                    ErrorKind::ConnectionAborted
+                    | ErrorKind::ConnectionReset
+                    | ErrorKind::HostUnreachable
+                    | ErrorKind::NetworkUnreachable
+                    | ErrorKind::NetworkDown
+                    | ErrorKind::Interrupted => {}
+                    _ => {
+                        // The system has no descriptor or memory for another connection.
+                        if !self.has_warned {
+                            self.has_warned = true;
+                            let count = self.connections.len();
+                            warn!("cannot accept more than {count} connections: {error}");
+                        }
+                        if !self.make_room(None, now, service) {
+                            self.accept.back_off(now);
+                        }
+                    }
+                },
+            }
+        }
+        if has_turned_away {
+            // Clients that are turned away reconnect at once, which must not keep the server busy.
+            self.accept.back_off(now);
+        }
+    }
+
+    fn make_room(
+        &mut self,
+        newcomer: Option<SocketAddr>,
+        now: Instant,
+        service: &mut impl Service,
+    ) -> bool {
+        let newcomer = newcomer.map(|address| address.ip());
+        let has_room = self.connections.make_room(newcomer, service, now);
+        self.deregister_closed();
+        has_room
+    }
+
+    fn add(&mut self, mut stream: TcpStream, address: SocketAddr, now: Instant) -> io::Result<()> {
+        stream.set_nodelay(true)?;
+        // Detects clients whose machine has gone without closing the connection.
+        SockRef::from(&stream).set_tcp_keepalive(&TcpKeepalive::new().with_time(KEEPALIVE))?;
+        let token = Token(self.connections.next_id() + FIRST_CONNECTION);
+        let interest = Interest::READABLE | Interest::WRITABLE;
+        self.poll.registry().register(&mut stream, token, interest)?;
+        self.connections.add(stream, address.ip(), now);
+        Ok(())
+    }
+
+    /// Closes the streams of closed connections, which makes room for others.
+    fn deregister_closed(&mut self) {
+        for mut stream in self.connections.take_closed() {
+            // Dropping the stream closes it even if this fails.
+            let _ = self.poll.registry().deregister(&mut stream);
+            self.accept.end_delay();
+        }
+    }
+}
+
+/// Returns whether a stream may be readable and writable. Errors show when it is read or written.
+fn readiness(event: &Event) -> (bool, bool) {
+    let is_closed = event.is_error() || event.is_read_closed();
+    (event.is_readable() || is_closed, event.is_writable() || is_closed)
+}

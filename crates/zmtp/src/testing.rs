@@ -1,0 +1,117 @@
+//! Streams and services for tests.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Read, Write};
+use std::rc::Rc;
+
+use crate::codec::{GREETING, ProtocolError};
+use crate::service::Service;
+
+/// READY of a REQ socket.
+const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
+
+/// A non-blocking stream in memory. The test is at the other end.
+#[derive(Clone, Default)]
+pub(crate) struct Wire(Rc<RefCell<Ends>>);
+
+#[derive(Default)]
+struct Ends {
+    incoming: VecDeque<u8>,
+    outgoing: Vec<u8>,
+    /// The number of bytes that can be written before the stream would block.
+    capacity: usize,
+    is_closed: bool,
+}
+
+impl Wire {
+    /// Creates a stream whose incoming bytes are a handshake, then these.
+    pub(crate) fn new(incoming: &[u8]) -> Self {
+        let wire = Self::silent();
+        wire.push_handshake();
+        wire.push(incoming);
+        wire
+    }
+
+    /// Creates a stream without incoming bytes.
+    pub(crate) fn silent() -> Self {
+        let wire = Self::default();
+        wire.set_capacity(usize::MAX);
+        wire
+    }
+
+    pub(crate) fn push_handshake(&self) {
+        self.push(&[&GREETING[..], REQ_READY].concat());
+    }
+
+    pub(crate) fn push(&self, incoming: &[u8]) {
+        self.0.borrow_mut().incoming.extend(incoming);
+    }
+
+    pub(crate) fn close(&self) {
+        self.0.borrow_mut().is_closed = true;
+    }
+
+    pub(crate) fn set_capacity(&self, bytes: usize) {
+        self.0.borrow_mut().capacity = bytes;
+    }
+
+    pub(crate) fn has_incoming(&self) -> bool {
+        !self.0.borrow().incoming.is_empty()
+    }
+
+    /// Returns the bytes sent so far.
+    pub(crate) fn sent(&self) -> Vec<u8> {
+        self.0.borrow().outgoing.clone()
+    }
+}
+
+impl Read for Wire {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let mut ends = self.0.borrow_mut();
+        if ends.incoming.is_empty() && !ends.is_closed {
+            return Err(ErrorKind::WouldBlock.into());
+        }
+        ends.incoming.read(buffer)
+    }
+}
+
+impl Write for Wire {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut ends = self.0.borrow_mut();
+        let count = bytes.len().min(ends.capacity);
+        if count == 0 {
+            return Err(ErrorKind::WouldBlock.into());
+        }
+        ends.capacity -= count;
+        ends.outgoing.extend_from_slice(&bytes[..count]);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Replies with the request. `ping` does not count as activity.
+#[derive(Default)]
+pub(crate) struct Echo {
+    /// The number of calls of `after_round`.
+    pub(crate) rounds: usize,
+}
+
+impl Service for Echo {
+    fn answer(&mut self, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> bool {
+        reply.clear();
+        reply.extend_from_slice(request);
+        request != b"ping"
+    }
+
+    fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
+        *reply = format!("error: {reason}").into();
+    }
+
+    fn after_round(&mut self) {
+        self.rounds += 1;
+    }
+}

@@ -1,0 +1,139 @@
+//! Bytes of one client, received by a connection of the ZMTP server.
+//!
+//! The first byte is the maximum number of bytes that a read returns, and the highest bit of it says
+//! whether a valid handshake precedes the rest of the input.
+//!
+//! Laws: the output does not depend on how the input is cut into reads. It is the greeting, then
+//! complete frames, exactly one reply for each call of the service.
+
+use std::io::{self, ErrorKind, Read, Write};
+
+use mmsim_zmtp::Service;
+use mmsim_zmtp::codec::{GREETING, ProtocolError, READY};
+use mmsim_zmtp::connection::Connection;
+use mmsim_zmtp::limits::MAX_WAITING_REPLY_BYTES;
+
+/// READY of a REQ socket.
+const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
+
+/// The bit of the first byte that puts a handshake before the rest.
+pub const WITH_HANDSHAKE: u8 = 0x80;
+
+/// The maximum number of turns of one connection.
+const MAX_TURNS: usize = 1 << 20;
+
+/// Serves a connection with this input in several ways and checks the laws.
+pub fn run(input: &[u8]) {
+    let Some((&choice, bytes)) = input.split_first() else { return };
+    let handshake: &[&[u8]] =
+        if choice & WITH_HANDSHAKE == 0 { &[] } else { &[&GREETING, REQ_READY] };
+    let incoming = [&handshake.concat(), bytes].concat();
+    let max_read = usize::from(choice & !WITH_HANDSHAKE) + 1;
+    let whole = serve(&incoming, usize::MAX);
+    let cut = serve(&incoming, max_read);
+    assert!(whole == cut, "the output depends on the reads");
+    check_output(&whole);
+}
+
+/// The outcome of a connection.
+#[derive(PartialEq, Eq)]
+struct Outcome {
+    output: Vec<u8>,
+    /// The number of calls of the service.
+    replies: usize,
+    error: Option<String>,
+}
+
+fn serve(incoming: &[u8], max_read: usize) -> Outcome {
+    let mut counter = Counter { replies: 0 };
+    let (mut connection, mut reply) =
+        (Connection::new(Wire { incoming, outgoing: Vec::new(), max_read }), Vec::new());
+    let mut error = None;
+    for turn in 0.. {
+        assert!(turn < MAX_TURNS, "a connection that never waits");
+        match connection.turn(8, &mut counter, &mut reply) {
+            Ok(turn) if turn.has_more => {}
+            Ok(_) => break,
+            Err(reason) => {
+                error = Some(reason.to_string());
+                break;
+            }
+        }
+    }
+    Outcome { output: connection.into_stream().outgoing, replies: counter.replies, error }
+}
+
+/// Checks that the output is a greeting, then complete frames, with one reply for each request.
+fn check_output(Outcome { output, replies, .. }: &Outcome) {
+    let common = output.len().min(GREETING.len());
+    let (greeting, mut rest) = output.split_at(common);
+    let frames = if greeting == GREETING {
+        rest.strip_prefix(READY).unwrap_or(rest)
+    } else {
+        // A peer of ZMTP 2.0, or a greeting that was not completed.
+        rest = output.get(10..).unwrap_or_default();
+        rest.strip_prefix(b"\x03\x04\0\0").or(rest.strip_prefix(b"\x03")).unwrap_or_default()
+    };
+    let mut last_frames = 0;
+    let mut frames = frames;
+    while let Some((&flags, rest)) = frames.split_first() {
+        assert!(flags < 8, "flags {flags:#x}");
+        let (length, body) = if flags & 2 == 0 {
+            (usize::from(rest[0]), &rest[1..])
+        } else {
+            let (length, body) = rest.split_first_chunk().expect("a length of 8 bytes");
+            (usize::try_from(u64::from_be_bytes(*length)).expect("a length"), body)
+        };
+        assert!(length <= MAX_WAITING_REPLY_BYTES, "a frame of {length} bytes");
+        frames = body.get(length..).expect("a complete frame");
+        last_frames += usize::from(flags & 5 == 0);
+    }
+    assert_eq!(last_frames, *replies, "one reply for each request");
+}
+
+/// Replies with the length of the request, and counts the replies.
+struct Counter {
+    replies: usize,
+}
+
+impl Service for Counter {
+    fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
+        assert!(frames > 0);
+        self.replies += 1;
+        *reply = format!("{} bytes", request.len()).into();
+        true
+    }
+
+    fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
+        self.replies += 1;
+        *reply = reason.to_string().into();
+    }
+}
+
+/// A non-blocking stream that accepts all output.
+struct Wire<'a> {
+    incoming: &'a [u8],
+    outgoing: Vec<u8>,
+    max_read: usize,
+}
+
+impl Read for Wire<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.incoming.is_empty() {
+            return Err(ErrorKind::WouldBlock.into());
+        }
+        let length = buffer.len().min(self.max_read);
+        self.incoming.read(&mut buffer[..length])
+    }
+}
+
+impl Write for Wire<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.outgoing.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
