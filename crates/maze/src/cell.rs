@@ -8,6 +8,7 @@ use crate::heading::Heading;
 /// A cell of the maze, counted from the south-west corner: x grows east, y grows north.
 ///
 /// Any two bytes are a cell; whether it lies inside a maze is for [`MazeSize::contains`] to say.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Cell {
     /// Cells from the west edge, 0 for the westernmost column.

@@ -6,6 +6,7 @@ use crate::cell::Cell;
 use crate::heading::{Heading, Step};
 
 /// Where a mouse stands and where its nose points.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Pose {
     /// The cell it stands in.
