@@ -13,7 +13,6 @@ use mcap::records::Record;
 use mcap::{Compression, McapError, MessageStream, WriteOptions};
 use mmsim_fuzz::requests::{self, CUT, SIZES};
 use mmsim_formats::Format;
-use mmsim_maze::Maze;
 use mmsim_server::{RecordingWriter, Simulation};
 use serde_json::Value;
 use walkdir::WalkDir;
@@ -135,7 +134,7 @@ fn request_of_line(line: &str) -> Option<Vec<u8>> {
 /// Recordings of a small maze: one that was closed, the same cut off, one whose writer did not know
 /// the maze, and one that another tool has written anew in chunks.
 fn write_recordings(seeds: &mut Seeds) -> io::Result<()> {
-    let maze: Maze = MAZES[0].parse().map_err(io::Error::other)?;
+    let maze = mmsim_formats::parse_maze(MAZES[0].as_bytes()).map_err(io::Error::other)?;
     let simulation = Simulation::new("small", maze);
     for maze in [Some(simulation.maze()), None] {
         let path = seeds.next_path();
