@@ -167,7 +167,7 @@ mod tests {
         };
         insta::assert_snapshot!(error("o   o", "o - o"), @r#"line 3, column 2: expected "---" or three blanks"#);
         insta::assert_snapshot!(error(" G |", " S |"), @"line 2, column 6: expected one start");
-        insta::assert_snapshot!(error("       |", "        "), @r#"line 4, column 9: expected the outer wall, "|""#);
+        insta::assert_snapshot!(error("       |", "        "), @"line 4, column 2: expected a cell, empty or with S, G or SG");
         insta::assert_snapshot!(error(" G ", " X "), @"line 2, column 2: expected a cell, empty or with S, G or SG");
         insta::assert_snapshot!(error("o---o---o\n|", "o---o---o-\n|"), @"line 1, column 10: expected the end of the line");
         insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "x\n")), @"line 6, column 1: expected the end of the picture");
