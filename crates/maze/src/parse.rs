@@ -170,7 +170,7 @@ mod tests {
         insta::assert_snapshot!(error("       |", "        "), @"line 4, column 2: expected a cell, empty or with S, G or SG");
         insta::assert_snapshot!(error(" G ", " X "), @"line 2, column 2: expected a cell, empty or with S, G or SG");
         insta::assert_snapshot!(error("o---o---o\n|", "o---o---o-\n|"), @"line 1, column 10: expected the end of the line");
-        insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "x\n")), @"line 6, column 1: expected the end of the picture");
+        insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "x\n")), @r#"line 6, column 1: expected the outer wall, "|""#);
         insta::assert_snapshot!(error("|       |\no---o---o\n", "|       |\n"), @r#"line 5, column 1: expected a post "o""#);
         insta::assert_snapshot!(error(MAZE, ""), @"line 1, column 1: expected the picture of a maze of 1x1 to 32x32 cells");
     }
