@@ -1,10 +1,10 @@
-//! Maze files, in whichever format they are.
+//! Maze files in any format.
 
-use mmsim_formats::{Format, Location, ParseError};
+use mmsim_formats::{Format, Location, ParseError, parse_maze};
 use mmsim_maze::Maze;
 
-/// Reads the content as that of a file, then the same below a title that makes it another format,
-/// then in each format; and checks the maze or the error.
+/// Reads the content in the detected format, then the same below the title of another format, then in
+/// each format. Checks each maze or error.
 pub fn run(content: &[u8]) {
     read(content);
     read(&[b"OSHWDEM\n", content].concat());
@@ -14,19 +14,20 @@ pub fn run(content: &[u8]) {
 }
 
 fn read(content: &[u8]) {
-    let result = mmsim_formats::parse_maze(content);
-    if let Ok(text) = str::from_utf8(content) {
-        assert_eq!(result, text.parse(), "the same from bytes and from text");
+    let detected = Format::detect(content);
+    let result = parse_maze(content);
+    assert_eq!(result, detected.parse(content), "in the detected format");
+    if let Ok(picture) = String::from_utf8_lossy(content).parse::<Maze>() {
+        assert_eq!(result, Ok(picture), "as a picture and as a file");
     }
-    assert_eq!(result, Format::detect(content).parse(content), "in the format that it is in");
-    read_as(Format::detect(content), content);
+    read_as(detected, content);
 }
 
 fn read_as(format: Format, content: &[u8]) {
     match format.read(content) {
-        Ok(reading) => {
-            assert!(reading.unknown_walls.is_empty() || format == Format::Maze);
-            check_maze(&reading.maze);
+        Ok(parsed) => {
+            assert!(parsed.unknown_walls.is_empty() || format == Format::Maze);
+            check_maze(&parsed.maze);
         }
         Err(errors) => {
             assert!(!errors.is_empty());
@@ -38,7 +39,7 @@ fn read_as(format: Format, content: &[u8]) {
     }
 }
 
-/// What is drawn or written reads back.
+/// Checks that the maze reads back from its picture and from every format that can hold it.
 fn check_maze(maze: &Maze) {
     let size = maze.size();
     assert!(size.contains(maze.start().cell));
@@ -48,16 +49,16 @@ fn check_maze(maze: &Maze) {
     for format in Format::ALL {
         if let Ok(written) = format.write(maze) {
             assert_eq!(Format::detect(&written), format);
-            assert_eq!(mmsim_formats::parse_maze(&written).as_ref(), Ok(maze), "{format}");
+            assert_eq!(parse_maze(&written).as_ref(), Ok(maze), "{format}");
         }
     }
 }
 
-/// The error takes one line and its place lies in the file, or just past its end. A drawing is as
-/// wide as its widest line, since missing trailing blanks are supplied.
+/// Checks that the error takes one line, and that its location is in the file or just after its end. A
+/// drawing is as wide as its widest line, because missing trailing blanks count.
 fn check_error(format: Format, error: &ParseError, text: &str) {
     assert!(!error.to_string().contains(char::is_control), "in one line: {error:?}");
-    let (line, column) = match error.place {
+    let (line, column) = match error.location {
         Location::Text { line, column } => (line, column),
         Location::Byte(byte) => {
             assert_eq!(format, Format::Maz);

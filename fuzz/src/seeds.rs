@@ -11,10 +11,9 @@ use std::{env, fs};
 use mcap::read::LinearReader;
 use mcap::records::Record;
 use mcap::{Compression, McapError, MessageStream, WriteOptions};
-use mmsim_fuzz::requests::{self, CUT, SIZES};
 use mmsim_formats::Format;
+use mmsim_fuzz::requests::{self, CUT, SIZES};
 use mmsim_fuzz::zmtp::WITH_HANDSHAKE;
-use mmsim_maze::Maze;
 use mmsim_recording::RecordingWriter;
 use mmsim_server::Simulation;
 use serde_json::Value;
@@ -60,7 +59,9 @@ fn main() -> io::Result<()> {
     for folder in [Path::new("mazes"), &shared.join("mazes")] {
         for file in files(folder, "txt") {
             let content = fs::read(file)?;
-            if let Ok(bytes) = mmsim_formats::parse_maze(&content).map(|maze| Format::Maz.write(&maze)) {
+            if let Ok(bytes) =
+                mmsim_formats::parse_maze(&content).map(|maze| Format::Maz.write(&maze))
+            {
                 bytes.map_or(Ok(()), |bytes| seeds.write(&bytes))?;
             }
             seeds.write(&content)?;
@@ -156,7 +157,7 @@ fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
 /// Writes recordings of a small maze, with and without the maze: closed, truncated, and rewritten in
 /// chunks as other tools do.
 fn write_recordings(seeds: &mut SeedFolder) -> io::Result<()> {
-    let maze: Maze = MAZES[0].parse().map_err(io::Error::other)?;
+    let maze = mmsim_formats::parse_maze(MAZES[0].as_bytes()).map_err(io::Error::other)?;
     let simulation = Simulation::new("small", maze);
     for maze in [Some(simulation.maze()), None] {
         let path = seeds.next_path();

@@ -11,7 +11,7 @@ use harness::{Ended, Home};
 
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 /// Hex digits that other mazes fit as well.
-const AMBIGUOUS: &str = "9153\nec7e\n";
+const AMBIGUOUS: &str = "bf\nab\nee\n";
 
 /// Clears the screen, sets a title, breaks the line, sets a colour by a single character, turns the
 /// direction of what follows.

@@ -146,10 +146,10 @@ impl<'a> Encoding<'a> {
             let right = west[y] >> 1 | 1 << (width - 1);
             (north[y] ^ above).count_ones() + (east[y] ^ right).count_ones() + (!west[y] & 1)
         };
-        let start_faults = (north[0] & 1) + (!east[0] & 1);
+        let is_start = !north[0] & east[0] & south[0] & west[0] & 1 == 1;
         let faults = (0..height).map(row_faults).sum::<u32>()
             + (south[0] ^ columns).count_ones()
-            + start_faults.min(1);
+            + u32::from(!is_start);
         (Walls::from_rows(self.digits.size, north, east), faults)
     }
 
@@ -361,12 +361,12 @@ mod tests {
     fn errors_name_the_nearest_encoding() {
         let error =
             |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
-        insta::assert_snapshot!(error("a93a", "a92a"), @r#""#);
-        insta::assert_snapshot!(error("9553", "1553"), @r#""#);
-        insta::assert_snapshot!(error("ec46", "cc46"), @r#""#);
-        insta::assert_snapshot!(error("a93a", "a93"), @"");
-        insta::assert_snapshot!(error("a93a", "a93g"), @r#""#);
-        insta::assert_snapshot!(parse("f\n").unwrap_err(), @r#""#);
+        insta::assert_snapshot!(error("a93a", "a92a"), @r#"line 1, column 3: expected (2, 3) open to the south, as (2, 2) is to the north at line 2, column 3, found "5", in the nearest encoding: rows from the north, each from the west, bits 1 2 4 8 walls north east south west"#);
+        insta::assert_snapshot!(error("9553", "1553"), @r#"line 1, column 1: expected (0, 3) closed to the west, an outer wall, found "1", in the nearest encoding: rows from the north, each from the west, bits 1 2 4 8 walls north east south west"#);
+        insta::assert_snapshot!(error("ec46", "cc46"), @r#"line 4, column 2: expected (1, 0) open to the west, as (0, 0) is to the east at line 4, column 1, found "c", in the nearest encoding: rows from the north, each from the west, bits 1 2 4 8 walls north east south west"#);
+        insta::assert_snapshot!(error("a93a", "a93"), @"line 2, column 4: expected 4 hex digits, as on line 1, found 3");
+        insta::assert_snapshot!(error("a93a", "a93g"), @r#"line 2, column 4: expected a hex digit, found "g""#);
+        insta::assert_snapshot!(parse("f\n").unwrap_err(), @r#"line 1, column 1: expected the start cell (0, 0) open to the north only, found "f", in the nearest encoding: rows from the north, each from the west, bits 1 2 4 8 walls north east south west"#);
     }
 
     fn text(values: &[Vec<u8>]) -> String {

@@ -5,7 +5,7 @@
 //! ```
 //! use mmsim_formats::{Format, parse_maze};
 //!
-//! let trial = b"2\n1,3\n4,12\n";
+//! let trial = b"2\n1,6\n1,12\n";
 //! assert_eq!(Format::detect(trial), Format::Trial);
 //! let maze = parse_maze(trial)?;
 //! assert_eq!(maze.to_string(), "\

@@ -20,7 +20,7 @@ pub struct ParsedMaze {
     ///     |digits: &[u8]| Format::Hex.read(digits).map(|parsed| parsed.ambiguous_encoding);
     /// assert_eq!(encoding(b"9113\nec46\n"), Ok(None));
     /// let first = "rows from the north, each from the west, bits 1 2 4 8 walls north east south west";
-    /// assert_eq!(encoding(b"9153\nec7e\n"), Ok(Some(first.into())));
+    /// assert_eq!(encoding(b"bf\nab\nee\n"), Ok(Some(first.into())));
     /// ```
     pub ambiguous_encoding: Option<String>,
 }

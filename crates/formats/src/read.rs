@@ -22,7 +22,7 @@ impl Format {
     pub fn read(self, content: &[u8]) -> Result<ParsedMaze, Vec<ParseError>> {
         let text = &decode_text(content);
         if self != Self::Maz && text.trim().is_empty() {
-            let found = if content.is_empty() { "an empty file" } else { "only blanks" };
+            let found = if text.is_empty() { "an empty file" } else { "only blanks" };
             return Err(ParseError::new(1, 1, "a maze", found).into());
         }
         match self {

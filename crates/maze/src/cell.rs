@@ -5,9 +5,10 @@ use core::fmt;
 use crate::cell_set::CellSet;
 use crate::heading::Heading;
 
-/// A cell of the maze, counted from the south-west corner: x grows east, y grows north.
+/// A cell, counted from the south-west corner: x grows east, y grows north.
 ///
-/// Any two bytes are a cell; whether it lies inside a maze is for [`MazeSize::contains`] to say.
+/// Any two bytes are a cell. [`MazeSize::contains`] tells whether it is inside a maze.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Cell {
     /// Cells from the west edge, 0 for the westernmost column.
@@ -17,12 +18,12 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// The cell in column `x` and row `y`.
+    /// Creates the cell in column `x` and row `y`.
     pub const fn new(x: u8, y: u8) -> Self {
         Self { x, y }
     }
 
-    /// The next cell towards `heading`, `None` where a coordinate would leave 0 to 255.
+    /// Returns the next cell towards `heading`, or `None` if a coordinate would leave 0 to 255.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading};
@@ -33,10 +34,10 @@ impl Cell {
         const BACK: u8 = u8::MAX;
         const EAST: &[u8; 4] = &[0, 1, 0, BACK];
         const NORTH: &[u8; 4] = &[1, 0, BACK, 0];
-        // Without a branch for a heading, since nobody can predict the turns of a mouse.
+        // No branch on the heading: the turns of a mouse are unpredictable.
         let x = self.x.wrapping_add(EAST[heading as usize]);
         let y = self.y.wrapping_add(NORTH[heading as usize]);
-        // Who goes round the end goes further than one cell.
+        // A coordinate that wraps around changes by more than 1.
         let is_next = self.x.abs_diff(x) <= 1 && self.y.abs_diff(y) <= 1;
         if is_next { Some(Self { x, y }) } else { None }
     }
@@ -48,37 +49,39 @@ impl fmt::Display for Cell {
     }
 }
 
-/// How many cells a maze has each way, 1 to 32.
+/// The width and height of a maze, each 1 to 32 cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "(usize, usize)", into = "(u8, u8)"))]
 pub struct MazeSize {
     width: u8,
     height: u8,
 }
 
-/// A size that no maze here can have.
+/// A size that a maze cannot have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a maze of 1x1 to {max}x{max} cells, found {width}x{height}", max = MazeSize::MAX_SIDE)]
 pub struct SizeError {
-    /// The width that was asked for, in cells.
+    /// The requested width, in cells.
     pub width: usize,
-    /// The height that was asked for, in cells.
+    /// The requested height, in cells.
     pub height: usize,
 }
 
 impl MazeSize {
-    /// The longest side, in cells.
+    /// The maximum side, in cells.
     pub const MAX_SIDE: u8 = 32;
-    /// The most cells a maze can have.
+    /// The maximum number of cells.
     pub const MAX_AREA: usize = Self::MAX_SIDE as usize * Self::MAX_SIDE as usize;
-    /// The classic contest maze, 16×16.
+    /// The size of classic contest mazes, 16×16.
     pub const CLASSIC: Self = Self { width: 16, height: 16 };
-    /// The half-size contest maze, 32×32.
+    /// The size of half-size contest mazes, 32×32.
     pub const HALF_SIZE: Self = Self { width: 32, height: 32 };
 
-    /// A size of `width` × `height` cells.
+    /// Creates a size of `width` × `height` cells.
     ///
     /// # Errors
-    /// A side that is 0 or longer than [`MAX_SIDE`](Self::MAX_SIDE).
+    /// Returns an error if a side is 0 or greater than [`MAX_SIDE`](Self::MAX_SIDE).
     pub fn new(width: usize, height: usize) -> Result<Self, SizeError> {
         let side = |cells: usize| {
             u8::try_from(cells).ok().filter(|cells| (1..=Self::MAX_SIDE).contains(cells))
@@ -89,41 +92,55 @@ impl MazeSize {
         }
     }
 
-    /// Cells from west to east.
+    /// Returns the number of cells from west to east.
     pub const fn width(self) -> u8 {
         self.width
     }
 
-    /// Cells from south to north.
+    /// Returns the number of cells from south to north.
     pub const fn height(self) -> u8 {
         self.height
     }
 
-    /// Cells in all.
+    /// Returns the total number of cells.
     pub const fn area(self) -> usize {
         self.width as usize * self.height as usize
     }
 
-    /// Whether the cell lies inside a maze of this size.
+    /// Returns whether the cell is inside a maze of this size.
     pub const fn contains(self, cell: Cell) -> bool {
         cell.x < self.width && cell.y < self.height
     }
 
-    /// The neighbour of `cell` towards `heading`, where it lies inside too.
+    /// Returns the neighbour of `cell` towards `heading`, if it is inside.
     pub fn neighbour(self, cell: Cell, heading: Heading) -> Option<Cell> {
         cell.neighbour(heading).filter(|&neighbour| self.contains(neighbour))
     }
 
-    /// Every cell, row by row from the south, each row from the west.
+    /// Returns all cells, row by row from the south, each row from the west.
     pub fn cells(self) -> impl DoubleEndedIterator<Item = Cell> + Clone {
         (0..self.height).flat_map(move |y| (0..self.width).map(move |x| Cell { x, y }))
     }
 
-    /// Where contest rules put the goal if nobody says otherwise: the central four cells, or on
-    /// an odd side the one in the middle.
+    /// Returns the default goal of contest rules: the central four cells. Along an odd side only the
+    /// middle cell counts.
     pub fn central_cells(self) -> CellSet {
         let middle = |side: u8| (side - 1) / 2..=side / 2;
         middle(self.height).flat_map(|y| middle(self.width).map(move |x| Cell { x, y })).collect()
+    }
+}
+
+impl TryFrom<(usize, usize)> for MazeSize {
+    type Error = SizeError;
+
+    fn try_from((width, height): (usize, usize)) -> Result<Self, SizeError> {
+        Self::new(width, height)
+    }
+}
+
+impl From<MazeSize> for (u8, u8) {
+    fn from(size: MazeSize) -> Self {
+        (size.width, size.height)
     }
 }
 
@@ -146,6 +163,15 @@ mod tests {
             }
         }
         assert!(MazeSize::new(256 + 16, 16).is_err());
+    }
+
+    #[cfg(feature = "serde")]
+    #[test]
+    fn sizes_are_checked_when_they_are_deserialized() {
+        let size = MazeSize::new(3, 2).unwrap();
+        assert_eq!(serde_json::to_string(&size).unwrap(), "[3,2]");
+        assert_eq!(serde_json::from_str::<MazeSize>("[3,2]").unwrap(), size);
+        assert!(serde_json::from_str::<MazeSize>("[0,33]").is_err());
     }
 
     #[test]

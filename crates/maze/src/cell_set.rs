@@ -1,13 +1,15 @@
 //! A set of cells.
 
+use core::array::from_fn;
 use core::fmt;
+use core::ops::{BitAnd, BitOr, Sub};
 
 use crate::cell::{Cell, MazeSize};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// A set of cells of one maze, such as its goal cells or the visited ones: a bit a cell, 128
-/// bytes, copied freely.
+/// A set of cells of one maze, such as the goal cells or the visited cells. It takes 128 bytes, one
+/// bit for each cell.
 ///
 /// ```
 /// use mmsim_maze::{Cell, CellSet};
@@ -22,10 +24,10 @@ pub struct CellSet {
 }
 
 impl CellSet {
-    /// The set without a cell.
+    /// The empty set.
     pub const EMPTY: Self = Self { rows: [0; SIDE] };
 
-    /// The set with these bits: bit x of row y.
+    /// Creates a set from bits: bit x of row y.
     ///
     /// ```
     /// use mmsim_maze::{CellSet, MazeSize};
@@ -36,13 +38,12 @@ impl CellSet {
         Self { rows }
     }
 
-    /// The set as bits: bit x of row y.
+    /// Returns the set as bits: bit x of row y.
     pub const fn rows(&self) -> &[u32; SIDE] {
         &self.rows
     }
 
-    /// Adds a cell. Says whether the set has grown: a cell that is in it already and one beyond
-    /// 32×32 leave it as it was.
+    /// Adds a cell, and returns whether the set has grown. Cells beyond 32×32 are ignored.
     pub fn insert(&mut self, cell: Cell) -> bool {
         let grows =
             cell.x < MazeSize::MAX_SIDE && cell.y < MazeSize::MAX_SIDE && !self.contains(cell);
@@ -52,7 +53,7 @@ impl CellSet {
         grows
     }
 
-    /// Takes a cell out. Says whether it was in.
+    /// Removes a cell, and returns whether the set contained it.
     pub fn remove(&mut self, cell: Cell) -> bool {
         let shrinks = self.contains(cell);
         if shrinks {
@@ -61,31 +62,86 @@ impl CellSet {
         shrinks
     }
 
-    /// Whether the cell is in the set.
+    /// Returns whether the set contains the cell.
     pub fn contains(&self, cell: Cell) -> bool {
         let row = self.rows.get(usize::from(cell.y)).copied().unwrap_or(0);
         row.checked_shr(u32::from(cell.x)).unwrap_or(0) & 1 == 1
     }
 
-    /// How many cells are in it.
+    /// Returns the number of cells.
     pub fn len(&self) -> usize {
         self.rows.iter().map(|row| row.count_ones() as usize).sum()
     }
 
-    /// Whether no cell is in it.
+    /// Returns whether the set is empty.
     pub fn is_empty(&self) -> bool {
         *self == Self::EMPTY
     }
 
-    /// Its cells, row by row from the south, each row from the west.
-    pub fn iter(&self) -> impl Iterator<Item = Cell> + '_ {
-        (0_u8..).zip(&self.rows).flat_map(|(y, &row)| {
-            let left = |row: u32| Some(row).filter(|&row| row != 0);
-            let rest = core::iter::successors(left(row), move |&row| left(row & (row - 1)));
-            // At most 31.
-            #[allow(clippy::cast_possible_truncation)]
-            rest.map(move |row| Cell { x: row.trailing_zeros() as u8, y })
-        })
+    /// Returns the cells, row by row from the south, each row from the west.
+    pub const fn iter(&self) -> CellSetIter<'_> {
+        CellSetIter { rows: &self.rows, y: 0, row: self.rows[0] }
+    }
+}
+
+/// An iterator over the cells of a [`CellSet`].
+#[derive(Clone, Debug)]
+pub struct CellSetIter<'a> {
+    rows: &'a [u32; SIDE],
+    y: u8,
+    /// The remaining cells of row `y`.
+    row: u32,
+}
+
+impl Iterator for CellSetIter<'_> {
+    type Item = Cell;
+
+    #[allow(clippy::cast_possible_truncation)]
+    fn next(&mut self) -> Option<Cell> {
+        while self.row == 0 {
+            self.row = *self.rows.get(usize::from(self.y) + 1)?;
+            self.y += 1;
+        }
+        // At most 31.
+        let x = self.row.trailing_zeros() as u8;
+        self.row &= self.row - 1;
+        Some(Cell { x, y: self.y })
+    }
+}
+
+impl<'a> IntoIterator for &'a CellSet {
+    type Item = Cell;
+    type IntoIter = CellSetIter<'a>;
+
+    fn into_iter(self) -> CellSetIter<'a> {
+        self.iter()
+    }
+}
+
+/// Returns the cells in either set.
+impl BitOr for CellSet {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self::from_rows(from_fn(|y| self.rows[y] | other.rows[y]))
+    }
+}
+
+/// Returns the cells in both sets.
+impl BitAnd for CellSet {
+    type Output = Self;
+
+    fn bitand(self, other: Self) -> Self {
+        Self::from_rows(from_fn(|y| self.rows[y] & other.rows[y]))
+    }
+}
+
+/// Returns the cells of the first set that are not in the second.
+impl Sub for CellSet {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self::from_rows(from_fn(|y| self.rows[y] & !other.rows[y]))
     }
 }
 
@@ -125,14 +181,21 @@ mod tests {
             cells in prop::collection::vec(any::<(u8, u8)>(), 0..200),
             removed in prop::collection::vec(any::<(u8, u8)>(), 0..200),
         ) {
-            let of = |cells: Vec<(u8, u8)>| -> Vec<Cell> {
+            let to_cells = |cells: Vec<(u8, u8)>| -> Vec<Cell> {
                 cells.into_iter().map(|(x, y)| Cell::new(x % 40, y % 40)).collect()
             };
-            let cells = of(cells);
+            let cells = to_cells(cells);
             let mut set: CellSet = cells.iter().copied().collect();
             let mut twin: BTreeSet<(u8, u8)> =
                 cells.iter().filter(|cell| cell.x < 32 && cell.y < 32).map(|cell| (cell.y, cell.x)).collect();
-            for cell in of(removed) {
+            let other: CellSet = to_cells(removed.clone()).into_iter().collect();
+            for cell in set.iter().chain(&other) {
+                prop_assert_eq!((set | other).contains(cell), set.contains(cell) || other.contains(cell));
+                prop_assert_eq!((set & other).contains(cell), set.contains(cell) && other.contains(cell));
+                prop_assert_eq!((set - other).contains(cell), set.contains(cell) && !other.contains(cell));
+            }
+            prop_assert_eq!((set | other).len() + (set & other).len(), set.len() + other.len());
+            for cell in to_cells(removed) {
                 prop_assert_eq!(set.remove(cell), twin.remove(&(cell.y, cell.x)));
             }
             prop_assert_eq!(set.len(), twin.len());

@@ -1,12 +1,11 @@
-//! Text from elsewhere, fit for a terminal.
+//! Escaping of control characters in untrusted text.
 
 use core::fmt::{self, Display, Formatter, Write};
 
-/// Displays text that others chose, such as a file name, on one line: control characters and those
-/// that change the direction of text are escaped as in Rust.
+/// Displays untrusted text, such as a file name, on one line. Control characters and characters that
+/// change the text direction are escaped as in Rust, because a terminal would execute them.
 ///
-/// A terminal would obey them, and could be made to show anything. All other characters stay, the
-/// backslash too, so escaping twice is escaping once.
+/// All other characters are unchanged, including the backslash, so escaping is idempotent.
 ///
 /// ```
 /// use mmsim_maze::Escaped;
@@ -32,7 +31,7 @@ impl Write for Escaping<'_, '_> {
     }
 }
 
-/// Whether [`Escaped`] escapes this character, since a terminal obeys it instead of showing it.
+/// Returns whether [`Escaped`] escapes this character.
 pub fn needs_escape(c: char) -> bool {
     let ends_line = matches!(c, '\u{2028}' | '\u{2029}');
     // Marks, embeddings, overrides and isolates of the Unicode bidirectional algorithm.
@@ -48,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_terminal_obeys_is_escaped() {
+    fn terminal_controls_are_escaped() {
         let text = "\0\u{7}\t\n\r\u{1b}[2J\u{7f}\u{85}\u{9b}31m\u{2028}\u{202e}\u{2066}\u{200f}";
         let escaped = Escaped(text).to_string();
         insta::assert_snapshot!(escaped, @r"\u{0}\u{7}\t\n\r\u{1b}[2J\u{7f}\u{85}\u{9b}31m\u{2028}\u{202e}\u{2066}\u{200f}");
@@ -56,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn what_people_write_stays() {
+    fn ordinary_text_is_unchanged() {
         let text = "\"ä\" \\ 'ß' 全日本\u{3000}2013 👩\u{200d}💻 e\u{301}";
         assert_eq!(Escaped(text).to_string(), text);
     }

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-/// Where a mouse's nose points.
+/// The direction in which a mouse faces.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Heading {
     /// Towards greater y, where the mouse starts.
@@ -16,33 +17,50 @@ pub enum Heading {
 }
 
 impl Heading {
-    /// All four, clockwise from north.
+    /// All headings, clockwise from north.
     pub const ALL: [Self; 4] = [Self::North, Self::East, Self::South, Self::West];
 
-    /// The heading after a quarter turn to the left.
+    /// Returns the heading after a quarter turn to the left.
     pub const fn left(self) -> Self {
         self.turned(Step::Left)
     }
 
-    /// The heading after a quarter turn to the right.
+    /// Returns the heading after a quarter turn to the right.
     pub const fn right(self) -> Self {
         self.turned(Step::Right)
     }
 
-    /// The opposite heading.
+    /// Returns the opposite heading.
     pub const fn back(self) -> Self {
         self.turned(Step::Back)
     }
 
-    /// The heading in which a mouse that heads this way takes `step`.
-    // Without a branch for a heading, since nobody can predict the turns of a mouse.
+    /// Returns the heading of a mouse after `step`.
+    // No branch on the heading: the turns of a mouse are unpredictable.
     pub const fn turned(self, step: Step) -> Self {
         const CLOCKWISE: &[Heading; 4] = &Heading::ALL;
         const RIGHT_TURNS: &[usize; 4] = &[0, 3, 1, 2];
         CLOCKWISE[(self as usize + RIGHT_TURNS[step as usize]) % 4]
     }
 
-    /// Its letter: `N`, `E`, `S` or `W`.
+    /// Returns the heading with this letter: `N`, `E`, `S` or `W`.
+    ///
+    /// ```
+    /// use mmsim_maze::Heading;
+    /// assert_eq!(Heading::from_letter('W'), Some(Heading::West));
+    /// assert_eq!(Heading::from_letter('w'), None);
+    /// ```
+    pub const fn from_letter(letter: char) -> Option<Self> {
+        match letter {
+            'N' => Some(Self::North),
+            'E' => Some(Self::East),
+            'S' => Some(Self::South),
+            'W' => Some(Self::West),
+            _ => None,
+        }
+    }
+
+    /// Returns the letter `N`, `E`, `S` or `W`.
     pub const fn letter(self) -> char {
         match self {
             Self::North => 'N',
@@ -64,11 +82,11 @@ impl fmt::Display for Heading {
     }
 }
 
-/// One move of a mouse: a turn on the spot, none for [`Front`](Self::Front), then one cell
-/// straight on.
+/// One move of a mouse: a turn in place, except for [`Front`](Self::Front), then one cell forward.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Step {
-    /// Straight on.
+    /// One cell forward.
     Front,
     /// A quarter turn to the left, then one cell.
     Left,
@@ -79,7 +97,7 @@ pub enum Step {
 }
 
 impl Step {
-    /// All four, in the order in which ties are broken.
+    /// All steps, in the order in which ties are broken.
     pub const ALL: [Self; 4] = [Self::Front, Self::Left, Self::Right, Self::Back];
 }
 
@@ -88,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn turns_go_round() {
+    fn four_quarter_turns_are_a_full_turn() {
         for (heading, clockwise) in
             Heading::ALL.into_iter().zip(Heading::ALL.into_iter().cycle().skip(1))
         {

@@ -7,11 +7,11 @@ use crate::maze::Maze;
 use crate::pose::Pose;
 use crate::walls::{Sides, Walls, WallsAround};
 
-/// What a mouse knows: the size, the start, the goal cells, the cells it has visited, and each
-/// wall as present, absent or unknown. The outer walls are known from the start.
+/// What a mouse knows: the size, the start, the goal cells, the visited cells, and each wall as
+/// present, absent or unknown. The outer walls are known from the beginning.
 ///
-/// Unknown walls are a choice of the one who plans: [`walls`](Self::walls) gives them all as open
-/// (to search) or all as closed (to run fast on what is known for sure).
+/// Planners choose how to treat unknown walls: [`walls`](Self::walls) returns them as open for a
+/// search run, or as closed for a fast run.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Unknown, WallState, WallsAround};
@@ -27,47 +27,47 @@ use crate::walls::{Sides, Walls, WallsAround};
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct KnownMaze {
-    /// The walls that stand for certain: unknown ones are open.
+    /// The walls that are present for certain. Unknown walls are open.
     certain: Walls,
-    /// The walls that may stand: unknown ones are closed.
+    /// The walls that may be present. Unknown walls are closed.
     possible: Walls,
     start: Cell,
     goals: CellSet,
     visited: CellSet,
 }
 
-/// What is known of one wall.
+/// What is known about one wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WallState {
-    /// Seen, and there is a wall.
+    /// Observed as a wall.
     Present,
-    /// Seen, and there is none.
+    /// Observed as an opening.
     Absent,
-    /// Not seen yet.
+    /// Not observed yet.
     Unknown,
 }
 
-/// How to take unknown walls when planning.
+/// How a planner treats unknown walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unknown {
-    /// As absent: the hope that drives a search run.
+    /// As absent: optimistic, for a search run.
     Open,
-    /// As present: the caution of a fast run.
+    /// As present: pessimistic, for a fast run.
     Closed,
 }
 
-/// A reading that cannot be true together with what is known already.
+/// An observation that contradicts what is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "expected {} at the {heading} side of {cell}, as known before, found {}",
     wall(!found), wall(*found)
 )]
 pub struct Contradiction {
-    /// The cell where the reading was taken.
+    /// The observed cell.
     pub cell: Cell,
-    /// The side of it that was read.
+    /// The contradictory side of the cell.
     pub heading: Heading,
-    /// Whether the reading says that there is a wall.
+    /// Whether a wall was observed.
     pub found: bool,
 }
 
@@ -76,39 +76,39 @@ fn wall(present: bool) -> &'static str {
 }
 
 impl KnownMaze {
-    /// What a mouse knows before it has seen anything: the outer walls. Goal cells outside of the
-    /// maze are never reached.
+    /// Creates an unexplored maze, of which only the outer walls are known. Goal cells outside the maze
+    /// are unreachable.
     pub fn new(size: MazeSize, start: Cell, goals: CellSet) -> Self {
         let (certain, possible) = (Walls::open(size), Walls::closed(size));
         Self { certain, possible, start, goals, visited: CellSet::EMPTY }
     }
 
-    /// What a mouse knows before it has seen anything of this maze.
+    /// Creates an unexplored maze with the size, start and goal of this maze.
     pub fn unexplored(maze: &Maze) -> Self {
         Self::new(maze.size(), maze.start().cell, *maze.goals())
     }
 
-    /// How many cells there are each way.
+    /// Returns the size.
     pub const fn size(&self) -> MazeSize {
         self.certain.size()
     }
 
-    /// The cell in which the mouse starts.
+    /// Returns the start cell.
     pub const fn start(&self) -> Cell {
         self.start
     }
 
-    /// The goal cells.
+    /// Returns the goal cells.
     pub const fn goals(&self) -> &CellSet {
         &self.goals
     }
 
-    /// The cells in which a reading was taken.
+    /// Returns the visited cells, in which the mouse has observed walls.
     pub const fn visited(&self) -> &CellSet {
         &self.visited
     }
 
-    /// What is known of the wall at the side of `cell` towards `heading`.
+    /// Returns what is known about the wall at the side of `cell` towards `heading`.
     pub fn wall(&self, cell: Cell, heading: Heading) -> WallState {
         match (self.certain.has(cell, heading), self.possible.has(cell, heading)) {
             (true, _) => WallState::Present,
@@ -117,7 +117,7 @@ impl KnownMaze {
         }
     }
 
-    /// All walls, the unknown ones taken as `unknown` says.
+    /// Returns all walls, with unknown walls as open or closed.
     pub const fn walls(&self, unknown: Unknown) -> &Walls {
         match unknown {
             Unknown::Open => &self.certain,
@@ -125,11 +125,11 @@ impl KnownMaze {
         }
     }
 
-    /// Notes what the mouse senses at `pose` and marks its cell as visited. Outside of the maze
-    /// there are walls all round, and no cell to visit.
+    /// Records the walls observed at `pose`, and marks its cell as visited. Outside the maze all sides
+    /// are walls, and no cell is marked.
     ///
     /// # Errors
-    /// A reading that contradicts what is known. Nothing is noted then.
+    /// Returns an error if the observation contradicts what is known. The map is unchanged then.
     pub fn observe(&mut self, pose: Pose, around: WallsAround) -> Result<(), Contradiction> {
         let Pose { cell, heading } = pose;
         let all = WallsAround { left: true, front: true, right: true };
@@ -147,22 +147,21 @@ impl KnownMaze {
             let heading = from_left.into_iter().find(contradicts).unwrap_or(heading);
             return Err(Contradiction { cell, heading, found: found.has(heading) });
         }
-        // Outer walls, and those outside, are among both.
+        // Both sets include the outer walls and the walls outside.
         self.certain.toggle(cell, found.without(certain));
         self.possible.toggle(cell, read.without(found).and(possible));
         self.visit(cell);
         Ok(())
     }
 
-    /// Takes the wall at the side of `cell` towards `heading` as this, whatever was known before.
-    /// Outer walls stay as they are. This is for maps that come from elsewhere; a mouse that senses
-    /// [notes](Self::note).
+    /// Sets the wall at the side of `cell` towards `heading`, regardless of what was known. Outer walls
+    /// are unchanged. For maps from elsewhere; a mouse uses [`observe`](Self::observe).
     pub fn set_wall(&mut self, cell: Cell, heading: Heading, wall: WallState) {
         self.certain.set(cell, heading, wall == WallState::Present);
         self.possible.set(cell, heading, wall != WallState::Absent);
     }
 
-    /// Marks a cell as visited, unless it is outside of the maze.
+    /// Marks a cell as visited if it is inside the maze.
     pub fn visit(&mut self, cell: Cell) {
         if self.size().contains(cell) {
             self.visited.insert(cell);
@@ -172,7 +171,6 @@ impl KnownMaze {
 
 #[cfg(test)]
 mod tests {
-
     use super::*;
 
     const OPEN: WallsAround = WallsAround { left: false, front: false, right: false };
@@ -196,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reading_is_known_from_both_sides() {
+    fn an_observed_wall_is_known_from_both_sides() {
         let mut map = map();
         let pose = Pose::new(Cell::new(1, 1), Heading::East);
         map.observe(pose, WallsAround { left: true, ..OPEN }).unwrap();
@@ -235,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_can_be_taken_as_anything_but_outer_ones() {
+    fn inner_walls_can_be_set_and_outer_walls_cannot() {
         let (mut map, middle) = (map(), Cell::new(1, 1));
         for wall in [WallState::Present, WallState::Absent, WallState::Unknown] {
             map.set_wall(middle, Heading::West, wall);
@@ -249,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_there_is_nothing_to_note() {
+    fn outside_the_maze_nothing_is_recorded() {
         let mut map = map();
         let outside = Pose::new(Cell::new(3, 0), Heading::North);
         assert!(map.observe(outside, OPEN).is_err());

@@ -53,7 +53,7 @@ mod pose;
 mod walls;
 
 pub use cell::{Cell, MazeSize, SizeError};
-pub use cell_set::CellSet;
+pub use cell_set::{CellSet, CellSetIter};
 pub use escaped::{Escaped, needs_escape};
 pub use excerpt::Excerpt;
 pub use heading::{Heading, Step};

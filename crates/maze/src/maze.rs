@@ -6,10 +6,10 @@ use crate::heading::Heading;
 use crate::pose::Pose;
 use crate::walls::Walls;
 
-/// The true maze: all walls, where the mouse starts and where it shall go. Only a simulator holds
-/// one; a mouse has a [`KnownMaze`](crate::KnownMaze).
+/// The true maze: all walls, the start and the goal. Only a simulator has one; a mouse has a
+/// [`KnownMaze`](crate::KnownMaze).
 ///
-/// Its [`Display`](core::fmt::Display) is the text format, which [`str::parse`] reads back.
+/// Its [`Display`](core::fmt::Display) is the text picture, which [`str::parse`] reads back.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Maze {
     walls: Walls,
@@ -17,7 +17,7 @@ pub struct Maze {
     goals: CellSet,
 }
 
-/// A start or a goal that lies outside of the maze.
+/// A start or goal outside the maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected the {what} inside a maze of {size} cells, found it at {cell}")]
 pub struct MazeError {
@@ -30,11 +30,10 @@ pub struct MazeError {
 }
 
 impl Maze {
-    /// A maze of these walls. An empty set of goals stands for the central cells
-    /// ([`MazeSize::central_cells`]).
+    /// Creates a maze. An empty set of goals means the central cells ([`MazeSize::central_cells`]).
     ///
     /// # Errors
-    /// The start or a goal lies outside.
+    /// Returns an error if the start or a goal is outside the maze.
     pub fn new(walls: Walls, start: Cell, goals: CellSet) -> Result<Self, MazeError> {
         let size = walls.size();
         let outside = |cell: &Cell| !size.contains(*cell);
@@ -48,28 +47,29 @@ impl Maze {
         Ok(Self { walls, start, goals })
     }
 
-    /// How many cells there are each way.
+    /// Returns the size.
     pub const fn size(&self) -> MazeSize {
         self.walls.size()
     }
 
-    /// All walls.
+    /// Returns the walls.
     pub const fn walls(&self) -> &Walls {
         &self.walls
     }
 
-    /// Where the mouse starts: in the start cell, heading north.
+    /// Returns the start pose: in the start cell, heading north.
     pub const fn start(&self) -> Pose {
         Pose::new(self.start, Heading::North)
     }
 
-    /// The goal cells, at least one. The goal is reached in any of them.
+    /// Returns the goal cells, at least one. Reaching any of them reaches the goal.
     pub const fn goals(&self) -> &CellSet {
         &self.goals
     }
 
-    /// The posts inside that no wall touches, by the cell to the north-east of each, but for the
-    /// one in the middle of a maze of even sides: by contest rules each post has a wall but that.
+    /// Returns the inner posts that no wall touches, each as the cell to its north-east. Contest rules
+    /// require a wall at every post except the central one of a maze with even sides, which is
+    /// excluded.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Maze};

@@ -27,7 +27,7 @@ pub struct ParseMazeError {
 /// ```
 /// use mmsim_maze::Maze;
 /// let error = "o---o\n| S |\no-- o\n".parse::<Maze>().unwrap_err();
-/// assert_eq!(error.to_string(), r#"line 3, column 2: expected "---" or three blanks"#);
+/// assert_eq!(error.to_string(), r#"line 3, column 2: expected the outer wall, "---""#);
 /// ```
 impl FromStr for Maze {
     type Err = ParseMazeError;
@@ -141,5 +141,55 @@ impl Line<'_> {
 
     fn ends_at(self, end: usize) -> Result<(), ParseMazeError> {
         if self.text.len() > end { Err(self.error(end, "the end of the line")) } else { Ok(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const MAZE: &str = "o---o---o\n| G |SG |\no   o---o\n|       |\no---o---o\n";
+
+    #[test]
+    fn pictures_parse() {
+        let maze: Maze = MAZE.parse().unwrap();
+        assert_eq!(maze.to_string(), MAZE);
+        let spaced = "\n".to_string() + &MAZE.replace('\n', " \r\n\n");
+        assert_eq!(spaced.parse(), Ok(maze));
+    }
+
+    #[test]
+    fn errors_name_line_and_column() {
+        let error = |from: &str, to: &str| {
+            MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
+        };
+        insta::assert_snapshot!(error("o   o", "o - o"), @r#"line 3, column 2: expected "---" or three blanks"#);
+        insta::assert_snapshot!(error(" G |", " S |"), @"line 2, column 6: expected one start");
+        insta::assert_snapshot!(error("       |", "        "), @"line 4, column 2: expected a cell, empty or with S, G or SG");
+        insta::assert_snapshot!(error(" G ", " X "), @"line 2, column 2: expected a cell, empty or with S, G or SG");
+        insta::assert_snapshot!(error("o---o---o\n|", "o---o---o-\n|"), @"line 1, column 10: expected the end of the line");
+        insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "x\n")), @r#"line 6, column 1: expected the outer wall, "|""#);
+        insta::assert_snapshot!(error("|       |\no---o---o\n", "|       |\n"), @r#"line 5, column 1: expected a post "o""#);
+        insta::assert_snapshot!(error(MAZE, ""), @"line 1, column 1: expected the picture of a maze of 1x1 to 32x32 cells");
+    }
+
+    proptest! {
+        #[test]
+        fn a_damaged_picture_is_another_maze_or_an_error_in_the_text(
+            damage in prop::collection::vec((any::<prop::sample::Index>(), 0u8..128), 1..3),
+        ) {
+            let mut bytes = MAZE.as_bytes().to_vec();
+            for (index, byte) in damage {
+                let index = index.index(bytes.len());
+                bytes[index] = byte;
+            }
+            let text = String::from_utf8(bytes).unwrap();
+            match text.parse::<Maze>() {
+                Ok(maze) => prop_assert_eq!(maze.to_string().parse(), Ok(maze)),
+                Err(error) => prop_assert!((1..=text.lines().count() + 1).contains(&error.line)),
+            }
+        }
     }
 }

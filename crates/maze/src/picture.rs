@@ -9,7 +9,7 @@ use crate::known::{KnownMaze, WallState};
 use crate::maze::Maze;
 use crate::pose::Pose;
 
-/// A maze, or what a mouse knows of one, as text with north on top.
+/// A maze, or what a mouse knows of it, as text with north on top.
 ///
 /// ```text
 /// o---o---o
@@ -19,9 +19,9 @@ use crate::pose::Pose;
 /// o---o---o
 /// ```
 ///
-/// A number takes the place of `S` and `G`, a letter that of a number, the mouse that of a letter.
-/// Cells are three characters wide, and wider if a number needs it. Without numbers, letters and a
-/// mouse, the drawing of a [`Maze`] is the text format.
+/// A number replaces `S` and `G`, a letter replaces a number, and the mouse replaces a letter. Cells are
+/// three characters wide, or wider if a number needs it. Without numbers, letters and a mouse,
+/// [`str::parse`] reads the picture of a [`Maze`] back.
 ///
 /// ```
 /// use mmsim_maze::{Maze, MazeSize, Walls, Cell, CellSet};
@@ -75,14 +75,13 @@ impl<'a> TextPicture<'a> {
         Self { drawn, numbers: None, letters: None, mouse: None, compact: false }
     }
 
-    /// Writes a number, such as a distance in steps, into each cell for which there is one.
+    /// Writes numbers, such as distances in steps, into cells.
     pub const fn with_numbers(mut self, numbers: &'a dyn Fn(Cell) -> Option<u16>) -> Self {
         self.numbers = Some(numbers);
         self
     }
 
-    /// Writes a letter, such as where a mouse went from there, into each cell for which there is
-    /// one.
+    /// Writes letters, such as the direction of a path, into cells.
     pub const fn with_letters(mut self, letters: &'a dyn Fn(Cell) -> Option<char>) -> Self {
         self.letters = Some(letters);
         self
@@ -94,8 +93,8 @@ impl<'a> TextPicture<'a> {
         self
     }
 
-    /// Draws each row of cells in one line, for small screens: a wall to the south is an underline,
-    /// and there are no posts and no numbers.
+    /// Draws each row of cells in one line, for small screens. South walls are underlines; posts and
+    /// numbers are omitted.
     ///
     /// ```text
     ///  ___ ___
@@ -137,12 +136,12 @@ impl<'a> TextPicture<'a> {
         self.mouse.is_some_and(|pose| pose.cell == cell)
     }
 
-    /// The letter in a cell, unless the mouse stands there.
+    /// Returns the letter of a cell, unless the mouse is there.
     fn letter(&self, cell: Cell) -> Option<char> {
         self.letters.and_then(|letter| letter(cell)).filter(|_| !self.has_mouse(cell))
     }
 
-    /// Characters between two posts.
+    /// Returns the number of characters between two posts.
     fn cell_width(&self) -> usize {
         match self.size().cells().filter_map(|cell| self.number(cell)).max() {
             Some(10_000..) => 5,
@@ -151,7 +150,7 @@ impl<'a> TextPicture<'a> {
         }
     }
 
-    /// A row of posts and the walls between them: those towards `heading` of the cells in row `y`.
+    /// Writes a row of posts and the walls towards `heading` of the cells in row `y`.
     fn write_posts(
         &self,
         f: &mut fmt::Formatter<'_>,
@@ -205,7 +204,7 @@ impl<'a> TextPicture<'a> {
         f.write_char('\n')
     }
 
-    /// The character for a wall seen end on.
+    /// Returns the character for a wall between cells of one row.
     fn side(&self, cell: Cell, heading: Heading) -> char {
         match self.wall(cell, heading) {
             WallState::Present => '|',
@@ -214,7 +213,7 @@ impl<'a> TextPicture<'a> {
         }
     }
 
-    /// What stands in a cell that has no number.
+    /// Returns the mark in a cell without a number.
     fn mark(&self, cell: Cell) -> &'static str {
         if let Some(pose) = self.mouse.filter(|pose| pose.cell == cell) {
             return match pose.heading {
@@ -294,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_widen_the_cells_only_where_they_must() {
+    fn large_numbers_widen_the_cells() {
         let maze = maze();
         let small = |cell: Cell| (cell.y == 0).then(|| u16::from(cell.x) * 60);
         insta::assert_snapshot!(maze.picture().with_numbers(&small), @r"
@@ -327,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_stand_before_numbers_and_behind_the_mouse() {
+    fn the_mouse_replaces_letters_and_letters_replace_numbers() {
         let maze = maze();
         let letter = |cell: Cell| (cell.y == 0).then_some(['R', 'U', 'X'][usize::from(cell.x)]);
         let number = |cell: Cell| Some(u16::from(cell.x));

@@ -5,23 +5,24 @@ use core::fmt;
 use crate::cell::Cell;
 use crate::heading::{Heading, Step};
 
-/// Where a mouse stands and where its nose points.
+/// The cell and heading of a mouse.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Pose {
-    /// The cell it stands in.
+    /// The cell of the mouse.
     pub cell: Cell,
-    /// Where its nose points.
+    /// The direction in which the mouse faces.
     pub heading: Heading,
 }
 
 impl Pose {
-    /// A mouse in `cell` with its nose towards `heading`.
+    /// Creates the pose of a mouse in `cell` that faces `heading`.
     pub const fn new(cell: Cell, heading: Heading) -> Self {
         Self { cell, heading }
     }
 
-    /// The pose after `step`, whatever walls there are; `None` where a coordinate would leave 0
-    /// to 255.
+    /// Returns the pose after `step`, regardless of walls, or `None` if a coordinate would leave 0 to
+    /// 255.
     pub fn after(self, step: Step) -> Option<Self> {
         let heading = self.heading.turned(step);
         self.cell.neighbour(heading).map(|cell| Self { cell, heading })

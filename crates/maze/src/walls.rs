@@ -6,7 +6,7 @@ use crate::pose::Pose;
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// Every wall of a maze, each stored once: the one north of a cell and the one east of it.
+/// All walls of a maze. Each is stored once, as the north or east wall of a cell.
 ///
 /// ```text
 ///    o--north--o
@@ -25,18 +25,18 @@ pub struct Walls {
 }
 
 impl Walls {
-    /// A maze with its outer walls only.
+    /// Creates a maze with only its outer walls.
     pub const fn open(size: MazeSize) -> Self {
         Self { size, north: [0; SIDE], east: [0; SIDE] }
     }
 
-    /// A maze with every wall.
+    /// Creates a maze with every wall.
     pub fn closed(size: MazeSize) -> Self {
         Self::from_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE])
     }
 
-    /// The maze with these inner walls, as bits: see [`north_rows`](Self::north_rows) and
-    /// [`east_rows`](Self::east_rows). Bits of outer walls and beyond do not count.
+    /// Creates a maze with these inner walls, as bits: see [`north_rows`](Self::north_rows) and
+    /// [`east_rows`](Self::east_rows). Bits of outer walls and beyond are ignored.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -53,25 +53,25 @@ impl Walls {
         Self { size, north, east }
     }
 
-    /// How many cells there are each way.
+    /// Returns the size.
     pub const fn size(&self) -> MazeSize {
         self.size
     }
 
-    /// The inner walls to the north: bit x of row y is the one between (x, y) and (x, y + 1). Bits
+    /// Returns the inner walls to the north: bit x of row y is the one between (x, y) and (x, y + 1). Bits
     /// of outer walls and beyond are clear.
     pub const fn north_rows(&self) -> &[u32; SIDE] {
         &self.north
     }
 
-    /// The inner walls to the east: bit x of row y is the one between (x, y) and (x + 1, y). Bits
+    /// Returns the inner walls to the east: bit x of row y is the one between (x, y) and (x + 1, y). Bits
     /// of outer walls and beyond are clear.
     pub const fn east_rows(&self) -> &[u32; SIDE] {
         &self.east
     }
 
-    /// Whether there is a wall at the side of `cell` towards `heading`: always at the edge of the
-    /// maze and outside of it.
+    /// Returns whether `cell` has a wall towards `heading`. At the edge of the maze and outside it always
+    /// has.
     pub fn has(&self, cell: Cell, heading: Heading) -> bool {
         let Some(next) = self.size.neighbour(cell, heading).filter(|_| self.size.contains(cell))
         else {
@@ -81,8 +81,8 @@ impl Walls {
         rows[usize::from(cell.y.min(next.y))] >> cell.x.min(next.x) & 1 == 1
     }
 
-    /// Builds (`true`) or removes (`false`) the wall at the side of `cell` towards `heading`.
-    /// Outer walls and everything outside stay as they are.
+    /// Builds (`true`) or removes (`false`) the wall of `cell` towards `heading`. Outer walls and walls
+    /// outside are unchanged.
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
         let is_outer = Sides::outer(self.size, cell).has(heading);
         if !is_outer && self.has(cell, heading) != present {
@@ -90,7 +90,7 @@ impl Walls {
         }
     }
 
-    /// The sides of a cell that have a wall: all of them outside of the maze.
+    /// Returns the sides of a cell with a wall. Outside the maze these are all sides.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -101,8 +101,8 @@ impl Walls {
         self.inner_sides(cell).or(Sides::outer(self.size, cell))
     }
 
-    /// The sides of a cell with an inner wall. Outside of the maze it may be any.
-    // Without a branch for a wall, since nobody can predict walls.
+    /// Returns the sides of a cell with an inner wall. Outside the maze the result is unspecified.
+    // No branch on a wall: walls are unpredictable.
     pub(crate) fn inner_sides(&self, Cell { x, y }: Cell) -> Sides {
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
         let bit = |rows: u32| (rows.wrapping_shr(x.into()) & 1) as u8;
@@ -111,18 +111,18 @@ impl Walls {
         Sides(north | east << 1 | south << 2 | west << 3)
     }
 
-    /// Builds a wall at each of these sides of a cell that has none, and removes it where one is. The
-    /// cell and its neighbours at these sides lie inside.
+    /// Toggles the walls at these sides of a cell. The cell and its neighbours at these sides must be
+    /// inside.
     pub(crate) fn toggle(&mut self, Cell { x, y }: Cell, sides: Sides) {
         let bit = |heading| u32::from(sides.has(heading)).wrapping_shl(x.into());
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
         self.north[row] ^= bit(Heading::North);
         self.north[south] ^= bit(Heading::South);
-        // The wall to the west is the neighbour's to the east.
+        // The west wall is the east wall of the neighbour.
         self.east[row] ^= bit(Heading::East) | bit(Heading::West) >> 1;
     }
 
-    /// What a mouse in this pose senses. Outside of the maze there are walls all round.
+    /// Returns what a mouse in this pose observes. Outside the maze all sides are walls.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Pose, Walls, WallsAround};
@@ -134,7 +134,7 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
-    /// The cells next to `cell` with no wall between, in the order north, east, south, west.
+    /// Returns the neighbours of `cell` without a wall between, in the order north, east, south, west.
     pub fn open_neighbours(&self, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
         let sides = self.sides(cell);
         Heading::ALL
@@ -144,7 +144,7 @@ impl Walls {
     }
 }
 
-/// Some of the four sides of a cell, a bit each in the order of [`Heading::ALL`].
+/// A set of sides of a cell, one bit for each in the order of [`Heading::ALL`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Sides(u8);
 
@@ -152,7 +152,7 @@ impl Sides {
     pub(crate) const NONE: Self = Self(0);
     const ALL: Self = Self(0b1111);
 
-    /// Those of a cell that lead out of a maze: all of them for a cell outside.
+    /// Returns the sides of a cell that are outer walls. Outside the maze these are all sides.
     pub(crate) const fn outer(size: MazeSize, cell: Cell) -> Self {
         if !size.contains(cell) {
             return Self::ALL;
@@ -176,8 +176,8 @@ impl Sides {
         Self(1 << heading as u8)
     }
 
-    /// Those that a mouse which heads this way has a wall at.
-    // A turn of the mouse turns the bits, without a branch, since nobody can predict it.
+    /// Returns the sides at which a mouse with this heading observes a wall.
+    // Rotates the bits instead of branching: the turns of a mouse are unpredictable.
     pub(crate) const fn from_walls_around(heading: Heading, walls: WallsAround) -> Self {
         let WallsAround { left, front, right } = walls;
         let clockwise_from_nose = front as u8 | (right as u8) << 1 | (left as u8) << 3;
@@ -185,7 +185,7 @@ impl Sides {
         Self(twice >> (4 - heading as u8) & 0b1111)
     }
 
-    /// The way back.
+    /// Inverse of [`from_walls_around`](Self::from_walls_around).
     const fn around(self, heading: Heading) -> WallsAround {
         let clockwise_from_nose = (self.0 << 4 | self.0) >> heading as u8;
         WallsAround {
@@ -195,7 +195,7 @@ impl Sides {
         }
     }
 
-    /// Whether the one towards `heading` is among them.
+    /// Returns whether the set contains the side towards `heading`.
     pub const fn has(self, heading: Heading) -> bool {
         self.0 >> heading as u8 & 1 == 1
     }
@@ -213,8 +213,7 @@ impl Sides {
     }
 }
 
-/// What a mouse's three sensors tell: whether there is a wall to its left, in front of it and to
-/// its right. None looks back.
+/// The walls that a mouse observes: to its left, in front of it and to its right, but not behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WallsAround {
     /// A wall to the left.

@@ -6,6 +6,7 @@ use std::io::Read;
 use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mmsim_formats::parse_maze;
 use mmsim_maze::{Escaped, Maze, MazeSize};
 use mmsim_protocol::{Info, Request};
 
@@ -265,8 +266,8 @@ fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadE
 /// Parses the text of a maze, which must have the size of the states.
 fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> {
     let invalid = |what: String| ReadError::InvalidDescription(what);
-    let maze = String::from_utf8_lossy(text).parse();
-    let maze: Maze = maze.map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
+    let maze =
+        parse_maze(text).map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
     if maze.size() != size {
         let other = maze.size();
         return Err(invalid(format!("the maze has {other} cells, but the states have {size}")));
