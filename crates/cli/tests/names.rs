@@ -7,7 +7,7 @@ mod harness;
 use std::fs;
 use std::thread;
 
-use harness::{Ended, Home};
+use harness::{Home, Output};
 
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 /// Hex digits that other mazes fit as well.
@@ -23,7 +23,7 @@ fn check(what: &str, text: &str) {
     assert!(!text.contains(is_obeyed), "{what}: {text:?}");
 }
 
-fn check_ended(arguments: &[&str], ended: &Ended) {
+fn check_ended(arguments: &[&str], ended: &Output) {
     check(&format!("{arguments:?}"), &(ended.stdout.clone() + &ended.stderr));
     assert!([Some(0), Some(1), Some(2)].contains(&ended.code), "{arguments:?}: {ended:?}");
 }

@@ -4,7 +4,7 @@ mod harness;
 
 use std::process::Stdio;
 
-use harness::{Ended, Home};
+use harness::{Home, Output};
 use mmsim_tests::{ask, connect_to, output_of};
 use serde_json::{Value, json};
 
@@ -18,7 +18,7 @@ o---o---o---o---o
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
 /// The random robot, which is fast enough in small mazes.
-fn random(home: &Home, arguments: &[&str]) -> Ended {
+fn random(home: &Home, arguments: &[&str]) -> Output {
     home.run(&[&["trial", "--robot", "random"], arguments].concat())
 }
 

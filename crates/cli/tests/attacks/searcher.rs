@@ -38,11 +38,11 @@ pub(crate) fn while_searching<T>(address: &str, attack: impl FnOnce() -> T) -> T
     };
     thread::scope(|scope| {
         let searching = scope.spawn(|| {
-            let ended = Ended(&enough);
+            let ended = Output(&enough);
             search_on(address, &searches, &enough);
             drop(ended);
         });
-        let ended = Ended(&enough);
+        let ended = Output(&enough);
         wait_for_another();
         let result = attack();
         wait_for_another();
@@ -54,9 +54,9 @@ pub(crate) fn while_searching<T>(address: &str, attack: impl FnOnce() -> T) -> T
 }
 
 /// Whoever ends, however that is, ends the other.
-struct Ended<'a>(&'a AtomicBool);
+struct Output<'a>(&'a AtomicBool);
 
-impl Drop for Ended<'_> {
+impl Drop for Output<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Release);
     }

@@ -11,7 +11,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use harness::{Ended, Home, Serving};
+use harness::{Home, Output, Serving};
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use mmsim_protocol::{Request, State};
 use mmsim_server::Recording;
@@ -69,7 +69,7 @@ fn command(home: &Home, options: &[&str], mouse: &str) -> Option<Command> {
 }
 
 /// Runs a mouse in Python to its end in a maze of our own.
-fn run(home: &Home, options: &[&str], mouse: &str) -> Option<Ended> {
+fn run(home: &Home, options: &[&str], mouse: &str) -> Option<Output> {
     let python = python()?;
     home.write("mouse.py", PREAMBLE.to_string() + mouse);
     Some(home.run(&arguments(&[&QUIET[..], options].concat(), &[python, "mouse.py"])))
