@@ -8,7 +8,7 @@ use mmsim_solvers::MazeFacts;
 use tracing::info;
 
 use crate::embedded;
-use crate::output::{own_command, warn};
+use crate::output::{counted, own_command, warn};
 
 /// The folder of mazes in the user's home folder.
 const HOME_FOLDER: &str = ".mmsim";
@@ -49,7 +49,10 @@ impl Selected {
 pub(crate) enum SelectionError {
     #[error(transparent)]
     Catalogue(#[from] CatalogueError),
-    #[error("no maze in {location} matches {words:?} (list the {count} files with {list})")]
+    #[error(
+        "no maze in {location} matches {words:?} (list the {} with {list})",
+        counted(*count as u64, "file")
+    )]
     NoMatch { words: String, count: usize, location: String, list: String },
     #[error("no mazes in {location}")]
     Empty { location: String },

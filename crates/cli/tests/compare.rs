@@ -231,10 +231,7 @@ fn what_cannot_be_read_is_said_and_the_others_are_compared() {
     assert!(
         said[0].replace('\\', "/").starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
     );
-    assert!(
-        said[1].starts_with(r#"mmsim: expected a maze whose path holds "no such""#),
-        "{said:?}"
-    );
+    assert!(said[1].contains("matches \"no such\""), "{said:?}");
     assert_eq!(said.len(), 2);
     let ended = home.run(&["compare", "mazes/a.txt"]);
     assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "no table without a maze");

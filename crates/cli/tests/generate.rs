@@ -54,7 +54,7 @@ fn several_are_those_of_the_next_seeds() {
     assert!(printed.split("\n\n").all(|text| text.parse::<Maze>().is_ok()));
 
     let said = generate(&["--seed", "8", "--count", "3", "-o", "new/mazes"]).stderr;
-    assert_eq!(said, "3 mazes in new/mazes; `mmsim new/mazes` serves one\n");
+    assert_eq!(said, "wrote 3 mazes to new/mazes; serve one with `mmsim new/mazes`\n");
     let read = |name: &str| fs::read_to_string(home.path().join("new/mazes").join(name)).unwrap();
     assert_eq!(read("contest-6x6-8.txt"), single[0]);
     assert_eq!(read("contest-6x6-10.txt"), single[2]);
@@ -72,7 +72,7 @@ fn a_file_with_something_else_is_replaced_only_by_force() {
     let generate = ["mazes", "generate", "--size", "6x6", "--seed", "8", "-o", "mine.txt"];
     let refused = home.run(&generate);
     assert_eq!((refused.code, &refused.stdout[..]), (Some(1), ""));
-    insta::assert_snapshot!(refused.stderr, @"mmsim: mine.txt: expected no file or the same maze, found something else; --force replaces it");
+    insta::assert_snapshot!(refused.stderr, @"mmsim: mine.txt already exists with other content (use --force to replace it)");
     assert_eq!(fs::read(&path).unwrap(), b"my maze");
     assert_eq!(home.run(&[&generate[..], &["--force"]].concat()).code, Some(0));
     let printed = home.run(&generate[..6]).stdout;
@@ -80,7 +80,7 @@ fn a_file_with_something_else_is_replaced_only_by_force() {
     assert_eq!(home.run(&generate).code, Some(0), "the same again is nothing else");
     let nowhere = home.run(&["mazes", "generate", "--seed", "1", "-o", "none/maze.txt"]);
     assert_eq!(nowhere.code, Some(1));
-    assert!(nowhere.stderr.contains("maze.txt: cannot be written: "), "{nowhere:?}");
+    assert!(nowhere.stderr.contains("cannot write "), "{nowhere:?}");
     let files: Vec<_> = fs::read_dir(home.path()).unwrap().collect();
     assert_eq!(files.len(), 1, "{files:?}");
 }
@@ -93,7 +93,10 @@ fn the_ending_says_folder_or_format() {
     };
     let printed = |size| home.run(&["mazes", "generate", "--size", size, "--seed", "8"]).stdout;
     let read = |name: &str| fs::read(home.path().join(name)).unwrap();
-    assert_eq!(generate("6x6", "new/").stderr, "1 maze in new/; `mmsim new/` serves one\n");
+    assert_eq!(
+        generate("6x6", "new/").stderr,
+        "wrote 1 maze to new/; serve one with `mmsim new/`\n"
+    );
     assert_eq!(read("new/contest-6x6-8.txt"), printed("6x6").as_bytes());
 
     assert_eq!(generate("16x16", "x.MAZ").code, Some(0));
@@ -102,7 +105,7 @@ fn the_ending_says_folder_or_format() {
     assert_eq!(generate("16x16", "x.MAZ").code, Some(0), "the same again is nothing else");
     let refused = generate("5x4", "small.maz");
     assert_eq!(refused.code, Some(1));
-    insta::assert_snapshot!(refused.stderr, @"mmsim: small.maz: not written: maz holds mazes of 16x16 cells, found one of 5x4");
+    insta::assert_snapshot!(refused.stderr, @"mmsim: cannot write small.maz: maz holds mazes of 16x16 cells, found one of 5x4");
     for other in ["maze", "maze.csv"] {
         assert_eq!(generate("5x4", other).code, Some(0));
         assert_eq!(read(other), printed("5x4").as_bytes());

@@ -40,7 +40,7 @@ fn a_bundled_maze_is_found_beside_ones_own() {
     let shown = home.run(&["mazes", "show", "harbour", "--json"]);
     assert_eq!((shown.code, &shown.json()["path"]), (Some(0), &json!("01-harbour.txt")));
     let named = home.run(&["mazes", "show", "harbour", "--mazes", ".mmsim"]);
-    assert!(named.code == Some(1) && named.stderr.contains("found none of 1"), "{named:?}");
+    assert!(named.code == Some(1) && named.stderr.contains("list the 1 file with"), "{named:?}");
 }
 
 #[test]
@@ -59,7 +59,7 @@ fn a_check_gives_facts_or_the_error_of_each_file() {
                "format": "text", "findings": []})
     );
     let unreachable = json!([{"severity": "warning", "kind": "unreachable_cells",
-        "message": "the cell (1, 0) cannot be reached", "line": null, "column": null,
+        "message": "cell (1, 0) is unreachable", "line": null, "column": null,
         "byte": null, "cell": [1, 0]}]);
     assert_eq!(good.json()[1]["findings"], unreachable);
     assert_eq!(good.json()[1]["reachable_cells"], 1);
@@ -78,8 +78,8 @@ fn a_check_gives_facts_or_the_error_of_each_file() {
     let text = home.run(&["mazes", "check", "mazes", "bad.txt"]);
     insta::assert_snapshot!(text.stdout.replace('\\', "/"), @r#"
     mazes/a.txt: 2x1, 1 goal cell, goal 1 step away
-    mazes/b/wide.txt: 2x1, 2 goal cells, goal 0 steps away, 1 cell cannot be reached
-      warning: the cell (1, 0) cannot be reached
+    mazes/b/wide.txt: 2x1, 2 goal cells, goal 0 steps away, 1 cell unreachable
+      warning: cell (1, 0) is unreachable
     bad.txt: line 1, column 6: expected "---" or three spaces between posts, found "-- "
     "#);
 }
@@ -104,14 +104,14 @@ fn a_check_tells_every_finding_with_its_place() {
     mazes/1-gaps.txt: line 1, column 2: expected the outer wall, found "   "
       error: 2 more gaps in the outer wall, at line 1, column 14; line 2, column 1
     mazes/2-contradiction.csv: line 1, column 3: expected (1, 1) closed to the south, as (1, 0) is to the north at line 2, column 3, found 2
-    mazes/3-closed.txt: 2x1, 1 goal cell, goal cannot be reached, 1 cell cannot be reached
-      error: no way leads from the start (0, 0) to the goal (1, 0)
-      warning: the cell (1, 0) cannot be reached
-    mazes/4-posts.txt: 4x3, 1 goal cell, goal 3 steps away, 3 cells cannot be reached
-      warning: 2 posts that no wall touches, south-west of (2, 2); (3, 2)
-      warning: 3 cells that cannot be reached: (1, 0); (2, 0); (3, 0)
+    mazes/3-closed.txt: 2x1, 1 goal cell, goal unreachable, 1 cell unreachable
+      error: goal (1, 0) unreachable from the start (0, 0)
+      warning: cell (1, 0) is unreachable
+    mazes/4-posts.txt: 4x3, 1 goal cell, goal 3 steps away, 3 cells unreachable
+      warning: 2 posts without a wall, south-west of (2, 2); (3, 2)
+      warning: 3 unreachable cells: (1, 0); (2, 0); (3, 0)
     mazes/5-unknown.maze: 2x1, 1 goal cell, goal 1 step away
-      warning: line 2, column 5: an unknown wall, taken as open
+      warning: line 2, column 5: unknown wall, assumed open
     mazes/6-known.txt: 2x1, 1 goal cell, goal 1 step away
       warning: the same walls, start and goal as mazes/5-unknown.maze
     mazes/7-again.txt: 2x1, 1 goal cell, goal 1 step away
@@ -182,7 +182,7 @@ fn a_check_tells_that_other_mazes_fit() {
     assert_eq!(checked.code, Some(0));
     insta::assert_snapshot!(checked.stdout, @"
     rows.txt: 4x2, 4 goal cells, goal 2 steps away
-      warning: other mazes fit these digits too; taken is: rows from the north, each from the west, bits 1 2 4 8 walls north east south west
+      warning: ambiguous digits, which fit other mazes too; read as: rows from the north, each from the west, bits 1 2 4 8 walls north east south west
     one.txt: 4x2, 4 goal cells, goal 2 steps away
       warning: no wall touches the post south-west of (3, 1)
     ");

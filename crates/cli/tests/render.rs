@@ -133,7 +133,7 @@ fn a_recording_without_a_state_shows_the_maze() {
     let svg = String::from_utf8(read(&home, "empty.svg")).unwrap();
     assert!(svg.contains("mouse absent") && svg.contains("wall true known"));
     let ended = home.run(&["render", "empty.mcap", "-o", "empty.gif"]);
-    let error = "mmsim: empty.mcap: expected a state to make a .gif of, found none\n";
+    let error = "mmsim: empty.mcap: cannot animate a recording without states\n";
     assert_eq!((ended.code, &ended.stderr[..]), (Some(1), error));
 }
 
@@ -147,7 +147,7 @@ fn a_damaged_recording_is_drawn_as_far_as_it_is_whole() {
     home.write("damaged.mcap", &bytes);
     let ended = home.run(&["render", "damaged.mcap", "-o", "damaged.svg"]);
     assert_eq!(ended.code, Some(1));
-    assert!(ended.stderr.contains("expected a whole recording, found "), "{ended:?}");
+    assert!(ended.stderr.contains(": damaged after byte "), "{ended:?}");
     assert!(read(&home, "damaged.svg").starts_with(b"<svg "));
 }
 
@@ -160,26 +160,23 @@ fn what_cannot_be_drawn_is_an_error_and_loses_nothing() {
     for (arguments, error) in [
         (
             &["small.txt", "-o", "old.gif"][..],
-            "small.txt: expected a recording to make a .gif of, found a maze",
+            "small.txt: cannot animate a maze (a .gif needs a recording)",
         ),
         (
             &["small.txt", "--at", "0", "-o", "a.svg"],
-            "small.txt: expected a recording for --at, found a maze",
+            "small.txt: --at needs a recording, and this is a maze",
         ),
         (
             &["run.mcap", "--distances", "-o", "a.svg"],
-            "run.mcap: expected a maze for --distances, found a recording",
+            "run.mcap: --distances needs a maze, and this is a recording",
         ),
         (
             &["run.mcap", "--at", "2", "-o", "old.gif"],
-            "run.mcap: expected --at one of its states, 0 to 1, found 2",
+            "run.mcap: no state 2 (--at takes 0 to 1)",
         ),
         (&["no.mcap", "-o", "a.svg"], "no.mcap: cannot be read: "),
-        (
-            &["no such maze", "-o", "a.svg"],
-            "expected a maze whose path holds \"no such maze\", found none of ",
-        ),
-        (&["small.txt", "-o", "no/a.svg"], "no/a.svg: cannot be written: "),
+        (&["no such maze", "-o", "a.svg"], "matches \"no such maze\" (list the "),
+        (&["small.txt", "-o", "no/a.svg"], "cannot write no/a.svg: "),
     ] {
         let ended = home.run(&[&["render"], arguments].concat());
         assert_eq!(ended.code, Some(1), "{arguments:?}");

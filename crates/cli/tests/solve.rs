@@ -74,7 +74,10 @@ fn a_goal_not_reached_is_exit_code_1() {
     assert_eq!(report["goal_reached"], json!(false));
     assert!(report["error"].as_str().unwrap().starts_with("expected a way from "));
     let ended = solve(&["--max-steps", "10"]);
-    assert_eq!((ended.code, ended.stderr.as_str()), (Some(1), "gave up at --max-steps 10\n"));
+    assert_eq!(
+        (ended.code, ended.stderr.as_str()),
+        (Some(1), "gave up at the limit of 10 states (see --max-steps)\n")
+    );
     assert!(ended.stdout.contains("goal not reached after 9 steps"), "{ended:?}");
     let ended = solve(&["--size", "32x32"]);
     assert_eq!(ended.code, Some(1));
@@ -90,7 +93,10 @@ fn a_client_without_a_server_says_so_and_gives_up_when_told() {
     assert_eq!((ended.code, ended.stdout.as_str()), (Some(1), ""));
     let said: Vec<&str> = ended.stderr.lines().collect();
     assert!(said[0].starts_with("no reply from tcp://127.0.0.1:1 for "), "{ended:?}");
-    assert!(said[0].ends_with("start a simulator with `mmsim`; Ctrl-C gives up"), "{ended:?}");
+    assert!(
+        said[0].ends_with("(start a simulator with `mmsim`); press Ctrl-C to give up"),
+        "{ended:?}"
+    );
     let expected = "mmsim: expected a reply from tcp://127.0.0.1:1, found none within 2.5 s; ";
     assert!(said[1].starts_with(expected), "{ended:?}");
     let arguments = ["solve", "left-wall", "--connect", "tcp://127.0.0.1:1", "--timeout", "0.1"];

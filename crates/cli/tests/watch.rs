@@ -49,8 +49,8 @@ fn a_port_that_is_taken_is_an_error() {
     assert_eq!(
         ended.stderr,
         format!(
-            "mmsim: no page to watch: expected port {port} of 127.0.0.1 to be free, found it in \
-             use; is another server running? Try another --viewer-port, 0 for any that is free\n"
+            "mmsim: cannot serve the viewer page: port {port} on 127.0.0.1 is already in use (try \
+             --viewer-port 0)\n"
         )
     );
 }
@@ -62,7 +62,11 @@ fn a_second_simulator_serves_without_a_page() {
     let second = harness::Serving::start(home.command(&["--port", "0"]), "tcp://");
     let ended = home.run(&["solve", "flood-fill", "--connect", &second.address]);
     assert_eq!(ended.code, Some(0));
-    assert!(second.said.contains("no page to watch: expected port 6575 of 127.0.0.1 to be free"));
+    assert!(
+        second
+            .said
+            .contains("cannot serve the viewer page: port 6575 on 127.0.0.1 is already in use")
+    );
     // Where somebody else has the port it is all the same.
     drop(usual);
 }

@@ -109,7 +109,7 @@ fn a_mouse_on_mms_rs_reaches_the_goal() {
     total-turns: 124
     ");
     let said = ended.stderr.lines().last();
-    assert_eq!(said, Some("the mouse has ended with exit code 0; goal reached, score 346.5"));
+    assert_eq!(said, Some("mouse exited with code 0; goal reached, score 346.5"));
     let recording = recording(&home.path().join("seen"));
     let poses = states(&recording, |state| state.pose());
     let size = MazeSize::CLASSIC;
@@ -240,8 +240,7 @@ fn a_line_without_an_end_is_said_too() {
         mouse.replace("ask('')", "sys.stdout.flush()\nsys.stdin.readline(), sys.stdin.readline()");
     let Some(command) = command(&home, &QUIET, &mouse) else { return };
     let mut hanging = Serving::start(command, "mms: line 2: ");
-    let expected =
-        "mms: line 2: expected the end of the line, found nothing yet after \"mazeWidth\"\n";
+    let expected = "mms: line 2: no newline yet after \"mazeWidth\"\n";
     assert!(hanging.said.ends_with(expected), "{}", hanging.said);
     hanging.kill();
     hanging.wait();
@@ -269,10 +268,10 @@ os._exit(3)
     let said: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
     insta::assert_snapshot!(said.join("\n"), @r#"
     mms: line 1: unknown command "\xff\xfe"
-    mms: line 3: expected at most 4096 bytes, found more, which begin with "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
+    mms: line 3: expected at most 4096 bytes, found more, starting with "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
     mms: line 5: expected a cell in a maze of 16x16 cells, found "setWall 99 0 n"
     mms: line 6: unknown command "Starting up... \x1b[2J"
-    mms: line 8: expected the end of the line, found nothing after "moveFor"
+    mms: line 8: expected a newline, found end of output after "moveFor"
     "#);
 }
 
@@ -302,7 +301,7 @@ fn a_mouse_that_never_reads_may_end_and_must() {
     let for_ever = "while True: sys.stdout.write('wallFront\\n' * 1000)";
     let ended = run(&home, &[], for_ever).unwrap();
     assert_eq!(ended.code, Some(1), "{ended:?}");
-    let expected = "mmsim: expected the mouse to read its replies, found 1048576 unread\n";
+    let expected = "mmsim: the mouse does not read its replies (1048576 are unread)\n";
     assert!(ended.stderr.contains(expected), "{ended:?}");
 }
 
@@ -324,7 +323,7 @@ assert ask('wallBack') == 'true'
     let mut child = pipes.spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
     let said = harness::read_until(child.stderr.take().unwrap(), "ready").1;
-    assert!(!said.contains("Enter presses"), "that is for terminals");
+    assert!(!said.contains("press Enter"), "that is for terminals");
     stdin.write_all(b"\n").unwrap();
     assert_eq!(exit_of(&mut child).code(), Some(0));
 }
