@@ -47,7 +47,7 @@ fn timeless(mut reports: Value) -> Value {
 }
 
 #[test]
-fn each_strategy_is_a_row() {
+fn every_strategy_has_a_row() {
     let home = Home::new();
     let ended = home.run(&["compare", "--strategies", STRATEGIES]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "no bar where there is no terminal");
@@ -114,7 +114,7 @@ fn json_has_an_object_for_each_strategy_with_its_searches() {
 }
 
 #[test]
-fn means_are_those_of_the_searches_that_reached_the_goal() {
+fn means_cover_the_searches_that_reached_the_goal() {
     let home = Home::new();
     let reports = home.run(&["compare", "--json"]).json();
     let names: Vec<_> =
@@ -220,7 +220,7 @@ fn strategies_run_in_the_order_given_and_once() {
 }
 
 #[test]
-fn what_cannot_be_read_is_said_and_the_others_are_compared() {
+fn reports_unreadable_mazes_and_compares_the_others() {
     let home = Home::new();
     home.write("mazes/a.txt", "rubbish");
     home.write("mazes/b.txt", MAZE);
@@ -240,7 +240,7 @@ fn what_cannot_be_read_is_said_and_the_others_are_compared() {
 }
 
 #[test]
-fn wrong_usage_is_exit_code_2() {
+fn usage_errors_are_exit_code_2() {
     let home = Home::new();
     let all = "[possible values: flood-fill, weight-increment, left-wall, swing";
     for (arguments, error) in [

@@ -15,7 +15,7 @@ const NUM: &str = "0 0 0 0 1 1\n0 1 1 0 0 1\n1 0 1 1 1 0\n1 1 1 1 1 0\n";
 const TRIAL: &str = "2\n3,6\n8,8\n";
 
 #[test]
-fn the_ending_says_the_format() {
+fn the_extension_selects_the_format() {
     let home = Home::new();
     home.write("small.txt", SMALL);
     for (ending, content) in [("num", NUM), ("NUM", NUM), ("trial", TRIAL)] {
@@ -54,7 +54,7 @@ fn bytes_go_through_pipes() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_refused_and_the_old_file_stays() {
+fn unsupported_content_is_refused_and_the_old_file_stays() {
     let home = Home::new();
     home.write("marked.txt", SMALL.replace("|SG   G |", "| S     |"));
     home.write("out.num", "old");
@@ -74,7 +74,7 @@ fn what_a_format_cannot_hold_is_refused_and_the_old_file_stays() {
 }
 
 #[test]
-fn what_is_read_is_told() {
+fn reports_what_was_assumed_when_reading() {
     let home = Home::new();
     home.write("dot.maze", SMALL.replace("|SG   ", "|SG . "));
     home.write("bad.txt", "o---o\n| S |\no-- o\n");
@@ -96,7 +96,7 @@ fn what_is_read_is_told() {
 /// Pipes and devices are written to, and what a link leads to is replaced, not the link.
 #[cfg(unix)]
 #[test]
-fn what_is_no_file_is_not_replaced_by_one() {
+fn pipes_and_devices_are_not_replaced() {
     use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
     use std::process::Command;
     use std::thread;

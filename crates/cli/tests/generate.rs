@@ -31,17 +31,17 @@ fn the_same_seed_prints_the_same_maze() {
 }
 
 #[test]
-fn without_a_seed_it_is_said_which_one_it_was() {
+fn a_random_seed_is_printed() {
     let home = Home::new();
     let any = home.run(&["mazes", "generate"]);
-    let seed = any.stderr.strip_prefix("--seed ").unwrap().split(' ').next().unwrap();
+    let seed = any.stderr.strip_prefix("seed ").unwrap().split(' ').next().unwrap();
     assert_eq!(any.stdout.parse::<Maze>().unwrap().size(), mmsim_maze::MazeSize::CLASSIC);
     assert_eq!(home.run(&["mazes", "generate", "--seed", seed]).stdout, any.stdout);
     assert_ne!(home.run(&["mazes", "generate"]).stdout, any.stdout);
 }
 
 #[test]
-fn several_are_those_of_the_next_seeds() {
+fn several_mazes_use_the_next_seeds() {
     let home = Home::new();
     let generate = |arguments: &[&str]| {
         let ended = home.run(&[&["mazes", "generate", "--size", "6x6"], arguments].concat());
@@ -66,7 +66,7 @@ fn several_are_those_of_the_next_seeds() {
 }
 
 #[test]
-fn a_file_with_something_else_is_replaced_only_by_force() {
+fn other_files_are_replaced_only_with_force() {
     let home = Home::new();
     let path = home.write("mine.txt", "my maze");
     let generate = ["mazes", "generate", "--size", "6x6", "--seed", "8", "-o", "mine.txt"];
@@ -86,7 +86,7 @@ fn a_file_with_something_else_is_replaced_only_by_force() {
 }
 
 #[test]
-fn the_ending_says_folder_or_format() {
+fn the_output_path_selects_folder_or_format() {
     let home = Home::new();
     let generate = |size, output| {
         home.run(&["mazes", "generate", "--size", size, "--seed", "8", "-o", output])
@@ -116,7 +116,7 @@ fn the_ending_says_folder_or_format() {
 /// It would never be read to its end, and holds nothing that could be lost.
 #[cfg(unix)]
 #[test]
-fn a_device_is_written_to_without_force() {
+fn devices_are_written_to_without_force() {
     let home = Home::new();
     let generate = ["mazes", "generate", "--size", "5x4", "--seed", "3"];
     std::os::unix::fs::symlink("/dev/stdout", home.path().join("out")).unwrap();
@@ -142,7 +142,7 @@ fn json_has_an_object_for_each_maze() {
 }
 
 #[test]
-fn wrong_usage_names_what_is_expected() {
+fn usage_errors_name_what_is_expected() {
     let home = Home::new();
     for (arguments, expected) in [
         (["--size", "33x1"], "expected a maze of 1x1 to 32x32 cells, found 33x1"),

@@ -70,7 +70,7 @@ fn the_default_limit_is_below_that_of_the_process() {
 }
 
 #[test]
-fn a_process_that_may_open_few_files_says_so() {
+fn low_descriptor_limits_are_reported() {
     let home = Home::new();
     // With fewer, not even the libraries can be loaded.
     for files in 6..20 {
@@ -186,7 +186,7 @@ fn post(page: &str, path: &str, body: &str) -> (u16, String) {
 }
 
 #[test]
-fn all_that_is_open_on_the_page_shares_the_limit() {
+fn open_recordings_share_the_limit() {
     let home = Home::new();
     for name in ["r/a.mcap", "r/b.mcap"] {
         // Between half a mebibyte and a whole one.

@@ -11,7 +11,7 @@ use serde_json::json;
 const SMALL: &str = "o---o---o\n| S   G |\no---o---o\n";
 
 #[test]
-fn the_list_tells_size_goal_and_shortest_path() {
+fn list_prints_size_goal_and_shortest_path() {
     let home = Home::new();
     insta::assert_snapshot!("list", home.run(&["mazes", "list"]).stdout);
     let list = home.run(&["mazes", "list", "--json"]).json();
@@ -33,7 +33,7 @@ fn a_maze_is_shown_with_its_distances() {
 }
 
 #[test]
-fn a_bundled_maze_is_found_beside_ones_own() {
+fn finds_bundled_mazes_besides_the_users() {
     let home = Home::new();
     home.write(".mmsim/small.txt", SMALL);
     assert!(home.run(&["mazes", "list"]).stdout.contains("small.txt"));
@@ -44,7 +44,7 @@ fn a_bundled_maze_is_found_beside_ones_own() {
 }
 
 #[test]
-fn a_check_gives_facts_or_the_error_of_each_file() {
+fn check_prints_facts_or_the_error_of_each_file() {
     let home = Home::new();
     home.write("mazes/a.txt", SMALL);
     home.write("mazes/b/wide.txt", SMALL.replace("S  ", "S |").replace(" G |", "   |"));
@@ -85,7 +85,7 @@ fn a_check_gives_facts_or_the_error_of_each_file() {
 }
 
 #[test]
-fn a_check_tells_every_finding_with_its_place() {
+fn check_reports_every_finding_with_its_position() {
     let home = Home::new();
     let open = "o---o---o---o---o\n|               |\no   o   o   o   o\n| S | G         |\no   o---o---o---o\n|   |   |       |\no---o---o---o---o\n";
     home.write(
@@ -155,7 +155,7 @@ fn a_file_is_no_duplicate_of_itself() {
 }
 
 #[test]
-fn a_check_tells_bytes_and_their_cells() {
+fn check_reports_bytes_and_their_cells() {
     let home = Home::new();
     let maze = fs::read_to_string(mmsim_tests::bundled_mazes().join("01-harbour.txt")).unwrap();
     let bytes = Format::Maz.write(&maze.parse().unwrap()).unwrap();
@@ -174,7 +174,7 @@ fn a_check_tells_bytes_and_their_cells() {
 }
 
 #[test]
-fn a_check_tells_that_other_mazes_fit() {
+fn check_reports_ambiguous_digits() {
     let home = Home::new();
     home.write("rows.txt", "9153\nec7e\n");
     home.write("one.txt", "9113\nec46\n");

@@ -51,7 +51,7 @@ fn evil_home() -> (Home, String) {
 }
 
 #[test]
-fn no_command_prints_what_a_terminal_would_obey() {
+fn no_command_prints_control_characters() {
     let (home, folder) = evil_home();
     let file = |name: &str| format!("{folder}/{name}{EVIL}.txt");
     let [a, hex, closed, rubbish] = ["a", "hex", "closed", "rubbish"].map(file);
@@ -131,7 +131,7 @@ fn no_command_prints_what_a_terminal_would_obey() {
 }
 
 #[test]
-fn no_server_says_what_a_terminal_would_obey() {
+fn no_server_prints_control_characters() {
     let (home, folder) = evil_home();
     let run = format!("run{EVIL}.mcap");
     for (arguments, until) in [
@@ -147,7 +147,7 @@ fn no_server_says_what_a_terminal_would_obey() {
 
 /// A simulator of somebody else, whose name of the maze and reasons are evil.
 #[test]
-fn what_another_simulator_says_is_escaped() {
+fn text_from_another_simulator_is_escaped() {
     let home = Home::new();
     let answers = [
         format!("error: {EVIL}"),

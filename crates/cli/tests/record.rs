@@ -203,7 +203,7 @@ fn each_search_is_a_recording_that_can_be_replayed() {
 }
 
 #[test]
-fn a_recording_that_was_cut_off_shows_its_whole_states() {
+fn truncated_recordings_show_their_intact_states() {
     let home = Home::new();
     let server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
     home.run(&["solve", "flood-fill", "--connect", &server.address]);

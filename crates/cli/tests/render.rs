@@ -57,7 +57,7 @@ fn gif_frames(gif: &[u8]) -> (usize, u16, u16) {
 }
 
 #[test]
-fn a_maze_is_drawn_by_its_file_or_by_words() {
+fn mazes_are_selected_by_file_or_words() {
     let home = Home::new();
     home.write("mazes/small.txt", MAZE);
     let ended = home.run(&["render", "mazes/small.txt", "-o", "file.svg", "--distances"]);
@@ -110,7 +110,7 @@ fn a_search_moves() {
 }
 
 #[test]
-fn a_long_search_is_told_in_400_frames() {
+fn long_searches_have_at_most_400_frames() {
     let home = Home::new();
     let simulation = Simulation::new("one", "o---o\n|SG |\no---o\n".parse::<Maze>().unwrap());
     let path = home.path().join("long.mcap");
@@ -126,7 +126,7 @@ fn a_long_search_is_told_in_400_frames() {
 }
 
 #[test]
-fn a_recording_without_a_state_shows_the_maze() {
+fn a_recording_without_states_shows_the_maze() {
     let home = Home::new();
     record(&home, "empty.mcap", 0);
     assert_eq!(home.run(&["render", "empty.mcap", "-o", "empty.svg"]).code, Some(0));
@@ -138,7 +138,7 @@ fn a_recording_without_a_state_shows_the_maze() {
 }
 
 #[test]
-fn a_damaged_recording_is_drawn_as_far_as_it_is_whole() {
+fn the_intact_part_of_a_damaged_recording_is_drawn() {
     let home = Home::new();
     let path = record(&home, "run.mcap", 200);
     let mut bytes = fs::read(path).unwrap();
@@ -152,7 +152,7 @@ fn a_damaged_recording_is_drawn_as_far_as_it_is_whole() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_an_error_and_loses_nothing() {
+fn undrawable_inputs_are_errors_and_keep_the_old_file() {
     let home = Home::new();
     home.write("small.txt", MAZE);
     home.write("old.gif", "old");

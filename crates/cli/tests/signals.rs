@@ -45,7 +45,7 @@ fn check(mut server: Serving, name: &str, number: u32, others: &[u32]) {
 }
 
 #[test]
-fn what_is_ignored_at_the_start_stays_ignored_in_every_command_that_serves() {
+fn signals_ignored_at_the_start_stay_ignored() {
     let home = Home::new();
     home.write("small.txt", MAZE);
     let once = home.run(&["demo", "small.txt", "--once", "--port", "0", "--record", "records"]);

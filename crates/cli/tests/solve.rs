@@ -82,11 +82,11 @@ fn a_goal_not_reached_is_exit_code_1() {
     let ended = solve(&["--size", "32x32"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.contains("refused S: expected S of 518 bytes"), "{ended:?}");
-    assert!(ended.stderr.contains("--goal server lets it ask"), "{ended:?}");
+    assert!(ended.stderr.contains("use --goal server"), "{ended:?}");
 }
 
 #[test]
-fn a_client_without_a_server_says_so_and_gives_up_when_told() {
+fn a_client_without_a_server_waits_until_the_timeout() {
     let home = Home::new();
     let ended =
         home.run(&["solve", "left-wall", "--connect", "tcp://127.0.0.1:1", "--timeout", "2.5"]);
@@ -97,12 +97,11 @@ fn a_client_without_a_server_says_so_and_gives_up_when_told() {
         said[0].ends_with("(start a simulator with `mmsim`); press Ctrl-C to give up"),
         "{ended:?}"
     );
-    let expected = "mmsim: expected a reply from tcp://127.0.0.1:1, found none within 2.5 s; ";
-    assert!(said[1].starts_with(expected), "{ended:?}");
+    assert!(said[1].contains("within 2.5 s (start a simulator"), "{ended:?}");
     let arguments = ["solve", "left-wall", "--connect", "tcp://127.0.0.1:1", "--timeout", "0.1"];
     let asking = home.run(&[&arguments[..], &["--goal", "server", "--json"]].concat());
     assert_eq!(asking.json()["goal_reached"], json!(false));
-    assert!(asking.json()["error"].as_str().unwrap().contains("found none within 0.1 s"));
+    assert!(asking.json()["error"].as_str().unwrap().contains("within 0.1 s"));
 }
 
 #[test]
@@ -120,7 +119,7 @@ fn the_demo_draws_the_last_map_where_there_is_no_terminal() {
 
 #[cfg(unix)]
 #[test]
-fn the_demo_serves_on_until_it_is_interrupted() {
+fn the_demo_keeps_serving_until_interrupted() {
     let home = Home::new();
     let mut demo = home.serve_until(&["demo", "--port", "0"], "still serving");
     let searched = home.run(&["solve", "weight-increment", "--connect", &demo.address]);
@@ -133,7 +132,7 @@ fn the_demo_serves_on_until_it_is_interrupted() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_ends_a_demo_on_its_way() {
+fn an_interrupt_stops_a_running_demo() {
     let home = Home::new();
     let mut demo = home.serve(&["demo", "--port", "0", "--pace", "60000"]);
     demo.signal("TERM");
@@ -142,7 +141,7 @@ fn an_interrupt_ends_a_demo_on_its_way() {
 }
 
 #[test]
-fn output_that_nobody_reads_to_the_end_changes_no_exit_code() {
+fn a_closed_pipe_does_not_change_the_exit_code() {
     let home = Home::new();
     home.write("rubbish.txt", "rubbish");
     for (arguments, code) in

@@ -23,7 +23,7 @@ fn random(home: &Home, arguments: &[&str]) -> Output {
 }
 
 #[test]
-fn each_trial_is_a_line_and_each_robot_is_summed_up() {
+fn prints_a_line_per_trial_and_a_summary_per_robot() {
     let home = Home::new();
     home.write("mazes/a.txt", MAZE);
     home.write("mazes/b/closed.txt", CLOSED);
@@ -72,7 +72,7 @@ fn json_has_an_object_for_each_trial() {
 }
 
 #[test]
-fn the_race_is_drawn_in_what_was_explored() {
+fn path_draws_the_race_in_the_explored_maze() {
     let home = Home::new();
     home.write("a.txt", MAZE);
     insta::assert_snapshot!(random(&home, &["a.txt", "--path"]).stdout, @"
@@ -89,7 +89,7 @@ fn the_race_is_drawn_in_what_was_explored() {
 }
 
 #[test]
-fn words_find_a_maze_as_for_other_commands() {
+fn words_select_a_maze() {
     let home = Home::new();
     let maze = |arguments: &[&str]| {
         let report: Value = random(&home, &[&["--json"], arguments].concat()).json();
@@ -101,7 +101,7 @@ fn words_find_a_maze_as_for_other_commands() {
 }
 
 #[test]
-fn what_cannot_be_read_is_said_and_the_others_run() {
+fn reports_unreadable_mazes_and_runs_the_others() {
     let home = Home::new();
     home.write("mazes/a.txt", "rubbish");
     home.write("mazes/b.txt", MAZE);
@@ -168,7 +168,7 @@ fn a_comparison_is_tables_json_and_charts() {
 }
 
 #[test]
-fn swing_goes_as_far_as_it_is_told() {
+fn swing_explores_as_far_as_its_variant_says() {
     let home = Home::new();
     let explore_steps = |arguments: &[&str]| {
         let trial = ["trial", "first steps", "--robot", "swing", "--json"];
@@ -182,7 +182,7 @@ fn swing_goes_as_far_as_it_is_told() {
 }
 
 #[test]
-fn of_many_mazes_the_means_are_told() {
+fn many_mazes_are_compared_by_means() {
     let home = Home::new();
     for number in 0..7 {
         home.write(&format!("mazes/{number}.txt"), MAZE);
@@ -193,7 +193,7 @@ fn of_many_mazes_the_means_are_told() {
     let lines: Vec<Vec<_>> =
         ended.stdout.lines().map(|line| line.split_whitespace().collect()).collect();
     let head =
-        ["Benchmarks", "scored", "unreachable", "failed", "explore", "race", "score", "over"];
+        ["Benchmarks", "scored", "unreachable", "failed", "explore", "race", "score", "excess"];
     assert_eq!(lines[0], head);
     assert_eq!(lines[1][3..], ["7", "0", "1", "9.0", "6.0", "6.300", "4.200"]);
     let svg = std::fs::read_to_string(home.path().join("charts/benchmarks.svg")).unwrap();
@@ -225,7 +225,7 @@ fn a_trial_is_sent_as_states() {
 }
 
 #[test]
-fn a_trial_is_watched_until_it_is_interrupted() {
+fn a_trial_is_served_until_interrupted() {
     let home = Home::new();
     home.write("a.txt", MAZE);
     let trial =
@@ -248,7 +248,7 @@ fn a_trial_is_watched_until_it_is_interrupted() {
 }
 
 #[test]
-fn wrong_usage_is_exit_code_2() {
+fn usage_errors_are_exit_code_2() {
     let home = Home::new();
     home.write("a.txt", MAZE);
     for (arguments, error) in [
@@ -272,7 +272,7 @@ fn wrong_usage_is_exit_code_2() {
 }
 
 #[test]
-fn output_that_nobody_reads_to_the_end_is_no_failure() {
+fn a_closed_pipe_is_not_a_failure() {
     let home = Home::new();
     home.write("a.txt", MAZE);
     let mut command = home.command(&["trial", "a.txt", "--robot", "random"]);

@@ -64,7 +64,7 @@ fn line_with(lines: &Receiver<String>, text: &str) -> String {
 }
 
 #[test]
-fn a_server_that_logs_into_a_pipe_nobody_reads_answers_and_says_what_was_lost() {
+fn a_full_stderr_pipe_does_not_block_the_server() {
     let mut server = Unread::start(&Home::new());
     let stderr = server.stderr.take().unwrap();
     let (send, lines) = mpsc::channel();
@@ -80,7 +80,7 @@ fn a_server_that_logs_into_a_pipe_nobody_reads_answers_and_says_what_was_lost() 
 
 #[cfg(unix)]
 #[test]
-fn a_server_that_logs_into_a_pipe_nobody_reads_ends_on_request() {
+fn a_full_stderr_pipe_does_not_block_shutdown() {
     let mut server = Unread::start(&Home::new());
     let kill = format!("kill -s TERM {}", server.child.id());
     assert!(std::process::Command::new("sh").args(["-c", &kill]).status().unwrap().success());

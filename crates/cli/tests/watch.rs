@@ -28,7 +28,7 @@ fn page(said: &str) -> String {
 }
 
 #[test]
-fn the_address_of_the_page_is_said() {
+fn reports_the_address_of_the_page() {
     let home = Home::new();
     for arguments in [
         &["--port", "0", "--viewer-port", "0"][..],
@@ -40,7 +40,7 @@ fn the_address_of_the_page_is_said() {
 }
 
 #[test]
-fn a_port_that_is_taken_is_an_error() {
+fn an_explicit_page_port_in_use_is_an_error() {
     let home = Home::new();
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
@@ -72,7 +72,7 @@ fn a_second_simulator_serves_without_a_page() {
 }
 
 #[test]
-fn a_page_can_be_left_out() {
+fn the_page_can_be_disabled() {
     let home = Home::new();
     let mut server = home.serve_until(&["--port", "0", "--no-viewer"], "keeping up to");
     server.kill();
@@ -82,7 +82,7 @@ fn a_page_can_be_left_out() {
 }
 
 #[test]
-fn beyond_loopback_a_token_is_asked_for() {
+fn a_token_is_required_beyond_loopback() {
     let home = Home::new();
     let server =
         home.serve_until(&["--port", "0", "--viewer-port", "0", "--host", "0.0.0.0"], "watch at ");
@@ -115,7 +115,7 @@ mod on_linux {
     use super::*;
 
     #[test]
-    fn a_server_that_is_killed_leaves_nothing_of_an_upload() {
+    fn a_killed_server_leaves_no_upload_behind() {
         let (home, temporary) = (Home::new(), Home::new());
         let mut command = home.command(&["--port", "0", "--viewer-port", "0"]);
         command.env("TMPDIR", temporary.path());

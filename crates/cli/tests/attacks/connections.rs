@@ -142,7 +142,7 @@ fn a_mouse_that_thinks_keeps_its_place_among_connections_that_only_ping() {
 /// Only Linux answers at all addresses of loopback.
 #[cfg(target_os = "linux")]
 #[test]
-fn one_address_does_not_take_all_places() {
+fn one_address_cannot_take_all_connections() {
     let target = Target::start();
     rlimit::increase_nofile_limit(4096).unwrap();
     target.suffer("every place taken by busy clients of one address", |address| {

@@ -206,7 +206,7 @@ fn dealers() {
 }
 
 #[test]
-fn what_is_not_the_protocol() {
+fn other_protocols() {
     let target = Target::start();
     target.suffer("no greeting", |address| {
         for _ in 0..20 * force() {

@@ -141,7 +141,7 @@ fn requests_without_a_matrix() {
 }
 
 #[test]
-fn what_is_out_of_range_is_no_request() {
+fn out_of_range_requests() {
     let mut tasks = Tasks::default();
     tasks.request(b'w', 99, &[0, 0, 4], &[]);
     let room = state_bytes(MazeSize::HALF_SIZE);

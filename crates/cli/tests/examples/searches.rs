@@ -130,7 +130,7 @@ with Simulator(sys.argv[1], timeout=0.3) as simulator:
 "#;
 
 #[test]
-fn the_class_in_python_outlives_what_goes_wrong() {
+fn the_python_class_survives_errors() {
     let Some(mut python) = client::python() else { return };
     let slow = |number| Some(Duration::from_secs(u64::from(number == 0)));
     let simulator = Simulator::start(&bundled("01-harbour.txt"), slow);

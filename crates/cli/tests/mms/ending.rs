@@ -3,11 +3,11 @@
 use super::*;
 
 #[test]
-fn the_exit_code_is_the_mouses_own() {
+fn the_exit_code_is_that_of_the_mouse() {
     let home = Home::new();
     let Some(ended) = run(&home, &[], "sys.exit(7)") else { return };
     assert_eq!((ended.code, ended.stdout.as_str()), (Some(7), ""));
-    assert!(ended.stderr.ends_with("exit code 7; goal not reached, score 2000\n"), "{ended:?}");
+    assert!(ended.stderr.ends_with("exited with code 7; goal not reached, score 2000\n"), "{ended:?}");
     let at_once = run(&home, &["--score"], "").unwrap();
     assert_eq!(at_once.code, Some(0));
     insta::assert_snapshot!(at_once.stdout, @"
@@ -23,7 +23,7 @@ fn the_exit_code_is_the_mouses_own() {
 
 #[cfg(unix)]
 #[test]
-fn a_signal_that_ends_the_mouse_is_passed_on() {
+fn a_signal_that_kills_the_mouse_sets_the_exit_code() {
     let home = Home::new();
     let mouse = "ask('moveForward')\nos.kill(os.getpid(), 9)";
     let Some(ended) = run(&home, &["--json"], mouse) else { return };
@@ -33,7 +33,7 @@ fn a_signal_that_ends_the_mouse_is_passed_on() {
 }
 
 #[test]
-fn a_limit_ends_the_mouse() {
+fn the_limit_stops_the_mouse() {
     let home = Home::new();
     home.write("small.txt", SMALL);
     let mouse = "while True: ask('turnLeft')";
@@ -55,7 +55,7 @@ fn lives(id: &str) -> bool {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_a_mouse_has_started_ends_with_it() {
+fn child_processes_of_the_mouse_are_killed() {
     let home = Home::new();
     // The limit ends the script and the sleep that it waits for.
     let script = "sleep 600 & echo sleeps $! >&2; echo turnLeft; wait";
@@ -71,7 +71,7 @@ fn what_a_mouse_has_started_ends_with_it() {
 /// `script` runs a shell on a terminal of its own, in which the command is in the background.
 #[cfg(target_os = "linux")]
 #[test]
-fn in_the_background_of_a_terminal_it_runs_to_the_end() {
+fn runs_in_the_background_of_a_terminal() {
     let home = Home::new();
     let mouse = "mms --no-viewer --port 0 -- sh -c 'sleep 0.5; exit 5'";
     let mmsim = env!("CARGO_BIN_EXE_mmsim");
@@ -92,13 +92,13 @@ fn in_the_background_of_a_terminal_it_runs_to_the_end() {
 }
 
 #[test]
-fn a_program_that_is_not_there_is_an_error() {
+fn a_missing_program_is_an_error() {
     let home = Home::new();
     let ended = home.run(&arguments(&QUIET, &["no-such-mouse", "1"]));
     assert_eq!(ended.code, Some(1));
     let said = ended.stderr.lines().last().unwrap();
     assert!(said.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{said}");
-    assert!(said.ends_with("is named by its path, as in -- ./my-mouse"), "{said}");
+    assert!(said.ends_with("needs its path, as in -- ./my-mouse)"), "{said}");
     let options = [&QUIET[..], &["--stay", "--json"]].concat();
     let report = home.run(&arguments(&options, &["no-such-mouse"])).json();
     assert_eq!(report["error"].as_str(), said.strip_prefix("mmsim: "));
@@ -118,7 +118,7 @@ fn a_program_that_is_not_there_is_an_error() {
 
 #[cfg(unix)]
 #[test]
-fn with_stay_the_search_can_be_looked_at() {
+fn stay_keeps_serving_after_the_mouse_exits() {
     let home = Home::new();
     let options = ["--port", "0", "--viewer-port", "0", "--stay"];
     let Some(command) = command(&home, &options, "ask('moveForward')\nsys.exit(5)") else { return };

@@ -152,7 +152,7 @@ o---o---o---o---o
 ";
 
 #[test]
-fn a_mouse_in_python_with_every_command_runs_to_the_end() {
+fn a_python_mouse_can_use_every_command() {
     let home = Home::new();
     home.write("small.txt", SMALL);
     let mouse = r"
@@ -221,7 +221,7 @@ for line in [
 }
 
 #[test]
-fn what_is_no_command_is_said_at_once() {
+fn unknown_commands_are_reported_at_once() {
     let home = Home::new();
     let mouse = "ask('moveForward')\nask('moveForwrad')";
     let Some(command) = command(&home, &QUIET, mouse) else { return };
@@ -233,7 +233,7 @@ fn what_is_no_command_is_said_at_once() {
 }
 
 #[test]
-fn a_line_without_an_end_is_said_too() {
+fn incomplete_lines_are_reported() {
     let home = Home::new();
     let mouse = "say('turnLeft')\nsys.stdout.write('mazeWidth')\nask('')";
     let mouse =
@@ -247,7 +247,7 @@ fn a_line_without_an_end_is_said_too() {
 }
 
 #[test]
-fn lines_of_any_kind_are_survived() {
+fn arbitrary_lines_are_survived() {
     let home = Home::new();
     let mouse = r"
 out = sys.stdout.buffer
@@ -293,7 +293,7 @@ for i in range(20000):
 }
 
 #[test]
-fn a_mouse_that_never_reads_may_end_and_must() {
+fn a_mouse_that_never_reads_is_stopped() {
     let home = Home::new();
     let some = "for i in range(20000): say('wallFront')";
     let Some(ended) = run(&home, &[], some) else { return };
@@ -354,7 +354,7 @@ sys.exit(int(width))
     let wrong = connect(&[]).unwrap();
     assert_eq!(wrong.code, Some(1));
     assert!(wrong.stderr.contains("mmsim: the simulator refused S: "), "{wrong:?}");
-    assert!(wrong.stderr.contains("--goal server lets it ask"), "{wrong:?}");
+    assert!(wrong.stderr.contains("use --goal server"), "{wrong:?}");
 }
 
 fn states_of(address: &str) -> u64 {
