@@ -170,10 +170,7 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
             &["run.mcap", "--distances", "-o", "a.svg"],
             "run.mcap: --distances needs a maze, and this is a recording",
         ),
-        (
-            &["run.mcap", "--at", "2", "-o", "old.gif"],
-            "run.mcap: no state 2 (--at takes 0 to 1)",
-        ),
+        (&["run.mcap", "--at", "2", "-o", "old.gif"], "run.mcap: no state 2 (--at takes 0 to 1)"),
         (&["no.mcap", "-o", "a.svg"], "no.mcap: cannot be read: "),
         (&["no such maze", "-o", "a.svg"], "matches \"no such maze\" (list the "),
         (&["small.txt", "-o", "no/a.svg"], "cannot write no/a.svg: "),

@@ -94,12 +94,9 @@ fn removes_files_of_earlier_versions_and_keeps_the_users() {
     }
     let listed = ["same.txt", "deep/gone.txt", "edited.txt", "../outside.txt", "missing.txt"];
     let absolute = outside.display().to_string();
-    let list: String = listed
-        .into_iter()
-        .chain([&absolute[..]])
-        .map(|path| format!("{sum:08x} {path}\n"))
-        .collect();
-    home.write("mazes/.mmsim-fetched", list + "x\n");
+    let listed = listed.into_iter().chain([&absolute[..]]);
+    let lines: Vec<String> = listed.map(|path| format!("{sum:08x} {path}\n")).collect();
+    home.write("mazes/.mmsim-fetched", lines.concat() + "x\n");
     home.write("new.tar.gz", tar_gz(&[("same.txt", MAZE), ("edited.txt", MAZE)]));
     let output = fetch(&home, "new.tar.gz");
     assert_eq!((output.code, &output.stderr[..]), (Some(0), ""));

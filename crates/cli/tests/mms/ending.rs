@@ -7,7 +7,10 @@ fn the_exit_code_is_that_of_the_mouse() {
     let home = Home::new();
     let Some(ended) = run(&home, &[], "sys.exit(7)") else { return };
     assert_eq!((ended.code, ended.stdout.as_str()), (Some(7), ""));
-    assert!(ended.stderr.ends_with("exited with code 7; goal not reached, score 2000\n"), "{ended:?}");
+    assert!(
+        ended.stderr.ends_with("exited with code 7; goal not reached, score 2000\n"),
+        "{ended:?}"
+    );
     let at_once = run(&home, &["--score"], "").unwrap();
     assert_eq!(at_once.code, Some(0));
     insta::assert_snapshot!(at_once.stdout, @"

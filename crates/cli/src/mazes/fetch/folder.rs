@@ -1,7 +1,7 @@
 //! The folder of fetched mazes, which mmsim owns, inside a folder of the user's choice.
 //!
-//! A fetch writes the whole folder anew beside the old one, copies files into it that the user has
-//! added or changed, and renames it into place. A manifest tells fetched files from the user's.
+//! A fetch builds the new folder next to the old one, copies the files that the user has added or
+//! changed, and renames it into place. A manifest distinguishes fetched files from the user's.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, Metadata};
@@ -49,7 +49,9 @@ pub(super) fn replace(parent: &Path, files: &Files) -> Result<Changes, String> {
     if changes.is_err() && !missing.is_empty() {
         let _ = fs::remove_file(parent.join(LOCK));
         // Fails for folders that are in use by now.
-        missing.into_iter().for_each(|folder| drop(fs::remove_dir(folder)));
+        for folder in missing {
+            let _ = fs::remove_dir(folder);
+        }
     }
     changes
 }
@@ -95,7 +97,9 @@ fn carry_over(
         Some(_) => changes.replaced += 1,
         None => changes.removed += 1,
     };
-    legacy.iter().for_each(|(path, sum)| count(path, *sum));
+    for (path, sum) in legacy {
+        count(path, *sum);
+    }
     let mut kept = Vec::new();
     let old =
         if folder.exists() { walk(folder).map_err(cannot_write(folder))? } else { Vec::new() };
