@@ -9,7 +9,7 @@ use std::process::Stdio;
 use harness::Home;
 use mmsim_tests::{output, output_of, within};
 
-/// Its goal is the centre, which is all of it.
+/// A maze whose central cells, the goal, are the whole maze.
 const SMALL: &str = "o---o---o\n| G   G |\no   o---o\n|SG   G |\no---o---o\n";
 const NUM: &str = "0 0 0 0 1 1\n0 1 1 0 0 1\n1 0 1 1 1 0\n1 1 1 1 1 0\n";
 const TRIAL: &str = "2\n3,6\n8,8\n";
@@ -93,7 +93,7 @@ fn reports_what_was_assumed_when_reading() {
     assert!(told("missing.txt").starts_with("mmsim: missing.txt: cannot be read: "));
 }
 
-/// Pipes and devices are written to, and what a link leads to is replaced, not the link.
+/// Pipes and devices are written to directly. The target of a link is replaced, not the link.
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_are_not_replaced() {

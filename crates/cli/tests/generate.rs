@@ -1,4 +1,4 @@
-//! `mmsim mazes generate`: new mazes.
+//! `mmsim mazes generate`: generating mazes.
 
 mod harness;
 
@@ -113,7 +113,7 @@ fn the_output_path_selects_folder_or_format() {
     assert_eq!(fs::read_dir(home.path()).unwrap().count(), 4);
 }
 
-/// It would never be read to its end, and holds nothing that could be lost.
+/// A device may have no end, and has no content to lose.
 #[cfg(unix)]
 #[test]
 fn devices_are_written_to_without_force() {

@@ -1,4 +1,4 @@
-//! `mmsim render`: pictures of mazes and recordings.
+//! `mmsim render`: drawing mazes and recordings.
 
 mod harness;
 
@@ -17,8 +17,7 @@ o   o---o   o
 o---o---o---o
 ";
 
-/// A recording of so many states, the mouse going to and fro between start and goal. Its client
-/// believes in a wall that is not there.
+/// Records states of a mouse that goes back and forth and reports a wall that does not exist.
 fn record(home: &Home, name: &str, states: u8) -> PathBuf {
     let simulation = Simulation::new("small", MAZE.parse::<Maze>().unwrap());
     let path = home.path().join(name);
@@ -39,14 +38,14 @@ fn read(home: &Home, name: &str) -> Vec<u8> {
     fs::read(home.path().join(name)).unwrap()
 }
 
-/// Width and height of a PNG.
+/// Returns the width and height of a PNG.
 fn png_size(png: &[u8]) -> (u32, u32) {
     assert!(png.starts_with(b"\x89PNG\r\n"), "{:?}", &png[..8]);
     let number = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap());
     (number(16), number(20))
 }
 
-/// How many frames a GIF has, and its width and height.
+/// Returns the number of frames of a GIF, and its width and height.
 fn gif_frames(gif: &[u8]) -> (usize, u16, u16) {
     let mut decoder = gif::DecodeOptions::new().read_info(gif).unwrap();
     let mut frames = 0;
@@ -92,7 +91,7 @@ fn a_state_of_a_recording_is_drawn() {
     assert!(second.contains("class=\"maze hide-numbers hide-trail\""));
     assert!(second.contains("points=\"10,30 10,10\""));
     assert!(second.contains("transform=\"translate(10 10) rotate(180)\""));
-    // Told by its content, whatever it is called.
+    // The content decides, not the name.
     fs::copy(home.path().join("run.mcap"), home.path().join("run.bin")).unwrap();
     assert_eq!(home.run(&["render", "run.bin", "-o", "run.png"]).code, Some(0));
     assert_eq!(png_size(&read(&home, "run.png")), (640, 440));

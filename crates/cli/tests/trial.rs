@@ -1,4 +1,4 @@
-//! `mmsim trial`: robots on the two-run trial.
+//! `mmsim trial`: robots in the two-run trial.
 
 mod harness;
 
@@ -17,7 +17,7 @@ o---o---o---o---o
 ";
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
-/// The random robot, which is fast enough in small mazes.
+/// Runs the random robot, which is fast enough in small mazes.
 fn random(home: &Home, arguments: &[&str]) -> Output {
     home.run(&[&["trial", "--robot", "random"], arguments].concat())
 }
@@ -66,7 +66,7 @@ fn json_has_an_object_for_each_trial() {
     assert_eq!(report.as_array().unwrap().len(), 2);
     let path = random(&home, &["a.txt", "--json", "--path"]).json();
     assert!(path[0]["path"].as_str().unwrap().starts_with("o---o"), "{path}");
-    // Where there is nothing to try, there is still an array.
+    // Without trials, the output is still an array.
     let ended = random(&home, &["no such", "--json"]);
     assert_eq!((ended.code, ended.json()), (Some(1), json!([])));
 }
@@ -153,7 +153,7 @@ fn a_comparison_is_tables_json_and_charts() {
         (&json!("benchmarks"), &json!("random, seed 0"))
     );
     assert_eq!(rows[1]["maze"].as_str().map(|maze| maze.ends_with("b &c.txt")), Some(true));
-    // A robot without a score is what there is to be told.
+    // A robot without a score is a result, not a failure.
     home.write("closed.txt", CLOSED);
     let ended = home.run(&["trial", "closed.txt", "--compare"]);
     assert_eq!(ended.code, Some(0));

@@ -1,4 +1,4 @@
-//! How mice end, and what the command says and gives then.
+//! How mice exit, and what the command prints and returns then.
 
 use super::*;
 
@@ -49,7 +49,7 @@ fn the_limit_stops_the_mouse() {
     assert_eq!(run(&home, &["small.txt", "--limit", "2"], within).unwrap().code, Some(0));
 }
 
-/// Whether this process is there and no zombie.
+/// Whether this process exists and is not a zombie.
 #[cfg(target_os = "linux")]
 fn lives(id: &str) -> bool {
     let status = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
@@ -60,18 +60,18 @@ fn lives(id: &str) -> bool {
 #[test]
 fn child_processes_of_the_mouse_are_killed() {
     let home = Home::new();
-    // The limit ends the script and the sleep that it waits for.
+    // The limit kills the script and its child process.
     let script = "sleep 600 & echo sleeps $! >&2; echo turnLeft; wait";
     let limited = home.run(&arguments(&["--limit", "0"], &["sh", "-c", script]));
     assert_eq!(limited.code, Some(1), "{limited:?}");
     let sleeps = limited.stderr.split("sleeps ").nth(1).unwrap().lines().next().unwrap();
     assert!(!lives(sleeps), "{limited:?}");
-    // The script ends, and the sleep that holds its pipe is not waited for.
+    // The script exits. The command does not wait for the sleep that holds its pipe.
     let ended = home.run(&arguments(&[], &["sh", "-c", "sleep 600 & exit 3"]));
     assert_eq!(ended.code, Some(3), "{ended:?}");
 }
 
-/// `script` runs a shell on a terminal of its own, in which the command is in the background.
+/// `script` runs a shell on a terminal of its own, with the command in the background.
 #[cfg(target_os = "linux")]
 #[test]
 fn runs_in_the_background_of_a_terminal() {
@@ -81,7 +81,7 @@ fn runs_in_the_background_of_a_terminal() {
     let lines = [
         "set -m",
         &format!("{mmsim} {mouse} &"),
-        // Stopped, it would be waited for to no end.
+        // A stopped process would never exit.
         "mouse=$!; (sleep 20; kill -KILL $mouse) & end=$!",
         "wait $mouse; echo status $?; kill -- -$end",
     ];

@@ -1,5 +1,4 @@
-//! `mmsim mms` with mice in processes of their own: one on the published crate `mms-rs`, and small
-//! ones in Python.
+//! `mmsim mms` with mice in other processes: one uses the published crate `mms-rs`, others are Python.
 
 #[path = "../harness/mod.rs"]
 mod harness;
@@ -18,7 +17,7 @@ use mmsim_server::Recording;
 use mmsim_tests::{ask, connect_to, exit_of, output};
 use serde_json::json;
 
-/// What every mouse in Python begins with.
+/// The start of every Python mouse.
 const PREAMBLE: &str = "\
 import os, sys, time
 
@@ -31,7 +30,7 @@ def ask(line):
 
 ";
 
-/// The interpreter; without one this says so and there is nothing to do.
+/// Returns the Python interpreter. Without one, the test is skipped with a message.
 fn python() -> Option<&'static str> {
     let works = |name: &&str| {
         let quiet = || Stdio::null();
@@ -47,7 +46,7 @@ fn python() -> Option<&'static str> {
     found
 }
 
-/// The mouse of `examples/mms-mouse.rs`, which cargo builds when it builds all tests.
+/// The mouse of `examples/mms-mouse.rs`, which cargo builds with the tests.
 fn mms_rs_mouse() -> PathBuf {
     let name = format!("mms-mouse{}", std::env::consts::EXE_SUFFIX);
     let path = Path::new(env!("CARGO_BIN_EXE_mmsim")).with_file_name("examples").join(name);
@@ -61,21 +60,21 @@ fn arguments<'a>(options: &[&'a str], mouse: &[&'a str]) -> Vec<&'a str> {
 
 const QUIET: [&str; 3] = ["--port", "0", "--no-viewer"];
 
-/// A command that runs a mouse in Python, if there is an interpreter.
+/// Returns a command that runs a Python mouse, if there is an interpreter.
 fn command(home: &Home, options: &[&str], mouse: &str) -> Option<Command> {
     let python = python()?;
     home.write("mouse.py", PREAMBLE.to_string() + mouse);
     Some(home.command(&arguments(options, &[python, "mouse.py"])))
 }
 
-/// Runs a mouse in Python to its end in a maze of our own.
+/// Runs a Python mouse to completion in a maze of its own.
 fn run(home: &Home, options: &[&str], mouse: &str) -> Option<Output> {
     let python = python()?;
     home.write("mouse.py", PREAMBLE.to_string() + mouse);
     Some(home.run(&arguments(&[&QUIET[..], options].concat(), &[python, "mouse.py"])))
 }
 
-/// The one recording in a folder.
+/// Returns the only recording in a folder.
 fn recording(folder: &Path) -> Recording {
     let mut files: Vec<_> =
         fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).collect();
@@ -113,7 +112,7 @@ fn a_mouse_on_mms_rs_reaches_the_goal() {
     let recording = recording(&home.path().join("seen"));
     let poses = states(&recording, |state| state.pose());
     let size = MazeSize::CLASSIC;
-    // At the start, in each cell and after each turn, and what it has shown at the end.
+    // At the start, in each cell, after each turn, and the last markers.
     assert_eq!(poses.len(), 1 + 191 + 124 + 1);
     assert_eq!(poses[0].cell, Cell::new(0, 0));
     for (before, after) in poses.iter().zip(&poses[1..]) {
@@ -130,7 +129,7 @@ fn a_mouse_on_mms_rs_reaches_the_goal() {
             }
         }
     });
-    // Its distances, as it wrote them into the cells.
+    // The distances that the mouse wrote into the cells.
     let last = states(&recording, |state| {
         let visited: CellSet =
             size.cells().filter(|&cell| state.cell_walls(cell).unwrap().visited()).collect();
@@ -216,7 +215,7 @@ for line in [
             marked,
         )
     });
-    // The wall that it has cleared stands in truth.
+    // The wall that it has cleared exists in the maze.
     assert_eq!(last.last(), Some(&(Cell::new(0, 2), Some(12), Some(255), (true, false))));
 }
 
