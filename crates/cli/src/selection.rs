@@ -50,7 +50,7 @@ pub(crate) enum SelectionError {
     #[error(transparent)]
     Catalogue(#[from] CatalogueError),
     #[error(
-        "no maze in {location} matches {words:?} (list the {} with {list})",
+        "no maze matches {words:?} in {location} (list the {} with {list})",
         counted(*count as u64, "file")
     )]
     NoMatch { words: String, count: usize, location: String, list: String },
@@ -166,7 +166,7 @@ mod tests {
         let error = collection().select("rubbish").unwrap_err().to_string();
         assert!(error.contains("b-rubbish.txt: line 1, column 1: expected "), "{error}");
         let error = collection().select("no such").unwrap_err().to_string();
-        assert!(error.contains(r#"matches "no such" (list the 3 files"#), "{error}");
+        assert!(error.starts_with(r#"no maze matches "no such" in "#), "{error}");
     }
 
     #[test]

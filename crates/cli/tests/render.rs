@@ -171,7 +171,7 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
         ),
         (&["run.mcap", "--at", "2", "-o", "old.gif"], "run.mcap: no state 2 (--at takes 0 to 1)"),
         (&["no.mcap", "-o", "a.svg"], "no.mcap: cannot be read: "),
-        (&["no such maze", "-o", "a.svg"], "matches \"no such maze\" (list the "),
+        (&["no such maze", "-o", "a.svg"], "no maze matches \"no such maze\" in "),
         (&["small.txt", "-o", "no/a.svg"], "cannot write no/a.svg: "),
     ] {
         let ended = home.run(&[&["render"], arguments].concat());
@@ -181,7 +181,10 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
     }
     for (arguments, error) in [
         (&["small.txt"][..], "--output <FILE>"),
-        (&["small.txt", "-o", "a.jpeg"], "expected .svg, .png or .gif at the end, found .jpeg"),
+        (
+            &["small.txt", "-o", "a.jpeg"],
+            "expected a file ending in .svg, .png or .gif, found .jpeg",
+        ),
         (&["small.txt", "-o", "a.png", "--width", "15"], "15 is not in 16..=4096"),
         (&["small.txt", "-o", "a.png", "--theme", "pink"], "[possible values: light, dark]"),
     ] {
