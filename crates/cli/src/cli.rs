@@ -71,7 +71,7 @@ pub(crate) enum Command {
     Mms(MmsArgs),
     /// Generate shell completions
     Completions(CompletionsArgs),
-    /// Print or install manual pages
+    /// Print or write manual pages
     Man(ManArgs),
 }
 

@@ -37,7 +37,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     Ok(all_readable)
 }
 
-/// Lets each strategy search each maze, in `threads` threads or one per processor. A terminal shows
+/// Runs each strategy in each maze, in `threads` threads or one per processor. A terminal shows
 /// the progress.
 fn compare(
     strategies: &[BundledStrategy],
@@ -64,8 +64,8 @@ fn compare(
     Ok(strategies.iter().map(|&strategy| StrategyReport::of(strategy, of_next())).collect())
 }
 
-/// Lets a strategy search a maze. The measured processor time spans from creating the mouse to the last
-/// decision of the search run; computing the figures does not count.
+/// Runs one search. The measured processor time covers creating the mouse and the search run, but not
+/// the figures.
 fn search(&(strategy, given): &Job<'_>) -> SearchReport {
     let max_states = strategy.max_states();
     let (figures, time) = search::search(&given.maze, || strategy.strategy(), max_states);

@@ -57,7 +57,7 @@ pub(crate) fn ask_maze(
     Ok((map, start))
 }
 
-/// Reports after a second, and then every ten times, that there is no reply yet.
+/// Warns that there is no reply: the first time it is called for a request, then every tenth time.
 pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     let Waiting { endpoint, since, times, answered } = waiting;
     if *times != 1 && times % 10 != 0 {

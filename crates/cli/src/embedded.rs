@@ -1,8 +1,8 @@
-//! The bundled mazes, part of the command.
+//! The bundled mazes, embedded in the executable.
 
 use mmsim_formats::Catalogue;
 
-/// Names and contents of the mazes in the folder `mazes`.
+/// Embeds files of the folder `mazes`, as pairs of name and content.
 macro_rules! mazes {
     ($($name:literal),+ $(,)?) => {
         &[$(($name, include_str!(concat!("../../../mazes/", $name)))),+]
@@ -27,7 +27,7 @@ const MAZES: &[(&str, &str)] = mazes![
     "unreachable-closed-garden.txt",
 ];
 
-/// The bundled mazes.
+/// Returns the bundled mazes.
 pub(crate) fn catalogue() -> Catalogue {
     Catalogue::from_texts(MAZES)
 }
@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_maze_of_the_folder_is_bundled() {
+    fn every_maze_in_the_folder_is_bundled() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mazes");
         let files = Catalogue::from_path(&folder).unwrap();
         let names = |catalogue: &Catalogue| {

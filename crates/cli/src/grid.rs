@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use mmsim_maze::Escaped;
 
-/// The rows, escaped, with each column as wide as it must be: the first is flush left, the others are
-/// flush right.
+/// Aligns rows in columns and escapes them. The first column is left-aligned, the others are
+/// right-aligned.
 pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     let escaped = |row: &Vec<String>| row.iter().map(|cell| Escaped(cell).to_string()).collect();
     let rows: Vec<Vec<String>> = rows.iter().map(escaped).collect();
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_are_as_wide_as_they_must_be() {
+    fn columns_fit_their_widest_cell() {
         let rows = [vec!["ä", "1", ""], vec!["bcd", "22", "x"], vec!["e"]];
         let rows = rows.map(|row| row.into_iter().map(String::from).collect());
         assert_eq!(aligned(&rows), "ä     1\nbcd  22  x\ne\n");

@@ -1,4 +1,4 @@
-//! Ctrl-C and the signals that ask a process to end.
+//! Ctrl-C and the signals that ask a process to exit.
 
 use std::error::Error;
 use std::io::{self, IsTerminal};
@@ -7,40 +7,40 @@ use std::time::Duration;
 
 use crate::output::note;
 
-/// Told once the user wants the command to end.
+/// Receives Ctrl-C and signals.
 pub(crate) struct Interrupt {
-    told: Receiver<()>,
-    /// Keeps the channel open where every signal is ignored.
+    signals: Receiver<()>,
+    /// Keeps the channel open if every signal is ignored.
     _open: Sender<()>,
 }
 
 impl Interrupt {
-    /// The exit code of a command that was interrupted, where it passes on another's.
+    /// The exit code of an interrupted command that otherwise passes on the code of another process.
     pub(crate) const CODE: i32 = 130;
 
-    /// From now on SIGINT, SIGTERM and SIGHUP end nothing but are told here. Those that the process
-    /// was started to ignore stay ignored. Once in a process.
+    /// Catches SIGINT, SIGTERM and SIGHUP from now on. Signals that the process was started to ignore
+    /// stay ignored. Call this once per process.
     pub(crate) fn catch() -> Result<Self, Box<dyn Error>> {
-        let (tell, told) = mpsc::channel();
-        let open = tell.clone();
+        let (sender, signals) = mpsc::channel();
+        let open = sender.clone();
         on_signal(move || {
             if io::stderr().is_terminal() {
-                // Past the ^C that the terminal shows.
+                // Start a new line after the ^C that the terminal shows.
                 note("");
             }
-            let _ = tell.send(());
+            let _ = sender.send(());
         })?;
-        Ok(Self { told, _open: open })
+        Ok(Self { signals, _open: open })
     }
 
-    /// Waits until the command shall end.
+    /// Waits for an interrupt.
     pub(crate) fn wait(&self) {
-        let _ = self.told.recv();
+        let _ = self.signals.recv();
     }
 
-    /// Waits this long; `true` if the command shall end.
-    pub(crate) fn wait_for(&self, pause: Duration) -> bool {
-        !matches!(self.told.recv_timeout(pause), Err(RecvTimeoutError::Timeout))
+    /// Waits for an interrupt until the timeout. Returns whether there was one.
+    pub(crate) fn wait_for(&self, timeout: Duration) -> bool {
+        !matches!(self.signals.recv_timeout(timeout), Err(RecvTimeoutError::Timeout))
     }
 }
 
@@ -51,8 +51,8 @@ fn on_signal(notify: impl Fn() + Send + 'static) -> io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
 
-    // Without `unsafe` nobody can ask `sigaction`, and only Linux has the status in a file. Elsewhere
-    // SIGHUP is never caught, so that `nohup` works there, too.
+    // `sigaction` needs `unsafe`, and only Linux has a status file. Elsewhere SIGHUP is never caught,
+    // so that `nohup` works there too.
     let status = std::fs::read_to_string("/proc/self/status").ok();
     let ignored = status.map_or(1 << (SIGHUP - 1), |status| ignored(&status));
     let signals = [SIGINT, SIGTERM, SIGHUP].into_iter();
@@ -68,7 +68,7 @@ fn ignored(status: &str) -> u64 {
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
 }
 
-/// Calls `notify` on Ctrl-C and its like.
+/// Calls `notify` on Ctrl-C and similar events.
 #[cfg(not(unix))]
 fn on_signal(notify: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(notify)

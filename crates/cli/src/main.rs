@@ -117,7 +117,7 @@ fn configure_messages(verbosity: VerbosityArgs) {
         .fmt_fields(debug_fn(write_field).delimited(" "))
         .with_ansi(io::stderr().is_terminal() && !is_colourless)
         .with_target(false)
-        // A server goes on if its log cannot be written.
+        // A log that cannot be written must not stop a server.
         .log_internal_errors(false)
         .without_time()
         .init();

@@ -86,7 +86,7 @@ fn synopsis(command: &Command) -> String {
     format!(".SH SYNOPSIS\n.nf\n{lines}.fi\n")
 }
 
-/// Returns the examples section. Lines and columns stay as they are in the help text.
+/// Returns the examples section. Line breaks and columns of the help text are kept.
 fn preformatted(text: &str) -> String {
     let lines = text.strip_prefix("Examples:\n").unwrap_or(text).lines();
     let lines: String = lines.map(escaped).collect();

@@ -1,7 +1,7 @@
-//! How much memory this process may still take.
+//! The memory available to this process.
 
-/// Returns the bytes that are free for this process: those of the machine, and of each limit that
-/// it or a group to which it belongs has. `None` where the system does not tell.
+/// Returns the free memory in bytes: the minimum of the machine's and what the limits of this process
+/// and of its control groups leave. `None` if the system does not report it.
 pub(crate) fn free() -> Option<u64> {
     system::free()
 }
@@ -13,8 +13,8 @@ mod system {
 
     use rlimit::Resource;
 
-    /// Where the groups are that a process may belong to, the paths of the files that say how much
-    /// memory one may take and takes, and what of that the system takes away first: pages of files.
+    /// The hierarchies of control groups: their folder, the files with the limit and the usage, and the
+    /// statistic of the memory that the system reclaims first, pages of files.
     const GROUPS: [Group; 3] = [
         Group {
             folder: "sys/fs/cgroup",
@@ -50,18 +50,18 @@ mod system {
         limits.into_iter().chain([machine(root), groups(root)]).flatten().min()
     }
 
-    /// What the machine has free.
+    /// Returns the free memory of the machine.
     fn machine(root: &Path) -> Option<u64> {
         kibibytes(&read(root.join("proc/meminfo"))?, "MemAvailable:")
     }
 
-    /// What a limit of this process leaves, such as that of `ulimit -v`.
+    /// Returns what a limit of this process leaves, such as `ulimit -v`.
     fn process(root: &Path, limit: Resource, used: &str) -> Option<u64> {
         let (limit, _) = limit.get().ok().filter(|&(limit, _)| limit != rlimit::INFINITY)?;
         Some(limit.saturating_sub(kibibytes(&read(root.join("proc/self/status"))?, used)?))
     }
 
-    /// What the groups leave to which this process belongs, each with all those above it.
+    /// Returns what the control groups of this process and their ancestors leave.
     fn groups(root: &Path) -> Option<u64> {
         let groups = read(root.join("proc/self/cgroup"))?;
         let own =
@@ -78,7 +78,7 @@ mod system {
     impl Group {
         fn free(&self, folder: &Path) -> Option<u64> {
             let number = |name| read(folder.join(name))?.trim().parse().ok();
-            // Without a limit it is no number.
+            // Without a limit, the file holds `max`.
             let (limit, used): (u64, u64) = (number(self.limit)?, number(self.used)?);
             let statistics = read(folder.join("memory.stat")).unwrap_or_default();
             let reclaimable = after(&statistics, self.reclaimable).unwrap_or_default();
@@ -94,7 +94,7 @@ mod system {
         after(text, key)?.checked_mul(1024)
     }
 
-    /// The number behind a key at the beginning of a line.
+    /// Returns the number after a key at the start of a line.
     fn after(text: &str, key: &str) -> Option<u64> {
         text.lines()
             .find_map(|line| line.strip_prefix(key)?.split_whitespace().next()?.parse().ok())
@@ -104,7 +104,7 @@ mod system {
     mod tests {
         use super::*;
 
-        /// A root folder with these files.
+        /// Creates a root folder with these files.
         fn root(files: &[(&str, &str)]) -> tempfile::TempDir {
             let root = tempfile::tempdir().unwrap();
             for (path, content) in files {
@@ -116,7 +116,7 @@ mod system {
         }
 
         #[test]
-        fn the_least_of_a_group_and_those_above_it_counts() {
+        fn the_minimum_of_a_group_and_its_ancestors_counts() {
             let new = root(&[
                 ("proc/self/cgroup", "0::/user/mouse\n"),
                 ("sys/fs/cgroup/user/mouse/memory.max", "max\n"),
@@ -137,7 +137,7 @@ mod system {
                 ("sys/fs/cgroup/memory/memory.usage_in_bytes", "2000\n"),
             ]);
             assert_eq!(groups(old.path()), Some(450));
-            // In a container the path may be that of the machine.
+            // In a container, the path may be that of the host.
             let container = root(&[
                 ("proc/self/cgroup", "0::/docker/0123\n"),
                 ("sys/fs/cgroup/memory.max", "300\n"),
@@ -149,7 +149,7 @@ mod system {
         }
 
         #[test]
-        fn what_is_free_is_read() {
+        fn reads_the_free_memory() {
             let root = root(&[("proc/meminfo", "MemTotal: 90 kB\nMemAvailable:   70 kB\n")]);
             assert_eq!(machine(root.path()), Some(70 * 1024));
             assert_eq!(machine(Path::new("/no such folder")), None);

@@ -109,7 +109,7 @@ fn search(
     match &exit.cause {
         ExitCause::LostSimulator(error) => warn(format_args!("mmsim: {}", explain(error))),
         ExitCause::NotStarted(error) | ExitCause::Failed(error) => {
-            warn(format_args!("mmsim: {error}"))
+            warn(format_args!("mmsim: {error}"));
         }
         ExitCause::Exited(_) | ExitCause::Limit(_) | ExitCause::Interrupted => {}
     }

@@ -1,15 +1,15 @@
-//! Work on all processors.
+//! Running work on all processors.
 
 use rayon::prelude::*;
 
-/// Does the work for each item in the threads of the current pool. Returns the results in the order of
-/// the items.
+/// Runs `work` for each item in the threads of the current pool. Returns the results in the order of the
+/// items.
 pub(crate) fn map_each<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> R + Send + Sync,
 ) -> Vec<R> {
-    // Some items take a thousand times as long as others and stand side by side, so each may go to
-    // whichever thread is free.
+    // Some items take a thousand times as long as others and are neighbours, so each item is a task
+    // of its own.
     items.par_iter().with_max_len(1).map(work).collect()
 }
 
@@ -22,9 +22,9 @@ mod tests {
 
     use super::*;
 
-    /// Each of the last two items waits until the other one is worked on, too.
+    /// Each of the last two items waits until the other one runs too.
     #[test]
-    fn neighbours_are_worked_on_at_the_same_time_and_keep_their_order() {
+    fn neighbours_run_in_parallel_and_keep_their_order() {
         let items: Vec<usize> = (0..1000).collect();
         let (working, changed) = (Mutex::new(0), Condvar::new());
         let work = |&item: &usize| {
@@ -32,9 +32,9 @@ mod tests {
                 let mut working = working.lock().unwrap();
                 *working += 1;
                 changed.notify_all();
-                let patience = Duration::from_secs(30);
-                let waited = changed.wait_timeout_while(working, patience, |working| *working < 2);
-                assert!(!waited.unwrap().1.timed_out(), "one thread does all the last items");
+                let timeout = Duration::from_secs(30);
+                let waited = changed.wait_timeout_while(working, timeout, |working| *working < 2);
+                assert!(!waited.unwrap().1.timed_out(), "one thread runs both last items");
             }
             2 * item
         };

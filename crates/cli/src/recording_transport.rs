@@ -6,7 +6,7 @@ use mmsim_client::{Transport, TransportError};
 use mmsim_protocol::{Info, Reply};
 use mmsim_recording::{RecordError, RecordingWriter};
 
-/// A transport that records each state acknowledged with `ok`. A search goes on if recording fails.
+/// A transport that records each state acknowledged with `ok`. An error of the recording does not stop the search.
 pub(crate) struct RecordingTransport<T> {
     transport: T,
     writer: Option<RecordingWriter>,

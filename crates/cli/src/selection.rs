@@ -9,7 +9,7 @@ use mmsim_solvers::MazeFacts;
 use tracing::info;
 
 use crate::embedded;
-use crate::output::{own_command, warn};
+use crate::output::{counted, own_command, warn};
 
 /// The folder of mazes in the user's home folder.
 const HOME_FOLDER: &str = ".mmsim";
@@ -50,7 +50,10 @@ impl Selected {
 pub(crate) enum SelectionError {
     #[error(transparent)]
     Catalogue(#[from] CatalogueError),
-    #[error("no maze in {location} matches {words:?} (list the {count} files with {list})")]
+    #[error(
+        "no maze matches {words:?} in {location} (list the {} with {list})",
+        counted(*count as u64, "file")
+    )]
     NoMatch { words: String, count: usize, location: String, list: String },
     #[error("no mazes in {location}")]
     Empty { location: String },
@@ -164,7 +167,7 @@ mod tests {
         let error = collection().select("rubbish").unwrap_err().to_string();
         assert!(error.contains("b-rubbish.txt: line 1, column 1: expected "), "{error}");
         let error = collection().select("no such").unwrap_err().to_string();
-        assert!(error.contains(r#"matches "no such" (list the 3 files"#), "{error}");
+        assert!(error.starts_with(r#"no maze matches "no such" in "#), "{error}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Writing to stderr, for which a server must never wait: whoever should read it may not.
+//! Writing to stderr without blocking a server: nothing may be reading it.
 
 use std::io::{self, Write};
 use std::mem;
@@ -7,33 +7,33 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// The most that waits to be written, in bytes, besides what is being written.
-const MAX_WAITING_BYTES: usize = 1 << 20;
+/// The maximum size of the queue in bytes, besides the messages being written.
+const MAX_QUEUED_BYTES: usize = 1 << 20;
 
-/// How long the end of the process waits for the rest to be written.
-const LINGER: Duration = Duration::from_millis(500);
+/// How long the process waits at exit for messages to be written.
+const FLUSH_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Messages for the thread that writes them.
 static BACKLOG: Backlog = Backlog::new();
 
-/// Whether there is that thread.
+/// Whether that thread is running.
 static IS_IN_BACKGROUND: AtomicBool = AtomicBool::new(false);
 
-/// Starts a thread that writes all further messages, once in a process. A message that finds too many
-/// waiting is lost, and counted.
+/// Starts a thread that writes all further messages. Messages are dropped and counted while the queue
+/// is full. Call this once per process.
 pub(crate) fn write_in_background() {
-    // Without a thread each message is written at once, as before.
+    // Without the thread, each message is still written at once.
     if thread::Builder::new().spawn(|| BACKLOG.write_to(io::stderr())).is_ok() {
         IS_IN_BACKGROUND.store(true, Ordering::Relaxed);
     }
 }
 
-/// Waits until all messages are written, but not for long.
+/// Waits briefly until all messages are written.
 pub(crate) fn flush() {
-    BACKLOG.flush(LINGER);
+    BACKLOG.flush(FLUSH_TIMEOUT);
 }
 
-/// Writes messages to stderr, each in one call. If nobody reads them, the work goes on all the same.
+/// Writes messages to stderr, each in one call. Errors are ignored.
 pub(crate) struct Stderr;
 
 impl Write for Stderr {
@@ -51,28 +51,28 @@ impl Write for Stderr {
     }
 }
 
-/// Messages between those who have something to say and the thread that writes.
+/// A bounded queue of messages for the writing thread.
 struct Backlog {
     state: Mutex<State>,
     changed: Condvar,
 }
 
 struct State {
-    waiting: Vec<u8>,
-    /// How many messages found no room after these.
+    queued: Vec<u8>,
+    /// The number of messages dropped after these.
     lost: u64,
     is_writing: bool,
 }
 
 impl State {
     const fn is_empty(&self) -> bool {
-        self.waiting.is_empty() && self.lost == 0
+        self.queued.is_empty() && self.lost == 0
     }
 }
 
 impl Backlog {
     const fn new() -> Self {
-        let state = State { waiting: Vec::new(), lost: 0, is_writing: false };
+        let state = State { queued: Vec::new(), lost: 0, is_writing: false };
         Self { state: Mutex::new(state), changed: Condvar::new() }
     }
 
@@ -80,40 +80,40 @@ impl Backlog {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes a message in, or loses it.
+    /// Queues a message, or drops it if the queue is full.
     fn push(&self, message: &[u8]) {
         let mut state = self.lock();
-        if state.lost == 0 && state.waiting.len() + message.len() <= MAX_WAITING_BYTES {
-            state.waiting.extend_from_slice(message);
+        if state.lost == 0 && state.queued.len() + message.len() <= MAX_QUEUED_BYTES {
+            state.queued.extend_from_slice(message);
         } else {
             state.lost += 1;
         }
         self.changed.notify_all();
     }
 
-    /// Writes all messages, for ever.
+    /// Writes all messages, forever.
     fn write_to(&self, mut out: impl Write) -> ! {
         loop {
             let state = self.changed.wait_while(self.lock(), |state| state.is_empty());
             let mut state = state.unwrap_or_else(PoisonError::into_inner);
-            let (mut messages, lost) = (mem::take(&mut state.waiting), mem::take(&mut state.lost));
+            let (mut messages, lost) = (mem::take(&mut state.queued), mem::take(&mut state.lost));
             state.is_writing = true;
             drop(state);
             if lost > 0 {
                 let report = format!("{lost} messages lost: stderr was not read in time\n");
                 messages.extend(report.bytes());
             }
-            // Nobody is left to be told of a failure.
+            // There is nowhere to report an error.
             let _ = out.write_all(&messages);
             self.lock().is_writing = false;
             self.changed.notify_all();
         }
     }
 
-    /// Waits until all messages are written, or this long.
-    fn flush(&self, patience: Duration) {
+    /// Waits until all messages are written, or until the timeout.
+    fn flush(&self, timeout: Duration) {
         let is_busy = |state: &mut State| state.is_writing || !state.is_empty();
-        let _ = self.changed.wait_timeout_while(self.lock(), patience, is_busy);
+        let _ = self.changed.wait_timeout_while(self.lock(), timeout, is_busy);
     }
 }
 
@@ -123,7 +123,7 @@ mod tests {
 
     use super::*;
 
-    /// A pipe that takes what is written once somebody reads.
+    /// A pipe that blocks each write until it is read.
     struct Pipe {
         begun: Sender<()>,
         read: Receiver<()>,
@@ -144,16 +144,16 @@ mod tests {
     }
 
     #[test]
-    fn a_pipe_that_nobody_reads_loses_messages_and_holds_up_nobody() {
+    fn an_unread_pipe_loses_messages_without_blocking() {
         let backlog: &Backlog = Box::leak(Box::new(Backlog::new()));
         let ((begun, has_begun), (read, reads)) = (mpsc::channel(), mpsc::channel());
         let (written, text) = mpsc::channel();
         thread::spawn(move || backlog.write_to(Pipe { begun, read: reads, written }));
         backlog.push(b"first\n");
         has_begun.recv().unwrap();
-        // The thread waits, and all that comes meanwhile either has room or is lost.
+        // The thread blocks. Further messages are queued or lost.
         let message = [&[b'x'; 99][..], b"\n"].concat();
-        let (room, lost) = (MAX_WAITING_BYTES / message.len(), 1000);
+        let (room, lost) = (MAX_QUEUED_BYTES / message.len(), 1000);
         for _ in 0..room + lost {
             backlog.push(&message);
         }
@@ -168,7 +168,7 @@ mod tests {
         read.send(()).unwrap();
         backlog.flush(Duration::MAX);
         assert_eq!(text.recv().unwrap(), "last\n");
-        // What cannot be written ends nothing.
+        // A write error does not stop the thread.
         drop(read);
         backlog.push(b"to nobody\n");
         backlog.flush(Duration::MAX);

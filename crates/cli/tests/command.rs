@@ -1,4 +1,4 @@
-//! The command as such: completions, manual pages, how much it says, hints.
+//! The command line: completions, manual pages, verbosity, suggestions.
 
 mod harness;
 
@@ -8,12 +8,12 @@ use harness::Home;
 use mmsim_tests::output;
 use serde_json::json;
 
-/// Names of commands, those of commands below them parted by blanks.
+/// Names of commands and subcommands.
 const COMMANDS: [&str; 8] =
     ["solve", "demo", "replay", "render", "compare", "trial", "mazes check", "completions"];
 
 #[test]
-fn shells_can_complete() {
+fn generates_completions() {
     let home = Home::new();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = home.run(&["completions", shell]);
@@ -26,7 +26,7 @@ fn shells_can_complete() {
 }
 
 #[test]
-fn each_command_has_a_page() {
+fn every_command_has_a_manual_page() {
     let home = Home::new();
     let own = home.run(&["man"]).stdout;
     assert!(own.contains(".TH MMSIM 1") && own.contains("viewer\\-port"), "{own}");
@@ -41,11 +41,11 @@ fn each_command_has_a_page() {
     }
     let ended = home.run(&["man", "mazes", "chekc"]);
     assert_eq!(ended.code, Some(2));
-    assert!(ended.stderr.contains("expected a command of `mmsim mazes`, found \"chekc\""));
+    assert!(ended.stderr.contains("`mmsim mazes` has no command \"chekc\""));
 }
 
 #[test]
-fn quiet_is_heard_on_either_side_of_a_command_and_says_only_what_went_wrong() {
+fn quiet_works_before_and_after_a_command_and_keeps_errors() {
     let home = Home::new();
     home.write("small.txt", "o---o---o\n| S   G |\no---o---o\n");
     for arguments in [&["-q", "demo", "small.txt"][..], &["demo", "small.txt", "--quiet"]] {
@@ -60,7 +60,7 @@ fn quiet_is_heard_on_either_side_of_a_command_and_says_only_what_went_wrong() {
 }
 
 #[test]
-fn verbose_says_more() {
+fn verbose_prints_more() {
     let home = Home::new();
     let said =
         |verbose: &[&str]| home.run(&[&["mazes", "show", "harbour"], verbose].concat()).stderr;
@@ -78,7 +78,7 @@ fn options_of_the_server_before_a_command_are_wrong_usage() {
     ] {
         let ended = home.run(arguments);
         assert_eq!(ended.code, Some(2), "{ended:?}");
-        let expected = format!("as in `mmsim {command} --help`");
+        let expected = format!("options of {command} must follow it");
         assert!(ended.stderr.contains(&expected), "{ended:?}");
     }
     let ended = home.run(&["--port", "nonsense", "demo"]);
@@ -86,14 +86,14 @@ fn options_of_the_server_before_a_command_are_wrong_usage() {
 }
 
 #[test]
-fn a_folder_may_be_called_as_a_command_is() {
+fn a_folder_may_have_the_name_of_a_command() {
     let home = Home::new();
     home.write("mazes/small.txt", "o---o---o\n| S   G |\no---o---o\n");
     assert!(home.serve(&["--port", "0", "mazes"]).said.contains("small.txt (2x1"));
 }
 
 #[test]
-fn help_is_there_however_it_is_asked_for() {
+fn every_form_of_help_works() {
     let home = Home::new();
     for arguments in [&["help"][..], &["--help"], &["-q", "help"], &["no-such-folder", "--help"]] {
         let ended = home.run(arguments);
@@ -107,26 +107,30 @@ fn help_is_there_however_it_is_asked_for() {
 }
 
 #[test]
-fn what_was_meant_is_guessed() {
+fn suggests_similar_commands() {
     let home = Home::new();
     let said = |name| home.run(&[name]).stderr;
-    assert!(said("sovle").ends_with("; was `mmsim solve …` meant?\n"), "{}", said("sovle"));
-    assert!(!said("my-mazes").contains("meant"), "{}", said("my-mazes"));
-    assert!(said("fetch").ends_with("; was `mmsim mazes fetch …` meant?\n"), "{}", said("fetch"));
-    assert!(said("harbour").ends_with("; was `mmsim --maze harbour` meant?\n"));
+    assert!(said("sovle").ends_with(" (did you mean `mmsim solve …`?)\n"), "{}", said("sovle"));
+    assert!(!said("my-mazes").contains("mean"), "{}", said("my-mazes"));
+    assert!(
+        said("fetch").ends_with(" (did you mean `mmsim mazes fetch …`?)\n"),
+        "{}",
+        said("fetch")
+    );
+    assert!(said("harbour").ends_with(" (did you mean `mmsim --maze harbour`?)\n"));
     let ended = home.run(&["slove", "flood-fill"]);
     assert_eq!(ended.code, Some(2));
-    let expected = "found \"slove\"; was `mmsim solve …` meant?\n";
+    let expected = "no such command, file or folder: \"slove\" (did you mean `mmsim solve …`?)\n";
     assert!(ended.stderr.contains(expected), "{ended:?}");
     let ended = home.run(&["solve", "swing", "--connect", "tcp://127.0.0.1:1", "--timeout", "0.1"]);
-    assert!(ended.stderr.ends_with("; start a simulator with `mmsim`\n"), "{ended:?}");
+    assert!(ended.stderr.ends_with(" (start a simulator with `mmsim`)\n"), "{ended:?}");
 }
 
 #[test]
-fn a_program_can_read_where_a_server_is() {
+fn json_reports_the_address() {
     let home = Home::new();
     let mut server = home.serve(&["--port", "0", "--json"]);
-    // It is printed before the first request is served.
+    // The JSON is printed before the first request is served.
     home.run(&["solve", "flood-fill", "--connect", &server.address]);
     server.kill();
     let stdout = server.stdout();
@@ -139,7 +143,7 @@ fn a_program_can_read_where_a_server_is() {
 /// `script` runs it on a terminal of its own.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_terminal_gets_colours_unless_it_wants_none() {
+fn no_color_disables_colours() {
     let home = Home::new();
     let on_terminal = |no_colour: &str| {
         let mmsim = env!("CARGO_BIN_EXE_mmsim");

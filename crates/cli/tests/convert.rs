@@ -9,13 +9,13 @@ use std::process::Stdio;
 use harness::Home;
 use mmsim_tests::{output, output_of, within};
 
-/// Its goal is the centre, which is all of it.
+/// A maze whose central cells, the goal, are the whole maze.
 const SMALL: &str = "o---o---o\n| G   G |\no   o---o\n|SG   G |\no---o---o\n";
 const NUM: &str = "0 0 0 0 1 1\n0 1 1 0 0 1\n1 0 1 1 1 0\n1 1 1 1 1 0\n";
 const TRIAL: &str = "2\n3,6\n8,8\n";
 
 #[test]
-fn the_ending_says_the_format() {
+fn the_extension_selects_the_format() {
     let home = Home::new();
     home.write("small.txt", SMALL);
     for (ending, content) in [("num", NUM), ("NUM", NUM), ("trial", TRIAL)] {
@@ -31,7 +31,7 @@ fn the_ending_says_the_format() {
     let unknown = home.run(&["mazes", "convert", "small.txt", "out.csv"]);
     assert_eq!(unknown.code, Some(2));
     assert!(unknown.stderr.starts_with(
-        "error: expected a file that ends in .txt, .trial, .maz or .num, or --to FORMAT, found out.csv\n"
+        "error: unknown format of out.csv (use .txt, .trial, .maz or .num, or --to FORMAT)\n"
     ));
 }
 
@@ -54,7 +54,7 @@ fn bytes_go_through_pipes() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_refused_and_the_old_file_stays() {
+fn unsupported_content_is_refused_and_the_old_file_stays() {
     let home = Home::new();
     home.write("marked.txt", SMALL.replace("|SG   G |", "| S     |"));
     home.write("out.num", "old");
@@ -62,41 +62,41 @@ fn what_a_format_cannot_hold_is_refused_and_the_old_file_stays() {
     let old = |name: &str| fs::read_to_string(home.path().join(name)).unwrap();
     let ended = home.run(&["mazes", "convert", "marked.txt", "out.num"]);
     assert_eq!((ended.code, &old("out.num")[..]), (Some(1), "old"));
-    insta::assert_snapshot!(ended.stderr, @"mmsim: out.num: not written: num marks no goal: expected the central cells (0, 0) (1, 0) (0, 1) (1, 1), found (0, 1) (1, 1); --lossy leaves it out");
+    insta::assert_snapshot!(ended.stderr, @"mmsim: cannot write out.num: num marks no goal: expected the central cells (0, 0) (1, 0) (0, 1) (1, 1), found (0, 1) (1, 1) (use --lossy to omit it)");
     let size = home.run(&["mazes", "convert", "marked.txt", "out.maz", "--lossy"]);
     assert_eq!((size.code, &old("out.maz")[..]), (Some(1), "old"));
-    insta::assert_snapshot!(size.stderr, @"mmsim: out.maz: not written: maz holds mazes of 16x16 cells, found one of 2x2");
+    insta::assert_snapshot!(size.stderr, @"mmsim: cannot write out.maz: maz holds mazes of 16x16 cells, found one of 2x2");
     let lossy = home.run(&["mazes", "convert", "marked.txt", "out.num", "--lossy"]);
     assert_eq!((lossy.code, &old("out.num")[..]), (Some(0), NUM));
-    insta::assert_snapshot!(lossy.stderr, @"left out: the goal (0, 1) (1, 1), which reads back as (0, 0) (1, 0) (0, 1) (1, 1)");
+    insta::assert_snapshot!(lossy.stderr, @"omitted: goal (0, 1) (1, 1), which reads back as (0, 0) (1, 0) (0, 1) (1, 1)");
     let files = fs::read_dir(home.path()).unwrap().count();
     assert_eq!(files, 3, "nothing is left beside them");
 }
 
 #[test]
-fn what_is_read_is_told() {
+fn reports_what_was_assumed_when_reading() {
     let home = Home::new();
     home.write("dot.maze", SMALL.replace("|SG   ", "|SG . "));
     home.write("bad.txt", "o---o\n| S |\no-- o\n");
     let unknown = home.run(&["mazes", "convert", "dot.maze", "-"]);
     assert_eq!((unknown.code, &unknown.stdout[..]), (Some(0), SMALL));
-    assert_eq!(unknown.stderr, "dot.maze: 1 unknown wall taken as open\n");
+    assert_eq!(unknown.stderr, "dot.maze: 1 unknown wall assumed open\n");
     let forced = home.run(&["mazes", "convert", "dot.maze", "-", "--format", "text"]);
     assert_eq!(forced.stdout, SMALL.replace("|SG   ", "|SG | "));
     home.write("rows.txt", "bf\nab\nee\n");
     let ambiguous = home.run(&["mazes", "convert", "rows.txt", "-", "--quiet"]);
     assert_eq!(ambiguous.code, Some(0));
-    insta::assert_snapshot!(ambiguous.stderr, @"rows.txt: other mazes fit these digits too; taken is: rows from the north, each from the west, bits 1 2 4 8 walls north east south west");
+    insta::assert_snapshot!(ambiguous.stderr, @"rows.txt: ambiguous digits, which fit other mazes too; read as: rows from the north, each from the west, bits 1 2 4 8 walls north east south west");
     let told = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
     insta::assert_snapshot!(told("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
-    insta::assert_snapshot!(told("."), @"mmsim: .: expected a maze file, found a folder");
+    insta::assert_snapshot!(told("."), @"mmsim: .: is a folder, not a maze file");
     assert!(told("missing.txt").starts_with("mmsim: missing.txt: cannot be read: "));
 }
 
-/// Pipes and devices are written to, and what a link leads to is replaced, not the link.
+/// Pipes and devices are written to directly. The target of a link is replaced, not the link.
 #[cfg(unix)]
 #[test]
-fn what_is_no_file_is_not_replaced_by_one() {
+fn pipes_and_devices_are_not_replaced() {
     use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
     use std::process::Command;
     use std::thread;
@@ -119,7 +119,7 @@ fn what_is_no_file_is_not_replaced_by_one() {
     assert_eq!(convert("out"), NUM);
     let folder = home.run(&["mazes", "convert", "small.txt", ".", "--to", "num"]);
     assert_eq!(folder.code, Some(1));
-    assert!(folder.stderr.starts_with("mmsim: .: cannot be written: "), "{folder:?}");
+    assert!(folder.stderr.starts_with("mmsim: cannot write .: "), "{folder:?}");
 
     home.write("folder/target.num", "old");
     fs::set_permissions(path("folder/target.num"), PermissionsExt::from_mode(0o640)).unwrap();

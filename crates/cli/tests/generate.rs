@@ -1,4 +1,4 @@
-//! `mmsim mazes generate`: new mazes.
+//! `mmsim mazes generate`: generating mazes.
 
 mod harness;
 
@@ -32,17 +32,17 @@ fn the_same_seed_prints_the_same_maze() {
 }
 
 #[test]
-fn without_a_seed_it_is_said_which_one_it_was() {
+fn a_random_seed_is_printed() {
     let home = Home::new();
     let any = home.run(&["mazes", "generate"]);
-    let seed = any.stderr.strip_prefix("--seed ").unwrap().split(' ').next().unwrap();
+    let seed = any.stderr.strip_prefix("seed ").unwrap().split(' ').next().unwrap();
     assert_eq!(any.stdout.parse::<Maze>().unwrap().size(), mmsim_maze::MazeSize::CLASSIC);
     assert_eq!(home.run(&["mazes", "generate", "--seed", seed]).stdout, any.stdout);
     assert_ne!(home.run(&["mazes", "generate"]).stdout, any.stdout);
 }
 
 #[test]
-fn several_are_those_of_the_next_seeds() {
+fn several_mazes_use_the_next_seeds() {
     let home = Home::new();
     let generate = |arguments: &[&str]| {
         let ended = home.run(&[&["mazes", "generate", "--size", "6x6"], arguments].concat());
@@ -55,7 +55,7 @@ fn several_are_those_of_the_next_seeds() {
     assert!(printed.split("\n\n").all(|text| text.parse::<Maze>().is_ok()));
 
     let said = generate(&["--seed", "8", "--count", "3", "-o", "new/mazes"]).stderr;
-    assert_eq!(said, "3 mazes in new/mazes; `mmsim new/mazes` serves one\n");
+    assert_eq!(said, "wrote 3 mazes to new/mazes; serve one with `mmsim new/mazes`\n");
     let read = |name: &str| fs::read_to_string(home.path().join("new/mazes").join(name)).unwrap();
     assert_eq!(read("contest-6x6-8.txt"), single[0]);
     assert_eq!(read("contest-6x6-10.txt"), single[2]);
@@ -67,13 +67,13 @@ fn several_are_those_of_the_next_seeds() {
 }
 
 #[test]
-fn a_file_with_something_else_is_replaced_only_by_force() {
+fn other_files_are_replaced_only_with_force() {
     let home = Home::new();
     let path = home.write("mine.txt", "my maze");
     let generate = ["mazes", "generate", "--size", "6x6", "--seed", "8", "-o", "mine.txt"];
     let refused = home.run(&generate);
     assert_eq!((refused.code, &refused.stdout[..]), (Some(1), ""));
-    insta::assert_snapshot!(refused.stderr, @"mmsim: mine.txt: expected no file or the same maze, found something else; --force replaces it");
+    insta::assert_snapshot!(refused.stderr, @"mmsim: mine.txt already exists with other content (use --force to replace it)");
     assert_eq!(fs::read(&path).unwrap(), b"my maze");
     assert_eq!(home.run(&[&generate[..], &["--force"]].concat()).code, Some(0));
     let printed = home.run(&generate[..6]).stdout;
@@ -81,20 +81,23 @@ fn a_file_with_something_else_is_replaced_only_by_force() {
     assert_eq!(home.run(&generate).code, Some(0), "the same again is nothing else");
     let nowhere = home.run(&["mazes", "generate", "--seed", "1", "-o", "none/maze.txt"]);
     assert_eq!(nowhere.code, Some(1));
-    assert!(nowhere.stderr.contains("maze.txt: cannot be written: "), "{nowhere:?}");
+    assert!(nowhere.stderr.contains("cannot write "), "{nowhere:?}");
     let files: Vec<_> = fs::read_dir(home.path()).unwrap().collect();
     assert_eq!(files.len(), 1, "{files:?}");
 }
 
 #[test]
-fn the_ending_says_folder_or_format() {
+fn the_output_path_selects_folder_or_format() {
     let home = Home::new();
     let generate = |size, output| {
         home.run(&["mazes", "generate", "--size", size, "--seed", "8", "-o", output])
     };
     let printed = |size| home.run(&["mazes", "generate", "--size", size, "--seed", "8"]).stdout;
     let read = |name: &str| fs::read(home.path().join(name)).unwrap();
-    assert_eq!(generate("6x6", "new/").stderr, "1 maze in new/; `mmsim new/` serves one\n");
+    assert_eq!(
+        generate("6x6", "new/").stderr,
+        "wrote 1 maze to new/; serve one with `mmsim new/`\n"
+    );
     assert_eq!(read("new/contest-6x6-8.txt"), printed("6x6").as_bytes());
 
     assert_eq!(generate("16x16", "x.MAZ").code, Some(0));
@@ -103,7 +106,7 @@ fn the_ending_says_folder_or_format() {
     assert_eq!(generate("16x16", "x.MAZ").code, Some(0), "the same again is nothing else");
     let refused = generate("5x4", "small.maz");
     assert_eq!(refused.code, Some(1));
-    insta::assert_snapshot!(refused.stderr, @"mmsim: small.maz: not written: maz holds mazes of 16x16 cells, found one of 5x4");
+    insta::assert_snapshot!(refused.stderr, @"mmsim: cannot write small.maz: maz holds mazes of 16x16 cells, found one of 5x4");
     for other in ["maze", "maze.csv"] {
         assert_eq!(generate("5x4", other).code, Some(0));
         assert_eq!(read(other), printed("5x4").as_bytes());
@@ -111,10 +114,10 @@ fn the_ending_says_folder_or_format() {
     assert_eq!(fs::read_dir(home.path()).unwrap().count(), 4);
 }
 
-/// It would never be read to its end, and holds nothing that could be lost.
+/// A device may have no end, and has no content to lose.
 #[cfg(unix)]
 #[test]
-fn a_device_is_written_to_without_force() {
+fn devices_are_written_to_without_force() {
     let home = Home::new();
     let generate = ["mazes", "generate", "--size", "5x4", "--seed", "3"];
     std::os::unix::fs::symlink("/dev/stdout", home.path().join("out")).unwrap();
@@ -140,7 +143,7 @@ fn json_has_an_object_for_each_maze() {
 }
 
 #[test]
-fn wrong_usage_names_what_is_expected() {
+fn usage_errors_name_what_is_expected() {
     let home = Home::new();
     for (arguments, expected) in [
         (["--size", "33x1"], "expected a maze of 1x1 to 32x32 cells, found 33x1"),

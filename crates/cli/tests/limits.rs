@@ -1,4 +1,4 @@
-//! What happens at the limits of the system: memory, files, and how much a small file may unpack to.
+//! Limits of the system: memory, files, and the size to which a small file may unpack.
 #![cfg(target_os = "linux")]
 
 mod harness;
@@ -17,7 +17,7 @@ use mmsim_tests::{ask, connect_to};
 
 const MIB: u64 = 1 << 20;
 
-/// A figure of a process in bytes, such as `VmHWM`, the most that it ever held in memory.
+/// Returns a memory figure of a process in bytes, such as `VmHWM`, its peak.
 fn figure(process: u32, key: &str) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'))?;
@@ -27,9 +27,9 @@ fn figure(process: u32, key: &str) -> Option<u64> {
 #[test]
 fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
     let home = Home::new();
-    // A limit for the history that is more than the system gives, so that an allocation fails.
+    // The history limit exceeds the memory limit of the system, so that an allocation fails.
     let options = ["-p", "0", "--maze", "hedgerow", "--history-limit", "100000", "--record", "r"];
-    // What it takes when it starts, and 48 MiB.
+    // The memory at the start, and 48 MiB more.
     let taken = figure(home.serve(&options).id(), "VmSize").unwrap() + 48 * MIB;
     let limit = format!("-v {}", taken / 1024);
     let server = Serving::start(limited(&home.server(&options), &limit), "states");
@@ -42,7 +42,7 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
         assert!(acknowledged > 16 * MIB / 518, "{acknowledged} states");
         let socket = connect_to(&server.address, zmq::REQ);
         for number in 0..1000 {
-            // What others free meanwhile may have room for some.
+            // Memory freed by other threads may hold a few more states.
             match ask(&socket, &state(number)).as_slice() {
                 b"ok" => acknowledged += 1,
                 refusal => assert!(refusal.starts_with(expected.as_bytes())),
@@ -70,9 +70,9 @@ fn the_default_limit_is_below_that_of_the_process() {
 }
 
 #[test]
-fn a_process_that_may_open_few_files_says_so() {
+fn low_descriptor_limits_are_reported() {
     let home = Home::new();
-    // With fewer, not even the libraries can be loaded.
+    // With fewer, not even the shared libraries load.
     for files in 6..20 {
         let server = home.server(&["-p", "0", "--record", "r", "--viewer-port", "0"]);
         let mut child = limited(&server, &format!("-n {files}"))
@@ -97,8 +97,7 @@ fn a_process_that_may_open_few_files_says_so() {
     }
 }
 
-/// A recording of so many times 10,000 states, all the same, so that it takes few bytes: a chunk
-/// again and again, without an end.
+/// Writes a small recording with many equal states: each chunk holds 10,000 of them.
 fn bomb(home: &Home, name: &str, chunks: usize) -> PathBuf {
     const CHUNK: u8 = 6;
     let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
@@ -125,7 +124,7 @@ fn bomb(home: &Home, name: &str, chunks: usize) -> PathBuf {
     path
 }
 
-/// Waits for a process; gives the most that it held in memory, its exit code, and what it said.
+/// Waits for a process. Returns its peak memory, its exit code and its messages.
 fn run_measured(mut command: Command) -> (u64, Option<i32>, String) {
     let mut child: Child =
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
@@ -170,7 +169,7 @@ fn a_small_file_with_many_states_takes_no_more_memory_than_the_limit() {
     }
 }
 
-/// Asks the page for something; gives the status and the body.
+/// Sends a request to the page. Returns the status and the body.
 fn post(page: &str, path: &str, body: &str) -> (u16, String) {
     let mut stream = TcpStream::connect(page).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
@@ -188,10 +187,10 @@ fn post(page: &str, path: &str, body: &str) -> (u16, String) {
 }
 
 #[test]
-fn all_that_is_open_on_the_page_shares_the_limit() {
+fn open_recordings_share_the_limit() {
     let home = Home::new();
     for name in ["r/a.mcap", "r/b.mcap"] {
-        // Between half a mebibyte and a whole one.
+        // Between half a mebibyte and one mebibyte.
         bomb(&home, name, 60);
     }
     let arguments = ["-p", "0", "--record", "r", "--history-limit", "1", "--viewer-port", "0"];

@@ -11,7 +11,7 @@ use serde_json::json;
 const SMALL: &str = "o---o---o\n| S   G |\no---o---o\n";
 
 #[test]
-fn the_list_tells_size_goal_and_shortest_path() {
+fn list_prints_size_goal_and_shortest_path() {
     let home = Home::new();
     insta::assert_snapshot!("list", home.run(&["mazes", "list"]).stdout);
     let list = home.run(&["mazes", "list", "--json"]).json();
@@ -33,18 +33,18 @@ fn a_maze_is_shown_with_its_distances() {
 }
 
 #[test]
-fn a_bundled_maze_is_found_beside_ones_own() {
+fn finds_bundled_mazes_besides_the_users() {
     let home = Home::new();
     home.write(".mmsim/small.txt", SMALL);
     assert!(home.run(&["mazes", "list"]).stdout.contains("small.txt"));
     let shown = home.run(&["mazes", "show", "harbour", "--json"]);
     assert_eq!((shown.code, &shown.json()["path"]), (Some(0), &json!("01-harbour.txt")));
     let named = home.run(&["mazes", "show", "harbour", "--mazes", ".mmsim"]);
-    assert!(named.code == Some(1) && named.stderr.contains("found none of 1"), "{named:?}");
+    assert!(named.code == Some(1) && named.stderr.contains("list the 1 file with"), "{named:?}");
 }
 
 #[test]
-fn a_check_gives_facts_or_the_error_of_each_file() {
+fn check_prints_facts_or_the_error_of_each_file() {
     let home = Home::new();
     home.write("mazes/a.txt", SMALL);
     home.write("mazes/b/wide.txt", SMALL.replace("S  ", "S |").replace(" G |", "   |"));
@@ -59,7 +59,7 @@ fn a_check_gives_facts_or_the_error_of_each_file() {
                "format": "text", "findings": []})
     );
     let unreachable = json!([{"severity": "warning", "kind": "unreachable_cells",
-        "message": "the cell (1, 0) cannot be reached", "line": null, "column": null,
+        "message": "cell (1, 0) is unreachable", "line": null, "column": null,
         "byte": null, "cell": [1, 0]}]);
     assert_eq!(good.json()[1]["findings"], unreachable);
     assert_eq!(good.json()[1]["reachable_cells"], 1);
@@ -78,14 +78,14 @@ fn a_check_gives_facts_or_the_error_of_each_file() {
     let text = home.run(&["mazes", "check", "mazes", "bad.txt"]);
     insta::assert_snapshot!(text.stdout.replace('\\', "/"), @r#"
     mazes/a.txt: 2x1, 1 goal cell, goal 1 step away
-    mazes/b/wide.txt: 2x1, 2 goal cells, goal 0 steps away, 1 cell cannot be reached
-      warning: the cell (1, 0) cannot be reached
+    mazes/b/wide.txt: 2x1, 2 goal cells, goal 0 steps away, 1 cell unreachable
+      warning: cell (1, 0) is unreachable
     bad.txt: line 1, column 6: expected "---" or three spaces between posts, found "-- "
     "#);
 }
 
 #[test]
-fn a_check_tells_every_finding_with_its_place() {
+fn check_reports_every_finding_with_its_position() {
     let home = Home::new();
     let open = "o---o---o---o---o\n|               |\no   o   o   o   o\n| S | G         |\no   o---o---o---o\n|   |   |       |\no---o---o---o---o\n";
     home.write(
@@ -104,14 +104,14 @@ fn a_check_tells_every_finding_with_its_place() {
     mazes/1-gaps.txt: line 1, column 2: expected the outer wall, found "   "
       error: 2 more gaps in the outer wall, at line 1, column 14; line 2, column 1
     mazes/2-contradiction.csv: line 1, column 3: expected (1, 1) closed to the south, as (1, 0) is to the north at line 2, column 3, found 2
-    mazes/3-closed.txt: 2x1, 1 goal cell, goal cannot be reached, 1 cell cannot be reached
-      error: no way leads from the start (0, 0) to the goal (1, 0)
-      warning: the cell (1, 0) cannot be reached
-    mazes/4-posts.txt: 4x3, 1 goal cell, goal 3 steps away, 3 cells cannot be reached
-      warning: 2 posts that no wall touches, south-west of (2, 2); (3, 2)
-      warning: 3 cells that cannot be reached: (1, 0); (2, 0); (3, 0)
+    mazes/3-closed.txt: 2x1, 1 goal cell, goal unreachable, 1 cell unreachable
+      error: goal (1, 0) unreachable from the start (0, 0)
+      warning: cell (1, 0) is unreachable
+    mazes/4-posts.txt: 4x3, 1 goal cell, goal 3 steps away, 3 cells unreachable
+      warning: 2 posts without a wall, south-west of (2, 2); (3, 2)
+      warning: 3 unreachable cells: (1, 0); (2, 0); (3, 0)
     mazes/5-unknown.maze: 2x1, 1 goal cell, goal 1 step away
-      warning: line 2, column 5: an unknown wall, taken as open
+      warning: line 2, column 5: unknown wall, assumed open
     mazes/6-known.txt: 2x1, 1 goal cell, goal 1 step away
       warning: the same walls, start and goal as mazes/5-unknown.maze
     mazes/7-again.txt: 2x1, 1 goal cell, goal 1 step away
@@ -155,7 +155,7 @@ fn a_file_is_no_duplicate_of_itself() {
 }
 
 #[test]
-fn a_check_tells_bytes_and_their_cells() {
+fn check_reports_bytes_and_their_cells() {
     let home = Home::new();
     let maze = fs::read_to_string(mmsim_tests::bundled_mazes().join("01-harbour.txt")).unwrap();
     let bytes = Format::Maz.write(&maze.parse().unwrap()).unwrap();
@@ -174,7 +174,7 @@ fn a_check_tells_bytes_and_their_cells() {
 }
 
 #[test]
-fn a_check_tells_that_other_mazes_fit() {
+fn check_reports_ambiguous_digits() {
     let home = Home::new();
     home.write("rows.txt", "bf\nab\nee\n");
     home.write("one.txt", "9113\nec46\n");

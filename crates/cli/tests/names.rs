@@ -1,5 +1,4 @@
-//! Names of files, and texts of other programs, that a terminal would obey: no command prints them as
-//! they are.
+//! Control characters in file names and in text from other programs: no command prints them.
 #![cfg(unix)]
 
 mod harness;
@@ -7,29 +6,27 @@ mod harness;
 use std::fs;
 use std::thread;
 
-use harness::{Ended, Home};
+use harness::{Home, Output};
 
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
-/// Hex digits that other mazes fit as well.
+/// Ambiguous hex digits.
 const AMBIGUOUS: &str = "bf\nab\nee\n";
 
-/// Clears the screen, sets a title, breaks the line, sets a colour by a single character, turns the
-/// direction of what follows.
+/// Clears the screen, sets a title, breaks the line, sets a colour and reverses the text direction.
 const EVIL: &str = "\u{1b}[2J\u{1b}]0;x\u{7}\r\n\u{9b}31m\u{202e}\u{7f}";
 
-/// Asserts that nothing of the evil name was printed as it is.
+/// Asserts that a text has no control characters.
 fn check(what: &str, text: &str) {
     let is_obeyed = |c: char| c.is_control() && c != '\n' || ('\u{202a}'..='\u{202e}').contains(&c);
     assert!(!text.contains(is_obeyed), "{what}: {text:?}");
 }
 
-fn check_ended(arguments: &[&str], ended: &Ended) {
+fn check_ended(arguments: &[&str], ended: &Output) {
     check(&format!("{arguments:?}"), &(ended.stdout.clone() + &ended.stderr));
     assert!([Some(0), Some(1), Some(2)].contains(&ended.code), "{arguments:?}: {ended:?}");
 }
 
-/// A home with files of evil names: mazes, one twice, one closed, one ambiguous; something else; a
-/// folder; a recording.
+/// Returns a home with evil file names: mazes (duplicate, closed, ambiguous), a folder, a recording.
 fn evil_home() -> (Home, String) {
     let home = Home::new();
     let folder = format!("mazes{EVIL}");
@@ -51,7 +48,7 @@ fn evil_home() -> (Home, String) {
 }
 
 #[test]
-fn no_command_prints_what_a_terminal_would_obey() {
+fn no_command_prints_control_characters() {
     let (home, folder) = evil_home();
     let file = |name: &str| format!("{folder}/{name}{EVIL}.txt");
     let [a, hex, closed, rubbish] = ["a", "hex", "closed", "rubbish"].map(file);
@@ -131,7 +128,7 @@ fn no_command_prints_what_a_terminal_would_obey() {
 }
 
 #[test]
-fn no_server_says_what_a_terminal_would_obey() {
+fn no_server_prints_control_characters() {
     let (home, folder) = evil_home();
     let run = format!("run{EVIL}.mcap");
     for (arguments, until) in [
@@ -145,9 +142,9 @@ fn no_server_says_what_a_terminal_would_obey() {
     }
 }
 
-/// A simulator of somebody else, whose name of the maze and reasons are evil.
+/// A simulator that sends evil text.
 #[test]
-fn what_another_simulator_says_is_escaped() {
+fn text_from_another_simulator_is_escaped() {
     let home = Home::new();
     let answers = [
         format!("error: {EVIL}"),
@@ -164,7 +161,7 @@ fn what_another_simulator_says_is_escaped() {
         simulator.bind("tcp://127.0.0.1:*").unwrap();
         simulator.set_rcvtimeo(10_000).unwrap();
         let endpoint = simulator.get_last_endpoint().unwrap().unwrap();
-        // Each of the commands asks once or twice before it gives up.
+        // Each command sends one or two requests before it gives up.
         let serving = thread::spawn(move || {
             while simulator.recv_bytes(0).is_ok_and(|request| request != b"end") {
                 simulator.send(&answer, 0).unwrap();

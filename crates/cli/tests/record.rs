@@ -1,4 +1,4 @@
-//! Recording and replay: nothing that was acknowledged is ever lost.
+//! Recording and replay: no acknowledged state is ever lost.
 
 mod harness;
 
@@ -15,14 +15,13 @@ use mmsim_tests::{ask, connect_to, wait_for};
 
 const MAZE: &str = "hedgerow";
 
-/// The recordings in a folder, in the order in which they were begun. A file that was only just
-/// created is none.
+/// Returns the recordings in a folder, in the order of their start, without empty ones.
 fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
-    // Nor is one that a killed server was writing in place of another.
+    // Skip the temporary file of a killed server.
     files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
-    // By the number at the end: the time before it may go back.
+    // Sort by the number at the end: the clock may go backwards.
     files.sort_by_key(|path| path.file_stem().unwrap().to_str().unwrap()[20..].to_string());
     let read = |path: PathBuf| match Recording::open(&path) {
         Ok(recording) => Some((path, recording)),
@@ -32,11 +31,11 @@ fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
     files.into_iter().filter_map(read).collect()
 }
 
-/// Receives a reply; gives up once the server is killed.
+/// Receives a reply, or gives up once the server is killed.
 fn receive(socket: &zmq::Socket, killed: &AtomicBool) -> Option<Vec<Vec<u8>>> {
     socket.set_rcvtimeo(20).unwrap();
     wait_for("a reply, or the server to be killed", || {
-        // Looked at first, so that a reply from before the kill still counts.
+        // Checked first, so that a reply from before the kill still counts.
         let over = killed.load(Ordering::Relaxed);
         match socket.recv_multipart(0) {
             Ok(reply) => Some(Some(reply)),
@@ -46,7 +45,7 @@ fn receive(socket: &zmq::Socket, killed: &AtomicBool) -> Option<Vec<Vec<u8>>> {
     })
 }
 
-/// Sends states one by one, with a reset now and then, and counts those that are acknowledged.
+/// Sends states one by one with a reset now and then, and counts those acknowledged.
 fn send_one_by_one(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool) {
     let socket = connect_to(address, zmq::REQ);
     for number in 0.. {
@@ -60,7 +59,7 @@ fn send_one_by_one(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool)
     }
 }
 
-/// Sends states without waiting for replies, and counts those that are acknowledged.
+/// Sends states without waiting for replies, and counts those acknowledged.
 fn send_in_advance(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool) {
     let socket = connect_to(address, zmq::DEALER);
     let (mut sent, mut answered) = (0, 0);
@@ -76,10 +75,10 @@ fn send_in_advance(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool)
     }
 }
 
-/// How many states are sent before the first of them is acknowledged.
+/// The number of states sent before the first acknowledgement.
 const AHEAD: u64 = 100;
 
-/// Tells the sender that the server is killed, even if the test fails before.
+/// Tells the sender that the server is killed, even if the test panics.
 struct SetAtTheEnd<'a>(&'a AtomicBool);
 
 impl Drop for SetAtTheEnd<'_> {
@@ -88,7 +87,7 @@ impl Drop for SetAtTheEnd<'_> {
     }
 }
 
-/// Kills the server at fifty moments while it is given states as fast as it takes them.
+/// Kills the server at fifty moments while it receives states as fast as it can.
 #[test]
 fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
     let (mut lost, mut total) = (0, 0);
@@ -107,7 +106,7 @@ fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
                 }
             });
             let killed = SetAtTheEnd(&killed);
-            // Some are killed at the very beginning, most in the middle of things.
+            // Some are killed during startup, most while recording.
             if round % 5 != 0 {
                 let is_acknowledged = || acknowledged.load(Ordering::Relaxed) > 0;
                 wait_for("the first acknowledged state", || is_acknowledged().then_some(()));
@@ -126,7 +125,7 @@ fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
         }
         let (recorded, acknowledged) = (recorded.len() as u64, acknowledged.into_inner());
         lost += acknowledged.saturating_sub(recorded);
-        // What was written last need not have been acknowledged any more.
+        // The last states may be recorded but not acknowledged.
         let ahead = if one_by_one { 1 } else { AHEAD };
         assert!(recorded <= acknowledged + ahead, "round {round}: {recorded} of {acknowledged}");
         total += acknowledged;
@@ -195,7 +194,7 @@ fn each_search_is_a_recording_that_can_be_replayed() {
 
     let ended = replay(first, &["--at", "192"]);
     assert_eq!(ended.code, Some(1));
-    assert!(ended.stderr.ends_with("expected --at one of its states, 0 to 191, found 192\n"));
+    assert!(ended.stderr.ends_with("no state 192 (--at takes 0 to 191)\n"));
     let ended =
         home.run(&["solve", "flood-fill", "--record", "own.mcap", "--connect", "127.0.0.1:1"]);
     assert_eq!(ended.code, Some(1));
@@ -203,7 +202,7 @@ fn each_search_is_a_recording_that_can_be_replayed() {
 }
 
 #[test]
-fn a_recording_that_was_cut_off_shows_its_whole_states() {
+fn truncated_recordings_show_their_intact_states() {
     let home = Home::new();
     let server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
     home.run(&["solve", "flood-fill", "--connect", &server.address]);
@@ -213,7 +212,7 @@ fn a_recording_that_was_cut_off_shows_its_whole_states() {
     let whole = home.write("cut.mcap", &bytes);
     let shown = home.run(&["replay", whole.to_str().unwrap()]);
     assert_eq!(shown.code, Some(0), "{shown:?}");
-    let expected = format!("not closed: the file ends at byte {}, whole up to byte ", bytes.len());
+    let expected = format!("not closed: the file ends at byte {}, intact up to byte ", bytes.len());
     assert!(shown.stdout.contains(&expected), "{shown:?}");
     assert!(shown.stdout.contains("\n190 states in "), "{shown:?}");
     bytes[50_000..60_000].fill(0xa5);
@@ -221,7 +220,7 @@ fn a_recording_that_was_cut_off_shows_its_whole_states() {
     let shown = home.run(&["replay", "damaged.mcap"]);
     assert_eq!(shown.code, Some(1), "{shown:?}");
     assert!(shown.stdout.contains(", damaged after byte "), "{shown:?}");
-    assert!(shown.stderr.contains("expected a whole recording, found "), "{shown:?}");
+    assert!(shown.stderr.contains("damaged.mcap: damaged after byte "), "{shown:?}");
     for (name, content, found) in [
         ("empty.mcap", &b""[..], "found the end of the file at byte 0"),
         ("head.mcap", &bytes[..40], "found the end of the file at byte 40"),
@@ -251,7 +250,7 @@ fn a_full_history_refuses_states_and_a_reset_makes_room() {
     assert_eq!(ask(&socket, &state(0)), b"ok");
 }
 
-/// Windows does not let a folder go in which a file is open.
+/// Windows does not remove a folder with an open file.
 #[cfg(unix)]
 #[test]
 fn a_lost_folder_refuses_states_until_reset() {
@@ -281,8 +280,7 @@ fn a_lost_folder_refuses_states_until_reset() {
     }
 }
 
-/// Others can change what is in the folder. What they destroy is gone, but nothing more is
-/// acknowledged that would be lost as well.
+/// Other programs can change a recording. What they destroy is lost, but no further state is acknowledged.
 #[cfg(unix)]
 #[test]
 fn a_recording_that_another_program_changes_refuses_states_until_reset() {
@@ -313,8 +311,7 @@ fn a_recording_that_another_program_changes_refuses_states_until_reset() {
     assert!(recording.history().iter().eq([state(7)]));
 }
 
-/// Kills the server while it packs what it has recorded. Each time the file is there, whole, packed
-/// or not.
+/// Kills the server while it compresses a recording. The file is always there and whole.
 #[cfg(unix)]
 #[test]
 fn no_state_is_lost_when_the_server_is_killed_while_it_packs() {
@@ -343,11 +340,11 @@ fn no_state_is_lost_when_the_server_is_killed_while_it_packs() {
     println!("30 kills: {packed} after packing, {left} in the middle of it");
 }
 
-/// A limit on the size of files stands for a disk that is full.
+/// A limit on the file size stands for a full disk.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_refuses_states_and_what_was_written_stays() {
-    // In blocks of 512 bytes. Above the last state, these leave less and more than a summary takes.
+    // In blocks of 512 bytes. After the last state, they leave less and more room than a summary needs.
     for limit in [64, 55] {
         fill_disk(limit);
     }
@@ -369,7 +366,7 @@ fn fill_disk(limit: usize) {
     let whole = |index: usize| {
         let (_, recording) = recordings(&home.path().join("r")).swap_remove(index);
         assert!(recording.history().iter().eq((0..states as u64).map(state)), "file {index}");
-        // Closed once it is packed, for which there may be room.
+        // The file is closed after compression, for which there may be room.
         assert!(!matches!(*recording.integrity(), Integrity::Damaged { .. }));
     };
     whole(0);

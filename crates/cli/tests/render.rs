@@ -1,4 +1,4 @@
-//! `mmsim render`: pictures of mazes and recordings.
+//! `mmsim render`: drawing mazes and recordings.
 
 mod harness;
 
@@ -18,8 +18,7 @@ o   o---o   o
 o---o---o---o
 ";
 
-/// A recording of so many states, the mouse going to and fro between start and goal. Its client
-/// believes in a wall that is not there.
+/// Records states of a mouse that goes back and forth and reports a wall that does not exist.
 fn record(home: &Home, name: &str, states: u8) -> PathBuf {
     let simulation = Simulation::new("small", MAZE.parse::<Maze>().unwrap());
     let path = home.path().join(name);
@@ -40,14 +39,14 @@ fn read(home: &Home, name: &str) -> Vec<u8> {
     fs::read(home.path().join(name)).unwrap()
 }
 
-/// Width and height of a PNG.
+/// Returns the width and height of a PNG.
 fn png_size(png: &[u8]) -> (u32, u32) {
     assert!(png.starts_with(b"\x89PNG\r\n"), "{:?}", &png[..8]);
     let number = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap());
     (number(16), number(20))
 }
 
-/// How many frames a GIF has, and its width and height.
+/// Returns the number of frames of a GIF, and its width and height.
 fn gif_frames(gif: &[u8]) -> (usize, u16, u16) {
     let mut decoder = gif::DecodeOptions::new().read_info(gif).unwrap();
     let mut frames = 0;
@@ -58,7 +57,7 @@ fn gif_frames(gif: &[u8]) -> (usize, u16, u16) {
 }
 
 #[test]
-fn a_maze_is_drawn_by_its_file_or_by_words() {
+fn mazes_are_selected_by_file_or_words() {
     let home = Home::new();
     home.write("mazes/small.txt", MAZE);
     let ended = home.run(&["render", "mazes/small.txt", "-o", "file.svg", "--distances"]);
@@ -93,7 +92,7 @@ fn a_state_of_a_recording_is_drawn() {
     assert!(second.contains("class=\"maze hide-numbers hide-trail\""));
     assert!(second.contains("points=\"10,30 10,10\""));
     assert!(second.contains("transform=\"translate(10 10) rotate(180)\""));
-    // Told by its content, whatever it is called.
+    // The content decides, not the name.
     fs::copy(home.path().join("run.mcap"), home.path().join("run.bin")).unwrap();
     assert_eq!(home.run(&["render", "run.bin", "-o", "run.png"]).code, Some(0));
     assert_eq!(png_size(&read(&home, "run.png")), (640, 440));
@@ -111,7 +110,7 @@ fn a_search_moves() {
 }
 
 #[test]
-fn a_long_search_is_told_in_400_frames() {
+fn long_searches_have_at_most_400_frames() {
     let home = Home::new();
     let simulation = Simulation::new("one", "o---o\n|SG |\no---o\n".parse::<Maze>().unwrap());
     let path = home.path().join("long.mcap");
@@ -127,19 +126,19 @@ fn a_long_search_is_told_in_400_frames() {
 }
 
 #[test]
-fn a_recording_without_a_state_shows_the_maze() {
+fn a_recording_without_states_shows_the_maze() {
     let home = Home::new();
     record(&home, "empty.mcap", 0);
     assert_eq!(home.run(&["render", "empty.mcap", "-o", "empty.svg"]).code, Some(0));
     let svg = String::from_utf8(read(&home, "empty.svg")).unwrap();
     assert!(svg.contains("mouse absent") && svg.contains("wall true known"));
     let ended = home.run(&["render", "empty.mcap", "-o", "empty.gif"]);
-    let error = "mmsim: empty.mcap: expected a state to make a .gif of, found none\n";
+    let error = "mmsim: empty.mcap: cannot animate a recording without states\n";
     assert_eq!((ended.code, &ended.stderr[..]), (Some(1), error));
 }
 
 #[test]
-fn a_damaged_recording_is_drawn_as_far_as_it_is_whole() {
+fn the_intact_part_of_a_damaged_recording_is_drawn() {
     let home = Home::new();
     let path = record(&home, "run.mcap", 200);
     let mut bytes = fs::read(path).unwrap();
@@ -148,12 +147,12 @@ fn a_damaged_recording_is_drawn_as_far_as_it_is_whole() {
     home.write("damaged.mcap", &bytes);
     let ended = home.run(&["render", "damaged.mcap", "-o", "damaged.svg"]);
     assert_eq!(ended.code, Some(1));
-    assert!(ended.stderr.contains("expected a whole recording, found "), "{ended:?}");
+    assert!(ended.stderr.contains(": damaged after byte "), "{ended:?}");
     assert!(read(&home, "damaged.svg").starts_with(b"<svg "));
 }
 
 #[test]
-fn what_cannot_be_drawn_is_an_error_and_loses_nothing() {
+fn undrawable_inputs_are_errors_and_keep_the_old_file() {
     let home = Home::new();
     home.write("small.txt", MAZE);
     home.write("old.gif", "old");
@@ -161,26 +160,20 @@ fn what_cannot_be_drawn_is_an_error_and_loses_nothing() {
     for (arguments, error) in [
         (
             &["small.txt", "-o", "old.gif"][..],
-            "small.txt: expected a recording to make a .gif of, found a maze",
+            "small.txt: cannot animate a maze (a .gif needs a recording)",
         ),
         (
             &["small.txt", "--at", "0", "-o", "a.svg"],
-            "small.txt: expected a recording for --at, found a maze",
+            "small.txt: --at needs a recording, and this is a maze",
         ),
         (
             &["run.mcap", "--distances", "-o", "a.svg"],
-            "run.mcap: expected a maze for --distances, found a recording",
+            "run.mcap: --distances needs a maze, and this is a recording",
         ),
-        (
-            &["run.mcap", "--at", "2", "-o", "old.gif"],
-            "run.mcap: expected --at one of its states, 0 to 1, found 2",
-        ),
+        (&["run.mcap", "--at", "2", "-o", "old.gif"], "run.mcap: no state 2 (--at takes 0 to 1)"),
         (&["no.mcap", "-o", "a.svg"], "no.mcap: cannot be read: "),
-        (
-            &["no such maze", "-o", "a.svg"],
-            "expected a maze whose path holds \"no such maze\", found none of ",
-        ),
-        (&["small.txt", "-o", "no/a.svg"], "no/a.svg: cannot be written: "),
+        (&["no such maze", "-o", "a.svg"], "no maze matches \"no such maze\" in "),
+        (&["small.txt", "-o", "no/a.svg"], "cannot write no/a.svg: "),
     ] {
         let ended = home.run(&[&["render"], arguments].concat());
         assert_eq!(ended.code, Some(1), "{arguments:?}");
@@ -189,7 +182,10 @@ fn what_cannot_be_drawn_is_an_error_and_loses_nothing() {
     }
     for (arguments, error) in [
         (&["small.txt"][..], "--output <FILE>"),
-        (&["small.txt", "-o", "a.jpeg"], "expected .svg, .png or .gif at the end, found .jpeg"),
+        (
+            &["small.txt", "-o", "a.jpeg"],
+            "expected a file ending in .svg, .png or .gif, found .jpeg",
+        ),
         (&["small.txt", "-o", "a.png", "--width", "15"], "15 is not in 16..=4096"),
         (&["small.txt", "-o", "a.png", "--theme", "pink"], "[possible values: light, dark]"),
     ] {

@@ -1,4 +1,4 @@
-//! Signals that a command was started to ignore, as by `nohup` or in the background of a script.
+//! Signals ignored at the start, as under `nohup` or in the background of a script.
 #![cfg(target_os = "linux")]
 
 mod harness;
@@ -10,12 +10,12 @@ use harness::{Home, SIGNALS, Serving, recorded};
 
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
-/// Numbers of signals, which are bits of masks.
+/// Signal numbers, which are bits of masks.
 const HUP: u32 = 1;
 const INT: u32 = 2;
 const TERM: u32 = 15;
 
-/// Starts a command, once it has said `text`, with these signals ignored, by their names without SIG.
+/// Starts a command with the named signals ignored, and waits until it prints `text`.
 fn start(home: &Home, ignored: &str, arguments: &[&str], text: &str) -> Serving {
     let script = format!("trap '' {ignored}; exec \"$0\" \"$@\"");
     let mut shell = Command::new("env");
@@ -25,14 +25,14 @@ fn start(home: &Home, ignored: &str, arguments: &[&str], text: &str) -> Serving 
     Serving::start(shell, text)
 }
 
-/// Whether a signal is in a mask of the status of a process.
+/// Whether a signal is in a mask of the process status.
 fn is_in(server: &Serving, mask: &str, signal: u32) -> bool {
     let status = fs::read_to_string(format!("/proc/{}/status", server.id())).unwrap();
     let mask = status.lines().find_map(|line| line.strip_prefix(mask)).unwrap();
     u64::from_str_radix(mask.trim(), 16).unwrap() >> (signal - 1) & 1 == 1
 }
 
-/// Asserts that a signal is ignored, although it comes, and that SIGTERM ends the command cleanly.
+/// Asserts that a signal stays ignored, and that SIGTERM stops the command cleanly.
 fn check(mut server: Serving, name: &str, number: u32, others: &[u32]) {
     assert!(is_in(&server, "SigIgn:", number) && !is_in(&server, "SigCgt:", number), "{name}");
     for other in others {
@@ -45,7 +45,7 @@ fn check(mut server: Serving, name: &str, number: u32, others: &[u32]) {
 }
 
 #[test]
-fn what_is_ignored_at_the_start_stays_ignored_in_every_command_that_serves() {
+fn signals_ignored_at_the_start_stay_ignored() {
     let home = Home::new();
     home.write("small.txt", MAZE);
     let once = home.run(&["demo", "small.txt", "--once", "--port", "0", "--record", "records"]);

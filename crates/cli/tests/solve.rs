@@ -74,29 +74,34 @@ fn a_goal_not_reached_is_exit_code_1() {
     assert_eq!(report["goal_reached"], json!(false));
     assert!(report["error"].as_str().unwrap().starts_with("expected a way from "));
     let ended = solve(&["--max-steps", "10"]);
-    assert_eq!((ended.code, ended.stderr.as_str()), (Some(1), "gave up at --max-steps 10\n"));
+    assert_eq!(
+        (ended.code, ended.stderr.as_str()),
+        (Some(1), "gave up at the limit of 10 states (see --max-steps)\n")
+    );
     assert!(ended.stdout.contains("goal not reached after 9 steps"), "{ended:?}");
     let ended = solve(&["--size", "32x32"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.contains("refused S: expected S of 518 bytes"), "{ended:?}");
-    assert!(ended.stderr.contains("--goal server lets it ask"), "{ended:?}");
+    assert!(ended.stderr.contains("use --goal server"), "{ended:?}");
 }
 
 #[test]
-fn a_client_without_a_server_says_so_and_gives_up_when_told() {
+fn a_client_without_a_server_waits_until_the_timeout() {
     let home = Home::new();
     let ended =
         home.run(&["solve", "left-wall", "--connect", "tcp://127.0.0.1:1", "--timeout", "2.5"]);
     assert_eq!((ended.code, ended.stdout.as_str()), (Some(1), ""));
     let said: Vec<&str> = ended.stderr.lines().collect();
     assert!(said[0].starts_with("no reply from tcp://127.0.0.1:1 for "), "{ended:?}");
-    assert!(said[0].ends_with("start a simulator with `mmsim`; Ctrl-C gives up"), "{ended:?}");
-    let expected = "mmsim: expected a reply from tcp://127.0.0.1:1, found none within 2.5 s; ";
-    assert!(said[1].starts_with(expected), "{ended:?}");
+    assert!(
+        said[0].ends_with("(start a simulator with `mmsim`); press Ctrl-C to give up"),
+        "{ended:?}"
+    );
+    assert!(said[1].contains("within 2.5 s (start a simulator"), "{ended:?}");
     let arguments = ["solve", "left-wall", "--connect", "tcp://127.0.0.1:1", "--timeout", "0.1"];
     let asking = home.run(&[&arguments[..], &["--goal", "server", "--json"]].concat());
     assert_eq!(asking.json()["goal_reached"], json!(false));
-    assert!(asking.json()["error"].as_str().unwrap().contains("found none within 0.1 s"));
+    assert!(asking.json()["error"].as_str().unwrap().contains("within 0.1 s"));
 }
 
 #[test]
@@ -114,7 +119,7 @@ fn the_demo_draws_the_last_map_where_there_is_no_terminal() {
 
 #[cfg(unix)]
 #[test]
-fn the_demo_serves_on_until_it_is_interrupted() {
+fn the_demo_keeps_serving_until_interrupted() {
     let home = Home::new();
     let mut demo = home.serve_until(&["demo", "--port", "0"], "still serving");
     let searched = home.run(&["solve", "weight-increment", "--connect", &demo.address]);
@@ -127,7 +132,7 @@ fn the_demo_serves_on_until_it_is_interrupted() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_ends_a_demo_on_its_way() {
+fn an_interrupt_stops_a_running_demo() {
     let home = Home::new();
     let mut demo = home.serve(&["demo", "--port", "0", "--pace", "60000"]);
     demo.signal("TERM");
@@ -136,7 +141,7 @@ fn an_interrupt_ends_a_demo_on_its_way() {
 }
 
 #[test]
-fn output_that_nobody_reads_to_the_end_changes_no_exit_code() {
+fn a_closed_pipe_does_not_change_the_exit_code() {
     let home = Home::new();
     home.write("rubbish.txt", "rubbish");
     for (arguments, code) in

@@ -1,4 +1,4 @@
-//! docs/strategies.md shows what the strategies do.
+//! The pictures and figures of docs/strategies.md match the strategies.
 
 mod harness;
 
@@ -14,7 +14,7 @@ fn at_root(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
 }
 
-/// `MMSIM_UPDATE_PICTURES=1` draws them anew, after a change of a strategy or of the drawing.
+/// `MMSIM_UPDATE_PICTURES=1` redraws them after a change of a strategy or of the drawing.
 #[test]
 fn the_pictures_are_of_their_searches() {
     let home = Home::new();

@@ -1,10 +1,10 @@
-//! `mmsim trial`: robots on the two-run trial.
+//! `mmsim trial`: robots in the two-run trial.
 
 mod harness;
 
 use std::process::Stdio;
 
-use harness::{Ended, Home};
+use harness::{Home, Output};
 use mmsim_tests::{ask, connect_to, output_of};
 use serde_json::{Value, json};
 
@@ -17,13 +17,13 @@ o---o---o---o---o
 ";
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
-/// The random robot, which is fast enough in small mazes.
-fn random(home: &Home, arguments: &[&str]) -> Ended {
+/// Runs the random robot, which is fast enough in small mazes.
+fn random(home: &Home, arguments: &[&str]) -> Output {
     home.run(&[&["trial", "--robot", "random"], arguments].concat())
 }
 
 #[test]
-fn each_trial_is_a_line_and_each_robot_is_summed_up() {
+fn prints_a_line_per_trial_and_a_summary_per_robot() {
     let home = Home::new();
     home.write("mazes/a.txt", MAZE);
     home.write("mazes/b/closed.txt", CLOSED);
@@ -31,11 +31,11 @@ fn each_trial_is_a_line_and_each_robot_is_summed_up() {
     let ended = random(&home, &["mazes"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(1), ""), "too long in the closed one");
     insta::assert_snapshot!(ended.stdout.replace('\\', "/"), @"
-    maze                robot   explore  race    score  optimum  race over  score over
-    mazes/a.txt         random        9     6    6.300        2          4       4.200
-    mazes/b/closed.txt  random     1000     0  out of time, the goal cannot be reached
-    mazes/c.txt         random        9     6    6.300        2          4       4.200
-    random: 2 of 3 trials scored; on average 9.0 steps explored, 6.0 raced, score 6.300, 4.200 over
+    maze                robot   explore  race    score  optimum  race excess  score excess
+    mazes/a.txt         random        9     6    6.300        2            4         4.200
+    mazes/b/closed.txt  random     1000     0  out of time, goal unreachable
+    mazes/c.txt         random        9     6    6.300        2            4         4.200
+    random: 2 of 3 trials scored; means: 9.0 explore steps, 6.0 race steps, score 6.300, score excess 4.200
     ");
     let ended = random(&home, &["mazes/a.txt"]);
     assert_eq!((ended.code, ended.stdout.lines().count()), (Some(0), 2), "{ended:?}");
@@ -66,13 +66,13 @@ fn json_has_an_object_for_each_trial() {
     assert_eq!(report.as_array().unwrap().len(), 2);
     let path = random(&home, &["a.txt", "--json", "--path"]).json();
     assert!(path[0]["path"].as_str().unwrap().starts_with("o---o"), "{path}");
-    // Where there is nothing to try, there is still an array.
+    // Without trials, the output is still an array.
     let ended = random(&home, &["no such", "--json"]);
     assert_eq!((ended.code, ended.json()), (Some(1), json!([])));
 }
 
 #[test]
-fn the_race_is_drawn_in_what_was_explored() {
+fn path_draws_the_race_in_the_explored_maze() {
     let home = Home::new();
     home.write("a.txt", MAZE);
     insta::assert_snapshot!(random(&home, &["a.txt", "--path"]).stdout, @"
@@ -83,13 +83,13 @@ fn the_race_is_drawn_in_what_was_explored() {
     | U |   .   .   |
     o---o---o---o---o
 
-    maze   robot   explore  race    score  optimum  race over  score over
-    a.txt  random        9     6    6.300        2          4       4.200
+    maze   robot   explore  race    score  optimum  race excess  score excess
+    a.txt  random        9     6    6.300        2            4         4.200
     ");
 }
 
 #[test]
-fn words_find_a_maze_as_for_other_commands() {
+fn words_select_a_maze() {
     let home = Home::new();
     let maze = |arguments: &[&str]| {
         let report: Value = random(&home, &[&["--json"], arguments].concat()).json();
@@ -101,7 +101,7 @@ fn words_find_a_maze_as_for_other_commands() {
 }
 
 #[test]
-fn what_cannot_be_read_is_said_and_the_others_run() {
+fn reports_unreadable_mazes_and_runs_the_others() {
     let home = Home::new();
     home.write("mazes/a.txt", "rubbish");
     home.write("mazes/b.txt", MAZE);
@@ -109,10 +109,8 @@ fn what_cannot_be_read_is_said_and_the_others_run() {
     let ended = random(&home, &["no such", "empty", "mazes"]);
     assert_eq!((ended.code, ended.stdout.lines().count()), (Some(1), 2), "{ended:?}");
     let said: Vec<_> = ended.stderr.lines().collect();
-    assert!(
-        said[0].starts_with(r#"mmsim: expected a maze whose path holds "no such", found none"#)
-    );
-    assert_eq!(said[1], "mmsim: expected a maze in empty, found none");
+    assert!(said[0].starts_with("mmsim: no maze matches \"no such\" in "));
+    assert_eq!(said[1], "mmsim: no mazes in empty");
     assert!(
         said[2].replace('\\', "/").starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
     );
@@ -155,7 +153,7 @@ fn a_comparison_is_tables_json_and_charts() {
         (&json!("benchmarks"), &json!("random, seed 0"))
     );
     assert_eq!(rows[1]["maze"].as_str().map(|maze| maze.ends_with("b &c.txt")), Some(true));
-    // A robot without a score is what there is to be told.
+    // A robot without a score is a result, not a failure.
     home.write("closed.txt", CLOSED);
     let ended = home.run(&["trial", "closed.txt", "--compare"]);
     assert_eq!(ended.code, Some(0));
@@ -166,11 +164,11 @@ fn a_comparison_is_tables_json_and_charts() {
     home.write("file", "");
     let ended = home.run(&["trial", "closed.txt", "--compare", "--charts", "file"]);
     assert_eq!(ended.code, Some(1));
-    assert!(ended.stderr.starts_with("mmsim: file: cannot be made: "), "{ended:?}");
+    assert!(ended.stderr.starts_with("mmsim: cannot create file: "), "{ended:?}");
 }
 
 #[test]
-fn swing_goes_as_far_as_it_is_told() {
+fn swing_explores_as_far_as_its_variant_says() {
     let home = Home::new();
     let explore_steps = |arguments: &[&str]| {
         let trial = ["trial", "first steps", "--robot", "swing", "--json"];
@@ -184,7 +182,7 @@ fn swing_goes_as_far_as_it_is_told() {
 }
 
 #[test]
-fn of_many_mazes_the_means_are_told() {
+fn many_mazes_are_compared_by_means() {
     let home = Home::new();
     for number in 0..7 {
         home.write(&format!("mazes/{number}.txt"), MAZE);
@@ -195,7 +193,7 @@ fn of_many_mazes_the_means_are_told() {
     let lines: Vec<Vec<_>> =
         ended.stdout.lines().map(|line| line.split_whitespace().collect()).collect();
     let head =
-        ["Benchmarks", "scored", "unreachable", "failed", "explore", "race", "score", "over"];
+        ["Benchmarks", "scored", "unreachable", "failed", "explore", "race", "score", "excess"];
     assert_eq!(lines[0], head);
     assert_eq!(lines[1][3..], ["7", "0", "1", "9.0", "6.0", "6.300", "4.200"]);
     let svg = std::fs::read_to_string(home.path().join("charts/benchmarks.svg")).unwrap();
@@ -227,7 +225,7 @@ fn a_trial_is_sent_as_states() {
 }
 
 #[test]
-fn a_trial_is_watched_until_it_is_interrupted() {
+fn a_trial_is_served_until_interrupted() {
     let home = Home::new();
     home.write("a.txt", MAZE);
     let trial =
@@ -250,7 +248,7 @@ fn a_trial_is_watched_until_it_is_interrupted() {
 }
 
 #[test]
-fn wrong_usage_is_exit_code_2() {
+fn usage_errors_are_exit_code_2() {
     let home = Home::new();
     home.write("a.txt", MAZE);
     for (arguments, error) in [
@@ -264,8 +262,8 @@ fn wrong_usage_is_exit_code_2() {
         (&["a.txt", "--key-points", "4"], "expected 0 to 3 key points"),
         (&["a.txt", "--variant", "some"], "[possible values: just-arrive, arrive-and-back, all]"),
         (&["a.txt", "--once"], "--serve"),
-        (&["a.txt", "--open"], "expected --serve with an option that concerns it"),
-        (&["a.txt", "--serve", "a.txt"], "expected one maze with --serve, found 2"),
+        (&["a.txt", "--open"], "options for --serve require --serve"),
+        (&["a.txt", "--serve", "a.txt"], "--serve takes one maze, found 2"),
     ] {
         let ended = home.run(&[&["trial"], arguments].concat());
         assert_eq!((ended.code, &ended.stdout[..]), (Some(2), ""), "{arguments:?}");
@@ -274,7 +272,7 @@ fn wrong_usage_is_exit_code_2() {
 }
 
 #[test]
-fn output_that_nobody_reads_to_the_end_is_no_failure() {
+fn a_closed_pipe_is_not_a_failure() {
     let home = Home::new();
     home.write("a.txt", MAZE);
     let mut command = home.command(&["trial", "a.txt", "--robot", "random"]);

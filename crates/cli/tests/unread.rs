@@ -1,4 +1,4 @@
-//! A server whose stderr is a pipe that somebody holds open and does not read.
+//! A server whose stderr is an open pipe that nobody reads.
 
 mod harness;
 
@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use harness::{Home, read_until};
 
-/// As many refused requests as fill the pipe and all that waits for it.
+/// Enough refused requests to fill the pipe and the queue.
 const REQUESTS: usize = 20_000;
 
 struct Unread {
@@ -20,7 +20,7 @@ struct Unread {
 }
 
 impl Unread {
-    /// Starts a server that logs each refused request, and sends it those.
+    /// Starts a server that logs each refused request, and sends it those requests.
     fn start(home: &Home) -> Self {
         let mut command = home.server(&["-vv", "--port", "0"]);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
@@ -52,7 +52,7 @@ impl Drop for Unread {
     }
 }
 
-/// Reads lines until one says this, which must be soon.
+/// Reads lines until one contains the text.
 fn line_with(lines: &Receiver<String>, text: &str) -> String {
     loop {
         let line = lines.recv_timeout(Duration::from_secs(30));
@@ -64,7 +64,7 @@ fn line_with(lines: &Receiver<String>, text: &str) -> String {
 }
 
 #[test]
-fn a_server_that_logs_into_a_pipe_nobody_reads_answers_and_says_what_was_lost() {
+fn a_full_stderr_pipe_does_not_block_the_server() {
     let mut server = Unread::start(&Home::new());
     let stderr = server.stderr.take().unwrap();
     let (send, lines) = mpsc::channel();
@@ -80,7 +80,7 @@ fn a_server_that_logs_into_a_pipe_nobody_reads_answers_and_says_what_was_lost() 
 
 #[cfg(unix)]
 #[test]
-fn a_server_that_logs_into_a_pipe_nobody_reads_ends_on_request() {
+fn a_full_stderr_pipe_does_not_block_shutdown() {
     let mut server = Unread::start(&Home::new());
     let kill = format!("kill -s TERM {}", server.child.id());
     assert!(std::process::Command::new("sh").args(["-c", &kill]).status().unwrap().success());

@@ -1,4 +1,4 @@
-//! Where the page is, and where it is not.
+//! When the viewer page is served, and where.
 
 mod harness;
 
@@ -8,7 +8,7 @@ use std::net::{TcpListener, TcpStream};
 use harness::Home;
 use mmsim_tests::{PATIENCE, wait_for};
 
-/// A connection to the page where a server said that it is, and its host.
+/// Connects to the page at the reported address. Returns the connection and the host.
 fn connect(said: &str) -> (TcpStream, String) {
     let address = said.split("watch at http://").nth(1).unwrap().lines().next().unwrap();
     let (host, _) = address.split_once('/').unwrap_or((address, ""));
@@ -18,7 +18,7 @@ fn connect(said: &str) -> (TcpStream, String) {
     (stream, host.into())
 }
 
-/// The reply to `GET /`.
+/// Returns the reply to `GET /`.
 fn page(said: &str) -> String {
     let (mut stream, host) = connect(said);
     write!(stream, "GET / HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n").unwrap();
@@ -28,7 +28,7 @@ fn page(said: &str) -> String {
 }
 
 #[test]
-fn the_address_of_the_page_is_said() {
+fn reports_the_address_of_the_page() {
     let home = Home::new();
     for arguments in [
         &["--port", "0", "--viewer-port", "0"][..],
@@ -40,7 +40,7 @@ fn the_address_of_the_page_is_said() {
 }
 
 #[test]
-fn a_port_that_is_taken_is_an_error() {
+fn an_explicit_page_port_in_use_is_an_error() {
     let home = Home::new();
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
@@ -49,8 +49,8 @@ fn a_port_that_is_taken_is_an_error() {
     assert_eq!(
         ended.stderr,
         format!(
-            "mmsim: no page to watch: port {port} on 127.0.0.1 is already in use \
-             (try --viewer-port 0)\n"
+            "mmsim: cannot serve the viewer page: port {port} on 127.0.0.1 is already in use (try \
+             --viewer-port 0)\n"
         )
     );
 }
@@ -62,13 +62,17 @@ fn a_second_simulator_serves_without_a_page() {
     let second = harness::Serving::start(home.command(&["--port", "0"]), "tcp://");
     let ended = home.run(&["solve", "flood-fill", "--connect", &second.address]);
     assert_eq!(ended.code, Some(0));
-    assert!(second.said.contains("no page to watch: port 6575 on 127.0.0.1 is already in use"));
-    // Where somebody else has the port it is all the same.
+    assert!(
+        second
+            .said
+            .contains("cannot serve the viewer page: port 6575 on 127.0.0.1 is already in use")
+    );
+    // It does not matter whether another process has the port.
     drop(usual);
 }
 
 #[test]
-fn a_page_can_be_left_out() {
+fn the_page_can_be_disabled() {
     let home = Home::new();
     let mut server = home.serve_until(&["--port", "0", "--no-viewer"], "keeping up to");
     server.kill();
@@ -78,7 +82,7 @@ fn a_page_can_be_left_out() {
 }
 
 #[test]
-fn beyond_loopback_a_token_is_asked_for() {
+fn a_token_is_required_beyond_loopback() {
     let home = Home::new();
     let server =
         home.serve_until(&["--port", "0", "--viewer-port", "0", "--host", "0.0.0.0"], "watch at ");
@@ -102,7 +106,7 @@ fn a_recording_is_shown_on_the_page() {
     assert_eq!(home.run(&["replay", "own.mcap", "--serve", "--at", "1"]).code, Some(2));
 }
 
-/// The system tells which files a process has open, and what its threads do.
+/// Linux lists the open files and the threads of a process.
 #[cfg(target_os = "linux")]
 mod on_linux {
     use std::fs;
@@ -111,7 +115,7 @@ mod on_linux {
     use super::*;
 
     #[test]
-    fn a_server_that_is_killed_leaves_nothing_of_an_upload() {
+    fn a_killed_server_leaves_no_upload_behind() {
         let (home, temporary) = (Home::new(), Home::new());
         let mut command = home.command(&["--port", "0", "--viewer-port", "0"]);
         command.env("TMPDIR", temporary.path());
@@ -145,7 +149,7 @@ mod on_linux {
         let mut server = harness::Serving::start(command, "watch at http://");
         let page = server.said.split("http://").nth(1).unwrap().split('/').next().unwrap();
         let _all: Vec<_> = (0..60).map(|_| TcpStream::connect(page.trim()).unwrap()).collect();
-        // Time for several more attempts; on a slow machine there are fewer, and none may be reported.
+        // Time for several more attempts, none of which may be reported.
         std::thread::sleep(std::time::Duration::from_secs(2));
         server.kill();
         let (_, said) = server.wait();
@@ -167,7 +171,7 @@ mod on_linux {
             stats
                 .any(|stat| {
                     let (name, fields) = stat.rsplit_once(") ").unwrap();
-                    // The 19th field is how nice the thread is, at most 19.
+                    // The 19th field is the nice value of the thread, at most 19.
                     name.ends_with("(animations") && fields.split(' ').nth(19 - 3) == Some("19")
                 })
                 .then_some(())

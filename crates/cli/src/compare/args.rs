@@ -22,7 +22,7 @@ Columns:
   after      steps until it was proven, mean over these mazes
   in all     steps of the whole search run, without a fast run
   turns      quarter turns in the search run; a turn back counts as two
-  path       length of the shortest path through the known cells at the end, in steps
+  path       length of the shortest known path at the end, in steps
   shortest   length of the shortest path in the maze, in steps
   found      solved mazes in which path equals shortest
   µs         processor time of the search in microseconds

@@ -1,4 +1,4 @@
-//! The command line of `mmsim mazes`.
+//! Arguments of `mmsim mazes`.
 
 use std::path::PathBuf;
 
@@ -18,41 +18,40 @@ pub(crate) struct MazesArgs {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum MazesCommand {
-    /// What mazes there are
+    /// List mazes
     List {
-        /// A maze file or a folder [default: ~/.mmsim where that exists, else the bundled mazes]
+        /// Maze file, or folder to search recursively [default: ~/.mmsim if it exists, else the
+        /// bundled mazes]
         mazes: Option<PathBuf>,
         /// Print a JSON array
         #[arg(long)]
         json: bool,
     },
-    /// Draw a maze with the distance of each cell to the goal, in steps
+    /// Draw a maze with the distance from each cell to the goal in steps
     Show {
-        /// A maze file, or words of the path of a maze
+        /// Maze file, or words from the path of a maze
         #[arg(required = true)]
         name: Vec<String>,
-        /// Where to look for it [default: ~/.mmsim where that exists, else the bundled mazes]
+        /// Where to look for the maze [default: ~/.mmsim if it exists, else the bundled mazes]
         #[arg(long, value_name = "PATH")]
         mazes: Option<PathBuf>,
-        /// Read NAME, a maze file, as one in this format [default: told by its content]
+        /// Format of the maze file NAME [default: detected from its content]
         #[arg(long, value_parser = format(|_| true), conflicts_with = "mazes")]
         format: Option<Format>,
         /// Print a JSON object
         #[arg(long)]
         json: bool,
     },
-    /// Size, goals and shortest path of maze files, and what is wrong with them
+    /// Check maze files for errors, and print their size, goals and shortest path
     ///
-    /// Errors, which make the exit code 1: a file that cannot be read, cells that contradict each
-    /// other, gaps in the outer wall, a goal that cannot be reached. Warnings: posts without a
-    /// wall, cells that cannot be reached, unknown walls, hex digits that other mazes fit too, a maze
-    /// that another file holds as well.
+    /// Errors set exit code 1: unreadable files, contradictory cells, gaps in the outer wall, an
+    /// unreachable goal. Warnings: posts without a wall, unreachable cells, unknown walls, ambiguous
+    /// hex digits, and mazes that are in another file too.
     Check {
-        /// Maze files, and folders, which are searched with their subfolders but for hidden files
-        /// and those that end in .md or .json
+        /// Maze files, and folders to search recursively, skipping hidden, .md and .json files
         #[arg(required = true, value_name = "PATH")]
         paths: Vec<PathBuf>,
-        /// Read all files as in this format [default: told by their content]
+        /// Format of all files [default: detected from their content]
         #[arg(long, value_parser = format(|_| true))]
         format: Option<Format>,
         /// Print a JSON array
@@ -64,26 +63,26 @@ pub(crate) enum MazesCommand {
     /// Download a public collection of real contest mazes
     #[command(long_about = FETCH)]
     Fetch(FetchArgs),
-    /// Make mazes like those of contests, or to train in; the same seed gives the same maze
+    /// Generate mazes for contests or training; the same seed gives the same maze
     Generate(GenerateArgs),
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct ConvertArgs {
-    /// The maze file, - for the standard input
+    /// Maze file; - for stdin
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
-    /// The file to write, - for the standard output: its ending .txt, .trial, .maz or .num says
-    /// the format, unless --to does. A file that is there is replaced, a pipe or device is written to
+    /// File to write; - for stdout. The extension .txt, .trial, .maz or .num selects the format, unless
+    /// --to is set. An existing file is replaced
     #[arg(value_name = "OUT")]
     pub(crate) output: PathBuf,
-    /// The format of IN [default: told by its content]
+    /// Format of IN [default: detected from its content]
     #[arg(long, value_parser = format(|_| true))]
     pub(crate) format: Option<Format>,
-    /// The format of OUT [default: told by its ending, text for the standard output]
+    /// Format of OUT [default: from its extension, text for stdout]
     #[arg(long, value_parser = format(Format::is_writable))]
     pub(crate) to: Option<Format>,
-    /// Leave out start and goal where the format has no place for them
+    /// Omit a start or goal that the format cannot store
     #[arg(long)]
     pub(crate) lossy: bool,
 }
@@ -91,19 +90,19 @@ pub(crate) struct ConvertArgs {
 const FETCH: &str = "\
 Download a public collection of real contest mazes: the maze files of micromouseonline.
 
-The collection carries no licence: its mazes are their authors', and are downloaded for your own use.
+The collection has no licence: the mazes belong to their authors, and you download them for your own use.
 
-Fetched again, mazes that have changed there are replaced, and those that are gone there are removed. \
-What you have put into the folder or changed stays as it is. The environment variables HTTPS_PROXY, \
-HTTP_PROXY and NO_PROXY are heeded.";
+The mazes are stored in the subfolder `fetched`. Fetching again replaces mazes that have changed in the \
+collection, removes those that are gone, and keeps files that you have added or changed. Nothing outside \
+the subfolder is touched, except for files stored by earlier versions. The environment variables \
+HTTPS_PROXY, HTTP_PROXY and NO_PROXY apply.";
 
 #[derive(Debug, Args)]
 pub(crate) struct FetchArgs {
-    /// The folder for the mazes [default: ~/.mmsim, where they are looked for first]
+    /// Folder for the mazes [default: ~/.mmsim, where mmsim looks for mazes first]
     #[arg(value_name = "DIR")]
     pub(crate) folder: Option<PathBuf>,
-    /// Where the collection comes from: the address of a .tar.gz, .zip or .tar, by https, http or
-    /// file, or such a file that is already here
+    /// Archive to fetch (.tar.gz, .zip or .tar): an https, http or file URL, or a local file
     #[arg(long, value_name = "URL|FILE", default_value = COLLECTION)]
     pub(crate) from: String,
     /// Print a JSON object
@@ -111,30 +110,30 @@ pub(crate) struct FetchArgs {
     pub(crate) json: bool,
 }
 
-/// The archive that its host makes of the newest state of the collection.
+/// The archive of the newest version of the collection.
 const COLLECTION: &str =
     "https://github.com/micromouseonline/mazefiles/archive/refs/heads/master.tar.gz";
 
 #[derive(Debug, Args)]
 pub(crate) struct GenerateArgs {
-    /// Cells from west to east and from south to north
+    /// Width and height in cells
     #[arg(long, value_name = "WxH", default_value_t = MazeSize::CLASSIC, value_parser = parse_size)]
     pub(crate) size: MazeSize,
-    /// Which maze of all there are [default: any; it is said which]
+    /// Random seed [default: random, printed]
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
-    /// What kind of maze
+    /// Style of the maze
     #[arg(long, default_value = Style::Contest.name())]
     pub(crate) style: StyleArg,
-    /// How many mazes; the first is that of the seed, the second that of the next seed, and so on
+    /// Number of mazes; each further maze uses the next seed
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) count: u32,
-    /// The file to write it into, in the format of its ending .trial, .maz or .num, else as text;
-    /// if that is a folder or ends like one, or there are several mazes, the folder for files such
-    /// as contest-16x16-1.txt [default: print them, with a blank line between]
+    /// File to write; the extension .trial, .maz or .num selects the format, else it is text. An
+    /// existing folder, a path ending in a separator, or the output of several mazes is a folder for
+    /// files such as contest-16x16-1.txt [default: print the mazes, separated by blank lines]
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Replace files that hold something else
+    /// Replace files with other content
     #[arg(long, requires = "output")]
     pub(crate) force: bool,
     /// Print a JSON array
@@ -142,7 +141,7 @@ pub(crate) struct GenerateArgs {
     pub(crate) json: bool,
 }
 
-/// A style of mazes, as a value of the command line.
+/// A maze style as a command-line value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StyleArg(pub(crate) Style);
 
@@ -158,8 +157,8 @@ impl ValueEnum for StyleArg {
     }
 }
 
-/// The names of some formats.
-fn format(of: fn(Format) -> bool) -> impl TypedValueParser<Value = Format> {
-    let names = Format::ALL.into_iter().filter(move |&format| of(format)).map(Format::name);
+/// Returns a parser for the names of the formats that `accepts` returns `true` for.
+fn format(accepts: fn(Format) -> bool) -> impl TypedValueParser<Value = Format> {
+    let names = Format::ALL.into_iter().filter(move |&format| accepts(format)).map(Format::name);
     PossibleValuesParser::new(names).try_map(|name| name.parse::<Format>())
 }

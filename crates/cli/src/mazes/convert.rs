@@ -11,7 +11,7 @@ use super::finding::ambiguity;
 use crate::output::{counted, note, replace, warn};
 use crate::usage::{CommandResult, UsageError};
 
-/// What stands for the standard input or output.
+/// The path that stands for stdin or stdout.
 const STANDARD: &str = "-";
 
 pub(super) fn run(args: &ConvertArgs) -> CommandResult {

@@ -1,15 +1,14 @@
-//! `mmsim mazes fetch`: a public collection of mazes.
+//! `mmsim mazes fetch`: download a public collection of mazes.
 
 mod archive;
 mod folder;
 mod path;
 mod source;
-mod undo;
 
 use std::path::Path;
 
 use archive::{Contents, Files};
-use folder::Placed;
+use folder::Changes;
 use mmsim_maze::Escaped;
 use serde::Serialize;
 
@@ -19,9 +18,9 @@ use crate::parallel::map_each;
 use crate::selection::home_folder;
 use crate::usage::CommandResult;
 
-/// What was fetched. The names are those of the JSON.
+/// The output of `--json`. The field names are JSON keys.
 #[derive(Serialize)]
-struct Report<'a> {
+struct FetchReport<'a> {
     from: &'a str,
     folder: String,
     mazes: usize,
@@ -30,68 +29,57 @@ struct Report<'a> {
     unchanged: usize,
     removed: usize,
     kept: Vec<String>,
-    passed_over: usize,
+    #[serde(rename = "passed_over")]
+    skipped: usize,
 }
 
-/// The files of an archive that are worth keeping.
+/// The files of an archive to install: mazes, and files about them such as licences.
 struct Collection {
     files: Files,
-    /// How many of them are mazes.
+    /// The number of mazes.
     mazes: usize,
-    /// How many others there were.
-    passed_over: usize,
-    /// Those of them whose names not every system can have.
-    odd: Vec<String>,
+    /// The number of files that are not installed.
+    skipped: usize,
+    /// The skipped files whose names are not valid on every system.
+    invalid_names: Vec<String>,
 }
 
 pub(super) fn run(args: &FetchArgs) -> CommandResult {
-    let Some(folder) = args.folder.clone().or_else(home_folder) else {
+    let Some(parent) = args.folder.clone().or_else(home_folder) else {
         let fetch = own_command("mazes fetch DIR");
-        return Err(
-            format!("expected a folder of the user's own, found none; name one: {fetch}").into()
-        );
+        return Err(format!("cannot find the home folder (name a folder with {fetch})").into());
     };
     let from = &args.from;
     let archive = source::read(from)?;
     let collection = archive::unpack(&archive)
-        .map_err(|refused| refused.to_string())
-        .and_then(Collection::of)
-        .map_err(|error| format!("{from}: {error}; nothing was changed"))?;
+        .and_then(Collection::new)
+        .map_err(|error| format!("cannot fetch {from}: {error}; nothing was changed"))?;
     drop(archive);
-    let Collection { files, mazes, passed_over, odd } = collection;
-    let Placed { new, replaced, unchanged, removed, kept } = folder::place(&folder, &files)?;
-    say_files("passed over", "that not every system can name", &odd);
-    say_files("kept", "of yours that the collection has otherwise", &kept);
-    let shown = folder.display().to_string();
+    let Collection { files, mazes, skipped, invalid_names } = collection;
+    let Changes { new, replaced, unchanged, removed, kept } = folder::replace(&parent, &files)?;
+    note_files("skipped", "with names that are not valid on every system", &invalid_names);
+    note_files("kept", "that you have changed", &kept);
+    let folder = parent.join(folder::FOLDER).display().to_string();
     if args.json {
-        let report = Report {
-            from,
-            folder: shown,
-            mazes,
-            new,
-            replaced,
-            unchanged,
-            removed,
-            kept,
-            passed_over,
-        };
+        let report =
+            FetchReport { from, folder, mazes, new, replaced, unchanged, removed, kept, skipped };
         print_json(&serde_json::to_string_pretty(&report)?)?;
     } else {
-        let count = counted(mazes as u64, "maze");
-        let shown = Escaped(shown);
+        let (count, folder) = (counted(mazes as u64, "maze"), Escaped(folder));
         print(&format!(
-            "{count} in {shown} (files: {new} new, {replaced} replaced, {unchanged} unchanged, \
-             {removed} removed, {passed_over} passed over)\n"
+            "{count} in {folder} (files: {new} new, {replaced} replaced, {unchanged} unchanged, \
+             {removed} removed, {skipped} skipped)\n"
         ))?;
-        let place = args.folder.as_ref().map(|_| format!("{shown} ")).unwrap_or_default();
-        let serve = own_command(&format!("{place}--maze {:?}", words(&files)));
-        print(&format!("{serve} serves one of them\n"))?;
+        let place = args.folder.as_ref().map(|folder| format!("{} ", folder.display()));
+        let words = example_words(&files);
+        let serve = own_command(&format!("{}--maze {words:?}", place.unwrap_or_default()));
+        print(&format!("serve one of them with {serve}\n"))?;
     }
     Ok(true)
 }
 
-/// Says what was done with which files, if there are some; the first of them by name.
-fn say_files(done: &str, which: &str, files: &[String]) {
+/// Reports what was done with some files, and names the first ones.
+fn note_files(done: &str, which: &str, files: &[String]) {
     if !files.is_empty() {
         let count = counted(files.len() as u64, "file");
         let (first, more) =
@@ -101,80 +89,70 @@ fn say_files(done: &str, which: &str, files: &[String]) {
 }
 
 impl Collection {
-    /// The mazes of an archive, and what tells where they are from.
-    fn of(contents: Contents) -> Result<Self, String> {
-        let Contents { mut files, odd, .. } = contents;
-        let (all, mut mazes) = (files.len() + odd.len(), 0);
-        // Such as ~/.mmsim, packed as it is.
+    /// Selects the files to install. Hidden files and the top folder are dropped.
+    fn new(contents: Contents) -> Result<Self, String> {
+        let Contents { mut files, invalid_names, .. } = contents;
+        let (all, mut mazes) = (files.len() + invalid_names.len(), 0);
+        // Such as an archive of ~/.mmsim.
         let is_all_hidden = files.keys().all(|path| is_hidden(path));
         if is_all_hidden {
-            leave_top_folder_out(&mut files);
+            strip_top_folder(&mut files);
         }
         files.retain(|path, _| !is_hidden(path));
         if !is_all_hidden {
-            leave_top_folder_out(&mut files);
+            strip_top_folder(&mut files);
         }
         let files: Vec<(String, Vec<u8>)> = files.into_iter().collect();
         let are_mazes = map_each(&files, |(path, content)| {
             !is_text(path) && mmsim_formats::parse_maze(content).is_ok()
         });
-        let files: Files = files
-            .into_iter()
-            .zip(are_mazes)
-            .filter_map(|((path, content), is_maze)| {
-                if is_maze {
-                    mazes += 1;
-                    return Some((path, content));
-                }
-                // With this ending nobody takes it for a maze.
-                let path = if is_text(&path) { path } else { path + ".md" };
-                is_about(&path).then_some((path, content))
-            })
-            .collect();
-        if mazes == 0 {
-            return Err(format!(
-                "expected an archive with mazes, found none in {}",
-                counted(all as u64, "file")
-            ));
+        let mut installed = Files::new();
+        for ((path, content), is_maze) in files.into_iter().zip(are_mazes) {
+            mazes += usize::from(is_maze);
+            // A collection of mazes ignores files with this extension.
+            let path = if is_maze || is_text(&path) { path } else { path + ".md" };
+            if is_maze || is_about(&path) {
+                installed.insert(path, content);
+            }
         }
-        let passed_over = all - files.len();
-        Ok(Self { files, mazes, passed_over, odd })
+        if mazes == 0 {
+            return Err(format!("no mazes in its {}", counted(all as u64, "file")));
+        }
+        Ok(Self { mazes, skipped: all - installed.len(), files: installed, invalid_names })
     }
 }
 
-/// Whether this is no file to its user: macOS puts what it knows of each file into `__MACOSX`.
+/// Whether a file is hidden. macOS puts metadata into `__MACOSX`.
 fn is_hidden(path: &str) -> bool {
     path.split('/').any(|name| name.starts_with('.') || name == "__MACOSX")
 }
 
-/// Whether this file counts as text, whatever is in it: a collection of mazes skips it.
+/// Whether a collection of mazes ignores this file, whatever its content.
 fn is_text(path: &str) -> bool {
-    let ending = Path::new(path).extension().unwrap_or_default();
-    ["md", "json"].iter().any(|text| ending.eq_ignore_ascii_case(text))
+    let extension = Path::new(path).extension().unwrap_or_default();
+    ["md", "json"].iter().any(|text| extension.eq_ignore_ascii_case(text))
 }
 
-/// Takes the one folder away that all files are in, if there is one.
-fn leave_top_folder_out(files: &mut Files) {
+/// Strips the top folder if all files are in the same one.
+fn strip_top_folder(files: &mut Files) {
     let top = |path: &String| path.split_once('/').map(|(top, _)| top.to_string());
     let first = files.keys().next().and_then(top);
     if let Some(first) =
         first.filter(|first| files.keys().all(|path| top(path).as_ref() == Some(first)))
     {
-        *files = std::mem::take(files)
-            .into_iter()
-            .map(|(path, content)| (path[first.len() + 1..].to_string(), content))
-            .collect();
+        let strip = |(path, content): (String, _)| (path[first.len() + 1..].to_string(), content);
+        *files = std::mem::take(files).into_iter().map(strip).collect();
     }
 }
 
-/// Whether this tells whose mazes they are.
+/// Whether a file is about the collection.
 fn is_about(path: &str) -> bool {
     let name = path.rsplit('/').next().unwrap_or(path).to_lowercase();
-    ["readme", "license", "licence", "copying"].iter().any(|begin| name.starts_with(begin))
+    ["readme", "license", "licence", "copying"].iter().any(|start| name.starts_with(start))
 }
 
-/// Words that find a maze of these.
-fn words(files: &Files) -> String {
+/// Returns words that select one of the mazes.
+fn example_words(files: &Files) -> String {
     const KNOWN: &str = "japan 2013";
     let is_known = |path: &String| KNOWN.split(' ').all(|word| path.to_lowercase().contains(word));
     if files.keys().any(is_known) {

@@ -17,7 +17,7 @@ use crate::output::{counted, note, print, print_json, replace};
 use crate::selection::Selected;
 use crate::usage::CommandResult;
 
-/// With more mazes than that, only means are told.
+/// With more mazes than this, tables have means only.
 const MAX_COLUMNS: usize = 6;
 
 /// The number of trials of the random robot, each with its own seed.

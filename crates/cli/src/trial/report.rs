@@ -52,7 +52,7 @@ impl TrialReport {
     }
 }
 
-/// Rounds a score as it is printed.
+/// Rounds a score to three decimals.
 fn three_decimals(score: Score) -> f64 {
     (score.value() * 1000.).round() / 1000.
 }

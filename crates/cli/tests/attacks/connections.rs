@@ -1,4 +1,4 @@
-//! Connections: too many, idle, slow, and those that go in the middle of things.
+//! Connections: too many, idle, slow, and closed at bad moments.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -38,7 +38,7 @@ fn connections() {
         const MOST: usize = mmsim_server::limits::MAX_CONNECTIONS;
         // One is the searcher's.
         let mut all: Vec<_> = (1..MOST).map(|_| raw::greet(address)).collect();
-        // However long that took, none of them has been silent for long.
+        // None of them has been silent for long.
         for peer in &mut all {
             raw::walls(peer);
         }
@@ -46,7 +46,7 @@ fn connections() {
         let late: Vec<_> = (0..further).map(|_| raw::connect(address)).collect();
         let client = socket(&zmq::Context::new(), zmq::REQ, address);
         client.send("ping", 0).unwrap();
-        // Those within go on; newcomers are turned away until some have left.
+        // Existing peers go on; newcomers are refused until some have left.
         for peer in &mut all {
             raw::walls(peer);
         }
@@ -76,14 +76,13 @@ fn connections() {
                 peer
             })
             .collect();
-        // It takes the place of one that has been silent.
+        // It replaces a silent peer.
         assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
         drop(all);
     });
 }
 
-/// Connections that keep sending this request while `meanwhile` runs, all at least once before. Those
-/// that are cut off connect again.
+/// Keeps sending this request on several connections while `meanwhile` runs, and reconnects if closed.
 fn while_sending(count: usize, address: &str, request: &[u8], meanwhile: impl FnOnce()) {
     let hello = [raw::greeting(), raw::ready("REQ", 0), raw::request(request)].concat();
     let connect = || {
@@ -111,7 +110,7 @@ fn while_sending(count: usize, address: &str, request: &[u8], meanwhile: impl Fn
     });
 }
 
-/// Sets a flag when it is dropped, also by a panic.
+/// Sets a flag on drop, also during a panic.
 struct SetOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for SetOnDrop<'_> {
@@ -128,10 +127,10 @@ fn a_mouse_that_thinks_keeps_its_place_among_connections_that_only_ping() {
         let mut mouse = raw::greet(address);
         raw::walls(&mut mouse);
         while_sending(1199, address, b"ping", || {
-            // Longer than the time for which a place is safe.
+            // Longer than the time for which a connection is protected.
             thread::sleep(mmsim_server::limits::SILENCE + Duration::from_secs(5));
             raw::walls(&mut mouse);
-            // Another mouse finds a place as well.
+            // Another mouse can connect too.
             let client = socket(&zmq::Context::new(), zmq::REQ, address);
             client.send("W\0\0N", 0).unwrap();
             assert_eq!(client.recv_bytes(0).unwrap().len(), 3);
@@ -139,10 +138,10 @@ fn a_mouse_that_thinks_keeps_its_place_among_connections_that_only_ping() {
     });
 }
 
-/// Only Linux answers at all addresses of loopback.
+/// Only Linux answers on all loopback addresses.
 #[cfg(target_os = "linux")]
 #[test]
-fn one_address_does_not_take_all_places() {
+fn one_address_cannot_take_all_connections() {
     let target = Target::start();
     rlimit::increase_nofile_limit(4096).unwrap();
     target.suffer("every place taken by busy clients of one address", |address| {
@@ -201,7 +200,7 @@ fn peers_that_vanish() {
     });
     target.suffer("sockets of ZeroMQ that are closed before the reply", |address| {
         for _ in 0..force() {
-            // A context has at most 1023 sockets, among them those that are being closed.
+            // A context has at most 1023 sockets, including those being closed.
             let context = zmq::Context::new();
             for _ in 0..500 {
                 let client = socket(&context, zmq::REQ, address);

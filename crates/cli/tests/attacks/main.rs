@@ -1,9 +1,8 @@
-//! Attacks on a running server, while a well-behaved client searches its maze. Every search must be
-//! right, and after each attack the server must hold no more memory, threads and descriptors than
-//! before.
+//! Attacks on a running server while a correct client searches its maze. Every search must succeed, and
+//! after each attack the server must use no more memory, threads and descriptors than before.
 //!
-//! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` does each thing 20
-//! times as often and tells what was measured.
+//! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` repeats each attack 20 times
+//! as often, and prints measurements.
 
 #[path = "../harness/mod.rs"]
 mod harness;
@@ -27,7 +26,7 @@ use mmsim_protocol::Reply;
 use mmsim_tests::{PATIENCE_MS, malformed_requests, wait_for};
 use searcher::while_searching;
 
-/// How often each thing is done, where once is usual.
+/// The factor for repetitions, usually 1.
 fn force() -> usize {
     static FORCE: OnceLock<usize> = OnceLock::new();
     *FORCE.get_or_init(|| env::var("MMSIM_ATTACK_FORCE").map_or(1, |force| force.parse().unwrap()))
@@ -45,7 +44,7 @@ impl Target {
         &self.0.address
     }
 
-    /// Attacks it, and checks that it is none the worse for it.
+    /// Runs an attack, and checks that the server is unharmed.
     fn suffer(&self, name: &str, attack: impl FnOnce(&str)) {
         println!("{name}");
         while_searching(self.address(), || {
@@ -58,7 +57,7 @@ impl Target {
     }
 }
 
-/// A socket of `ZeroMQ`, connected, that gives up after a time that is always enough.
+/// A connected ZeroMQ socket with a generous timeout.
 fn socket(context: &zmq::Context, kind: zmq::SocketType, address: &str) -> zmq::Socket {
     let socket = context.socket(kind).unwrap();
     socket.set_linger(0).unwrap();
@@ -93,7 +92,7 @@ fn wrong_requests() {
     target.suffer("every length with every first byte", |address| {
         let dealer = socket(&zmq::Context::new(), zmq::DEALER, address);
         for first in 0..=u8::MAX {
-            // Zeros make no request whatever comes first: no heading and no order is a zero.
+            // Zeros are never a valid request: no heading and no order is zero.
             let requests = (0..=600).map(|length| {
                 let mut request = vec![0; length];
                 request[..length.min(1)].fill(first);
@@ -140,7 +139,7 @@ fn wrong_requests() {
             peer.read_exact(&mut reply).unwrap();
             assert_eq!(reply[4..].escape_ascii().to_string(), expected);
         }
-        // Large ones without end hold no memory either, and no frame of them is wrong.
+        // Endless large messages hold no memory either, though none of their frames is invalid.
         peer.write_all(&raw::frame(1, b"")).unwrap();
         peer.write_all(&raw::frame(1, &vec![7; 60_000]).repeat(1000)).unwrap();
         raw::reset(peer);
@@ -153,14 +152,14 @@ fn dealers() {
     target.suffer("dealers without the empty frame", |address| {
         for _ in 0..20 * force() {
             let dealer = socket(&zmq::Context::new(), zmq::DEALER, address);
-            // A reset in good form would not be wrong, these are no requests at all.
+            // A well-formed reset would be valid; these are not requests.
             for request in ["ping", "info", "reset"] {
                 dealer.send(request, 0).unwrap();
                 dealer.send_multipart([request, request], 0).unwrap();
             }
             dealer.send_multipart(["", "ping"], 0).unwrap();
             assert_eq!(dealer.recv_multipart(0).unwrap(), [&b""[..], b"pong"]);
-            // It leaves while requests without a reply are under way, then and at once.
+            // It leaves while requests are pending, after a while and at once.
             let mut peer = raw::greet(address);
             peer.write_all(&raw::frame(0, b"ping").repeat(100)).unwrap();
             raw::reset(peer);
@@ -180,7 +179,7 @@ fn dealers() {
             dealer
         });
         let dealers: Vec<_> = dealers.collect();
-        // Then malformed ones, of which no reply may take the place of another client's.
+        // Then malformed requests, whose replies must not go to another client.
         for dealer in &dealers {
             let _ = dealer.send("ping", 0);
         }
@@ -193,7 +192,7 @@ fn dealers() {
         let is_full = || peer.write_all(&requests).is_err().then_some(());
         wait_for("the server to take no more", is_full);
         assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
-        // No reply is lost when it reads after all.
+        // No reply is lost once it reads.
         for _ in 0..1000 {
             let mut head = [0; 4];
             peer.read_exact(&mut head).unwrap();
@@ -206,7 +205,7 @@ fn dealers() {
 }
 
 #[test]
-fn what_is_not_the_protocol() {
+fn other_protocols() {
     let target = Target::start();
     target.suffer("no greeting", |address| {
         for _ in 0..20 * force() {
@@ -252,7 +251,7 @@ fn what_is_not_the_protocol() {
             raw::send(&mut peer, wrong);
             raw::wait_until_cut_off(peer);
         }
-        // A peer of ZMTP 2.0 is none of them.
+        // A ZMTP 2.0 peer is not one of them.
         let mut old = raw::connect(address);
         raw::send(&mut old, b"\xff\0\0\0\0\0\0\0\x01\x7f\x01\x03\0\0\x01\0\0\x04ping");
         let mut reply = [0; 22];
@@ -306,7 +305,7 @@ fn wrong_frames_and_commands() {
             }
         }
         raw::reset(peer);
-        // This ended a server whose sockets were those of libzmq.
+        // This crashed a server based on libzmq.
         for _ in 0..300 * force() {
             let mut peer = raw::greet(address);
             let burst = [raw::request(b"").repeat(1900), raw::command("PING", b"\0\0").repeat(50)];
@@ -316,7 +315,7 @@ fn wrong_frames_and_commands() {
     });
 }
 
-/// A client that comes while the history is long must not hold its memory.
+/// A client that connects while the history is long must not pin its memory.
 #[test]
 fn a_reset_gives_memory_back() {
     let target = Target::start();
@@ -343,7 +342,7 @@ fn a_reset_gives_memory_back() {
     }
 }
 
-/// A state that no compression makes smaller.
+/// An incompressible state.
 fn noise(seed: u32) -> Vec<u8> {
     let mut noise = u64::from(seed) << 32 | 1;
     let mut state = vec![0; 518];

@@ -1,28 +1,28 @@
-//! What a process holds, as Linux tells it.
+//! The resources of a process, as reported by Linux.
 
 use std::fs;
 
 use mmsim_tests::wait_for;
 
-/// After an attack no more memory may be held than this beyond what was held before, in KiB.
+/// The maximum growth of memory after an attack, in KiB.
 const MORE_MEMORY: u64 = 32 * 1024;
 
-/// Nor may there have been more than this at any time while the attacks went on, in KiB.
+/// The maximum growth of peak memory during the attacks, in KiB.
 const MORE_AT_ITS_PEAK: u64 = 64 * 1024;
 
-/// What a process holds at a moment.
+/// The resources of a process at one moment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Held {
-    /// Memory in KiB …
+    /// Memory in KiB.
     pub(crate) memory: u64,
-    /// … and the most there has been.
+    /// Peak memory in KiB.
     peak: u64,
     threads: u64,
     descriptors: usize,
 }
 
 impl Held {
-    /// What the process with this id holds; nothing on systems that do not say.
+    /// Returns the resources of a process, `None` on other systems.
     pub(crate) fn by(process: u32) -> Option<Self> {
         let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
         let number = |name: &str| {
@@ -37,7 +37,7 @@ impl Held {
         })
     }
 
-    /// Waits until the process holds no more than it did at this moment.
+    /// Waits until the process uses no more than at this moment.
     pub(crate) fn wait_until_back(&self, process: u32) {
         let what = format!("the server to hold no more than {self:?}");
         wait_for(&what, || {

@@ -1,4 +1,4 @@
-//! Peers that speak ZMTP byte by byte, so that they can get it wrong.
+//! Peers that speak ZMTP byte by byte, correctly or not.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -12,7 +12,7 @@ pub(crate) fn greeting() -> Vec<u8> {
     [&[0xff, 0, 0, 0, 0, 0, 0, 0, 0, 0x7f, 3, 1][..], b"NULL", &[0; 48]].concat()
 }
 
-/// The command READY of a socket of this kind, with a property of this many bytes beside it.
+/// Returns the command READY of a socket of this kind, with an additional property of this length.
 pub(crate) fn ready(kind: &str, more: usize) -> Vec<u8> {
     let property = |name: &str, value: &[u8]| {
         let lengths = (
@@ -28,7 +28,7 @@ pub(crate) fn ready(kind: &str, more: usize) -> Vec<u8> {
     frame(4, &body)
 }
 
-/// A frame with these flags; that its length is long is added where it is.
+/// Returns a frame with these flags; the flag for a long frame is added if needed.
 pub(crate) fn frame(flags: u8, body: &[u8]) -> Vec<u8> {
     match u8::try_from(body.len()) {
         Ok(length) => [&[flags, length][..], body].concat(),
@@ -36,17 +36,17 @@ pub(crate) fn frame(flags: u8, body: &[u8]) -> Vec<u8> {
     }
 }
 
-/// A request as a REQ socket sends it.
+/// Returns a request as a REQ socket sends it.
 pub(crate) fn request(body: &[u8]) -> Vec<u8> {
     [&frame(1, b"")[..], &frame(0, body)].concat()
 }
 
-/// A command of this name.
+/// Returns a command with this name.
 pub(crate) fn command(name: &str, rest: &[u8]) -> Vec<u8> {
     frame(4, &[&[u8::try_from(name.len()).unwrap()][..], name.as_bytes(), rest].concat())
 }
 
-/// A connection on which nothing has been said; gives up after a time that is always enough.
+/// Connects without sending anything, with a generous timeout.
 pub(crate) fn connect(address: &str) -> TcpStream {
     let stream = TcpStream::connect(address.strip_prefix("tcp://").unwrap()).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -55,7 +55,7 @@ pub(crate) fn connect(address: &str) -> TcpStream {
     stream
 }
 
-/// A connection after a handshake.
+/// Connects and completes the handshake.
 pub(crate) fn greet(address: &str) -> TcpStream {
     let mut stream = connect(address);
     stream.write_all(&[greeting(), ready("DEALER", 0)].concat()).unwrap();
@@ -68,7 +68,7 @@ pub(crate) fn greet(address: &str) -> TcpStream {
     stream
 }
 
-/// Asks for a pong and gets it.
+/// Sends a ping and expects a pong.
 pub(crate) fn ping(stream: &mut TcpStream) {
     stream.write_all(&request(b"ping")).unwrap();
     let mut reply = [0; 8];
@@ -76,7 +76,7 @@ pub(crate) fn ping(stream: &mut TcpStream) {
     assert_eq!(&reply, b"\x01\0\0\x04pong");
 }
 
-/// Asks for the walls at the start and gets them.
+/// Requests the walls at the start and expects them.
 pub(crate) fn walls(stream: &mut TcpStream) {
     stream.write_all(&request(b"W\0\0N")).unwrap();
     let mut reply = [0; 7];
@@ -84,7 +84,7 @@ pub(crate) fn walls(stream: &mut TcpStream) {
     assert_eq!(reply[..4], [1, 0, 0, 3]);
 }
 
-/// Sends as much as the other side takes until it closes.
+/// Sends as much as the peer accepts until it closes.
 pub(crate) fn send(stream: &mut TcpStream, bytes: &[u8]) {
     if let Err(error) = stream.write_all(bytes) {
         let gone =
@@ -93,7 +93,7 @@ pub(crate) fn send(stream: &mut TcpStream, bytes: &[u8]) {
     }
 }
 
-/// Waits until the other side has closed.
+/// Waits until the peer has closed.
 pub(crate) fn wait_until_cut_off(mut stream: TcpStream) {
     let mut rest = [0; 4096];
     loop {
@@ -106,7 +106,7 @@ pub(crate) fn wait_until_cut_off(mut stream: TcpStream) {
     }
 }
 
-/// Closes at once, as a process does that dies with something unread: the other side gets a reset.
+/// Closes with unread data, as a dying process does: the peer receives a reset.
 pub(crate) fn reset(stream: TcpStream) {
     SockRef::from(&stream).set_linger(Some(Duration::ZERO)).unwrap();
     drop(stream);

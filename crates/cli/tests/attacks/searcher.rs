@@ -1,4 +1,4 @@
-//! A client that does what a client should, while others do not.
+//! A correct client that runs during the attacks.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -25,24 +25,23 @@ fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
     search_run(transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(())).unwrap()
 }
 
-/// Searches again and again while `attack` runs, and at least once before and once after it.
-/// Each search must be what it is in memory.
+/// Searches repeatedly while `attack` runs, at least once before and after. Each must match one in memory.
 pub(crate) fn while_searching<T>(address: &str, attack: impl FnOnce() -> T) -> T {
     let (searches, enough) = (AtomicU32::new(0), AtomicBool::new(false));
     let wait_for_another = || {
         let before = searches.load(Ordering::Acquire);
-        // One may have been under way already.
+        // One search may have been under way already.
         while searches.load(Ordering::Acquire) < before + 2 && !enough.load(Ordering::Acquire) {
             thread::sleep(Duration::from_millis(1));
         }
     };
     thread::scope(|scope| {
         let searching = scope.spawn(|| {
-            let ended = Ended(&enough);
+            let ended = Output(&enough);
             search_on(address, &searches, &enough);
             drop(ended);
         });
-        let ended = Ended(&enough);
+        let ended = Output(&enough);
         wait_for_another();
         let result = attack();
         wait_for_another();
@@ -53,10 +52,10 @@ pub(crate) fn while_searching<T>(address: &str, attack: impl FnOnce() -> T) -> T
     })
 }
 
-/// Whoever ends, however that is, ends the other.
-struct Ended<'a>(&'a AtomicBool);
+/// When one thread ends for any reason, it stops the other.
+struct Output<'a>(&'a AtomicBool);
 
-impl Drop for Ended<'_> {
+impl Drop for Output<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Release);
     }

@@ -1,4 +1,4 @@
-//! The clients, and what they are run with: found, built, or missing.
+//! The example clients and the tools that run them.
 
 use std::env;
 use std::io::Write;
@@ -9,15 +9,15 @@ use mmsim_tests::{exit_of, output};
 
 use crate::harness::Home;
 
-/// As strict as a firmware's compiler may be.
+/// As strict as the compiler of a firmware.
 const FLAGS: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
 
-/// A file of this repository.
+/// Returns the path of a file in this repository.
 pub(crate) fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
 }
 
-/// The client in Rust, as examples/README.md runs it.
+/// The Rust client, run as in examples/README.md.
 pub(crate) fn rust() -> Command {
     let mut command = Command::new(env!("CARGO"));
     command.args(["run", "--quiet", "-p", "mmsim-examples", "--example", "client", "--"]);
@@ -25,7 +25,7 @@ pub(crate) fn rust() -> Command {
     command
 }
 
-/// Python with pyzmq; none if there is none on this machine.
+/// Returns Python with pyzmq, `None` if it is not installed.
 pub(crate) fn python() -> Option<Command> {
     let has_zmq = |name: &&str| succeeds(Command::new(name).args(["-c", "import zmq"]));
     let name = ["python3", "python"].into_iter().find(has_zmq);
@@ -34,12 +34,12 @@ pub(crate) fn python() -> Option<Command> {
         return None;
     };
     let mut command = Command::new(name);
-    // No folder of compiled files beside the sources.
+    // Write no compiled files next to the sources.
     command.env("PYTHONDONTWRITEBYTECODE", "1").current_dir(file("examples/python"));
     Some(command)
 }
 
-/// The flood-fill mouse in C, built in this folder; none without a compiler and libzmq.
+/// Builds the flood-fill mouse in C. Returns `None` without a compiler and libzmq.
 pub(crate) fn c(home: &Home) -> Option<Command> {
     let probe = home.write("probe.c", "#include <zmq.h>\nint main(void) { return zmq_errno(); }\n");
     if !succeeds(compiler("cc", &probe, home).arg("-lzmq")) {
@@ -51,8 +51,7 @@ pub(crate) fn c(home: &Home) -> Option<Command> {
     Some(Command::new(built(home)))
 }
 
-/// A program in C that includes the header of the codec, built by `cc` as C or by `c++` as C++;
-/// none without that compiler.
+/// Builds a C program that includes the codec's header, as C or C++. Returns `None` without a compiler.
 pub(crate) fn with_codec(name: &str, language: [&str; 2], home: &Home) -> Option<Command> {
     let probe = home.write("probe.c", "int main(void) { return 0; }\n");
     if !succeeds(&mut compiler(name, &probe, home)) {
@@ -72,7 +71,7 @@ fn compiler(name: &str, source: &Path, home: &Home) -> Command {
     command
 }
 
-/// Where a compiler puts what it builds.
+/// Returns the path for the output of a compiler.
 fn built(home: &Home) -> PathBuf {
     home.path().join("built")
 }
@@ -82,9 +81,9 @@ fn succeeds(command: &mut Command) -> bool {
     quiet.spawn().is_ok_and(|mut child| exit_of(&mut child).success())
 }
 
-/// What to do where something is missing: to say so, or to fail where it is required.
+/// Reports a missing tool, or fails if it is required.
 fn missing(what: &str) {
     assert!(env::var("MMSIM_CLIENTS").as_deref() != Ok("required"), "{what}");
-    // Past the test harness, which keeps to itself what passing tests print.
+    // Bypass the test harness, which hides the output of passing tests.
     let _ = writeln!(std::io::stderr(), "skipped, {what}");
 }

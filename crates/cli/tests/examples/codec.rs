@@ -1,4 +1,4 @@
-//! The codec in C makes and reads the same bytes as `mmsim-protocol`.
+//! The C codec writes and reads the same bytes as `mmsim-protocol`.
 
 use std::fs::File;
 use std::process::Stdio;
@@ -10,11 +10,11 @@ use mmsim_tests::output_of;
 use crate::client;
 use crate::harness::Home;
 
-/// The compilers that must take the header, and as what.
+/// The compilers that must accept the header, with its language.
 const COMPILERS: [(&str, [&str; 2]); 2] =
     [("cc", ["-xc", "-std=c99"]), ("c++", ["-xc++", "-std=c++11"])];
 
-/// Tasks for `codec.c`, and what must come of them.
+/// Tasks for `codec.c`, and the expected results.
 #[derive(Default)]
 struct Tasks {
     input: Vec<u8>,
@@ -22,7 +22,7 @@ struct Tasks {
 }
 
 impl Tasks {
-    /// A request with room for so many bytes; empty is that it cannot be made.
+    /// Encodes a request into a buffer of this size; the result is empty if it does not fit.
     fn request(&mut self, task: u8, capacity: usize, arguments: &[u8], expected: &[u8]) {
         self.input.push(task);
         self.input.extend(number(capacity));
@@ -32,7 +32,7 @@ impl Tasks {
         self.expected.push(1); // what is behind it is as it was
     }
 
-    /// The same with as much room as it needs, and with a byte less.
+    /// Encodes a request into a buffer of exactly its size, and of one byte less.
     fn both(&mut self, task: u8, arguments: &[u8], expected: &[u8]) {
         self.request(task, expected.len(), arguments, expected);
         self.request(task, expected.len() - 1, arguments, &[]);
@@ -57,7 +57,7 @@ impl Tasks {
         self.expected.extend(text.as_bytes());
     }
 
-    /// Does them, in C and in C++.
+    /// Runs the tasks in C and in C++.
     fn check(self) {
         for (name, language) in COMPILERS {
             let home = Home::new();
@@ -74,7 +74,7 @@ fn number(value: usize) -> [u8; 2] {
     u16::try_from(value).unwrap().to_be_bytes()
 }
 
-/// What a mouse may know of a maze, with a bit of everything.
+/// A partly explored maze with every kind of wall.
 fn map(size: MazeSize) -> KnownMaze {
     let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
     for cell in size.cells() {
@@ -139,7 +139,7 @@ fn requests_without_a_matrix() {
 }
 
 #[test]
-fn what_is_out_of_range_is_no_request() {
+fn out_of_range_requests() {
     let mut tasks = Tasks::default();
     tasks.request(b'w', 99, &[0, 0, 4], &[]);
     let room = state_bytes(MazeSize::HALF_SIZE);
@@ -165,7 +165,7 @@ fn replies_and_rubbish() {
     }
     for message in ["pong", "ok", "error: expected one frame, found 2", "error: ", "{}", ""] {
         tasks.reply(message.as_bytes());
-        // Cut off anywhere, with something behind, with another first byte.
+        // Truncated anywhere, with trailing bytes, and with another first byte.
         for length in 0..message.len() {
             tasks.reply(&message.as_bytes()[..length]);
         }

@@ -1,7 +1,7 @@
-//! The clients in `examples/`, each against a simulator that keeps what it is asked.
+//! The clients in `examples/`, each against a simulator that records requests.
 //!
-//! Those in Python need python3 with pyzmq, those in C a compiler `cc` and libzmq (Debian:
-//! libzmq3-dev). Without, their tests say that they are skipped and pass; with
+//! The Python clients need python3 with pyzmq, the C clients a compiler `cc` and libzmq (Debian:
+//! libzmq3-dev). Without them, the tests report that they are skipped, and pass; with
 //! `MMSIM_CLIENTS=required` they fail.
 
 #[path = "../harness/mod.rs"]

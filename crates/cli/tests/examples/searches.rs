@@ -1,4 +1,4 @@
-//! The clients search as `mmsim solve flood-fill` does, and say what is wrong where they cannot.
+//! The clients search like `mmsim solve flood-fill`, and report errors.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -10,14 +10,14 @@ use crate::client::{self, file};
 use crate::harness::Home;
 use crate::simulator::{Simulator, bundled};
 
-/// How a client ended, and what it asked.
+/// The output of a client and its requests.
 struct Searched {
     output: Output,
     requests: Vec<Vec<u8>>,
 }
 
 impl Searched {
-    /// Runs a client, with the endpoint as its last argument.
+    /// Runs a client with the endpoint as its last argument.
     fn new(client: &mut Command, simulator: Simulator) -> Self {
         let output = output(client.arg(&simulator.endpoint));
         Self { output, requests: simulator.requests() }
@@ -33,14 +33,13 @@ impl Searched {
     }
 }
 
-/// The mazes whose goal is reached: three of the bundled ones, and one in which the way to the left
-/// is as good as the one to the right, which hardly happens.
+/// Mazes with a reachable goal: three bundled ones, and one with equally good ways left and right.
 fn mazes() -> [PathBuf; 4] {
     let own = file("crates/cli/tests/examples/left-or-right.txt");
     [bundled("01-harbour.txt"), bundled("07-lighthouse.txt"), bundled("06-mirage.txt"), own]
 }
 
-/// Holds a client against the command and against what can go wrong.
+/// Compares a client with the command, and tests its errors.
 fn check(client: impl Fn() -> Command) {
     for maze in &mazes() {
         let (steps, searched) = same_states(client(), maze);
@@ -71,7 +70,7 @@ fn check(client: impl Fn() -> Command) {
     assert!(said.starts_with("cannot reach nowhere, expected tcp://HOST:PORT: "), "{said}");
 }
 
-/// What a client does in a maze, byte by byte what the command does there, and in how many steps.
+/// Asserts that a client sends the same bytes as the command. Returns the number of steps.
 fn same_states(mut client: Command, maze: &Path) -> (usize, Searched) {
     let home = Home::new();
     let mut command = home.command(&["solve", "flood-fill", "--connect"]);
@@ -106,7 +105,7 @@ fn the_client_in_c() {
     }
 }
 
-/// What of the class in Python no mouse needs that all goes well for.
+/// Tests the parts of the Python class that a successful search does not use.
 const CLASS: &str = r#"
 import sys
 from mmsim import Heading, NoReply, Pose, Refused, Simulator
@@ -130,7 +129,7 @@ with Simulator(sys.argv[1], timeout=0.3) as simulator:
 "#;
 
 #[test]
-fn the_class_in_python_outlives_what_goes_wrong() {
+fn the_python_class_survives_errors() {
     let Some(mut python) = client::python() else { return };
     let slow = |number| Some(Duration::from_secs(u64::from(number == 0)));
     let simulator = Simulator::start(&bundled("01-harbour.txt"), slow);

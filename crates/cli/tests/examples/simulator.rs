@@ -1,4 +1,4 @@
-//! A simulator that keeps each request, and may fall silent.
+//! A simulator that records each request, and may stop replying.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,12 +9,12 @@ use mmsim_maze::Maze;
 use mmsim_server::{ReplyBuffer, Simulation};
 use mmsim_tests::{bundled_mazes, within};
 
-/// The file of a bundled maze.
+/// Returns the file of a bundled maze.
 pub(crate) fn bundled(name: &str) -> PathBuf {
     bundled_mazes().join(name)
 }
 
-/// Ends the thread; no request of the protocol.
+/// Ends the thread; not a request of the protocol.
 const END: &[u8] = b"end";
 
 /// A simulator on a free port of loopback.
@@ -24,13 +24,12 @@ pub(crate) struct Simulator {
 }
 
 impl Simulator {
-    /// Serves the maze of this file.
+    /// Serves the maze in this file.
     pub(crate) fn serve(maze: &Path) -> Self {
         Self::start(maze, |_| Some(Duration::ZERO))
     }
 
-    /// The same; `pause` says how long to wait before the reply to the request of this number, or
-    /// not to reply and end.
+    /// Does the same. `pause` returns how long to wait before a reply, or `None` to stop.
     pub(crate) fn start(
         maze: &Path,
         pause: impl Fn(usize) -> Option<Duration> + Send + 'static,
@@ -57,12 +56,12 @@ impl Simulator {
         Self { endpoint, thread }
     }
 
-    /// Ends it; gives all requests that it has answered.
+    /// Stops the simulator. Returns all requests that it has replied to.
     pub(crate) fn requests(self) -> Vec<Vec<u8>> {
         let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
         socket.set_linger(0).unwrap();
         socket.connect(&self.endpoint).unwrap();
-        // Where it has ended already, nobody receives that.
+        // If it has stopped already, nobody receives this.
         socket.send(END, 0).unwrap();
         within("the simulator to end", || self.thread.join()).unwrap()
     }

@@ -1,28 +1,28 @@
-//! Fetching into a folder in which there is something.
+//! Fetching into a folder that is not empty.
 
 use std::fs;
 
 use crate::archives::{tar_gz, zip};
 use crate::harness::Home;
-use crate::{MAZE, OTHER_MAZE, all_of, fetch, fetch_in_vain, home_with_mazes};
+use crate::{MAZE, OTHER_MAZE, all_of, fetch, fetch_fails, home_with_mazes};
 
-/// As it may look in an editor.
+/// A maze edited by the user.
 const EDITED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
 #[test]
-fn what_changed_is_replaced_what_is_gone_is_removed_and_what_is_the_users_is_kept() {
+fn replaces_changed_files_removes_missing_ones_and_keeps_the_users() {
     let home = Home::new();
     let names = ["same", "changed", "gone", "deep/gone", "edited", "edited-gone", "deleted"];
     let paths = names.map(|name| format!("top/{name}.txt"));
     let contents: Vec<_> = paths.iter().map(|path| (&path[..], MAZE)).collect();
     let old = home.write("old.tar.gz", tar_gz(&contents));
     assert_eq!(fetch(&home, old.to_str().unwrap()).code, Some(0));
-    home.write("mazes/edited.txt", EDITED);
-    home.write("mazes/edited-gone.txt", EDITED);
     home.write("mazes/mine.txt", EDITED);
-    home.write("mazes/equal.txt", OTHER_MAZE);
-    home.write("mazes/taken.txt", EDITED);
-    fs::remove_file(home.path().join("mazes/deleted.txt")).unwrap();
+    for name in ["edited", "edited-gone", "mine", "taken"] {
+        home.write(&format!("mazes/fetched/{name}.txt"), EDITED);
+    }
+    home.write("mazes/fetched/equal.txt", OTHER_MAZE);
+    fs::remove_file(home.path().join("mazes/fetched/deleted.txt")).unwrap();
 
     let new = zip(&[
         ("top/same.txt", MAZE),
@@ -33,11 +33,11 @@ fn what_changed_is_replaced_what_is_gone_is_removed_and_what_is_the_users_is_kep
         ("top/deleted.txt", MAZE),
     ]);
     let new = home.write("new.zip", new);
-    let ended = fetch(&home, new.to_str().unwrap());
-    assert_eq!(ended.code, Some(0));
-    insta::assert_snapshot!(ended.stderr, @"kept 3 files of yours that the collection has otherwise: edited.txt, taken.txt, edited-gone.txt");
-    insta::assert_snapshot!(ended.stdout.lines().next().unwrap(), @"6 mazes in mazes (files: 1 new, 1 replaced, 2 unchanged, 2 removed, 0 passed over)");
-    let read = |name: &str| fs::read_to_string(home.path().join("mazes").join(name)).ok();
+    let output = fetch(&home, new.to_str().unwrap());
+    assert_eq!(output.code, Some(0));
+    insta::assert_snapshot!(output.stderr, @"kept 3 files that you have changed: edited-gone.txt, edited.txt, taken.txt");
+    insta::assert_snapshot!(output.stdout.lines().next().unwrap(), @"6 mazes in mazes/fetched (files: 1 new, 1 replaced, 2 unchanged, 2 removed, 0 skipped)");
+    let read = |name: &str| fs::read_to_string(home.path().join("mazes/fetched").join(name)).ok();
     let is = |name: &str| match read(name).as_deref() {
         Some(MAZE) => "old",
         Some(OTHER_MAZE) => "new",
@@ -48,62 +48,93 @@ fn what_changed_is_replaced_what_is_gone_is_removed_and_what_is_the_users_is_kep
         ["same.txt", "changed.txt", "equal.txt", "deleted.txt"].map(is),
         ["old", "new", "new", "old"]
     );
-    assert_eq!(["edited.txt", "edited-gone.txt", "mine.txt", "taken.txt"].map(is), ["mine"; 4]);
+    let mine = ["edited.txt", "edited-gone.txt", "mine.txt", "taken.txt", "../mine.txt"];
+    assert_eq!(mine.map(is), ["mine"; 5]);
     assert_eq!(["gone.txt", "deep/gone.txt"].map(is), ["none"; 2]);
-    assert!(!home.path().join("mazes/deep").exists());
+    assert!(!home.path().join("mazes/fetched/deep").exists());
 
     let before = all_of(&home.path().join("mazes"));
     let again = fetch(&home, new.to_str().unwrap());
-    insta::assert_snapshot!(again.stdout.lines().next().unwrap(), @"6 mazes in mazes (files: 0 new, 0 replaced, 4 unchanged, 0 removed, 0 passed over)");
-    insta::assert_snapshot!(again.stderr, @"kept 2 files of yours that the collection has otherwise: edited.txt, taken.txt");
+    insta::assert_snapshot!(again.stdout.lines().next().unwrap(), @"6 mazes in mazes/fetched (files: 0 new, 0 replaced, 4 unchanged, 0 removed, 0 skipped)");
+    insta::assert_snapshot!(again.stderr, @"kept 2 files that you have changed: edited.txt, taken.txt");
     assert_eq!(all_of(&home.path().join("mazes")), before);
 }
 
 #[test]
-fn what_another_run_left_behind_when_it_was_killed_is_cleaned_up() {
+fn cleans_up_after_a_killed_fetch() {
     let home = home_with_mazes();
-    home.write("mazes/.mmsim-fetching-abc/new-1", MAZE);
-    // It was killed after it had replaced the file, when the list held both.
-    home.write("mazes/classic/old.txt", OTHER_MAZE);
-    let [old, new] = [MAZE, OTHER_MAZE].map(|maze| crc32fast::hash(maze.as_bytes()));
-    let list = format!("{old:08x} classic/old.txt\n{new:08x} classic/old.txt\n");
-    home.write("mazes/.mmsim-fetched", list);
-    let ended = fetch(&home, "old.tar.gz");
-    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
-    assert_eq!(fs::read_to_string(home.path().join("mazes/classic/old.txt")).unwrap(), MAZE);
-    assert!(!home.path().join("mazes/.mmsim-fetching-abc").exists());
+    let mazes = home.path().join("mazes");
+    home.write("mazes/.mmsim-fetching-abc/fetched/new.txt", MAZE);
+    let before = all_of(&mazes.join("fetched"));
+    // It was killed between the two renames.
+    fs::rename(mazes.join("fetched"), mazes.join(".mmsim-fetching-old")).unwrap();
+    home.write("empty.zip", zip(&[]));
+    assert_eq!(fetch(&home, "empty.zip").code, Some(1), "too early to clean up");
+    let output = fetch(&home, "old.tar.gz");
+    assert_eq!((output.code, &output.stderr[..]), (Some(0), ""));
+    assert!(output.stdout.contains("0 new, 0 replaced, 1 unchanged"), "{output:?}");
+    assert_eq!(all_of(&mazes.join("fetched")), before);
+    assert_eq!(fs::read_dir(&mazes).unwrap().count(), 2, "the folder and the lock");
 }
 
+/// Earlier versions stored mazes directly in the folder.
 #[test]
-fn a_list_that_leads_elsewhere_removes_nothing() {
-    let home = home_with_mazes();
+fn removes_files_of_earlier_versions_and_keeps_the_users() {
+    let home = Home::new();
     let outside = home.write("outside.txt", MAZE);
     let sum = crc32fast::hash(MAZE.as_bytes());
-    let absolute = outside.display();
-    home.write(
-        "mazes/.mmsim-fetched",
-        format!("{sum:08x} ../outside.txt\n{sum:08x} {absolute}\nx\n"),
-    );
-    assert_eq!(fetch(&home, "old.tar.gz").code, Some(0));
-    assert!(outside.is_file());
+    for (path, content) in [
+        ("same.txt", MAZE),
+        ("deep/gone.txt", MAZE),
+        ("edited.txt", EDITED),
+        ("mine.txt", MAZE),
+        ("classic/mine.txt", MAZE),
+    ] {
+        home.write(&format!("mazes/{path}"), content);
+    }
+    let listed = ["same.txt", "deep/gone.txt", "edited.txt", "../outside.txt", "missing.txt"];
+    let absolute = outside.display().to_string();
+    let listed = listed.into_iter().chain([&absolute[..]]);
+    let lines: Vec<String> = listed.map(|path| format!("{sum:08x} {path}\n")).collect();
+    home.write("mazes/.mmsim-fetched", lines.concat() + "x\n");
+    home.write("new.tar.gz", tar_gz(&[("same.txt", MAZE), ("edited.txt", MAZE)]));
+    let output = fetch(&home, "new.tar.gz");
+    assert_eq!((output.code, &output.stderr[..]), (Some(0), ""));
+    assert!(output.stdout.contains("1 new, 0 replaced, 1 unchanged, 1 removed"), "{output:?}");
+    let exists = |path: &str| home.path().join("mazes").join(path).exists();
+    for path in ["same.txt", "deep", ".mmsim-fetched"] {
+        assert!(!exists(path), "{path}");
+    }
+    for path in ["edited.txt", "mine.txt", "classic/mine.txt", "fetched/same.txt", "../outside.txt"]
+    {
+        assert!(exists(path), "{path}");
+    }
 }
 
 #[test]
-fn a_file_in_place_of_a_folder_is_not_lost() {
+fn folders_and_files_of_the_user_are_not_replaced() {
     let home = Home::new();
-    home.write("mazes/classic", "my notes");
     home.write("new.tar.gz", tar_gz(&[("top/a.txt", MAZE), ("top/classic/new.txt", MAZE)]));
-    insta::assert_snapshot!(fetch_in_vain(&home, "new.tar.gz").replace('\\', "/"), @"mmsim: mazes/classic: expected a folder, found a file; move it away or fetch into another folder");
-    let home = Home::new();
+    home.write("mazes/fetched/mine.txt", MAZE);
+    insta::assert_snapshot!(fetch_fails(&home, "new.tar.gz").replace('\\', "/"), @"mmsim: mazes/fetched was not created by mmsim (move it away or fetch into another folder)");
+    fs::remove_dir_all(home.path().join("mazes/fetched")).unwrap();
+    home.write("mazes/fetched", "my notes");
+    insta::assert_snapshot!(fetch_fails(&home, "new.tar.gz").replace('\\', "/"), @"mmsim: mazes/fetched is a file (move it away or fetch into another folder)");
+    fs::remove_dir_all(home.path().join("mazes")).unwrap();
     home.write("mazes", "my notes");
-    home.write("new.tar.gz", tar_gz(&[("a.txt", MAZE)]));
-    let error = fetch_in_vain(&home, "new.tar.gz");
-    assert!(error.starts_with("mmsim: mazes"), "{error}");
+    let error = fetch_fails(&home, "new.tar.gz");
+    assert!(error.starts_with("mmsim: cannot write mazes: "), "{error}");
+    // The user's file is where the collection has a folder.
+    let home = home_with_mazes();
+    home.write("mazes/fetched/new", EDITED);
+    home.write("new.tar.gz", tar_gz(&[("new/a.txt", MAZE), ("b.txt", MAZE)]));
+    let error = fetch_fails(&home, "new.tar.gz").replace('\\', "/");
+    assert!(error.starts_with("mmsim: mazes/fetched/new cannot be kept: "), "{error}");
 }
 
-/// The third file cannot be written, when two have taken their places.
+/// The last file cannot be written when the others have been.
 #[test]
-fn half_of_a_collection_is_taken_back() {
+fn failed_fetches_change_nothing() {
     let home = home_with_mazes();
     let new = [
         ("top/a.txt", MAZE),
@@ -112,75 +143,65 @@ fn half_of_a_collection_is_taken_back() {
         ("top/x/y", MAZE),
     ];
     home.write("new.tar.gz", tar_gz(&new));
-    let error = fetch_in_vain(&home, "new.tar.gz");
-    assert!(
-        error.replace('\\', "/").starts_with("mmsim: mazes/x/y: cannot be written: "),
-        "{error}"
-    );
+    let error = fetch_fails(&home, "new.tar.gz").replace('\\', "/");
+    assert!(error.starts_with("mmsim: cannot write mazes/fetched/x/y: "), "{error}");
     let home = Home::new();
     home.write("new.tar.gz", tar_gz(&new));
-    fetch_in_vain(&home, "new.tar.gz");
+    fetch_fails(&home, "new.tar.gz");
     assert!(!home.path().join("mazes").exists());
 }
 
 #[cfg(unix)]
 #[test]
-fn links_in_the_folder_lead_nowhere() {
+fn links_are_not_followed() {
     use std::os::unix::fs::symlink;
     let home = home_with_mazes();
-    home.write("elsewhere/old.txt", MAZE);
+    let outside = home.write("outside/old.txt", MAZE);
     home.write("new.tar.gz", tar_gz(&[("top/classic/old.txt", OTHER_MAZE), ("top/z.txt", MAZE)]));
-    let classic = home.path().join("mazes/classic");
-    fs::remove_dir_all(&classic).unwrap();
-    symlink(home.path().join("elsewhere"), &classic).unwrap();
-    insta::assert_snapshot!(fetch_in_vain(&home, "new.tar.gz"), @"mmsim: mazes/classic: expected a folder, found a link; move it away or fetch into another folder");
-    // What is gone from the collection is not looked for behind a link either.
-    home.write("none.tar.gz", tar_gz(&[("z.txt", MAZE)]));
-    assert_eq!(fetch(&home, "none.tar.gz").code, Some(0));
-    assert!(home.path().join("elsewhere/old.txt").is_file());
+    // In place of a file or a folder in it.
+    for (path, target) in [("classic/old.txt", &outside), ("classic", &home.path().join("outside"))]
+    {
+        let path = home.path().join("mazes/fetched").join(path);
+        let _ = fs::remove_file(&path).or_else(|_| fs::remove_dir_all(&path));
+        symlink(target, &path).unwrap();
+        let error = fetch_fails(&home, "new.tar.gz");
+        assert!(
+            error.ends_with(" is a link (move it away or fetch into another folder)\n"),
+            "{error}"
+        );
+    }
+    // In place of the folder and of the lock.
+    let folder = home.path().join("mazes/fetched");
+    fs::remove_dir_all(&folder).unwrap();
+    symlink(home.path().join("outside"), &folder).unwrap();
+    insta::assert_snapshot!(fetch_fails(&home, "new.tar.gz"), @"mmsim: mazes/fetched is a link (move it away or fetch into another folder)");
+    fs::remove_file(&folder).unwrap();
+    let lock = home.path().join("mazes/.mmsim-fetching");
+    fs::remove_file(&lock).unwrap();
+    symlink(home.path().join("missing"), &lock).unwrap();
+    insta::assert_snapshot!(fetch_fails(&home, "new.tar.gz"), @"mmsim: mazes/.mmsim-fetching is not a regular file (move it away or fetch into another folder)");
+    // In earlier versions' files.
+    let home = Home::new();
+    let sum = crc32fast::hash(MAZE.as_bytes());
+    let outside = home.write("outside/old.txt", MAZE);
+    home.write("mazes/.mmsim-fetched", format!("{sum:08x} classic/old.txt\n"));
+    symlink(home.path().join("outside"), home.path().join("mazes/classic")).unwrap();
+    home.write("new.tar.gz", tar_gz(&[("z.txt", MAZE)]));
+    assert_eq!(fetch(&home, "new.tar.gz").code, Some(0));
+    assert!(outside.is_file());
 
-    // A link in place of a file is the user's, a folder that is one itself is what he asks for.
+    // The user's folder itself may be a link.
     let home = home_with_mazes();
-    let file = home.path().join("mazes/classic/old.txt");
-    fs::remove_file(&file).unwrap();
-    let mine = home.write("mine.txt", "mine");
-    symlink(&mine, &file).unwrap();
-    home.write("new.tar.gz", tar_gz(&[("top/classic/old.txt", OTHER_MAZE), ("top/z.txt", MAZE)]));
-    assert!(fetch(&home, "new.tar.gz").stderr.starts_with("kept 1 file of yours"));
-    assert_eq!(fs::read(&mine).unwrap(), b"mine");
     fs::rename(home.path().join("mazes"), home.path().join("elsewhere")).unwrap();
     symlink("elsewhere", home.path().join("mazes")).unwrap();
     assert_eq!(fetch(&home, "old.tar.gz").code, Some(0));
-    assert!(!home.path().join("elsewhere/z.txt").exists());
+    assert!(home.path().join("elsewhere/fetched/classic/old.txt").exists());
 }
 
-/// What is of ours in the folder may have been put there to lead elsewhere.
+/// A limit on the file size stands for a full disk.
 #[cfg(unix)]
 #[test]
-fn links_in_place_of_our_own_files_are_refused() {
-    use std::os::unix::fs::symlink;
-    let home = home_with_mazes();
-    let outside = home.write("outside", "mine");
-    for own in [".mmsim-fetching", ".mmsim-fetched"] {
-        let path = home.path().join("mazes").join(own);
-        let old = fs::read(&path).unwrap();
-        for target in [home.path().join("missing"), outside.clone()] {
-            fs::remove_file(&path).unwrap();
-            symlink(target, &path).unwrap();
-            let expected = format!(
-                "mmsim: mazes/{own}: expected a file, found a link; move it away or fetch into another folder\n"
-            );
-            assert_eq!(fetch_in_vain(&home, "old.tar.gz"), expected);
-        }
-        fs::remove_file(&path).unwrap();
-        fs::write(&path, old).unwrap();
-    }
-}
-
-/// A limit on the size of files stands for a disk that is full.
-#[cfg(unix)]
-#[test]
-fn a_full_disk_changes_nothing() {
+fn full_disks_change_nothing() {
     use std::process::Command;
     let home = home_with_mazes();
     let large = MAZE.to_string() + &"and more\n".repeat(1000);
@@ -189,9 +210,9 @@ fn a_full_disk_changes_nothing() {
     let limited = "trap '' XFSZ; ulimit -f 8; exec \"$0\" mazes fetch mazes --from new.tar.gz";
     let mut command = Command::new("sh");
     command.args(["-c", limited]).arg(env!("CARGO_BIN_EXE_mmsim")).current_dir(home.path());
-    let ended = mmsim_tests::output(&mut command);
-    let error = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(ended.status.code(), Some(1), "{error}");
-    assert!(error.starts_with("mmsim: mazes: cannot be written: "), "{error}");
+    let output = mmsim_tests::output(&mut command);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.starts_with("mmsim: cannot write mazes/fetched"), "{error}");
     assert_eq!(all_of(home.path()), before);
 }

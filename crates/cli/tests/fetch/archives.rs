@@ -1,4 +1,4 @@
-//! Archives, good ones and such as nobody's tools make.
+//! Building archives, valid and malicious.
 
 use std::io::Write;
 
@@ -6,7 +6,7 @@ use flate2::Compression;
 use flate2::write::{DeflateEncoder, GzEncoder};
 use tar::{EntryType, Header};
 
-/// What 10 GiB are in MiB, and of which size a bomb's parts are.
+/// A bomb of 10 GiB, in parts of 1 MiB.
 const BOMB_PARTS: usize = 10 << 10;
 const PART: &[u8] = &[0; 1 << 20];
 
@@ -32,12 +32,12 @@ pub(crate) fn gz(content: &[u8]) -> Vec<u8> {
     gz.finish().unwrap()
 }
 
-/// A tar with one entry, its name as it is.
+/// Returns a tar with one entry and an unchecked name.
 pub(crate) fn tar_of(name: &[u8], kind: EntryType, content: &[u8]) -> Vec<u8> {
     [tar_entry(name, kind, content), vec![0; 1024]].concat()
 }
 
-/// An entry and what fills its last block.
+/// Returns an entry, padded to whole blocks.
 pub(crate) fn tar_entry(name: &[u8], kind: EntryType, content: &[u8]) -> Vec<u8> {
     let header = tar_header(name, kind, content.len() as u64);
     let fill = content.len().next_multiple_of(512) - content.len();
@@ -57,21 +57,21 @@ fn tar_header(name: &[u8], kind: EntryType, size: u64) -> Vec<u8> {
     header.as_bytes().to_vec()
 }
 
-/// An entry that says to have 10 GiB and has them, all of them zeros.
+/// Returns an archive with an entry of 10 GiB of zeros.
 pub(crate) fn tar_gz_bomb(kind: EntryType) -> Vec<u8> {
     let header = gz(&tar_header(b"bomb.txt", kind, (BOMB_PARTS * PART.len()) as u64));
     [header, gz(PART).repeat(BOMB_PARTS)].concat()
 }
 
-/// A file in a zip, with all that its headers say of it.
+/// A file in a zip, with the fields of its headers.
 pub(crate) struct Zipped<'a> {
     pub(crate) name: &'a [u8],
     pub(crate) data: Vec<u8>,
-    /// The number of the packing method.
+    /// The number of the compression method.
     pub(crate) method: u16,
-    /// The type and the permissions, as Unix has them.
+    /// The Unix file type and permissions.
     pub(crate) mode: u32,
-    /// The number of the system that it was made by.
+    /// The number of the originating system.
     pub(crate) system: u8,
     pub(crate) checksum: u32,
     pub(crate) bytes: u32,
@@ -92,12 +92,12 @@ impl<'a> Zipped<'a> {
         }
     }
 
-    /// 10 GiB of zeros that say to be a hundred bytes.
+    /// Returns 10 GiB of zeros that claim to be 100 bytes.
     pub(crate) fn bomb() -> Self {
         let mut deflate = DeflateEncoder::new(Vec::new(), Compression::best());
         deflate.write_all(PART).unwrap();
         deflate.flush().unwrap();
-        // What is flushed ends with a whole byte and refers to nothing before it.
+        // A flushed part ends on a byte boundary and does not refer to earlier data.
         let part = deflate.get_ref().clone();
         let end = [3, 0];
         let data = [part.repeat(BOMB_PARTS), end.to_vec()].concat();
@@ -118,7 +118,7 @@ impl<'a> Zipped<'a> {
     }
 }
 
-/// A zip archive, as APPNOTE.TXT 6.3 of PKWARE has it.
+/// Builds a zip archive, as specified in PKWARE's APPNOTE.TXT 6.3.
 pub(crate) fn zip_of(files: &[Zipped]) -> Vec<u8> {
     let (mut zip, mut directory) = (Vec::new(), Vec::new());
     for file in files {

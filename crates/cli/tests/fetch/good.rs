@@ -1,6 +1,7 @@
-//! Archives that are in order.
+//! Valid archives.
 
 use std::fs;
+use std::path::Path;
 use std::thread;
 
 use serde_json::json;
@@ -21,22 +22,24 @@ const CONTENTS: &[(&str, &str)] = &[
     ("top/tool.py", "print()"),
 ];
 
-/// What is fetched of these, without what is hidden.
+/// Asserts that the visible files of `CONTENTS` are in the folder.
 fn assert_is_fetched(home: &Home, folder: &str) {
-    let read = |name: &str| fs::read_to_string(home.path().join(folder).join(name)).unwrap();
+    let read = |name: &str| {
+        fs::read_to_string(home.path().join(folder).join("fetched").join(name)).unwrap()
+    };
     assert_eq!(read("classic/japan2013.txt"), MAZE);
     assert_eq!(read("classic/deep/er/a b (c).maz"), OTHER_MAZE);
     assert_eq!(read("README.md"), "whose mazes they are");
     assert_eq!(read("LICENCE.md"), "none");
-    let names = fs::read_dir(home.path().join(folder)).unwrap();
+    let names = fs::read_dir(home.path().join(folder).join("fetched")).unwrap();
     let mut names: Vec<_> = names.map(|entry| entry.unwrap().file_name()).collect();
     names.sort();
-    let expected = [".mmsim-fetched", ".mmsim-fetching", "LICENCE.md", "README.md", "classic"];
+    let expected = [".mmsim-fetched", "LICENCE.md", "README.md", "classic"];
     assert_eq!(names, expected);
 }
 
 #[test]
-fn every_kind_of_archive_is_fetched_from_files_and_addresses() {
+fn fetches_every_kind_of_archive_from_files_and_urls() {
     let stored = Zipped { method: 0, data: MAZE.into(), ..Zipped::new(b"a.txt", MAZE.as_bytes()) };
     for archive in [tar_gz(CONTENTS), zip(CONTENTS), tar(CONTENTS)] {
         let home = Home::new();
@@ -48,28 +51,31 @@ fn every_kind_of_archive_is_fetched_from_files_and_addresses() {
         let by_address = home.run(&["mazes", "fetch", "new/folder", "--from", &from]);
         assert_eq!((by_address.code, &by_address.stderr[..]), (Some(0), ""), "no bar");
         assert_is_fetched(&home, "new/folder");
-        let elsewhere = by_address.stdout.replace("new/folder", "mazes");
-        assert_eq!(elsewhere, by_file.stdout);
+        let other = by_address.stdout.replace("new/folder", "mazes");
+        assert_eq!(other, by_file.stdout);
         insta::allow_duplicates! {
             insta::assert_snapshot!(by_file.stdout, @r#"
-            2 mazes in mazes (files: 4 new, 0 replaced, 0 unchanged, 0 removed, 2 passed over)
-            `mmsim mazes --maze "japan 2013"` serves one of them
+            2 mazes in mazes/fetched (files: 4 new, 0 replaced, 0 unchanged, 0 removed, 2 skipped)
+            serve one of them with `mmsim mazes --maze "japan 2013"`
             "#);
         }
     }
     let home = Home::new();
     let file = home.write("stored.zip", zip_of(&[stored]));
     assert_eq!(fetch(&home, file.to_str().unwrap()).code, Some(0));
-    assert_eq!(fs::read_to_string(home.path().join("mazes/a.txt")).unwrap(), MAZE);
+    assert_eq!(fs::read_to_string(home.path().join("mazes/fetched/a.txt")).unwrap(), MAZE);
 }
 
 #[test]
-fn the_default_folder_is_where_mazes_are_looked_for() {
+fn default_folder_is_searched_for_mazes() {
     let home = Home::new();
     let from = home.write("a.tar.gz", tar_gz(&[("one.txt", MAZE), ("two/three.txt", MAZE)]));
     let fetched = home.run(&["mazes", "fetch", "--from", from.to_str().unwrap()]);
     assert_eq!(fetched.code, Some(0), "{fetched:?}");
-    assert!(fetched.stdout.contains("`mmsim --maze \"one\"` serves one of them"), "{fetched:?}");
+    assert!(
+        fetched.stdout.contains("serve one of them with `mmsim --maze \"one\"`"),
+        "{fetched:?}"
+    );
     let list = home.run(&["mazes", "list", "--json"]).json();
     assert_eq!(list.as_array().unwrap().len(), 2);
     assert!(list[0]["path"].as_str().unwrap().contains(".mmsim"), "{list}");
@@ -79,19 +85,19 @@ fn the_default_folder_is_where_mazes_are_looked_for() {
 }
 
 #[test]
-fn redirects_are_followed_and_lengths_may_be_unknown() {
+fn follows_redirects_and_accepts_unknown_lengths() {
     let archive = tar_gz(CONTENTS);
     let there = serve([b"HTTP/1.0 200 OK\r\n\r\n", &archive[..]].concat());
     let head = format!("302 Found\r\nLocation: http://{there}/elsewhere");
     let here = serve(answer(&head, 0, b""));
     let home = Home::new();
-    let ended = fetch(&home, &format!("http://{here}/"));
-    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    let output = fetch(&home, &format!("http://{here}/"));
+    assert_eq!((output.code, &output.stderr[..]), (Some(0), ""));
     assert_is_fetched(&home, "mazes");
 }
 
 #[test]
-fn a_tar_gz_may_be_of_several_parts_and_have_long_names() {
+fn tar_gz_may_have_several_members_and_long_names() {
     let tar = tar(CONTENTS);
     let (one, other) = tar.split_at(700);
     let home = Home::new();
@@ -106,12 +112,12 @@ fn a_tar_gz_may_be_of_several_parts_and_have_long_names() {
     long.append_data(&mut header, &name, MAZE.as_bytes()).unwrap();
     let from = home.write("long.tar.gz", gz(&long.into_inner().unwrap()));
     assert_eq!(fetch(&home, from.to_str().unwrap()).code, Some(0));
-    assert!(home.path().join("mazes").join(&name[4..]).is_file());
+    assert!(home.path().join("mazes/fetched").join(&name[4..]).is_file());
 }
 
-/// As GNU gzip does.
+/// As with GNU gzip.
 #[test]
-fn zeros_behind_a_tar_gz_are_ignored() {
+fn zeros_after_a_tar_gz_are_ignored() {
     let home = Home::new();
     let padded = [tar_gz(CONTENTS), vec![0; 10_000]].concat();
     home.write("padded.tar.gz", &padded);
@@ -123,7 +129,7 @@ fn zeros_behind_a_tar_gz_are_ignored() {
 }
 
 #[test]
-fn schemes_are_of_any_case_and_files_have_addresses_too() {
+fn schemes_ignore_case_and_file_urls_work() {
     let home = Home::new();
     let archive = tar_gz(CONTENTS);
     let file = home.write("a b.tar.gz", &archive);
@@ -135,16 +141,16 @@ fn schemes_are_of_any_case_and_files_have_addresses_too() {
         format!("file:///{file}"),
         format!("File://localhost/{file}"),
     ] {
-        let ended = home.run(&["mazes", "fetch", "mazes", "--from", &from]);
-        assert_eq!(ended.code, Some(0), "{ended:?}");
+        let output = home.run(&["mazes", "fetch", "mazes", "--from", &from]);
+        assert_eq!(output.code, Some(0), "{output:?}");
         assert_is_fetched(&home, "mazes");
         std::fs::remove_dir_all(home.path().join("mazes")).unwrap();
     }
 }
 
-/// What macOS packs beside the files does not count, nor keep the top folder.
+/// The metadata of macOS must not hide the common top folder.
 #[test]
-fn what_is_hidden_is_passed_over_first() {
+fn hidden_files_are_skipped_first() {
     let mac = [
         ("__MACOSX/._mazes", "of the system"),
         ("__MACOSX/mazes/b.maze", MAZE),
@@ -158,21 +164,24 @@ fn what_is_hidden_is_passed_over_first() {
         (".mmsim/.trash/b.txt", MAZE),
         (".mmsim/classic/a.txt", MAZE),
     ];
-    for (archive, passed_over) in [(zip(&mac), 5), (zip(&packed_home), 2)] {
+    for (archive, skipped) in [(zip(&mac), 5), (zip(&packed_home), 2)] {
         let home = Home::new();
         home.write("a.zip", archive);
-        let ended = fetch(&home, "a.zip");
+        let output = fetch(&home, "a.zip");
         let expected = format!(
-            "1 maze in mazes (files: 1 new, 0 replaced, 0 unchanged, 0 removed, {passed_over} passed over)"
+            "1 maze in mazes/fetched (files: 1 new, 0 replaced, 0 unchanged, 0 removed, {skipped} skipped)"
         );
-        assert_eq!(ended.stdout.lines().next(), Some(&expected[..]), "{ended:?}");
-        assert_eq!(fs::read_to_string(home.path().join("mazes/classic/a.txt")).unwrap(), MAZE);
-        assert_eq!(fs::read_dir(home.path().join("mazes")).unwrap().count(), 3);
+        assert_eq!(output.stdout.lines().next(), Some(&expected[..]), "{output:?}");
+        assert_eq!(
+            fs::read_to_string(home.path().join("mazes/fetched/classic/a.txt")).unwrap(),
+            MAZE
+        );
+        assert_eq!(fs::read_dir(home.path().join("mazes/fetched")).unwrap().count(), 2);
     }
 }
 
 #[test]
-fn names_that_not_every_system_can_have_are_passed_over() {
+fn unportable_names_are_skipped() {
     let long = "a".repeat(90) + "/" + &"b".repeat(120);
     let odd: [&[u8]; 8] = [
         b"top/12:30.txt",
@@ -187,52 +196,56 @@ fn names_that_not_every_system_can_have_are_passed_over() {
     let names = [&[&b"top/classic/good.txt"[..]], &odd[..]].concat();
     let zipped: Vec<_> = names.iter().map(|name| Zipped::new(name, MAZE.as_bytes())).collect();
     let kind = EntryType::Regular;
-    // Such a long name takes an entry of its own in a tar.
+    // In a tar such a long name needs an entry of its own.
     let mut tar: Vec<u8> =
         names[..8].iter().flat_map(|name| tar_entry(name, kind, MAZE.as_bytes())).collect();
     tar.extend([0; 1024]);
-    for (archive, passed_over) in [(zip_of(&zipped), 8), (gz(&tar), 7)] {
+    for (archive, skipped) in [(zip_of(&zipped), 8), (gz(&tar), 7)] {
         let home = Home::new();
         home.write("archive", archive);
-        let ended = fetch(&home, "archive");
+        let output = fetch(&home, "archive");
         let expected = format!(
-            "1 maze in mazes (files: 1 new, 0 replaced, 0 unchanged, 0 removed, {passed_over} passed over)"
+            "1 maze in mazes/fetched (files: 1 new, 0 replaced, 0 unchanged, 0 removed, {skipped} skipped)"
         );
-        assert_eq!(ended.stdout.lines().next(), Some(&expected[..]), "{ended:?}");
+        assert_eq!(output.stdout.lines().next(), Some(&expected[..]), "{output:?}");
         let said = format!(
-            "passed over {passed_over} files that not every system can name: \"top/12:30.txt\", \"top/a\\\"b.txt\", \"top/b?.txt\", …\n"
+            "skipped {skipped} files with names that are not valid on every system: \"top/12:30.txt\", \"top/a\\\"b.txt\", \"top/b?.txt\", …\n"
         );
-        assert_eq!(ended.stderr, said);
-        assert_eq!(fs::read_to_string(home.path().join("mazes/classic/good.txt")).unwrap(), MAZE);
-        assert_eq!(fs::read_dir(home.path().join("mazes")).unwrap().count(), 3);
+        assert_eq!(output.stderr, said);
+        assert_eq!(
+            fs::read_to_string(home.path().join("mazes/fetched/classic/good.txt")).unwrap(),
+            MAZE
+        );
+        assert_eq!(fs::read_dir(home.path().join("mazes/fetched")).unwrap().count(), 2);
     }
 }
 
-/// Some tools for Windows write them, and folders as entries of their own.
+/// Some tools for Windows write backslashes, and folders as entries of their own.
 #[test]
 fn backslashes_in_a_zip_are_separators() {
     let home = Home::new();
     home.write("a.zip", zip(&[("top\\classic\\", ""), ("top\\classic\\a.txt", MAZE)]));
-    let ended = fetch(&home, "a.zip");
-    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
-    assert_eq!(fs::read_to_string(home.path().join("mazes/classic/a.txt")).unwrap(), MAZE);
+    let output = fetch(&home, "a.zip");
+    assert_eq!((output.code, &output.stderr[..]), (Some(0), ""));
+    assert_eq!(fs::read_to_string(home.path().join("mazes/fetched/classic/a.txt")).unwrap(), MAZE);
 }
 
 #[test]
-fn json_has_all_that_is_said() {
+fn json_has_all_results() {
     let home = Home::new();
     let from = home.write("a.zip", zip(CONTENTS));
     let from = from.to_str().unwrap();
     let json = home.run(&["mazes", "fetch", "mazes", "--json", "--from", from]).json();
+    let folder = Path::new("mazes").join("fetched");
     let expected = json!({
-        "from": from, "folder": "mazes", "mazes": 2, "new": 4, "replaced": 0, "unchanged": 0,
+        "from": from, "folder": folder, "mazes": 2, "new": 4, "replaced": 0, "unchanged": 0,
         "removed": 0, "kept": [], "passed_over": 2,
     });
     assert_eq!(json, expected);
 }
 
 #[test]
-fn two_at_once_leave_a_whole_collection() {
+fn concurrent_fetches_leave_a_whole_collection() {
     let home = Home::new();
     let names: Vec<String> = (0..50).map(|number| format!("top/{number}.txt")).collect();
     let contents = |maze| names.iter().map(|name| (&name[..], maze)).collect::<Vec<_>>();
@@ -244,8 +257,13 @@ fn two_at_once_leave_a_whole_collection() {
         }
     });
     let again = fetch(&home, one.to_str().unwrap());
-    assert_eq!((again.code, &again.stderr[..]), (Some(0), ""), "none was taken for the user's");
-    let read = |number: u32| fs::read_to_string(home.path().join(format!("mazes/{number}.txt")));
+    assert_eq!(
+        (again.code, &again.stderr[..]),
+        (Some(0), ""),
+        "no file counts as changed by the user"
+    );
+    let read =
+        |number: u32| fs::read_to_string(home.path().join(format!("mazes/fetched/{number}.txt")));
     assert!((0..50).all(|number| read(number).unwrap() == MAZE));
-    assert_eq!(fs::read_dir(home.path().join("mazes")).unwrap().count(), 52);
+    assert_eq!(fs::read_dir(home.path().join("mazes/fetched")).unwrap().count(), 51);
 }

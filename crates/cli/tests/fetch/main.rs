@@ -1,4 +1,4 @@
-//! `mmsim mazes fetch`: a collection from made archives, by a server here and from files.
+//! `mmsim mazes fetch`: fetching generated archives from a local server and from files.
 
 #[path = "../harness/mod.rs"]
 mod harness;
@@ -13,12 +13,12 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use harness::{Ended, Home};
+use harness::{Home, Output};
 
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 const OTHER_MAZE: &str = "o---o---o---o\n| S       G |\no---o---o---o\n";
 
-/// Everything in a folder: its files with their content, and its folders and links.
+/// Returns everything in a folder: files with their content, folders and links.
 fn all_of(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -32,23 +32,23 @@ fn all_of(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
     all
 }
 
-/// Fetches into the folder `mazes` of the home.
-fn fetch(home: &Home, from: &str) -> Ended {
+/// Fetches into the folder `mazes`.
+fn fetch(home: &Home, from: &str) -> Output {
     home.run(&["mazes", "fetch", "mazes", "--from", from])
 }
 
-/// Tries to, and asserts that this failed and changed nothing, neither in the folder nor beside it.
-fn fetch_in_vain(home: &Home, from: &str) -> String {
+/// Asserts that a fetch fails and changes nothing, neither in the folder nor beside it.
+fn fetch_fails(home: &Home, from: &str) -> String {
     let before = all_of(home.path());
-    let ended = fetch(home, from);
-    assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "{ended:?}");
+    let output = fetch(home, from);
+    assert_eq!((output.code, &output.stdout[..]), (Some(1), ""), "{output:?}");
     let after = all_of(home.path());
     let (before, after): (Vec<_>, Vec<_>) = (before.iter().collect(), after.iter().collect());
     assert!(before == after, "{:?}", after.iter().map(|(path, _)| path).collect::<Vec<_>>());
-    ended.stderr
+    output.stderr
 }
 
-/// A home in which mazes have been fetched into the folder `mazes`.
+/// Returns a home with fetched mazes in the folder `mazes`.
 fn home_with_mazes() -> Home {
     let home = Home::new();
     let archive = home.write("old.tar.gz", archives::tar_gz(&[("top/classic/old.txt", MAZE)]));

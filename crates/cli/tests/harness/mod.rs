@@ -1,4 +1,4 @@
-//! Runs the command as its users do.
+//! Running the command as users do.
 #![allow(dead_code, unreachable_pub, missing_docs)] // each test file uses its part
 
 pub mod noise;
@@ -12,7 +12,7 @@ use std::{fs, thread};
 
 use mmsim_tests::{PATIENCE, exit_of, output, within};
 
-/// A folder that is the user's home while a test runs, with files of its own.
+/// A temporary home folder of a test.
 pub struct Home(tempfile::TempDir);
 
 impl Home {
@@ -24,7 +24,7 @@ impl Home {
         self.0.path()
     }
 
-    /// Writes a file, creating the folders it is in.
+    /// Writes a file and creates its folders.
     pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
         let path = self.path().join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -32,7 +32,7 @@ impl Home {
         path
     }
 
-    /// The command, with this folder as home and as current folder.
+    /// Returns the command with this folder as home and working directory.
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = mmsim();
         command
@@ -47,18 +47,18 @@ impl Home {
         command
     }
 
-    /// Runs the command to its end.
-    pub fn run(&self, arguments: &[&str]) -> Ended {
+    /// Runs the command to completion.
+    pub fn run(&self, arguments: &[&str]) -> Output {
         let output = output(&mut self.command(arguments));
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().replace("\r\n", "\n");
-        Ended {
+        Output {
             code: output.status.code(),
             stdout: text(output.stdout),
             stderr: text(output.stderr),
         }
     }
 
-    /// The same for a server, without the page to watch unless the arguments say something of it.
+    /// Returns the command for a server, without a viewer page unless the arguments mention it.
     pub fn server(&self, arguments: &[&str]) -> Command {
         let mut command = self.command(arguments);
         if !arguments.iter().any(|argument| argument.contains("viewer")) {
@@ -67,17 +67,17 @@ impl Home {
         command
     }
 
-    /// Starts the command as a server and waits until it says where it serves.
+    /// Starts a server and waits until it reports its address.
     pub fn serve(&self, arguments: &[&str]) -> Serving {
         self.serve_until(arguments, "tcp://")
     }
 
-    /// Starts the command as a server and waits until it has said this.
+    /// Starts a server and waits until it prints `text` to stderr.
     pub fn serve_until(&self, arguments: &[&str], text: &str) -> Serving {
         Serving::start(self.server(arguments), text)
     }
 
-    /// Starts the command as a server and closes its stderr once it has said where it serves.
+    /// Starts a server and closes its stderr once it has reported its address.
     pub fn serve_unheard(&self, arguments: &[&str]) -> Serving {
         let mut child = self.server(arguments).stderr(Stdio::piped()).spawn().unwrap();
         let (stderr, mut serving) = (child.stderr.take().unwrap(), Serving::new(child));
@@ -86,7 +86,7 @@ impl Home {
     }
 }
 
-/// The same command under this limit of the shell, such as `-v 1000`.
+/// Returns the command under a limit of `ulimit`, such as `-v 1000`.
 #[cfg(unix)]
 pub fn limited(command: &Command, limit: &str) -> Command {
     let mut limited = Command::new("bash");
@@ -102,8 +102,8 @@ pub fn limited(command: &Command, limit: &str) -> Command {
     limited
 }
 
-/// The command, without signals that these tests were started to ignore, as by `nohup`: it would
-/// ignore them, too.
+/// Returns the command with default signal handling: it would inherit signals that the tests ignore,
+/// as under `nohup`.
 fn mmsim() -> Command {
     let mmsim = env!("CARGO_BIN_EXE_mmsim");
     if !IS_IGNORING.get_or_init(is_ignoring) {
@@ -114,12 +114,12 @@ fn mmsim() -> Command {
     command
 }
 
-/// The signals that end a command.
+/// The signals that stop a command.
 pub const SIGNALS: &str = "HUP,INT,TERM";
 
 static IS_IGNORING: OnceLock<bool> = OnceLock::new();
 
-/// Whether this process ignores one of the signals, of which signal n is bit n - 1.
+/// Whether this process ignores one of the signals. Signal n is bit n - 1 of the mask.
 fn is_ignoring() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -127,7 +127,7 @@ fn is_ignoring() -> bool {
     mask.unwrap_or(0) & (1 | 1 << 1 | 1 << 14) != 0
 }
 
-/// The newest recording in a folder, beside which the server may be packing another.
+/// Returns the newest recording in a folder. The server may be compressing another one.
 #[track_caller]
 pub fn recorded(folder: &Path) -> PathBuf {
     let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -135,44 +135,44 @@ pub fn recorded(folder: &Path) -> PathBuf {
     files.filter(is_recording).max().expect("a recording")
 }
 
-/// Reads until this was said; gives what was said by then.
+/// Reads until `text` is printed. Returns all output so far.
 #[track_caller]
 pub fn read_until(stderr: ChildStderr, text: &str) -> (BufReader<ChildStderr>, String) {
     let expected = text.to_string();
-    within(&format!("the command to say {text:?}"), move || {
+    within(&format!("the command to print {text:?}"), move || {
         let (mut stderr, mut said) = (BufReader::new(stderr), String::new());
         while !said.contains(&expected) {
-            assert_ne!(stderr.read_line(&mut said).unwrap(), 0, "it has ended: {said}");
+            assert_ne!(stderr.read_line(&mut said).unwrap(), 0, "exited: {said}");
         }
         (stderr, said)
     })
 }
 
-/// Where it serves; nothing for a command that does not.
+/// Returns the reported address, empty if there is none.
 fn address(said: &str) -> String {
     let rest = said.split("tcp://").nth(1).and_then(|rest| rest.split(';').next());
     rest.map(|rest| format!("tcp://{rest}")).unwrap_or_default()
 }
 
-/// How a command ended.
+/// The exit code and output of a command.
 #[derive(Debug)]
-pub struct Ended {
+pub struct Output {
     pub code: Option<i32>,
     pub stdout: String,
     pub stderr: String,
 }
 
-impl Ended {
+impl Output {
     pub fn json(&self) -> serde_json::Value {
         serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error}: {self:?}"))
     }
 }
 
-/// A server in a process of its own, killed at the end of the test.
+/// A server process, killed on drop.
 pub struct Serving {
     child: Child,
     pub address: String,
-    /// What it said until it served.
+    /// The messages until it was ready.
     pub said: String,
     rest: Option<Receiver<String>>,
 }
@@ -186,11 +186,11 @@ impl Serving {
         (self.address, self.said) = (address(&said), said);
     }
 
-    /// Starts a command that serves and waits until it has said this.
+    /// Starts a server command and waits until it prints `text` to stderr.
     pub fn start(mut command: Command, text: &str) -> Self {
         let pipes = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = pipes.spawn().unwrap();
-        // Ends with this, even if it does not say that.
+        // `serving` kills the process even if it never prints the text.
         let (stderr, mut serving) = (child.stderr.take().unwrap(), Self::new(child));
         let (mut stderr, said) = read_until(stderr, text);
         serving.has_said(said);
@@ -204,17 +204,17 @@ impl Serving {
         serving
     }
 
-    /// Kills it, as `kill -9` does.
+    /// Kills the process, as with `kill -9`.
     pub fn kill(&mut self) {
         self.child.kill().unwrap();
     }
 
-    /// The number of the process.
+    /// Returns the process ID.
     pub fn id(&self) -> u32 {
         self.child.id()
     }
 
-    /// Waits until it has ended; gives its exit status and all that it said.
+    /// Waits until the process exits. Returns its status and all of its messages.
     pub fn wait(&mut self) -> (ExitStatus, String) {
         let status = exit_of(&mut self.child);
         let rest = self.rest.take().unwrap().recv_timeout(PATIENCE).expect("its stderr closes");
@@ -230,7 +230,7 @@ impl Serving {
         })
     }
 
-    /// Sends a signal, by its name without SIG.
+    /// Sends a signal, named without SIG.
     #[cfg(unix)]
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();

@@ -1,8 +1,8 @@
-//! A mouse that sends states which do not get smaller when they are packed.
+//! A mouse that sends incompressible states.
 
 use mmsim_tests::connect_to;
 
-/// A state of a classic maze that no other number has.
+/// Returns a state of a classic maze, different for each number.
 pub fn state(number: u64) -> Vec<u8> {
     let mut seed = number;
     let mut noise = || {
@@ -18,8 +18,7 @@ pub fn state(number: u64) -> Vec<u8> {
     state
 }
 
-/// Sends states from this number on, many at a time, until one is refused or there are so many;
-/// gives how many were acknowledged, and the first refusal.
+/// Sends states in batches until one is refused. Returns how many were acknowledged, and the refusal.
 pub fn send_until_refused(address: &str, from: u64, most: u64) -> (u64, Option<String>) {
     let socket = connect_to(address, zmq::DEALER);
     let (mut sent, mut acknowledged, mut refusal) = (from, 0, None);

@@ -1,13 +1,16 @@
-//! How mice end, and what the command says and gives then.
+//! How mice exit, and what the command prints and returns then.
 
 use super::*;
 
 #[test]
-fn the_exit_code_is_the_mouses_own() {
+fn the_exit_code_is_that_of_the_mouse() {
     let home = Home::new();
     let Some(ended) = run(&home, &[], "sys.exit(7)") else { return };
     assert_eq!((ended.code, ended.stdout.as_str()), (Some(7), ""));
-    assert!(ended.stderr.ends_with("exit code 7; goal not reached, score 2000\n"), "{ended:?}");
+    assert!(
+        ended.stderr.ends_with("exited with code 7; goal not reached, score 2000\n"),
+        "{ended:?}"
+    );
     let at_once = run(&home, &["--score"], "").unwrap();
     assert_eq!(at_once.code, Some(0));
     insta::assert_snapshot!(at_once.stdout, @"
@@ -23,33 +26,30 @@ fn the_exit_code_is_the_mouses_own() {
 
 #[cfg(unix)]
 #[test]
-fn a_signal_that_ends_the_mouse_is_passed_on() {
+fn a_signal_that_kills_the_mouse_sets_the_exit_code() {
     let home = Home::new();
     let mouse = "ask('moveForward')\nos.kill(os.getpid(), 9)";
     let Some(ended) = run(&home, &["--json"], mouse) else { return };
     assert_eq!(ended.code, Some(137));
-    assert!(
-        ended.stderr.contains("the mouse was ended by signal 9; goal not reached"),
-        "{ended:?}"
-    );
+    assert!(ended.stderr.contains("mouse killed by signal 9; goal not reached"), "{ended:?}");
     assert_eq!((&ended.json()["exit_code"], &ended.json()["signal"]), (&json!(null), &json!(9)));
 }
 
 #[test]
-fn a_limit_ends_the_mouse() {
+fn the_limit_stops_the_mouse() {
     let home = Home::new();
     home.write("small.txt", SMALL);
     let mouse = "while True: ask('turnLeft')";
     let Some(ended) = run(&home, &["small.txt", "--limit", "50", "--json"], mouse) else { return };
     assert_eq!(ended.code, Some(1));
-    assert!(ended.stderr.contains("the mouse was ended: limit reached, 50;"), "{ended:?}");
+    assert!(ended.stderr.contains("mouse stopped: exceeded --limit 50;"), "{ended:?}");
     let report = ended.json();
     assert_eq!((&report["limit_reached"], &report["total_turns"]), (&json!(true), &json!(51)));
     let within = "ask('turnLeft'), ask('turnRight'), ask('moveForward 0')";
     assert_eq!(run(&home, &["small.txt", "--limit", "2"], within).unwrap().code, Some(0));
 }
 
-/// Whether this process is there and no zombie.
+/// Whether this process exists and is not a zombie.
 #[cfg(target_os = "linux")]
 fn lives(id: &str) -> bool {
     let status = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
@@ -58,30 +58,30 @@ fn lives(id: &str) -> bool {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_a_mouse_has_started_ends_with_it() {
+fn child_processes_of_the_mouse_are_killed() {
     let home = Home::new();
-    // The limit ends the script and the sleep that it waits for.
+    // The limit kills the script and its child process.
     let script = "sleep 600 & echo sleeps $! >&2; echo turnLeft; wait";
     let limited = home.run(&arguments(&["--limit", "0"], &["sh", "-c", script]));
     assert_eq!(limited.code, Some(1), "{limited:?}");
     let sleeps = limited.stderr.split("sleeps ").nth(1).unwrap().lines().next().unwrap();
     assert!(!lives(sleeps), "{limited:?}");
-    // The script ends, and the sleep that holds its pipe is not waited for.
+    // The script exits. The command does not wait for the sleep that holds its pipe.
     let ended = home.run(&arguments(&[], &["sh", "-c", "sleep 600 & exit 3"]));
     assert_eq!(ended.code, Some(3), "{ended:?}");
 }
 
-/// `script` runs a shell on a terminal of its own, in which the command is in the background.
+/// `script` runs a shell on a terminal of its own, with the command in the background.
 #[cfg(target_os = "linux")]
 #[test]
-fn in_the_background_of_a_terminal_it_runs_to_the_end() {
+fn runs_in_the_background_of_a_terminal() {
     let home = Home::new();
     let mouse = "mms --no-viewer --port 0 -- sh -c 'sleep 0.5; exit 5'";
     let mmsim = env!("CARGO_BIN_EXE_mmsim");
     let lines = [
         "set -m",
         &format!("{mmsim} {mouse} &"),
-        // Stopped, it would be waited for to no end.
+        // A stopped process would never exit.
         "mouse=$!; (sleep 20; kill -KILL $mouse) & end=$!",
         "wait $mouse; echo status $?; kill -- -$end",
     ];
@@ -91,17 +91,17 @@ fn in_the_background_of_a_terminal_it_runs_to_the_end() {
     let output = output(script.env("HOME", home.path()));
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(said.contains("status 5"), "{said}");
-    assert!(!said.contains("Enter presses"), "{said}");
+    assert!(!said.contains("press Enter"), "{said}");
 }
 
 #[test]
-fn a_program_that_is_not_there_is_an_error() {
+fn a_missing_program_is_an_error() {
     let home = Home::new();
     let ended = home.run(&arguments(&QUIET, &["no-such-mouse", "1"]));
     assert_eq!(ended.code, Some(1));
     let said = ended.stderr.lines().last().unwrap();
     assert!(said.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{said}");
-    assert!(said.ends_with("is named by its path, as in -- ./my-mouse"), "{said}");
+    assert!(said.ends_with("needs its path, as in -- ./my-mouse)"), "{said}");
     let options = [&QUIET[..], &["--stay", "--json"]].concat();
     let report = home.run(&arguments(&options, &["no-such-mouse"])).json();
     assert_eq!(report["error"].as_str(), said.strip_prefix("mmsim: "));
@@ -121,7 +121,7 @@ fn a_program_that_is_not_there_is_an_error() {
 
 #[cfg(unix)]
 #[test]
-fn with_stay_the_search_can_be_looked_at() {
+fn stay_keeps_serving_after_the_mouse_exits() {
     let home = Home::new();
     let options = ["--port", "0", "--viewer-port", "0", "--stay"];
     let Some(command) = command(&home, &options, "ask('moveForward')\nsys.exit(5)") else { return };
@@ -147,7 +147,7 @@ fn an_interrupt_ends_the_mouse() {
         serving.signal("INT");
         let (status, said) = serving.wait();
         assert_eq!(status.code(), Some(130), "{said}");
-        assert!(said.contains("the mouse was ended by Ctrl-C"), "{said}");
+        assert!(said.contains("mouse stopped by Ctrl-C"), "{said}");
         let is_there = output(Command::new("sh").args(["-c", &format!("kill -0 {mouse} 2>&-")]));
         assert!(!is_there.status.success(), "{mouse} lives on");
     }

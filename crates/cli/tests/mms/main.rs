@@ -1,5 +1,4 @@
-//! `mmsim mms` with mice in processes of their own: one on the published crate `mms-rs`, and small
-//! ones in Python.
+//! `mmsim mms` with mice in other processes: one uses the published crate `mms-rs`, others are Python.
 
 #[path = "../harness/mod.rs"]
 mod harness;
@@ -11,14 +10,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use harness::{Ended, Home, Serving};
+use harness::{Home, Output, Serving};
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use mmsim_protocol::{Request, State};
 use mmsim_recording::Recording;
 use mmsim_tests::{ask, connect_to, exit_of, output};
 use serde_json::json;
 
-/// What every mouse in Python begins with.
+/// The start of every Python mouse.
 const PREAMBLE: &str = "\
 import os, sys, time
 
@@ -31,7 +30,7 @@ def ask(line):
 
 ";
 
-/// The interpreter; without one this says so and there is nothing to do.
+/// Returns the Python interpreter. Without one, the test is skipped with a message.
 fn python() -> Option<&'static str> {
     let works = |name: &&str| {
         let quiet = || Stdio::null();
@@ -47,7 +46,7 @@ fn python() -> Option<&'static str> {
     found
 }
 
-/// The mouse of `examples/mms-mouse.rs`, which cargo builds when it builds all tests.
+/// The mouse of `examples/mms-mouse.rs`, which cargo builds with the tests.
 fn mms_rs_mouse() -> PathBuf {
     let name = format!("mms-mouse{}", std::env::consts::EXE_SUFFIX);
     let path = Path::new(env!("CARGO_BIN_EXE_mmsim")).with_file_name("examples").join(name);
@@ -61,21 +60,21 @@ fn arguments<'a>(options: &[&'a str], mouse: &[&'a str]) -> Vec<&'a str> {
 
 const QUIET: [&str; 3] = ["--port", "0", "--no-viewer"];
 
-/// A command that runs a mouse in Python, if there is an interpreter.
+/// Returns a command that runs a Python mouse, if there is an interpreter.
 fn command(home: &Home, options: &[&str], mouse: &str) -> Option<Command> {
     let python = python()?;
     home.write("mouse.py", PREAMBLE.to_string() + mouse);
     Some(home.command(&arguments(options, &[python, "mouse.py"])))
 }
 
-/// Runs a mouse in Python to its end in a maze of our own.
-fn run(home: &Home, options: &[&str], mouse: &str) -> Option<Ended> {
+/// Runs a Python mouse to completion in a maze of its own.
+fn run(home: &Home, options: &[&str], mouse: &str) -> Option<Output> {
     let python = python()?;
     home.write("mouse.py", PREAMBLE.to_string() + mouse);
     Some(home.run(&arguments(&[&QUIET[..], options].concat(), &[python, "mouse.py"])))
 }
 
-/// The one recording in a folder.
+/// Returns the only recording in a folder.
 fn recording(folder: &Path) -> Recording {
     let mut files: Vec<_> =
         fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).collect();
@@ -109,11 +108,11 @@ fn a_mouse_on_mms_rs_reaches_the_goal() {
     total-turns: 124
     ");
     let said = ended.stderr.lines().last();
-    assert_eq!(said, Some("the mouse has ended with exit code 0; goal reached, score 346.5"));
+    assert_eq!(said, Some("mouse exited with code 0; goal reached, score 346.5"));
     let recording = recording(&home.path().join("seen"));
     let poses = states(&recording, |state| state.pose());
     let size = MazeSize::CLASSIC;
-    // At the start, in each cell and after each turn, and what it has shown at the end.
+    // At the start, in each cell, after each turn, and the last markers.
     assert_eq!(poses.len(), 1 + 191 + 124 + 1);
     assert_eq!(poses[0].cell, Cell::new(0, 0));
     for (before, after) in poses.iter().zip(&poses[1..]) {
@@ -130,7 +129,7 @@ fn a_mouse_on_mms_rs_reaches_the_goal() {
             }
         }
     });
-    // Its distances, as it wrote them into the cells.
+    // The distances that the mouse wrote into the cells.
     let last = states(&recording, |state| {
         let visited: CellSet =
             size.cells().filter(|&cell| state.cell_walls(cell).unwrap().visited()).collect();
@@ -152,7 +151,7 @@ o---o---o---o---o
 ";
 
 #[test]
-fn a_mouse_in_python_with_every_command_runs_to_the_end() {
+fn a_python_mouse_can_use_every_command() {
     let home = Home::new();
     home.write("small.txt", SMALL);
     let mouse = r"
@@ -216,12 +215,12 @@ for line in [
             marked,
         )
     });
-    // The wall that it has cleared stands in truth.
+    // The wall that it has cleared exists in the maze.
     assert_eq!(last.last(), Some(&(Cell::new(0, 2), Some(12), Some(255), (true, false))));
 }
 
 #[test]
-fn what_is_no_command_is_said_at_once() {
+fn unknown_commands_are_reported_at_once() {
     let home = Home::new();
     let mouse = "ask('moveForward')\nask('moveForwrad')";
     let Some(command) = command(&home, &QUIET, mouse) else { return };
@@ -233,22 +232,21 @@ fn what_is_no_command_is_said_at_once() {
 }
 
 #[test]
-fn a_line_without_an_end_is_said_too() {
+fn incomplete_lines_are_reported() {
     let home = Home::new();
     let mouse = "say('turnLeft')\nsys.stdout.write('mazeWidth')\nask('')";
     let mouse =
         mouse.replace("ask('')", "sys.stdout.flush()\nsys.stdin.readline(), sys.stdin.readline()");
     let Some(command) = command(&home, &QUIET, &mouse) else { return };
     let mut hanging = Serving::start(command, "mms: line 2: ");
-    let expected =
-        "mms: line 2: expected the end of the line, found nothing yet after \"mazeWidth\"\n";
+    let expected = "mms: line 2: no newline yet after \"mazeWidth\"\n";
     assert!(hanging.said.ends_with(expected), "{}", hanging.said);
     hanging.kill();
     hanging.wait();
 }
 
 #[test]
-fn lines_of_any_kind_are_survived() {
+fn arbitrary_lines_are_survived() {
     let home = Home::new();
     let mouse = r"
 out = sys.stdout.buffer
@@ -269,10 +267,10 @@ os._exit(3)
     let said: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
     insta::assert_snapshot!(said.join("\n"), @r#"
     mms: line 1: unknown command "\xff\xfe"
-    mms: line 3: expected at most 4096 bytes, found more, which begin with "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
+    mms: line 3: expected at most 4096 bytes, found more, starting with "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
     mms: line 5: expected a cell in a maze of 16x16 cells, found "setWall 99 0 n"
     mms: line 6: unknown command "Starting up... \x1b[2J"
-    mms: line 8: expected the end of the line, found nothing after "moveFor"
+    mms: line 8: expected a newline, found end of output after "moveFor"
     "#);
 }
 
@@ -294,7 +292,7 @@ for i in range(20000):
 }
 
 #[test]
-fn a_mouse_that_never_reads_may_end_and_must() {
+fn a_mouse_that_never_reads_is_stopped() {
     let home = Home::new();
     let some = "for i in range(20000): say('wallFront')";
     let Some(ended) = run(&home, &[], some) else { return };
@@ -302,7 +300,7 @@ fn a_mouse_that_never_reads_may_end_and_must() {
     let for_ever = "while True: sys.stdout.write('wallFront\\n' * 1000)";
     let ended = run(&home, &[], for_ever).unwrap();
     assert_eq!(ended.code, Some(1), "{ended:?}");
-    let expected = "mmsim: expected the mouse to read its replies, found 1048576 unread\n";
+    let expected = "mmsim: the mouse does not read its replies (1048576 are unread)\n";
     assert!(ended.stderr.contains(expected), "{ended:?}");
 }
 
@@ -324,7 +322,7 @@ assert ask('wallBack') == 'true'
     let mut child = pipes.spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
     let said = harness::read_until(child.stderr.take().unwrap(), "ready").1;
-    assert!(!said.contains("Enter presses"), "that is for terminals");
+    assert!(!said.contains("press Enter"), "that is for terminals");
     stdin.write_all(b"\n").unwrap();
     assert_eq!(exit_of(&mut child).code(), Some(0));
 }
@@ -355,7 +353,7 @@ sys.exit(int(width))
     let wrong = connect(&[]).unwrap();
     assert_eq!(wrong.code, Some(1));
     assert!(wrong.stderr.contains("mmsim: the simulator refused S: "), "{wrong:?}");
-    assert!(wrong.stderr.contains("--goal server lets it ask"), "{wrong:?}");
+    assert!(wrong.stderr.contains("use --goal server"), "{wrong:?}");
 }
 
 fn states_of(address: &str) -> u64 {

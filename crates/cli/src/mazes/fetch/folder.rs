@@ -1,111 +1,161 @@
-//! A folder of fetched files, in which its user may have files, too.
+//! The folder of fetched mazes, which mmsim owns, inside a folder of the user's choice.
 //!
-//! A hidden list tells what was fetched. What differs from it is the user's and stays. New files are
-//! written into a hidden folder inside and then take their places one by one; if that fails, all are
-//! put back.
+//! A fetch builds the new folder next to the old one, copies the files that the user has added or
+//! changed, and renames it into place. A manifest distinguishes fetched files from the user's.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File};
-use std::io::{self, ErrorKind};
-use std::path::Path;
+use std::fs::{self, File, Metadata};
+use std::io;
+use std::path::{Path, PathBuf};
 
 use mmsim_formats::MAX_FILE_BYTES;
 use tempfile::TempDir;
 
 use super::archive::Files;
-use super::path;
-use super::undo::Undo;
 
-/// The list of what was fetched: a line for each file, its CRC-32 in hexadecimal and its path.
-const LIST: &str = ".mmsim-fetched";
-/// Locked while somebody changes the folder.
+/// The name of the folder.
+pub(super) const FOLDER: &str = "fetched";
+/// The manifest: a line for each fetched file, its CRC-32 in hexadecimal and its path. Earlier versions
+/// had no folder of their own, and wrote files and manifest directly into the user's folder.
+const MANIFEST: &str = ".mmsim-fetched";
+/// The file that is locked during a fetch.
 const LOCK: &str = ".mmsim-fetching";
-/// What the names of folders begin with in which new files are written.
-const STAGING: &str = ".mmsim-fetching-";
+/// The prefix of temporary folders.
+const TEMPORARY: &str = ".mmsim-fetching-";
+/// The name of the old folder between the two renames.
+const OLD: &str = ".mmsim-fetching-old";
 
-/// What has become of the files.
+/// What a fetch has changed, in numbers of files.
 #[derive(Debug, Default)]
-pub(super) struct Placed {
+pub(super) struct Changes {
     pub(super) new: usize,
     pub(super) replaced: usize,
     pub(super) unchanged: usize,
     pub(super) removed: usize,
-    /// The user's own, which stay though the collection has others or none.
+    /// The user's versions of fetched files, which stay.
     pub(super) kept: Vec<String>,
 }
 
-/// Makes the folder hold these files instead of those that were fetched before.
+/// Replaces the fetched files in `parent` by `files`.
 ///
 /// # Errors
-/// What cannot be written or would lead elsewhere, with its path. The folder is as it was then.
-pub(super) fn place(folder: &Path, files: &Files) -> Result<Placed, String> {
-    let mut undo = Undo::default();
-    let placed = change(folder, files, &mut undo);
-    if placed.is_err() {
-        undo.all();
-    }
-    placed
-}
-
-fn change(folder: &Path, files: &Files, undo: &mut Undo) -> Result<Placed, String> {
-    undo.create_folders(folder).map_err(at(folder))?;
-    for own in [LOCK, LIST] {
-        check_is_file(&folder.join(own))?;
-    }
-    let _lock = lock(folder, undo)?;
-    let fetched = Fetched::read(folder);
-    let plan = Plan::new(folder, files, &fetched)?;
-
-    // All that can be full is full here, before anything is changed.
-    let staging = TempDir::with_prefix_in(STAGING, folder).map_err(at(folder))?;
-    let beside = staging.path().to_path_buf();
-    undo.keep(staging);
-    let stage = |name: &str, content: &[u8]| {
-        let staged = beside.join(name);
-        fs::write(&staged, content).map_err(at(folder)).map(|()| staged)
-    };
-    // Should this be killed half-way, both the old and the new files are told from the user's.
-    let list_of_both = stage("both", plan.list.and(&fetched).text().as_bytes())?;
-    let list = stage("list", plan.list.text().as_bytes())?;
-    let mut staged = Vec::new();
-    for (number, (path, content)) in plan.write.iter().enumerate() {
-        staged.push((path, stage(&format!("new-{number}"), content)?));
-    }
-
-    undo.put(list_of_both, &folder.join(LIST)).map_err(at(folder))?;
-    for (path, staged) in staged {
-        let path = folder.join(path);
-        let parent = path.parent().unwrap_or(folder);
-        undo.create_folders(parent).and_then(|()| undo.put(staged, &path)).map_err(at(&path))?;
-    }
-    for path in &plan.remove {
-        let path = folder.join(path);
-        undo.remove(&path).map_err(at(&path))?;
-    }
-    undo.put(list, &folder.join(LIST)).map_err(at(folder))?;
-
-    // No failure from here on: a folder that is not empty is kept.
-    for path in &plan.remove {
-        for parent in Path::new(path).ancestors().skip(1).filter(|parent| *parent != Path::new(""))
-        {
-            let _ = fs::remove_dir(folder.join(parent));
+/// A file cannot be written, or the folder is not one of mmsim's. Nothing is changed then.
+pub(super) fn replace(parent: &Path, files: &Files) -> Result<Changes, String> {
+    let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+    let missing: Vec<&Path> = parent.ancestors().take_while(is_missing).collect();
+    let changes = fs::create_dir_all(parent)
+        .map_err(cannot_write(parent))
+        .and_then(|()| replace_in(parent, files));
+    if changes.is_err() && !missing.is_empty() {
+        let _ = fs::remove_file(parent.join(LOCK));
+        // Fails for folders that are in use by now.
+        for folder in missing {
+            let _ = fs::remove_dir(folder);
         }
     }
-    Ok(plan.placed)
+    changes
 }
 
-/// Waits until nobody else changes the folder, and cleans up after those that were killed. Some
-/// network drives know no locks; there everybody has to see to it himself.
-fn lock(folder: &Path, undo: &mut Undo) -> Result<File, String> {
-    let path = folder.join(LOCK);
-    let is_new = !path.exists();
-    let lock = File::options().create(true).append(true).open(&path).map_err(at(&path))?;
-    if is_new {
-        undo.created(path);
+fn replace_in(parent: &Path, files: &Files) -> Result<Changes, String> {
+    let (folder, old) = (parent.join(FOLDER), parent.join(OLD));
+    check_owned(&folder)?;
+    let _lock = lock(parent)?;
+    let legacy = legacy_files(parent).map_err(cannot_write(parent))?;
+    let temporary = TempDir::with_prefix_in(TEMPORARY, parent).map_err(cannot_write(parent))?;
+    // The temporary folder itself is private to the user.
+    let new = temporary.path().join(FOLDER);
+    let manifest = Manifest::new(files);
+    for (path, content) in files {
+        write(&new.join(path), content).map_err(cannot_write(&folder.join(path)))?;
     }
+    write(&new.join(MANIFEST), manifest.to_string().as_bytes()).map_err(cannot_write(&folder))?;
+    let changes = carry_over(&folder, &new, &manifest, &legacy)?;
+    if folder.exists() {
+        fs::rename(&folder, &old).map_err(cannot_write(&folder))?;
+    }
+    if let Err(error) = fs::rename(&new, &folder) {
+        let _ = fs::rename(&old, &folder);
+        return Err(cannot_write(&folder)(error));
+    }
+    // The mazes are in place. What cannot be removed now is removed by the next fetch.
+    let _ = fs::remove_dir_all(&old);
+    remove_legacy(parent, &legacy);
+    Ok(changes)
+}
+
+/// Compares the old folder with the new one, and copies the user's files to the new one.
+fn carry_over(
+    folder: &Path,
+    new: &Path,
+    manifest: &Manifest,
+    legacy: &[(PathBuf, u32)],
+) -> Result<Changes, String> {
+    let old_manifest = Manifest::read(folder);
+    let mut changes = Changes::default();
+    let mut count = |path: &Path, sum| match manifest.0.get(path) {
+        Some(sums) if sums.contains(&sum) => changes.unchanged += 1,
+        Some(_) => changes.replaced += 1,
+        None => changes.removed += 1,
+    };
+    for (path, sum) in legacy {
+        count(path, *sum);
+    }
+    let mut kept = Vec::new();
+    let old =
+        if folder.exists() { walk(folder).map_err(cannot_write(folder))? } else { Vec::new() };
+    for (path, metadata) in old.into_iter().filter(|(path, _)| path != Path::new(MANIFEST)) {
+        let from = folder.join(&path);
+        if !metadata.is_file() {
+            return Err(in_the_way(&from, "is a link"));
+        }
+        let sum = checksum(&from, &metadata).map_err(cannot_write(&from))?;
+        if let Some(sum) =
+            sum.filter(|&sum| old_manifest.has(&path, sum) || manifest.has(&path, sum))
+        {
+            count(&path, sum);
+            continue;
+        }
+        let to = new.join(&path);
+        fs::create_dir_all(to.parent().unwrap_or(new))
+            .and_then(|()| fs::copy(&from, &to))
+            .map_err(|error| in_the_way(&from, &format!("cannot be kept: {error}")))?;
+        if manifest.0.contains_key(&path) || old_manifest.0.contains_key(&path) {
+            kept.push(path);
+        }
+    }
+    let present = kept.iter().filter(|path| manifest.0.contains_key(*path)).count();
+    changes.new = manifest.0.len() - present - changes.unchanged - changes.replaced;
+    kept.sort();
+    changes.kept = kept.iter().map(|path| path.display().to_string()).collect();
+    Ok(changes)
+}
+
+/// Checks that the folder was created by a fetch, if it exists.
+fn check_owned(folder: &Path) -> Result<(), String> {
+    match fs::symlink_metadata(folder) {
+        Err(_) => Ok(()),
+        Ok(found) if found.is_symlink() => Err(in_the_way(folder, "is a link")),
+        Ok(found) if !found.is_dir() => Err(in_the_way(folder, "is a file")),
+        Ok(_) if folder.join(MANIFEST).is_file() => Ok(()),
+        Ok(_) => Err(in_the_way(folder, "was not created by mmsim")),
+    }
+}
+
+/// Waits for other fetches, and cleans up after those that were killed. Does not wait on file systems
+/// without locks.
+fn lock(parent: &Path) -> Result<File, String> {
+    let path = parent.join(LOCK);
+    if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
+        return Err(in_the_way(&path, "is not a regular file"));
+    }
+    let lock =
+        File::options().create(true).append(true).open(&path).map_err(cannot_write(&path))?;
     if lock.lock().is_ok() {
-        for entry in fs::read_dir(folder).map_err(at(folder))?.flatten() {
-            if entry.file_name().as_encoded_bytes().starts_with(STAGING.as_bytes()) {
+        if !parent.join(FOLDER).exists() {
+            let _ = fs::rename(parent.join(OLD), parent.join(FOLDER));
+        }
+        for entry in fs::read_dir(parent).map_err(cannot_write(parent))?.flatten() {
+            if entry.file_name().as_encoded_bytes().starts_with(TEMPORARY.as_bytes()) {
                 let _ = fs::remove_dir_all(entry.path());
             }
         }
@@ -113,150 +163,103 @@ fn lock(folder: &Path, undo: &mut Undo) -> Result<File, String> {
     Ok(lock)
 }
 
-/// What is to be done.
-struct Plan<'a> {
-    write: Vec<(&'a str, &'a [u8])>,
-    remove: Vec<&'a str>,
-    list: Fetched,
-    placed: Placed,
+/// Returns the unchanged files of earlier versions, with their checksums.
+fn legacy_files(parent: &Path) -> io::Result<Vec<(PathBuf, u32)>> {
+    let manifest = Manifest::read(parent);
+    if manifest.0.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut files = Vec::new();
+    for (path, metadata) in walk(parent)? {
+        if let Some(sum) = checksum(&parent.join(&path), &metadata)?
+            && manifest.has(&path, sum)
+        {
+            files.push((path, sum));
+        }
+    }
+    Ok(files)
 }
 
-impl<'a> Plan<'a> {
-    fn new(folder: &Path, files: &'a Files, fetched: &'a Fetched) -> Result<Self, String> {
-        let (list, placed) = (Fetched::default(), Placed::default());
-        let mut plan = Self { write: Vec::new(), remove: Vec::new(), list, placed };
-        let placed = &mut plan.placed;
-        for (path, content) in files {
-            check_parents(folder, path)?;
-            let sum = crc32fast::hash(content);
-            match Found::at(&folder.join(path))? {
-                Found::File(found) if found == *content => placed.unchanged += 1,
-                Found::File(found) if fetched.has(path, &found) => {
-                    placed.replaced += 1;
-                    plan.write.push((path, content));
-                }
-                Found::Nothing => {
-                    placed.new += 1;
-                    plan.write.push((path, content));
-                }
-                Found::File(_) | Found::Other => {
-                    placed.kept.push(path.clone());
-                    continue;
-                }
-            }
-            plan.list.0.entry(path.clone()).or_default().insert(sum);
+fn remove_legacy(parent: &Path, files: &[(PathBuf, u32)]) {
+    let mut is_complete = true;
+    for (path, _) in files {
+        is_complete &= fs::remove_file(parent.join(path)).is_ok();
+        for folder in path.ancestors().skip(1).filter(|folder| *folder != Path::new("")) {
+            // Fails for folders that are not empty.
+            let _ = fs::remove_dir(parent.join(folder));
         }
-        for path in fetched.0.keys().filter(|path| !files.contains_key(*path)) {
-            // What is no folder any more is the user's.
-            let found = check_parents(folder, path).and_then(|()| Found::at(&folder.join(path)));
-            match found.unwrap_or(Found::Nothing) {
-                Found::File(found) if fetched.has(path, &found) => {
-                    placed.removed += 1;
-                    plan.remove.push(path);
-                }
-                Found::File(_) | Found::Other => placed.kept.push(path.clone()),
-                Found::Nothing => {}
-            }
-        }
-        Ok(plan)
+    }
+    if is_complete {
+        let _ = fs::remove_file(parent.join(MANIFEST));
     }
 }
 
-/// What there is at the place of a file.
-enum Found {
-    Nothing,
-    File(Vec<u8>),
-    /// A folder, a link, or more than is fetched.
-    Other,
-}
-
-impl Found {
-    fn at(path: &Path) -> Result<Self, String> {
-        match fs::symlink_metadata(path) {
-            Ok(found) if found.is_file() && found.len() <= MAX_FILE_BYTES => {
-                fs::read(path).map(Self::File).map_err(at(path))
+/// Lists everything below a folder but folders, without following links. Paths are relative.
+fn walk(root: &Path) -> io::Result<Vec<(PathBuf, Metadata)>> {
+    let (mut found, mut folders) = (Vec::new(), vec![PathBuf::new()]);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(root.join(&folder))? {
+            let entry = entry?;
+            let (path, metadata) = (folder.join(entry.file_name()), entry.metadata()?);
+            if metadata.is_dir() {
+                folders.push(path);
+            } else {
+                found.push((path, metadata));
             }
-            Ok(_) => Ok(Self::Other),
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok(Self::Nothing),
-            Err(error) => Err(at(path)(error)),
         }
     }
+    Ok(found)
 }
 
-/// A link in place of a folder would lead elsewhere.
-fn check_parents(folder: &Path, path: &str) -> Result<(), String> {
-    for (end, _) in path.match_indices('/') {
-        let parent = folder.join(&path[..end]);
-        match fs::symlink_metadata(&parent) {
-            Ok(found) if found.is_dir() => {}
-            Ok(found) => {
-                let found = if found.is_symlink() { "a link" } else { "a file" };
-                return Err(format!(
-                    "{}: expected a folder, found {found}; move it away or fetch into another folder",
-                    parent.display()
-                ));
-            }
-            Err(error) if error.kind() == ErrorKind::NotFound => break,
-            Err(error) => return Err(at(&parent)(error)),
-        }
+/// Returns the CRC-32 of a file, `None` if no fetch can have written it.
+fn checksum(path: &Path, metadata: &Metadata) -> io::Result<Option<u32>> {
+    let is_possible = metadata.is_file() && metadata.len() <= MAX_FILE_BYTES;
+    is_possible.then(|| Ok(crc32fast::hash(&fs::read(path)?))).transpose()
+}
+
+fn write(path: &Path, content: &[u8]) -> io::Result<()> {
+    path.parent().map_or(Ok(()), fs::create_dir_all)?;
+    fs::write(path, content)
+}
+
+/// The paths of fetched files and their possible checksums.
+struct Manifest(BTreeMap<PathBuf, BTreeSet<u32>>);
+
+impl Manifest {
+    fn new(files: &Files) -> Self {
+        let sum = |content: &Vec<u8>| [crc32fast::hash(content)].into();
+        Self(files.iter().map(|(path, content)| (path.into(), sum(content))).collect())
     }
-    Ok(())
-}
 
-/// A link in place of a file of ours would lead elsewhere, and a pipe would never end.
-fn check_is_file(path: &Path) -> Result<(), String> {
-    let found = match fs::symlink_metadata(path) {
-        Ok(found) if found.is_symlink() => "a link",
-        Ok(found) if !found.is_file() => "something else",
-        _ => return Ok(()),
-    };
-    Err(format!(
-        "{}: expected a file, found {found}; move it away or fetch into another folder",
-        path.display()
-    ))
-}
-
-/// The files that were fetched, by their paths, with the checksums of what they may hold.
-#[derive(Debug, Default)]
-struct Fetched(BTreeMap<String, BTreeSet<u32>>);
-
-impl Fetched {
-    /// The list of this folder. Lines that no fetch has written do not count.
+    /// Reads the manifest in this folder, if there is one. Malformed lines are skipped.
     fn read(folder: &Path) -> Self {
-        let mut fetched = Self::default();
-        for line in fs::read_to_string(folder.join(LIST)).unwrap_or_default().lines() {
-            let Some((sum, path)) = line.split_once(' ') else { continue };
-            let is_inside = path::inside(path.as_bytes()) == Ok(Some(path.into()));
-            if let Some(sum) = u32::from_str_radix(sum, 16).ok().filter(|_| is_inside) {
-                fetched.0.entry(path.into()).or_default().insert(sum);
+        let text = fs::read_to_string(folder.join(MANIFEST)).unwrap_or_default();
+        let mut files = BTreeMap::<PathBuf, BTreeSet<u32>>::new();
+        for (sum, path) in text.lines().filter_map(|line| line.split_once(' ')) {
+            if let Ok(sum) = u32::from_str_radix(sum, 16) {
+                files.entry(path.into()).or_default().insert(sum);
             }
         }
-        fetched
+        Self(files)
     }
 
-    fn text(&self) -> String {
-        let lines = self
-            .0
-            .iter()
-            .flat_map(|(path, sums)| sums.iter().map(move |sum| format!("{sum:08x} {path}\n")));
-        lines.collect()
-    }
-
-    /// Whether this is what was fetched to there.
-    fn has(&self, path: &str, content: &[u8]) -> bool {
-        self.0.get(path).is_some_and(|sums| sums.contains(&crc32fast::hash(content)))
-    }
-
-    fn and(&self, other: &Self) -> Self {
-        let mut both = self.0.clone();
-        for (path, sums) in &other.0 {
-            both.entry(path.clone()).or_default().extend(sums);
-        }
-        Self(both)
+    fn has(&self, path: &Path, sum: u32) -> bool {
+        self.0.get(path).is_some_and(|sums| sums.contains(&sum))
     }
 }
 
-/// What the system says of a path.
-fn at(path: &Path) -> impl Fn(io::Error) -> String {
-    move |error| format!("{}: cannot be written: {error}", path.display())
+impl std::fmt::Display for Manifest {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut lines =
+            self.0.iter().flat_map(|(path, sums)| sums.iter().map(move |sum| (path, sum)));
+        lines.try_for_each(|(path, sum)| writeln!(f, "{sum:08x} {}", path.display()))
+    }
+}
+
+fn in_the_way(path: &Path, problem: &str) -> String {
+    format!("{} {problem} (move it away or fetch into another folder)", path.display())
+}
+
+fn cannot_write(path: &Path) -> impl Fn(io::Error) -> String {
+    move |error| format!("cannot write {}: {error}", path.display())
 }

@@ -1,48 +1,49 @@
-//! Paths that an archive or a list may ask for.
+//! Paths in an archive.
 
-/// The longest path in bytes, which every system of today can have below a folder of its own.
+/// The maximum length of a path in bytes, short enough for every system.
 const MAX_PATH_BYTES: usize = 200;
 
-/// What Windows takes for a device wherever it is and whatever it ends in, besides COM1 and LPT1 and
-/// so on.
+/// Device names on Windows, in any folder and with any extension, besides COM1, LPT1 and so on.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
-/// This path with `/` between; none if not every system can have it. If some system takes it for one
-/// that leads out of where it starts, what was found.
+/// Returns the path separated by `/`, or `None` if it is not valid on every system.
+///
+/// # Errors
+/// On some system the path leads outside of the archive.
 pub(super) fn inside(path: &[u8]) -> Result<Option<String>, &'static str> {
     if path.starts_with(b"/") || path.starts_with(b"\\") {
-        return Err("an absolute one");
+        return Err("has an absolute path");
     }
     if let [drive, b':', ..] = path
         && drive.is_ascii_alphabetic()
     {
-        return Err("one with a drive");
+        return Err("has a path with a drive");
     }
-    // Windows knows two separators.
+    // Windows has two separators.
     if path.split(|byte| b"/\\".contains(byte)).any(|name| name == b"..") {
-        return Err("one with \"..\"");
+        return Err("has a path with \"..\"");
     }
     let text = str::from_utf8(path).ok().filter(|text| text.len() <= MAX_PATH_BYTES);
     let names = text.unwrap_or_default().split('/').filter(|name| !name.is_empty() && *name != ".");
     let names: Vec<&str> = names.collect();
-    let is_for_all = !names.is_empty() && names.iter().all(|name| every_system_can_have(name));
-    Ok(is_for_all.then(|| names.join("/")))
+    let is_portable = !names.is_empty() && names.iter().all(|name| is_portable_name(name));
+    Ok(is_portable.then(|| names.join("/")))
 }
 
-fn every_system_can_have(name: &str) -> bool {
+fn is_portable_name(name: &str) -> bool {
     let stem = name.split('.').next().unwrap_or_default().trim_end().to_lowercase();
     let is_port =
         |port: &str| stem.strip_prefix(port).is_some_and(|number| number.chars().count() == 1);
     let is_device = DEVICES.contains(&&stem[..]) || is_port("com") || is_port("lpt");
-    let is_odd = name.chars().any(|sign| sign.is_control() || "\\:*?\"<>|".contains(sign));
-    !is_device && !is_odd && !name.ends_with(['.', ' '])
+    let is_reserved = name.chars().any(|sign| sign.is_control() || "\\:*?\"<>|".contains(sign));
+    !is_device && !is_reserved && !name.ends_with(['.', ' '])
 }
 
-/// A name as messages show it: in quotes, not too long.
+/// Quotes a name for messages, truncated if it is long.
 pub(super) fn shown(name: &[u8]) -> String {
-    const LONGEST: usize = 80;
+    const MAX_CHARS: usize = 80;
     let name = String::from_utf8_lossy(name);
-    match name.char_indices().nth(LONGEST) {
+    match name.char_indices().nth(MAX_CHARS) {
         Some((end, _)) => format!("{:?}…", &name[..end]),
         None => format!("{name:?}"),
     }
@@ -53,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paths_inside_are_kept() {
+    fn inside_paths_are_kept() {
         for (path, kept) in [
             ("a.txt", "a.txt"),
             (
@@ -70,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_that_lead_out_are_refused() {
+    fn outside_paths_are_refused() {
         for path in [
             "/etc/passwd",
             "//server/share",
@@ -92,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_that_not_every_system_can_have_are_none() {
+    fn paths_that_not_is_portable_name_are_none() {
         for path in [
             "",
             "./",

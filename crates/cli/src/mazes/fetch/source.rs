@@ -1,4 +1,4 @@
-//! Where an archive comes from.
+//! Reading an archive from a URL or a file.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -13,65 +13,64 @@ use url::Url;
 use super::archive::MAX_ARCHIVE_BYTES;
 use crate::output::{own_command, progress};
 
-/// How long a server may take to answer, and to go on.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// The timeout for connecting, for the response and for each read.
+const TIMEOUT: Duration = Duration::from_secs(30);
 
-/// How many minutes all of it may take.
+/// The maximum duration of a download in minutes.
 const MAX_MINUTES: u64 = 10;
 
-/// The archive at this address, or in this file.
+/// Reads the archive at a URL or in a file.
 ///
 /// # Errors
-/// What cannot be read to its end, or is too large.
+/// The archive cannot be read completely or is too large.
 pub(super) fn read(from: &str) -> Result<Vec<u8>, String> {
     let path = match scheme(from).as_deref() {
         Some("https" | "http") => {
             return download(from).map_err(|error| {
                 let fetch = own_command("mazes fetch --from FILE");
-                format!("{from}: cannot be downloaded: {error}; try again, or save it with a browser and take that file: {fetch}")
+                format!("cannot download {from}: {error} (try again, or save it with a browser and run {fetch})")
             });
         }
-        Some("file") => {
-            Url::parse(from).ok().and_then(|url| url.to_file_path().ok()).ok_or_else(|| {
-                format!("{from}: expected a file of this machine, as file:///PATH, found none")
-            })?
-        }
+        Some("file") => Url::parse(from)
+            .ok()
+            .and_then(|url| url.to_file_path().ok())
+            .ok_or_else(|| format!("cannot read {from}: not a local file (use file:///PATH)"))?,
         _ => PathBuf::from(from),
     };
-    let error = |error: io::Error| format!("{from}: cannot be read: {error}");
+    let error = |error: io::Error| format!("cannot read {from}: {error}");
     let file = File::open(path).map_err(error)?;
     let facts = file.metadata().map_err(error)?;
-    // Of a pipe nobody knows how long it is.
+    // The length of a pipe is unknown.
     let bytes = facts.is_file().then_some(facts.len());
     read_whole(file, bytes, &ProgressBar::hidden()).map_err(error)
 }
 
-/// What an address begins with, in lower case.
+/// Returns the scheme of a URL in lower case.
 fn scheme(address: &str) -> Option<String> {
     address.split_once("://").map(|(scheme, _)| scheme.to_ascii_lowercase())
 }
 
 fn download(address: &str) -> Result<Vec<u8>, String> {
-    // Whom the system trusts, which schools add their own to.
+    // The system's certificates, which may include those of a school or company.
     match download_from_trusted(address, RootCerts::PlatformVerifier) {
-        // A small system, such as a container, may know nobody. Then it is those whom browsers trust.
+        // A small system, such as a container, may have none. Then use Mozilla's.
         Err(ureq::Error::Rustls(error)) if error.to_string().contains("No CA certificates") => {
             download_from_trusted(address, RootCerts::WebPki).map_err(|error| {
-                let error = told(error);
-                let is_distrust = error.contains("certificate");
-                let why = "; this system knows no CA certificates, so mmsim went by its own";
-                error + if is_distrust { why } else { "" }
+                let error = describe(error);
+                let is_untrusted = error.contains("certificate");
+                let why = " (this system has no CA certificates, so mmsim used its own)";
+                error + if is_untrusted { why } else { "" }
             })
         }
-        result => result.map_err(told),
+        result => result.map_err(describe),
     }
 }
 
-/// What went wrong, in words that say what was expected where the library's do not.
-fn told(error: ureq::Error) -> String {
+/// Describes an error of the HTTP library.
+fn describe(error: ureq::Error) -> String {
     match error {
         ureq::Error::Timeout(Timeout::Global) => {
-            format!("expected all of it within {MAX_MINUTES} minutes, found no end")
+            format!("not finished within {MAX_MINUTES} minutes")
         }
         ureq::Error::Rustls(error) => error.to_string(),
         error => error.into_io().to_string(),
@@ -82,13 +81,13 @@ fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, ure
     let tls = TlsConfig::builder().root_certs(roots).build();
     let agent: Agent = Agent::config_builder()
         .tls_config(tls)
-        // What was asked for safely does not come from elsewhere unsafely.
+        // A redirect must not downgrade https.
         .https_only(scheme(address).as_deref() == Some("https"))
         .user_agent(concat!("mmsim/", env!("CARGO_PKG_VERSION")))
         .timeout_global(Some(Duration::from_secs(MAX_MINUTES * 60)))
-        .timeout_connect(Some(PATIENCE))
-        .timeout_recv_response(Some(PATIENCE))
-        .timeout_per_read(Some(PATIENCE))
+        .timeout_connect(Some(TIMEOUT))
+        .timeout_recv_response(Some(TIMEOUT))
+        .timeout_per_read(Some(TIMEOUT))
         .build()
         .into();
     let mut response = agent.get(address).call()?;
@@ -99,14 +98,11 @@ fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, ure
     Ok(content?)
 }
 
-/// Reads so many bytes, where it is known how many that are.
+/// Reads to the end, and checks the length if it is known.
 fn read_whole(mut from: impl Read, bytes: Option<u64>, bar: &ProgressBar) -> io::Result<Vec<u8>> {
-    let too_large = |found: String| {
-        let most = MAX_ARCHIVE_BYTES >> 20;
-        Err(io::Error::other(format!("expected at most {most} MiB, found {found}")))
-    };
-    if let Some(bytes) = bytes.filter(|&bytes| bytes > MAX_ARCHIVE_BYTES) {
-        return too_large(format!("{bytes} bytes"));
+    let too_large = || io::Error::other(format!("larger than {} MiB", MAX_ARCHIVE_BYTES >> 20));
+    if bytes.is_some_and(|bytes| bytes > MAX_ARCHIVE_BYTES) {
+        return Err(too_large());
     }
     let mut content = Vec::new();
     while content.len() as u64 <= MAX_ARCHIVE_BYTES {
@@ -122,10 +118,10 @@ fn read_whole(mut from: impl Read, bytes: Option<u64>, bar: &ProgressBar) -> io:
             };
         }
     }
-    too_large("more".into())
+    Err(too_large())
 }
 
-/// How much is downloaded.
+/// Returns a progress bar for a download.
 fn bar(bytes: Option<u64>) -> ProgressBar {
     match bytes {
         Some(bytes) => progress(ProgressBar::new(bytes), "{wide_bar} {bytes} of {total_bytes}"),
