@@ -14,9 +14,11 @@ use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::Distances;
 
 pub use malformed::{good_state, malformed_requests};
-pub use wait::{PATIENCE, PATIENCE_MS, exit_of, output, output_of, stop, wait_for, within};
+pub use wait::{
+    PATIENCE, PATIENCE_MS, output, stop, wait_for, wait_for_exit, wait_with_output, within,
+};
 
-/// Returns a path in the folder of shared mazes and transcripts beside the project, which are not
+/// Returns a path in the folder of shared mazes and transcripts next to the project, which are not
 /// part of it because they have no licence. If the path does not exist, this prints a note to
 /// standard error and returns `None`, and the test is skipped.
 pub fn shared(name: &str) -> Option<PathBuf> {

@@ -76,7 +76,7 @@ pub fn stop(server: Background) -> Simulation {
 #[track_caller]
 pub fn output(command: &mut Command) -> Output {
     let pipes = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    output_of(pipes.spawn().unwrap())
+    wait_with_output(pipes.spawn().unwrap())
 }
 
 /// Waits for a process to exit and captures its output.
@@ -84,10 +84,10 @@ pub fn output(command: &mut Command) -> Output {
 /// # Panics
 /// Panics if the process takes longer than ten minutes, or if another process keeps its pipes open.
 #[track_caller]
-pub fn output_of(mut child: Child) -> Output {
+pub fn wait_with_output(mut child: Child) -> Output {
     drop(child.stdin.take());
     let (stdout, stderr) = (capture(child.stdout.take()), capture(child.stderr.take()));
-    let status = exit_of(&mut child);
+    let status = wait_for_exit(&mut child);
     let all = |captured: Receiver<_>| captured.recv_timeout(PATIENCE).expect("the pipes close");
     Output { status, stdout: all(stdout), stderr: all(stderr) }
 }
@@ -97,7 +97,7 @@ pub fn output_of(mut child: Child) -> Output {
 /// # Panics
 /// Kills the process and panics if it takes longer than ten minutes.
 #[track_caller]
-pub fn exit_of(child: &mut Child) -> ExitStatus {
+pub fn wait_for_exit(child: &mut Child) -> ExitStatus {
     let status = poll_for(COMMAND_PATIENCE, || child.try_wait().unwrap());
     let Some(status) = status else {
         let _ = child.kill();

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::process::Stdio;
 
 use harness::Home;
-use mmsim_tests::{output, output_of, within};
+use mmsim_tests::{output, wait_with_output, within};
 
 /// A maze whose central cells, the goal, are the whole maze.
 const SMALL: &str = "o---o---o\n| G   G |\no   o---o\n|SG   G |\no---o---o\n";
@@ -44,7 +44,7 @@ fn bytes_go_through_pipes() {
         let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = pipes.spawn().unwrap();
         child.stdin.take().unwrap().write_all(input).unwrap();
-        let output = output_of(child);
+        let output = wait_with_output(child);
         assert!(output.status.success());
         output.stdout
     };

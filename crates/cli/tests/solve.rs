@@ -5,7 +5,7 @@ mod harness;
 use std::process::Stdio;
 
 use harness::Home;
-use mmsim_tests::output_of;
+use mmsim_tests::wait_with_output;
 use serde_json::json;
 
 #[test]
@@ -150,7 +150,7 @@ fn a_closed_pipe_does_not_change_the_exit_code() {
         let mut command = home.command(arguments);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
-        let output = output_of(child);
+        let output = wait_with_output(child);
         assert_eq!((output.stderr, output.status.code()), (Vec::new(), Some(code)));
     }
 }

@@ -5,7 +5,7 @@ mod harness;
 use std::process::Stdio;
 
 use harness::{Home, Output};
-use mmsim_tests::{ask, connect_to, output_of};
+use mmsim_tests::{ask, connect_to, wait_with_output};
 use serde_json::{Value, json};
 
 const MAZE: &str = "\
@@ -278,6 +278,6 @@ fn a_closed_pipe_is_not_a_failure() {
     let mut command = home.command(&["trial", "a.txt", "--robot", "random"]);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
-    let output = output_of(child);
+    let output = wait_with_output(child);
     assert_eq!((output.stderr, output.status.code()), (Vec::new(), Some(0)));
 }

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use mmsim_tests::{exit_of, output};
+use mmsim_tests::{output, wait_for_exit};
 
 use crate::harness::Home;
 
@@ -78,7 +78,7 @@ fn built(home: &Home) -> PathBuf {
 
 fn succeeds(command: &mut Command) -> bool {
     let quiet = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    quiet.spawn().is_ok_and(|mut child| exit_of(&mut child).success())
+    quiet.spawn().is_ok_and(|mut child| wait_for_exit(&mut child).success())
 }
 
 /// Reports a missing tool, or fails if it is required.

@@ -5,7 +5,7 @@ use std::process::Stdio;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, WallState};
 use mmsim_protocol::{CellWalls, MAX_STATE_BYTES, MapState, Order, Reply, Request, state_bytes};
-use mmsim_tests::output_of;
+use mmsim_tests::wait_with_output;
 
 use crate::client;
 use crate::harness::Home;
@@ -63,7 +63,8 @@ impl Tasks {
             let home = Home::new();
             let Some(mut program) = client::with_codec(name, language, &home) else { continue };
             let input = File::open(home.write("tasks", &self.input)).unwrap();
-            let output = output_of(program.stdin(input).stdout(Stdio::piped()).spawn().unwrap());
+            let output =
+                wait_with_output(program.stdin(input).stdout(Stdio::piped()).spawn().unwrap());
             assert!(output.status.success());
             assert!(output.stdout == self.expected, "other bytes by {name}");
         }

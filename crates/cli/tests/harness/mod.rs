@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use std::sync::mpsc::{self, Receiver};
 use std::{fs, thread};
 
-use mmsim_tests::{PATIENCE, exit_of, output, within};
+use mmsim_tests::{PATIENCE, output, wait_for_exit, within};
 
 /// A temporary home folder of a test.
 pub struct Home(tempfile::TempDir);
@@ -216,7 +216,7 @@ impl Serving {
 
     /// Waits until the process exits. Returns its status and all of its messages.
     pub fn wait(&mut self) -> (ExitStatus, String) {
-        let status = exit_of(&mut self.child);
+        let status = wait_for_exit(&mut self.child);
         let rest = self.rest.take().unwrap().recv_timeout(PATIENCE).expect("its stderr closes");
         (status, self.said.clone() + &rest)
     }

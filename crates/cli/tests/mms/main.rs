@@ -14,7 +14,7 @@ use harness::{Home, Output, Serving};
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use mmsim_protocol::{Request, State};
 use mmsim_recording::Recording;
-use mmsim_tests::{ask, connect_to, exit_of, output};
+use mmsim_tests::{ask, connect_to, output, wait_for_exit};
 use serde_json::json;
 
 /// The start of every Python mouse.
@@ -35,7 +35,7 @@ fn python() -> Option<&'static str> {
     let works = |name: &&str| {
         let quiet = || Stdio::null();
         let command = Command::new(name).arg("--version").stdout(quiet()).stderr(quiet()).spawn();
-        command.is_ok_and(|mut child| exit_of(&mut child).success())
+        command.is_ok_and(|mut child| wait_for_exit(&mut child).success())
     };
     let found = ["python3", "python"].into_iter().find(works);
     if found.is_none() {
@@ -324,7 +324,7 @@ assert ask('wallBack') == 'true'
     let said = harness::read_until(child.stderr.take().unwrap(), "ready").1;
     assert!(!said.contains("press Enter"), "that is for terminals");
     stdin.write_all(b"\n").unwrap();
-    assert_eq!(exit_of(&mut child).code(), Some(0));
+    assert_eq!(wait_for_exit(&mut child).code(), Some(0));
 }
 
 #[test]
