@@ -94,8 +94,7 @@ The collection has no licence: the mazes belong to their authors, and you downlo
 
 The mazes are stored in the subfolder `fetched`. Fetching again replaces mazes that have changed in the \
 collection, removes those that are gone, and keeps files that you have added or changed. Nothing outside \
-the subfolder is touched, except for files stored by earlier versions. The environment variables \
-HTTPS_PROXY, HTTP_PROXY and NO_PROXY apply.";
+the subfolder is touched. The environment variables HTTPS_PROXY, HTTP_PROXY and NO_PROXY apply.";
 
 #[derive(Debug, Args)]
 pub(crate) struct FetchArgs {
