@@ -13,7 +13,7 @@ use mmsim_maze::Escaped;
 use serde::Serialize;
 
 use super::args::FetchArgs;
-use crate::output::{counted, note, own_command, print, print_json};
+use crate::output::{counted, note, own_command, print, print_pretty_json};
 use crate::selection::home_folder;
 use crate::usage::CommandResult;
 
@@ -51,7 +51,7 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
     let (folder, skipped) = (parent.join(folder::FOLDER).display().to_string(), all - files.len());
     let report = FetchReport { from, folder, mazes: mazes.len(), changes, skipped };
     if args.json {
-        print_json(&serde_json::to_string_pretty(&report)?)?;
+        print_pretty_json(&report)?;
     } else {
         let (count, folder) = (counted(mazes.len() as u64, "maze"), Escaped(report.folder));
         let Changes { new, replaced, unchanged, removed, .. } = report.changes;
