@@ -19,7 +19,7 @@ pub(crate) struct VerbosityArgs {
     pub(crate) verbose: u8,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Default, PartialEq, Eq, Args)]
 pub(crate) struct ViewerArgs {
     /// Port of the viewer page; 0 picks a free port [default: 6575, or no page if that is in use]
     #[arg(long, value_name = "PORT")]
@@ -33,7 +33,7 @@ pub(crate) struct ViewerArgs {
 }
 
 /// Which states a server keeps, in memory and in files.
-#[derive(Debug, Default, Args)]
+#[derive(Debug, Default, PartialEq, Eq, Args)]
 pub(crate) struct RetentionArgs {
     /// Record each run, from reset to reset, to a new file in DIR; view it with `mmsim replay`
     #[arg(long, value_name = "DIR")]

@@ -25,17 +25,15 @@ pub(crate) fn maze_from_args(
         }
         return Ok(None);
     }
-    let mut goals = CellSet::EMPTY;
-    for goal in goal {
-        match *goal {
-            Goal::Cell(cell) if size.contains(cell) => goals.extend([cell]),
-            Goal::Cell(cell) => {
-                let message = format!("--goal {},{} is outside the {size} maze", cell.x, cell.y);
-                return Err(UsageError::new(command, message));
-            }
-            Goal::Server => {}
-        }
+    let cells = goal.iter().filter_map(|goal| match *goal {
+        Goal::Cell(cell) => Some(cell),
+        Goal::Server => None,
+    });
+    if let Some(cell) = cells.clone().find(|&cell| !size.contains(cell)) {
+        let message = format!("--goal {},{} is outside the {size} maze", cell.x, cell.y);
+        return Err(UsageError::new(command, message));
     }
+    let goals: CellSet = cells.collect();
     let start = Pose::new(Cell::new(0, 0), Heading::North);
     let goals = if goals.is_empty() { size.central_cells() } else { goals };
     Ok(Some((KnownMaze::new(size, start.cell, goals), start)))

@@ -52,10 +52,7 @@ impl Inputs {
     fn read_all(&mut self, catalogue: &Catalogue) {
         for entry in catalogue.entries() {
             match entry.maze() {
-                Ok(maze) => {
-                    let (path, name) = (entry.path().into(), entry.name());
-                    self.mazes.push(Selected { path, name, maze });
-                }
+                Ok(maze) => self.mazes.push(Selected::new(entry, maze)),
                 Err(error) => self.skip(&error.into()),
             }
         }

@@ -62,17 +62,19 @@ pub(crate) fn prepare(
     let server = bind(host, port)?;
     let bound = viewer.map(|args| page::bind(args, host)).transpose()?.flatten();
     let interrupt = Interrupt::catch()?;
-    note(announcement(&selected, server.address()));
+    let Selected { path, name, maze } = selected;
+    let (goal, size) = (goal_away(MazeFacts::new(&maze).shortest_path), maze.size());
+    let (shown, address) = (path.display(), server.address());
+    note(format_args!("serving {shown} ({size}, {goal}) at {address}; press Ctrl-C to stop"));
     if !server.is_loopback() {
         warn(EXPOSED);
     }
     let config = ViewerConfig::default()
-        .with_live(&server, &selected.path)
+        .with_live(&server, &path)
         .with_mazes(mazes)
         .with_recordings(retention.record.clone())
         .with_budget(limits.recordings);
-    let simulation =
-        Simulation::new(&selected.name, selected.maze).with_history_limit(limits.history);
+    let simulation = Simulation::new(&name, maze).with_history_limit(limits.history);
     retention::report(retention, &simulation);
     let page = viewer.map(|args| page::serve(bound, config, args)).transpose()?.flatten();
     Ok(ReadyServer { server: server.with_recorder(recorder), simulation, interrupt, page })
@@ -87,12 +89,4 @@ fn bind(host: &str, port: u16) -> Result<Server, String> {
         BindError::InUse { .. } => format!("{error} (try --port 0)"),
         error => error.to_string(),
     })
-}
-
-/// Returns a line that says which maze is served and where.
-fn announcement(selected: &Selected, address: &str) -> String {
-    let Selected { path, maze, .. } = selected;
-    let goal = goal_away(MazeFacts::new(maze).shortest_path);
-    let (path, size) = (path.display(), maze.size());
-    format!("serving {path} ({size}, {goal}) at {address}; press Ctrl-C to stop")
 }

@@ -1,10 +1,6 @@
 //! The memory available to this process.
 
-/// Returns the free memory in bytes: the minimum of the machine's and what the limits of this process
-/// and of its control groups leave. `None` if the system does not report it.
-pub(crate) fn free() -> Option<u64> {
-    system::free()
-}
+pub(crate) use system::free;
 
 #[cfg(target_os = "linux")]
 mod system {
@@ -25,7 +21,9 @@ mod system {
         ],
     ];
 
-    pub(super) fn free() -> Option<u64> {
+    /// Returns the free memory in bytes: the minimum of the machine's and what the limits of this
+    /// process and of its control groups leave. `None` if the system does not report it.
+    pub(crate) fn free() -> Option<u64> {
         let root = Path::new("/");
         let limits =
             [process(root, Resource::AS, "VmSize:"), process(root, Resource::DATA, "VmData:")];
@@ -144,7 +142,8 @@ mod system {
 mod system {
     use sysinfo::{MemoryRefreshKind, System};
 
-    pub(super) fn free() -> Option<u64> {
+    /// Returns the free memory in bytes. `None` if the system does not report it.
+    pub(crate) fn free() -> Option<u64> {
         let mut system = System::new();
         system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
         Some(system.available_memory()).filter(|&free| free > 0)

@@ -2,6 +2,7 @@
 
 pub(crate) mod args;
 
+use std::error::Error;
 use std::path::Path;
 
 use args::{PictureFormat, RenderArgs};
@@ -17,6 +18,9 @@ use crate::retention::recording_budget;
 use crate::selection::{Collection, Selected};
 use crate::usage::CommandResult;
 
+/// The bytes of a picture.
+type PictureResult = Result<Vec<u8>, Box<dyn Error>>;
+
 /// The default length of the longer side of a picture, in pixels.
 const SIDE_PX: u32 = 640;
 
@@ -25,12 +29,9 @@ pub(crate) fn run(args: &RenderArgs) -> CommandResult {
     let (picture, is_intact) = match recording(args, Path::new(&source))? {
         Some(recording) => {
             let file = Path::new(&source);
-            let picture = if args.output.format == PictureFormat::Gif {
-                animation(args, file, &recording)?
-            } else {
-                draw_state(args, file, &recording)?
-            };
-            (picture, is_undamaged(file, &recording))
+            let is_gif = args.output.format == PictureFormat::Gif;
+            let draw = if is_gif { animation } else { draw_state };
+            (draw(args, file, &recording)?, is_undamaged(file, &recording))
         }
         None => (maze(args, &source)?, true),
     };
@@ -39,10 +40,7 @@ pub(crate) fn run(args: &RenderArgs) -> CommandResult {
 }
 
 /// Opens a recording. Returns `None` for any other file that does not end in .mcap: it may be a maze.
-fn recording(
-    args: &RenderArgs,
-    file: &Path,
-) -> Result<Option<Recording>, Box<dyn std::error::Error>> {
+fn recording(args: &RenderArgs, file: &Path) -> Result<Option<Recording>, OpenError> {
     let is_named_mcap = file.extension().is_some_and(|extension| extension == "mcap");
     match Recording::open_within(file, &recording_budget(&args.reading)) {
         Ok(recording) => Ok(Some(recording)),
@@ -51,11 +49,11 @@ fn recording(
         {
             Ok(None)
         }
-        Err(error) => Err(error.into()),
+        Err(error) => Err(error),
     }
 }
 
-fn maze(args: &RenderArgs, name: &str) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+fn maze(args: &RenderArgs, name: &str) -> PictureResult {
     let Selected { path, maze, .. } =
         Collection::with(name, args.mazes.as_deref())?.select(name)?;
     let path = path.display();
@@ -72,11 +70,7 @@ fn maze(args: &RenderArgs, name: &str) -> Result<Vec<u8>, Box<dyn std::error::Er
 }
 
 /// Draws one state, or the maze if the recording has no states.
-fn draw_state(
-    args: &RenderArgs,
-    file: &Path,
-    recording: &Recording,
-) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+fn draw_state(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureResult {
     let search = RecordedSearch::new(args, file, recording)?;
     let Some(last) = search.last else {
         let scene = Scene::from_map(&search.initial).with_truth(recording.maze());
@@ -85,11 +79,7 @@ fn draw_state(
     search.show(&mut recording.history().reader(), last, |scene| still(args, scene))?
 }
 
-fn animation(
-    args: &RenderArgs,
-    file: &Path,
-    recording: &Recording,
-) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+fn animation(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureResult {
     let search = RecordedSearch::new(args, file, recording)?;
     let Some(last) = search.last else {
         let file = file.display();
@@ -114,7 +104,7 @@ fn animation(
 }
 
 /// Draws a scene as SVG or PNG.
-fn still(args: &RenderArgs, scene: Scene<'_>) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+fn still(args: &RenderArgs, scene: Scene<'_>) -> PictureResult {
     let scene = scene.with_theme(args.theme);
     if args.output.format == PictureFormat::Svg {
         return Ok(scene.svg().into_bytes());

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, WallState};
+use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, Pose, WallState};
 use mmsim_protocol::{Info, Matrix, State, StateMessage};
 use mmsim_recording::{Integrity, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
@@ -71,8 +71,7 @@ fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -
     let goal = recording.maze().map(|maze| goal_away(MazeFacts::new(maze).shortest_path));
     let goal = goal.map(|goal| format!(", {goal}")).unwrap_or_default();
     let maze = recording.maze().filter(|_| args.at.is_none()).map(still_maze);
-    let state = shown.map(|shown| format!("{}\n{}", shown.caption(), shown.picture));
-    let (maze, state) = (maze.unwrap_or_default(), state.unwrap_or_default());
+    let (maze, state) = (maze.unwrap_or_default(), shown.map_or("", |shown| &shown.text));
     format!("{}: {}, {size}{goal}\n{}\n{maze}{state}", file(args), info.name, summary(recording))
 }
 
@@ -118,8 +117,9 @@ struct StateReport {
     weights: Vec<Vec<u8>>,
     walls: Vec<Vec<u8>>,
     map: String,
+    /// The state as text.
     #[serde(skip)]
-    picture: String,
+    text: String,
 }
 
 impl StateReport {
@@ -129,32 +129,28 @@ impl StateReport {
         let (pose, info) = (state.pose(), recording.info());
         let map = state.map(Cell::new(info.start[0], info.start[1]), info.goal_cells());
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
+        let Pose { cell, heading } = pose;
+        let ms = milliseconds(recording, recording.times().iter().nth(index)?);
+        let wrong_walls = recording.maze().map(|maze| wrong_walls(&map, maze));
+        let visited = counted(map.visited().len() as u64, "cell");
+        let wrong = wrong_walls.filter(|&count| count > 0);
+        let wrong = wrong.map(|count| format!(", {} wrong", counted(count as u64, "wall")));
+        let (wrong, picture) = (wrong.unwrap_or_default(), still(&map, pose, &weight));
         Some(Self {
             index,
-            ms: milliseconds(recording, recording.times().iter().nth(index)?),
-            cell: [pose.cell.x, pose.cell.y],
-            heading: pose.heading.letter(),
+            ms,
+            cell: [cell.x, cell.y],
+            heading: heading.letter(),
             visited_cells: map.visited().len(),
-            wrong_walls: recording.maze().map(|maze| wrong_walls(&map, maze)),
+            wrong_walls,
             weights: columns(recording.size(), state.weights()),
             walls: columns(recording.size(), state.walls()),
             map: map.picture().with_mouse(pose).to_string(),
-            picture: still(&map, pose, &weight),
+            text: format!(
+                "state {index} after {ms:.3} ms: {cell} heading {heading}, {visited} visited{wrong}\n\
+                 {picture}"
+            ),
         })
-    }
-
-    fn caption(&self) -> String {
-        let Self { index, ms, cell: [x, y], heading, visited_cells, wrong_walls, .. } = self;
-        let heading = Heading::ALL.into_iter().find(|h| h.letter() == *heading);
-        let heading = heading.map(|heading| format!(" heading {heading}")).unwrap_or_default();
-        let visited = counted(*visited_cells as u64, "cell");
-        let wrong = match wrong_walls {
-            Some(count @ 1..) => {
-                format!(", {} wrong", counted(*count as u64, "wall"))
-            }
-            _ => String::new(),
-        };
-        format!("state {index} after {ms:.3} ms: ({x}, {y}){heading}, {visited} visited{wrong}")
     }
 }
 

@@ -48,12 +48,9 @@ fn bytes(mebibytes: Option<u64>, default: u64) -> usize {
 /// Reports the limit of the history and the folder of recordings.
 pub(crate) fn report(args: &RetentionArgs, simulation: &Simulation) {
     let mib = simulation.history().limit() as u64 / MIB;
-    match args.history_limit {
-        None => note(format_args!(
-            "keeping up to {mib} MiB of states, half of the free memory (change with --history-limit)"
-        )),
-        Some(_) => note(format_args!("keeping up to {mib} MiB of states")),
-    }
+    let default = ", half of the free memory (change with --history-limit)";
+    let part = if args.history_limit.is_none() { default } else { "" };
+    note(format_args!("keeping up to {mib} MiB of states{part}"));
     if let Some(folder) = &args.record {
         note(format_args!("recording to {}", folder.display()));
     }

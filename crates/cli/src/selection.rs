@@ -3,7 +3,7 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
-use mmsim_formats::{Catalogue, CatalogueError, ReadError};
+use mmsim_formats::{Catalogue, CatalogueError, Entry, ReadError};
 use mmsim_maze::{Escaped, Maze};
 use mmsim_solvers::MazeFacts;
 use tracing::info;
@@ -39,6 +39,10 @@ pub(crate) struct Selected {
 }
 
 impl Selected {
+    pub(crate) fn new(entry: &Entry, maze: Maze) -> Self {
+        Self { path: entry.path().into(), name: entry.name(), maze }
+    }
+
     /// Returns the path, escaped for messages.
     pub(crate) fn shown_path(&self) -> String {
         Escaped(self.path.display()).to_string()
@@ -106,20 +110,18 @@ impl Collection {
         let (mut unreadable, mut found, mut fallback) = (Vec::new(), None, None);
         info!("{} files in {}", self.catalogue.entries().len(), self.location);
         for entry in self.catalogue.matching(words) {
-            let maze = match entry.maze() {
-                Ok(maze) => maze,
-                Err(error) => {
-                    unreadable.push(error);
-                    continue;
+            match entry.maze() {
+                Err(error) => unreadable.push(error),
+                Ok(maze) => {
+                    let is_wanted = !any || MazeFacts::new(&maze).shortest_path.is_some();
+                    let selected = Selected::new(entry, maze);
+                    if is_wanted {
+                        found = Some(selected);
+                        break;
+                    }
+                    fallback.get_or_insert(selected);
                 }
-            };
-            let wanted = !any || MazeFacts::new(&maze).shortest_path.is_some();
-            let selected = Selected { path: entry.path().into(), name: entry.name(), maze };
-            if wanted {
-                found = Some(selected);
-                break;
             }
-            fallback.get_or_insert(selected);
         }
         let Some(selected) = found.or(fallback) else {
             if self.is_default

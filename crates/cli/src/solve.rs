@@ -61,10 +61,8 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         if shown.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });
     shown?;
-    let (run, error) = match result {
-        Ok(run) => (run, None),
-        Err(BrokenRun { run, error }) => (run, Some(error)),
-    };
+    let (run, error) =
+        result.map_or_else(|BrokenRun { run, error }| (run, Some(error)), |run| (run, None));
     let recorded = transport.close().map_err(|error| format!("incomplete recording: {error}"));
     if args.json {
         let error = error.as_ref().map(ToString::to_string).or_else(|| recorded.clone().err());

@@ -89,6 +89,6 @@ impl Checked {
 
 /// Whether two paths lead to the same file, as through a link.
 fn is_same_file(one: &Path, other: &Path) -> bool {
-    let is_same = |(one, other)| one == other;
-    one == other || one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(is_same)
+    one == other
+        || one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|it| one == it))
 }

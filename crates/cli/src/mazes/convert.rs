@@ -73,13 +73,9 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
     if let Some(way) = &reading.ambiguous_encoding {
         warn(format_args!("{}: {}", path.display(), ambiguity(way)));
     }
-    match reading.unknown_walls.len() {
-        0 => {}
-        count => warn(format_args!(
-            "{}: {} assumed open",
-            path.display(),
-            counted(count as u64, "unknown wall")
-        )),
+    if !reading.unknown_walls.is_empty() {
+        let walls = counted(reading.unknown_walls.len() as u64, "unknown wall");
+        warn(format_args!("{}: {walls} assumed open", path.display()));
     }
     Ok(reading.maze)
 }

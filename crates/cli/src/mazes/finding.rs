@@ -155,9 +155,6 @@ fn summary(group: &[Finding], kind: FindingKind) -> String {
         | FindingKind::Duplicate => counted(count as u64, "finding") + ": ",
     };
     let places: Vec<&str> = group.iter().take(SHOWN).map(|finding| &finding.place[..]).collect();
-    let more = match count.saturating_sub(SHOWN) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    what + &places.join("; ") + &more
+    let text = what + &places.join("; ");
+    if count > SHOWN { format!("{text} and {} more", count - SHOWN) } else { text }
 }

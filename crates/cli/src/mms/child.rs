@@ -56,12 +56,8 @@ impl Child {
         std::os::unix::process::CommandExt::process_group(&mut mouse, 0);
         let pipes = mouse.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = pipes.spawn().map_err(|error| {
-            let hint = match error.kind() {
-                ErrorKind::NotFound => {
-                    " (a program outside of PATH needs its path, as in -- ./my-mouse)"
-                }
-                _ => "",
-            };
+            let needs_path = " (a program outside of PATH needs its path, as in -- ./my-mouse)";
+            let hint = if error.kind() == ErrorKind::NotFound { needs_path } else { "" };
             format!("cannot start the mouse {}: {error}{hint}", program.display())
         })?;
         let (Some(stdin), Some(stdout)) = (process.stdin.take(), process.stdout.take()) else {

@@ -85,13 +85,8 @@ pub(crate) struct WatchArgs {
 
 impl WatchArgs {
     /// Whether an option for recording, the history or the viewer page is set.
-    pub(crate) const fn is_set(&self) -> bool {
-        let Self { retention, viewer, .. } = self;
-        retention.record.is_some()
-            || retention.history_limit.is_some()
-            || viewer.viewer_port.is_some()
-            || viewer.no_viewer
-            || viewer.open
+    pub(crate) fn is_set(&self) -> bool {
+        self.retention != RetentionArgs::default() || self.viewer != ViewerArgs::default()
     }
 }
 

@@ -22,12 +22,10 @@ use crate::usage::{CommandResult, UsageError};
 pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     let (contenders, paths) = (args.contenders(), mazes.len());
     let [contender] = &contenders[..] else {
-        let message = format!("--serve takes one robot, found {}", contenders.len());
-        return Err(UsageError::new("trial", message).into());
+        return Err(not_one("robot", contenders.len()).into());
     };
     let Ok([selected]) = <[Selected; 1]>::try_from(mazes) else {
-        let message = format!("--serve takes one maze, found {paths}");
-        return Err(UsageError::new("trial", message).into());
+        return Err(not_one("maze", paths).into());
     };
     let watch = &args.watch;
     // A maze that is not a file is a bundled one.
@@ -81,4 +79,8 @@ fn run_trial(
         Err(None) => Ok(None),
         Err(Some(error)) => Err(error.into()),
     }
+}
+
+fn not_one(thing: &str, found: usize) -> UsageError {
+    UsageError::new("trial", format!("--serve takes one {thing}, found {found}"))
 }

@@ -45,7 +45,7 @@ pub(super) fn replace(parent: &Path, files: &Files) -> Result<Changes, String> {
     let missing: Vec<&Path> = parent.ancestors().take_while(is_missing).collect();
     let changes = fs::create_dir_all(parent)
         .and_then(|()| lock(parent))
-        .map_err(cannot_write(parent))
+        .map_err(cannot("write", parent))
         .and_then(|_lock| replace_locked(parent, files));
     if changes.is_err() {
         let _ = fs::remove_dir_all(parent.join(NEW));
@@ -70,37 +70,35 @@ fn replace_locked(parent: &Path, files: &Files) -> Result<Changes, String> {
     let _ = fs::remove_dir_all(&new);
     let mut manifest = String::new();
     for (path, content) in files {
-        write(&new.join(path), content).map_err(cannot_write(&folder.join(path)))?;
-        manifest += &format!("{} {path}\n", checksum(content));
+        write(&new.join(path), content).map_err(cannot("write", &folder.join(path)))?;
+        manifest.extend([&checksum(content), " ", path, "\n"]);
     }
-    write(&new.join(MANIFEST), manifest.as_bytes()).map_err(cannot_write(&folder))?;
-    let mut changes = Changes { new: files.len(), ..Changes::default() };
+    write(&new.join(MANIFEST), manifest.as_bytes()).map_err(cannot("write", &folder))?;
+    let changes = carry_over(&folder, &new, files)?;
     if folder.exists() {
-        carry_over(&folder, &new, files, &mut changes)?;
-        fs::rename(&folder, &old).map_err(cannot_write(&folder))?;
+        fs::rename(&folder, &old).map_err(cannot("write", &folder))?;
     }
     if let Err(error) = fs::rename(&new, &folder) {
         let _ = fs::rename(&old, &folder);
-        return Err(cannot_write(&folder)(error));
+        return Err(cannot("write", &folder)(error));
     }
     // The mazes are in place. What cannot be removed now is removed by the next fetch.
     let _ = fs::remove_dir_all(&old);
     Ok(changes)
 }
 
-/// Compares the old folder with the new files, and copies the user's files to the new folder.
-fn carry_over(
-    folder: &Path,
-    new: &Path,
-    files: &Files,
-    changes: &mut Changes,
-) -> Result<(), String> {
-    let manifest = fs::read_to_string(folder.join(MANIFEST)).map_err(cannot_read(folder))?;
+/// Compares the old folder, if there is one, with the new files, and copies the user's files to the new folder.
+fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, String> {
+    let mut changes = Changes { new: files.len(), ..Changes::default() };
+    if !folder.exists() {
+        return Ok(changes);
+    }
+    let manifest = fs::read_to_string(folder.join(MANIFEST)).map_err(cannot("read", folder))?;
     let fetched: HashMap<&str, &str> = (manifest.lines())
         .filter_map(|line| line.split_once(' ').map(|(sum, path)| (path, sum)))
         .collect();
     for entry in WalkDir::new(folder) {
-        let entry = entry.map_err(|error| cannot_read(folder)(error.into()))?;
+        let entry = entry.map_err(|error| cannot("read", folder)(error.into()))?;
         let (from, kind) = (entry.path(), entry.file_type());
         let names: Vec<_> = from.iter().skip(folder.iter().count()).collect();
         let path = names.join("/".as_ref()).to_string_lossy().into_owned();
@@ -110,7 +108,7 @@ fn carry_over(
         if !kind.is_file() {
             return Err(in_the_way(from, "is a link"));
         }
-        let content = fs::read(from).map_err(cannot_read(from))?;
+        let content = fs::read(from).map_err(cannot("read", from))?;
         let is_fetched = fetched.get(&*path).is_some_and(|&sum| sum == checksum(&content));
         let new_content = files.get(&path);
         changes.new -= usize::from(new_content.is_some());
@@ -130,7 +128,7 @@ fn carry_over(
         }
     }
     changes.kept.sort();
-    Ok(())
+    Ok(changes)
 }
 
 /// Checks that a fetch created the folder and the lock, if they exist.
@@ -174,10 +172,6 @@ fn in_the_way(path: &Path, problem: &str) -> String {
     format!("{} {problem} (move it away or fetch into another folder)", path.display())
 }
 
-fn cannot_read(path: &Path) -> impl Fn(io::Error) -> String {
-    move |error| format!("cannot read {}: {error}", path.display())
-}
-
-fn cannot_write(path: &Path) -> impl Fn(io::Error) -> String {
-    move |error| format!("cannot write {}: {error}", path.display())
+fn cannot(act: &str, path: &Path) -> impl Fn(io::Error) -> String {
+    move |error| format!("cannot {act} {}: {error}", path.display())
 }
