@@ -34,7 +34,8 @@ fn index(cell: Cell) -> usize {
 fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
     let expected = by_queue(walls, targets);
     let downhill = Downhill::flood(walls, targets);
-    let there = || Instructions::ALL.into_iter().filter(|instructions| instructions.is_available());
+    let there =
+        || Instructions::ALL.iter().copied().filter(|instructions| instructions.is_available());
     let floods: Vec<_> = there().map(|one| Distances::flood_with(one, walls, targets)).collect();
     for cell in walls.size().cells() {
         let steps = expected[index(cell)];

@@ -11,7 +11,7 @@ use mmsim_protocol::{
     Cell, Heading, KnownMaze, MAX_STATE_BYTES, MazeSize, Order, Pose, Reply, Request, Unknown,
     WallsAround, encode_state,
 };
-use mmsim_solvers::{Distances, steps_from};
+use mmsim_solvers::{Distances, open_steps};
 
 /// How long a reply may take, in milliseconds.
 const PATIENCE: i32 = 5000;
@@ -50,7 +50,7 @@ fn search() -> Result<u32, Box<dyn Error>> {
             return Ok(steps);
         }
         // They come in the order front, left, right, back; of equally near cells the first counts.
-        let (step, _) = steps_from(&map, pose)
+        let (step, _) = open_steps(&map, pose)
             .filter(|&(_, cell)| distances.at(cell).is_some())
             .min_by_key(|&(_, cell)| distance(cell))
             .ok_or_else(|| format!("no way to the goal is left after {steps} steps"))?;

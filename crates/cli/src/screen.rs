@@ -106,7 +106,7 @@ fn fits(picture: &str, (columns, lines): (usize, usize)) -> bool {
 
 /// The map as the mouse knows it: with its weights unless they are all zero, and small.
 fn pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
-    pictures_of(mouse.map(), mouse.pose(), &|cell| mouse.weight(cell))
+    pictures_of(mouse.map(), mouse.pose(), &|cell| mouse.weight(cell).unwrap_or(u16::MAX))
 }
 
 fn pictures_of(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> [String; 2] {

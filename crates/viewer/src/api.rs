@@ -95,8 +95,9 @@ async fn page(State(state): SharedState) -> Json<Page> {
         version: env!("CARGO_PKG_VERSION"),
         zmq: state.live.as_ref().map(|live| live.address.clone()),
         strategies: BundledStrategy::ALL
+            .iter()
             .map(|strategy| Named { name: strategy.name(), about: strategy.about() })
-            .into(),
+            .collect(),
         opened: opened.map(|(id, title)| Opened { id, title }).collect(),
     })
 }

@@ -74,7 +74,7 @@ impl CompareArgs {
         let mut strategies = Vec::new();
         for asked in &self.strategies {
             let asked: &[BundledStrategy] = match asked {
-                Strategies::All => &BundledStrategy::ALL,
+                Strategies::All => BundledStrategy::ALL,
                 Strategies::One(strategy) => std::slice::from_ref(strategy),
             };
             for strategy in asked {
@@ -91,7 +91,7 @@ fn strategies() -> impl TypedValueParser<Value = Strategies> {
     let one =
         |strategy: BundledStrategy| PossibleValue::new(strategy.name()).help(strategy.about());
     let all = PossibleValue::new(ALL).help("all of them");
-    let values = BundledStrategy::ALL.map(one).into_iter().chain([all]);
+    let values = BundledStrategy::ALL.iter().copied().map(one).chain([all]);
     // Nothing but these is let through.
     PossibleValuesParser::new(values)
         .map(|name| name.parse().map_or(Strategies::All, Strategies::One))

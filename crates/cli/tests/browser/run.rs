@@ -26,7 +26,10 @@ fn each_bundled_mouse_runs_and_stops() {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
         live.wait_empty();
-        assert_eq!(options(browser, live), BundledStrategy::ALL.map(BundledStrategy::name));
+        assert_eq!(
+            options(browser, live),
+            BundledStrategy::ALL.iter().map(|one| one.name()).collect::<Vec<_>>()
+        );
         for strategy in BundledStrategy::ALL {
             let name = strategy.name();
             // Slowly, until it is stopped.
