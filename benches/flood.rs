@@ -192,7 +192,7 @@ impl Prepared {
         };
         let width = usize::from(maze.size().width());
         let textbook = textbook(walls, goals);
-        for instructions in Instructions::ALL {
+        for &instructions in Instructions::ALL {
             let flooded = Distances::flood_with(instructions, walls, goals);
             assert_eq!(flooded, ours, "{instructions:?}");
         }
@@ -218,9 +218,8 @@ impl Prepared {
 
 /// Our floods, with each kind of instructions that this processor has, the best first.
 fn ours() -> impl Iterator<Item = Row<'static, Prepared>> {
-    let there =
-        Instructions::ALL.into_iter().rev().filter(|instructions| instructions.is_available());
-    there.map(|instructions| {
+    let there = Instructions::ALL.iter().rev().filter(|instructions| instructions.is_available());
+    there.map(|&instructions| {
         Row::new(&format!("mmsim, {}", instructions.name()), move |Prepared { maze, .. }| {
             black_box(&Distances::flood_with(instructions, maze.walls(), maze.goals()));
         })

@@ -66,8 +66,10 @@ fn whole_searches(criterion: &mut Criterion) {
     let own = Row::new("shortest-path-search", |maze: &Maze| {
         black_box(explored(maze, ShortestPathSearch::new(), 10_000).1);
     });
-    let others =
-        BundledStrategy::ALL.into_iter().filter(|&one| one != BundledStrategy::ShortestPathSearch);
+    let others = BundledStrategy::ALL
+        .iter()
+        .copied()
+        .filter(|&one| one != BundledStrategy::ShortestPathSearch);
     let others = others.map(|strategy| {
         Row::new(strategy.name(), move |maze: &Maze| {
             black_box(explored(maze, strategy.strategy(), strategy.max_states()).1);

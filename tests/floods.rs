@@ -35,12 +35,12 @@ fn index(cell: Cell) -> usize {
 fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
     let expected = flood_with_queue(walls, targets);
     let downhill = Downhill::flood(walls, targets);
-    let available = || Instructions::ALL.into_iter().filter(|one| one.is_available());
+    let available = Instructions::ALL.iter().copied().filter(|one| one.is_available());
     let flood = |instructions| Distances::flood_with(instructions, walls, targets);
-    let floods: Vec<_> = available().map(flood).collect();
+    let floods: Vec<_> = available.clone().map(flood).collect();
     for cell in walls.size().cells() {
         let steps = expected[index(cell)];
-        for (flood, instructions) in floods.iter().zip(available()) {
+        for (flood, instructions) in floods.iter().zip(available.clone()) {
             assert_eq!(flood.at(cell), steps, "{name}: {cell}, {instructions:?}");
         }
         let is_downhill = |&heading: &Heading| {

@@ -11,7 +11,7 @@ use mmsim_protocol::{
     Cell, Heading, KnownMaze, MAX_STATE_BYTES, MapState, MazeSize, Order, Pose, Reply, Request,
     Unknown, WallsAround,
 };
-use mmsim_solvers::{Distances, steps_from};
+use mmsim_solvers::{Distances, open_steps};
 
 /// Time limit for a reply, in milliseconds.
 const PATIENCE: i32 = 5000;
@@ -49,8 +49,8 @@ fn search() -> Result<u32, Box<dyn Error>> {
         if map.goals().contains(pose.cell) {
             return Ok(steps);
         }
-        // `steps_from` returns front, left, right, back; the first one wins a tie.
-        let (step, _) = steps_from(&map, pose)
+        // `open_steps` returns front, left, right, back; the first one wins a tie.
+        let (step, _) = open_steps(&map, pose)
             .filter(|&(_, cell)| distances.at(cell).is_some())
             .min_by_key(|&(_, cell)| distance(cell))
             .ok_or_else(|| format!("no way to the goal is left after {steps} steps"))?;

@@ -181,9 +181,9 @@ fn check_reports_ambiguous_digits() {
     let checked = home.run(&["mazes", "check", "rows.txt", "one.txt"]);
     assert_eq!(checked.code, Some(0));
     insta::assert_snapshot!(checked.stdout, @"
-    rows.txt: 2x3, 2 goal cells, goal 1 step away, 3 cells cannot be reached
-      warning: other mazes fit these digits too; taken is: rows from the north, each from the west, bits 1 2 4 8 walls north east south west
-      warning: 3 cells that cannot be reached: (1, 0), (1, 1), (1, 2)
+    rows.txt: 2x3, 2 goal cells, goal 1 step away, 3 cells unreachable
+      warning: ambiguous digits, which fit other mazes too; read as: rows from the north, each from the west, bits 1 2 4 8 walls north east south west
+      warning: 3 unreachable cells: (1, 0); (1, 1); (1, 2)
     one.txt: 4x2, 4 goal cells, goal 2 steps away
       warning: no wall touches the post south-west of (3, 1)
     ");

@@ -5,7 +5,8 @@ use mmsim_protocol::{
     BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, MapState, Order, Reply, Request,
 };
 
-use crate::{RunError, Transport};
+use crate::run::RunError;
+use crate::transport::Transport;
 
 /// Requests that are encoded, counted, and answered with the reply they call for. [`search_run`]
 /// is made of these; so is a client that goes about a maze in another way.

@@ -6,7 +6,11 @@ use mmsim_maze::{Cell, Contradiction, Heading, MazeSize};
 use mmsim_protocol::{BufferTooSmall, Excerpt, Info, UnknownReply};
 use mmsim_solvers::{Crash, DriveError, Mouse, SearchDriver, SearchError, SearchStats, Strategy};
 
-use crate::{Exchange, Transport, TransportError};
+use crate::exchange::Exchange;
+use crate::transport::{Transport, TransportError};
+
+/// The weight that a state contains for a cell without one.
+const NO_WEIGHT: u16 = u16::MAX;
 
 /// The figures of a search run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -144,7 +148,8 @@ fn drive<S: Strategy>(
             return Ok(());
         }
         let mouse = driver.mouse();
-        exchange.state(mouse.pose(), mouse.map(), |cell| mouse.weight(cell))?;
+        exchange
+            .state(mouse.pose(), mouse.map(), |cell| mouse.weight(cell).unwrap_or(NO_WEIGHT))?;
         run.states += 1;
         run.requests = exchange.requests();
         if observe(mouse, run).is_break() {
@@ -235,7 +240,7 @@ o---o---o---o
 
     #[test]
     fn every_strategy_runs_the_same_way() {
-        for strategy in BundledStrategy::ALL {
+        for &strategy in BundledStrategy::ALL {
             let maze: Maze = MAZE.parse().unwrap();
             let mut mouse =
                 Mouse::new(strategy.strategy(), KnownMaze::unexplored(&maze), maze.start());
@@ -250,7 +255,7 @@ o---o---o---o
 
     #[test]
     fn a_start_open_only_behind_is_no_trap() {
-        for strategy in BundledStrategy::ALL {
+        for &strategy in BundledStrategy::ALL {
             let maze: Maze = "o---o\n| S |\no   o\n| G |\no---o\n".parse().unwrap();
             let mut mouse =
                 Mouse::new(strategy.strategy(), KnownMaze::unexplored(&maze), maze.start());

@@ -66,7 +66,7 @@ pub use mouse::{Crash, Mouse};
 pub use proof::{PathBounds, steps_until_proven};
 pub use shortest_path_search::ShortestPathSearch;
 pub use stats::{PhaseStats, SearchStats};
-pub use strategy::{Move, Phase, SearchError, Strategy, steps_from};
+pub use strategy::{Move, Phase, SearchError, Strategy, open_steps};
 pub use swing::Swing;
 pub use weight_increment::WeightIncrement;
 

@@ -73,7 +73,7 @@ impl CompareArgs {
         let mut strategies = Vec::new();
         for value in &self.strategies {
             let selected: &[BundledStrategy] = match value {
-                Strategies::All => &BundledStrategy::ALL,
+                Strategies::All => BundledStrategy::ALL,
                 Strategies::One(strategy) => std::slice::from_ref(strategy),
             };
             for strategy in selected {
@@ -90,7 +90,7 @@ fn strategies() -> impl TypedValueParser<Value = Strategies> {
     let one =
         |strategy: BundledStrategy| PossibleValue::new(strategy.name()).help(strategy.about());
     let all = PossibleValue::new(ALL).help("all strategies");
-    let values = BundledStrategy::ALL.map(one).into_iter().chain([all]);
+    let values = BundledStrategy::ALL.iter().copied().map(one).chain([all]);
     // The parser accepts only these values.
     PossibleValuesParser::new(values)
         .map(|name| name.parse().map_or(Strategies::All, Strategies::One))
