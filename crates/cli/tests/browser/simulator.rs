@@ -1,6 +1,5 @@
 //! A running `mmsim` with its page, and clients that connect to it over `ZeroMQ`.
 
-use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 
