@@ -14,10 +14,11 @@ use crate::walls::{Sides, Walls, WallsAround};
 /// search run, or as closed for a fast run.
 ///
 /// ```
-/// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Unknown, WallState, WallsAround};
+/// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Unknown, WallState, WallsAround};
 ///
-/// let start = Pose::new(Cell::new(0, 0), Heading::North);
-/// let mut map = KnownMaze::new(MazeSize::CLASSIC, start.cell, MazeSize::CLASSIC.central_cells());
+/// let size = MazeSize::CLASSIC;
+/// let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
+/// let start = map.start();
 /// map.observe(start, WallsAround { left: true, front: false, right: true })?;
 /// assert_eq!(map.wall(start.cell, Heading::East), WallState::Present);
 /// assert_eq!(map.wall(Cell::new(5, 5), Heading::East), WallState::Unknown);
@@ -93,9 +94,9 @@ impl KnownMaze {
         self.certain.size()
     }
 
-    /// Returns the start cell.
-    pub const fn start(&self) -> Cell {
-        self.start
+    /// Returns the start pose: in the start cell, heading north.
+    pub const fn start(&self) -> Pose {
+        Pose::new(self.start, Heading::North)
     }
 
     /// Returns the goal cells.

@@ -116,7 +116,7 @@ impl<'a> TextPicture<'a> {
     fn start_and_goals(&self) -> (Cell, &CellSet) {
         match self.drawn {
             Drawn::Truth(maze) => (maze.start().cell, maze.goals()),
-            Drawn::Known(map) => (map.start(), map.goals()),
+            Drawn::Known(map) => (map.start().cell, map.goals()),
         }
     }
 

@@ -95,7 +95,7 @@ impl<B: Bits> ShortestWays<B> {
         B: Half<N>,
     {
         let (from, goals) =
-            (Chequered::<B>::from_cell(map.start()), Chequered::<B>::of(map.goals()));
+            (Chequered::<B>::from_cell(map.start().cell), Chequered::<B>::of(map.goals()));
         let start_is_dark = from.light.is_empty();
         let pick = |dark, light| if start_is_dark { [dark, light] } else { [light, dark] };
         let [near_goals, far_goals] = pick(goals.dark, goals.light);
@@ -311,7 +311,7 @@ o---o---o---o---o---o
                 let pose = Pose::new(Cell::new(x, y), heading);
                 map.observe(pose, maze.walls().around(pose)).unwrap();
             }
-            let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start()));
+            let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start().cell));
             let to_see = shortest_ways(&map, &from_start);
             assert_eq!(cell_to_see(&map, Cell::new(x, y)), naive(&map, Cell::new(x, y)));
             to_see.map(|(cells, _)| cells.iter().map(|cell| (cell.x, cell.y)).collect::<Vec<_>>())
@@ -348,7 +348,7 @@ o---o---o---o---o---o
     /// The naive twin: cell by cell, with distances written down.
     fn naive(map: &KnownMaze, mouse: Cell) -> Option<ToSee> {
         let open = map.walls(Unknown::Open);
-        let from_start = Distances::flood(open, &only(map.start()));
+        let from_start = Distances::flood(open, &only(map.start().cell));
         let (to_see, ways) = shortest_ways(map, &from_start)?;
         let from_mouse = Distances::flood(open, &only(mouse));
         let near_and_far_out = |&cell: &Cell| (from_mouse.at(cell), Reverse(from_start.at(cell)));
@@ -381,7 +381,7 @@ o---o---o---o---o---o
             layer = nearer;
         }
         let to_see = if narrowest.is_empty() { others } else { narrowest };
-        Some((to_see, ways.found)).filter(|_| !ways.sure.contains(map.start()))
+        Some((to_see, ways.found)).filter(|_| !ways.sure.contains(map.start().cell))
     }
 
     /// The cells of the shortest ways, found from the goal backwards, layer by layer.
