@@ -48,6 +48,17 @@ pub enum WallState {
     Unknown,
 }
 
+impl WallState {
+    /// Returns the state of a wall that is present for certain, possibly present, or neither.
+    pub(crate) const fn from_bounds(certain: bool, possible: bool) -> Self {
+        match (certain, possible) {
+            (true, _) => Self::Present,
+            (false, true) => Self::Unknown,
+            (false, false) => Self::Absent,
+        }
+    }
+}
+
 /// How a planner treats unknown walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unknown {
@@ -111,11 +122,7 @@ impl KnownMaze {
 
     /// Returns what is known about the wall at the side of `cell` towards `heading`.
     pub fn wall(&self, cell: Cell, heading: Heading) -> WallState {
-        match (self.certain.has(cell, heading), self.possible.has(cell, heading)) {
-            (true, _) => WallState::Present,
-            (false, true) => WallState::Unknown,
-            (false, false) => WallState::Absent,
-        }
+        WallState::from_bounds(self.certain.has(cell, heading), self.possible.has(cell, heading))
     }
 
     /// Returns all walls, with unknown walls as open or closed.
