@@ -179,7 +179,7 @@ impl<'a> RecordedSearch<'a> {
         let message = reader.get(index).ok_or_else(|| unreadable(self.file))?;
         let state: State<'_> =
             State::decode(message, self.initial.size()).map_err(|_| unreadable(self.file))?;
-        let map = state.map(self.initial.start(), *self.initial.goals());
+        let map = state.map(self.initial.start().cell, *self.initial.goals());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)
             .with_mouse(state.pose())

@@ -76,7 +76,7 @@ impl<'a> Scene<'a> {
     /// Creates a scene of a client's map. Its walls count as real unless the
     /// [true maze](Self::with_truth) says otherwise.
     pub fn from_map(map: &'a KnownMaze) -> Self {
-        let scene = Self::empty(map.size(), map.start(), map.goals());
+        let scene = Self::empty(map.size(), map.start().cell, map.goals());
         Self { map: Some(map), ..scene }
     }
 

@@ -50,14 +50,8 @@ impl Heading {
     /// assert_eq!(Heading::from_letter('W'), Some(Heading::West));
     /// assert_eq!(Heading::from_letter('w'), None);
     /// ```
-    pub const fn from_letter(letter: char) -> Option<Self> {
-        match letter {
-            'N' => Some(Self::North),
-            'E' => Some(Self::East),
-            'S' => Some(Self::South),
-            'W' => Some(Self::West),
-            _ => None,
-        }
+    pub fn from_letter(letter: char) -> Option<Self> {
+        Self::ALL.into_iter().find(|heading| heading.letter() == letter)
     }
 
     /// Returns the letter `N`, `E`, `S` or `W`.

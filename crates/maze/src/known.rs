@@ -14,10 +14,11 @@ use crate::walls::{Sides, Walls, WallsAround};
 /// search run, or as closed for a fast run.
 ///
 /// ```
-/// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Unknown, WallState, WallsAround};
+/// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Unknown, WallState, WallsAround};
 ///
-/// let start = Pose::new(Cell::new(0, 0), Heading::North);
-/// let mut map = KnownMaze::new(MazeSize::CLASSIC, start.cell, MazeSize::CLASSIC.central_cells());
+/// let size = MazeSize::CLASSIC;
+/// let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
+/// let start = map.start();
 /// map.observe(start, WallsAround { left: true, front: false, right: true })?;
 /// assert_eq!(map.wall(start.cell, Heading::East), WallState::Present);
 /// assert_eq!(map.wall(Cell::new(5, 5), Heading::East), WallState::Unknown);
@@ -45,6 +46,17 @@ pub enum WallState {
     Absent,
     /// Not observed yet.
     Unknown,
+}
+
+impl WallState {
+    /// Returns the state of a wall that is present for certain, possibly present, or neither.
+    pub(crate) const fn from_bounds(certain: bool, possible: bool) -> Self {
+        match (certain, possible) {
+            (true, _) => Self::Present,
+            (false, true) => Self::Unknown,
+            (false, false) => Self::Absent,
+        }
+    }
 }
 
 /// How a planner treats unknown walls.
@@ -93,9 +105,9 @@ impl KnownMaze {
         self.certain.size()
     }
 
-    /// Returns the start cell.
-    pub const fn start(&self) -> Cell {
-        self.start
+    /// Returns the start pose: in the start cell, heading north.
+    pub const fn start(&self) -> Pose {
+        Pose::new(self.start, Heading::North)
     }
 
     /// Returns the goal cells.
@@ -110,11 +122,7 @@ impl KnownMaze {
 
     /// Returns what is known about the wall at the side of `cell` towards `heading`.
     pub fn wall(&self, cell: Cell, heading: Heading) -> WallState {
-        match (self.certain.has(cell, heading), self.possible.has(cell, heading)) {
-            (true, _) => WallState::Present,
-            (false, true) => WallState::Unknown,
-            (false, false) => WallState::Absent,
-        }
+        WallState::from_bounds(self.certain.has(cell, heading), self.possible.has(cell, heading))
     }
 
     /// Returns all walls, with unknown walls as open or closed.

@@ -5,9 +5,10 @@ use core::fmt::{self, Write};
 use crate::cell::{Cell, MazeSize};
 use crate::cell_set::CellSet;
 use crate::heading::Heading;
-use crate::known::{KnownMaze, WallState};
+use crate::known::{KnownMaze, Unknown, WallState};
 use crate::maze::Maze;
 use crate::pose::Pose;
+use crate::walls::Walls;
 
 /// A maze, or what a mouse knows of it, as text with north on top.
 ///
@@ -37,30 +38,30 @@ use crate::pose::Pose;
 /// ```
 #[derive(Clone, Copy)]
 pub struct TextPicture<'a> {
-    drawn: Drawn<'a>,
+    /// The walls that are present for certain.
+    certain: &'a Walls,
+    /// The walls that may be present.
+    possible: &'a Walls,
+    start: Cell,
+    goals: &'a CellSet,
     numbers: Option<&'a dyn Fn(Cell) -> Option<u16>>,
     letters: Option<&'a dyn Fn(Cell) -> Option<char>>,
     mouse: Option<Pose>,
     compact: bool,
 }
 
-#[derive(Clone, Copy)]
-enum Drawn<'a> {
-    Truth(&'a Maze),
-    Known(&'a KnownMaze),
-}
-
 impl Maze {
     /// Returns the maze as text, to which numbers, letters and a mouse can be added.
     pub const fn picture(&self) -> TextPicture<'_> {
-        TextPicture::new(Drawn::Truth(self))
+        TextPicture::new(self.walls(), self.walls(), self.start().cell, self.goals())
     }
 }
 
 impl KnownMaze {
     /// Returns the map as text, to which numbers, letters and the mouse can be added.
     pub const fn picture(&self) -> TextPicture<'_> {
-        TextPicture::new(Drawn::Known(self))
+        let (certain, possible) = (self.walls(Unknown::Open), self.walls(Unknown::Closed));
+        TextPicture::new(certain, possible, self.start().cell, self.goals())
     }
 }
 
@@ -71,8 +72,9 @@ impl fmt::Display for Maze {
 }
 
 impl<'a> TextPicture<'a> {
-    const fn new(drawn: Drawn<'a>) -> Self {
-        Self { drawn, numbers: None, letters: None, mouse: None, compact: false }
+    const fn new(certain: &'a Walls, possible: &'a Walls, start: Cell, goals: &'a CellSet) -> Self {
+        let (numbers, letters, mouse) = (None, None, None);
+        Self { certain, possible, start, goals, numbers, letters, mouse, compact: false }
     }
 
     /// Writes numbers, such as distances in steps, into cells.
@@ -106,26 +108,12 @@ impl<'a> TextPicture<'a> {
         self
     }
 
-    fn size(&self) -> MazeSize {
-        match self.drawn {
-            Drawn::Truth(maze) => maze.size(),
-            Drawn::Known(map) => map.size(),
-        }
-    }
-
-    fn start_and_goals(&self) -> (Cell, &CellSet) {
-        match self.drawn {
-            Drawn::Truth(maze) => (maze.start().cell, maze.goals()),
-            Drawn::Known(map) => (map.start(), map.goals()),
-        }
+    const fn size(&self) -> MazeSize {
+        self.certain.size()
     }
 
     fn wall(&self, cell: Cell, heading: Heading) -> WallState {
-        match self.drawn {
-            Drawn::Truth(maze) if maze.walls().has(cell, heading) => WallState::Present,
-            Drawn::Truth(_) => WallState::Absent,
-            Drawn::Known(map) => map.wall(cell, heading),
-        }
+        WallState::from_bounds(self.certain.has(cell, heading), self.possible.has(cell, heading))
     }
 
     fn number(&self, cell: Cell) -> Option<u16> {
@@ -223,8 +211,7 @@ impl<'a> TextPicture<'a> {
                 Heading::West => "<",
             };
         }
-        let (start, goals) = self.start_and_goals();
-        match (start == cell, goals.contains(cell)) {
+        match (self.start == cell, self.goals.contains(cell)) {
             (true, true) => "SG",
             (true, false) => "S",
             (false, true) => "G",
@@ -256,7 +243,7 @@ impl fmt::Debug for TextPicture<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::walls::{Walls, WallsAround};
+    use crate::walls::WallsAround;
 
     fn maze() -> Maze {
         let mut walls = Walls::open(MazeSize::new(3, 2).unwrap());

@@ -85,13 +85,13 @@ impl ShortestPathSearch {
             }
         }
         if matches!(self.leg, Leg::Return | Leg::GiveUp) {
-            let known = Distances::flood(closed, &only(map.start()));
-            self.distances.reflood(open, &only(map.start()));
+            let known = Distances::flood(closed, &only(map.start().cell));
+            self.distances.reflood(open, &only(map.start().cell));
             if self.distances.at(cell) >= known.at(cell) {
                 self.distances = known;
             }
         }
-        if self.leg == Leg::Return && cell == map.start() {
+        if self.leg == Leg::Return && cell == map.start().cell {
             self.leg = Leg::FastRun;
             self.distances.reflood(closed, map.goals());
         }
@@ -101,7 +101,7 @@ impl ShortestPathSearch {
     fn has_arrived(&self, map: &KnownMaze, cell: Cell) -> bool {
         match self.leg {
             Leg::ToGoal => map.goals().contains(cell),
-            Leg::Return => cell == map.start(),
+            Leg::Return => cell == map.start().cell,
             Leg::Explore | Leg::GiveUp | Leg::FastRun => false,
         }
     }
@@ -116,13 +116,13 @@ impl Default for ShortestPathSearch {
 impl Strategy for ShortestPathSearch {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
         let cell = pose.cell;
-        let is_new = self.visited.insert(cell) || cell == map.start();
+        let is_new = self.visited.insert(cell) || cell == map.start().cell;
         if self.leg != Leg::FastRun && (is_new || self.has_arrived(map, cell)) {
             self.plan(map, cell);
         }
         match self.leg {
             Leg::FastRun if map.goals().contains(cell) => return Ok(Move::Stop),
-            Leg::GiveUp if map.start() == cell => {
+            Leg::GiveUp if map.start().cell == cell => {
                 return Err(SearchError::GoalUnreachable { cell });
             }
             _ => {}

@@ -67,7 +67,7 @@ impl Default for Swing {
 impl Strategy for Swing {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
         let Pose { cell, heading } = pose;
-        let route = || KeyPointRoute::there_and_back(map.size(), map.start(), *map.goals());
+        let route = || KeyPointRoute::there_and_back(map.size(), map.start().cell, *map.goals());
         self.route.get_or_insert_with(route).pass(cell);
         let is_done = |(path, done): &(ShortestPath, usize)| *done >= path.length().into();
         let is_stale = self.walls != *map.walls(Unknown::Open);

@@ -101,7 +101,8 @@ impl Swing {
         variant: Variant,
         key_points: KeyPoints,
     ) -> Self {
-        let (size, start, goals) = (unexplored.size(), unexplored.start(), *unexplored.goals());
+        let (size, start, goals) =
+            (unexplored.size(), unexplored.start().cell, *unexplored.goals());
         let route = match variant {
             Variant::JustArrive => KeyPointRoute::just_arrive(goals),
             Variant::ArriveAndBack => KeyPointRoute::arrive_and_back(start, goals),

@@ -99,7 +99,7 @@ impl<B: BitOps> ShortestPaths<B> {
     where
         B: ParityPlane<N>,
     {
-        let start = CellPlanes::<B>::from_cell(map.start());
+        let start = CellPlanes::<B>::from_cell(map.start().cell);
         let start_is_dark = start.light.is_empty();
         let start = start.dark.or(start.light);
         let open = Bitboard::<B>::from_walls(map.walls(Unknown::Open));
@@ -331,7 +331,7 @@ o---o---o---o---o---o
                 let pose = Pose::new(Cell::new(x, y), heading);
                 map.observe(pose, maze.walls().around(pose)).unwrap();
             }
-            let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start()));
+            let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start().cell));
             let candidates = candidates(&map, &from_start);
             let mouse = Cell::new(x, y);
             assert_eq!(ExplorationTarget::find(&map, mouse), naive(&map, mouse));
@@ -370,7 +370,7 @@ o---o---o---o---o---o
     /// Finds the target naively, cell by cell, from distances.
     fn naive(map: &KnownMaze, mouse: Cell) -> Option<ExplorationTarget> {
         let open = map.walls(Unknown::Open);
-        let from_start = Distances::flood(open, &only(map.start()));
+        let from_start = Distances::flood(open, &only(map.start().cell));
         let (candidates, paths) = candidates(map, &from_start)?;
         let from_mouse = Distances::flood(open, &only(mouse));
         let near_and_far_out = |&cell: &Cell| (from_mouse.at(cell), Reverse(from_start.at(cell)));
@@ -401,7 +401,7 @@ o---o---o---o---o---o
             layer = nearer;
         }
         let candidates = if narrowest.is_empty() { others } else { narrowest };
-        Some((candidates, paths.found)).filter(|_| !paths.sure.contains(map.start()))
+        Some((candidates, paths.found)).filter(|_| !paths.sure.contains(map.start().cell))
     }
 
     /// The cells on the shortest paths, found from the goal backwards, layer by layer.
