@@ -6,30 +6,29 @@ use std::time::Duration;
 
 use mmsim_zmtp::Waker;
 
+use crate::status::StatusCell;
+
 /// The maximum time that [`StopHandle::stop`] waits.
 const MAX_STOP_TIME: Duration = Duration::from_secs(1);
 
 /// The state that a server shares with its monitors and stop handles.
 pub(crate) struct Control {
-    waker: Waker,
+    pub(crate) waker: Waker,
+    pub(crate) status: StatusCell,
     is_stopping: AtomicBool,
     has_ended: Mutex<bool>,
     ended: Condvar,
 }
 
 impl Control {
-    pub(crate) const fn new(waker: Waker) -> Self {
+    pub(crate) fn new(waker: Waker) -> Self {
         Self {
             waker,
+            status: StatusCell::default(),
             is_stopping: AtomicBool::new(false),
             has_ended: Mutex::new(false),
             ended: Condvar::new(),
         }
-    }
-
-    /// Wakes the server. Does nothing if it has ended.
-    pub(crate) fn wake(&self) {
-        self.waker.wake();
     }
 
     pub(crate) fn is_stopping(&self) -> bool {
@@ -45,21 +44,15 @@ impl Control {
 
 /// Stops a [`Server`](crate::Server).
 #[derive(Clone)]
-pub struct StopHandle {
-    control: Arc<Control>,
-}
+pub struct StopHandle(pub(crate) Arc<Control>);
 
 impl StopHandle {
-    pub(crate) const fn new(control: Arc<Control>) -> Self {
-        Self { control }
-    }
-
     /// Stops the server after it has answered the requests that have arrived. Waits for it, but at
     /// most one second. Does nothing if the server has ended.
     pub fn stop(self) {
-        let control = &*self.control;
+        let control = &*self.0;
         control.is_stopping.store(true, Ordering::Release);
-        control.wake();
+        control.waker.wake();
         let has_ended = control.has_ended.lock().unwrap_or_else(PoisonError::into_inner);
         let _ = control.ended.wait_timeout_while(has_ended, MAX_STOP_TIME, |ended| !*ended);
     }

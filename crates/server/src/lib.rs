@@ -20,7 +20,6 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod background;
 mod control;
 mod monitor;
 mod server;
@@ -28,11 +27,10 @@ mod service;
 mod simulation;
 mod status;
 
-pub use background::Background;
 pub use control::StopHandle;
 pub use mmsim_zmtp::{BindError, limits, listen};
 pub use monitor::{Monitor, MonitorError, Served};
-pub use server::{ServeError, Server};
+pub use server::{Background, ServeError, Server};
 pub use simulation::{Change, ReplyBuffer, Simulation};
 pub use status::Status;
 

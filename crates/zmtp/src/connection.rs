@@ -2,7 +2,10 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 
-use crate::codec::{Decoder, Event, ProtocolError, SIGNATURE, push_last_frame, push_pong};
+use crate::codec::decoder::{Decoder, Phase};
+use crate::codec::event::{Event, ProtocolError};
+use crate::codec::frame::{push_last_frame, push_pong};
+use crate::codec::handshake::SIGNATURE;
 use crate::limits::MAX_WAITING_REPLY_BYTES;
 use crate::service::Service;
 
@@ -89,10 +92,9 @@ impl<S: Read + Write> Connection<S> {
         self.is_writable |= is_writable;
     }
 
-    /// Returns whether the handshake is complete and no frame over the limit has arrived since the
-    /// last request.
-    pub fn is_ready(&self) -> bool {
-        self.decoder.is_ready()
+    /// Returns the phase of the connection.
+    pub const fn phase(&self) -> Phase {
+        self.decoder.phase()
     }
 
     /// Returns whether bytes wait to be sent.
@@ -148,10 +150,6 @@ impl<S: Read + Write> Connection<S> {
                 Event::Send(bytes) => self.output.extend_from_slice(bytes),
                 Event::Ping { context } => push_pong(&mut self.output, context),
                 Event::Request { last, frames } => {
-                    *has_activity |= service.answer(last, frames, reply);
-                    is_request = true;
-                }
-                Event::LongRequest { last, frames } => {
                     *has_activity |= service.answer(&last, frames, reply);
                     is_request = true;
                 }
@@ -236,7 +234,7 @@ impl<S: Read + Write> Connection<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::codec::{GREETING, READY};
+    use crate::codec::handshake::{GREETING, READY};
     use crate::limits::MAX_REQUEST_BYTES;
     use crate::testing::{Echo, Wire};
 
@@ -270,7 +268,8 @@ mod tests {
         assert_eq!(replies(&wire), requests(0..8));
         run_until_idle(&mut connection).unwrap();
         assert_eq!(replies(&wire), requests(0..100));
-        assert!(connection.is_ready() && !connection.has_output() && !connection.is_readable);
+        assert_eq!(connection.phase(), Phase::Ready);
+        assert!(!connection.has_output() && !connection.is_readable);
         wire.push(&requests(100..101));
         run_until_idle(&mut connection).unwrap();
         assert_eq!(replies(&wire), requests(0..100), "the stream is not reported as readable");
@@ -327,14 +326,14 @@ mod tests {
             [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; MAX_REQUEST_BYTES + 1]].concat();
         let (mut connection, wire) = connect(&frame);
         run_until_idle(&mut connection).unwrap();
-        assert!(!connection.is_ready());
+        assert_eq!(connection.phase(), Phase::Oversized);
         let error = b"error: expected a frame of at most 65536 bytes, found 65537";
         let refused = [b"\x01\0\0\x3b", &error[..]].concat();
         assert_eq!(replies(&wire), refused);
         wire.push(b"\x01\0\0\x01a");
         connection.set_ready(true, false);
         run_until_idle(&mut connection).unwrap();
-        assert!(connection.is_ready());
+        assert_eq!(connection.phase(), Phase::Ready);
         assert_eq!(replies(&wire), [&refused[..], b"\x01\0\0\x01a"].concat());
     }
 

@@ -1,6 +1,6 @@
 //! What a server asks of its user.
 
-use crate::codec::ProtocolError;
+use crate::codec::event::ProtocolError;
 
 /// Answers the requests of all clients of a [`Server`](crate::Server).
 pub trait Service {

@@ -5,27 +5,14 @@
 //! identity in a frame; the frames after that are those of ZMTP 3. So the server sends the rest of
 //! its greeting only after it has the version of the peer.
 
-use crate::codec::command::socket_type;
-use crate::codec::error::ProtocolError;
-use crate::codec::event::Event;
-use crate::codec::frame::{Frame, Header};
+use crate::codec::event::{Event, ProtocolError};
+use crate::codec::frame::{Frame, Header, socket_type};
 use crate::limits::MAX_COMMAND_BYTES;
 
 /// The greeting of each side: version 3.1, no authentication.
-pub const GREETING: [u8; GREETING_BYTES] = {
-    let mut greeting = [0; GREETING_BYTES];
-    greeting[0] = 0xff;
-    greeting[8] = 1;
-    greeting[9] = 0x7f;
-    greeting[VERSION] = 3;
-    greeting[VERSION + 1] = 1;
-    let mut index = 0;
-    while index < NULL.len() {
-        greeting[MECHANISM + index] = NULL[index];
-        index += 1;
-    }
-    greeting
-};
+pub const GREETING: [u8; 64] =
+    *b"\xff\0\0\0\0\0\0\0\x01\x7f\x03\x01NULL\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
+    \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
 
 /// The first bytes of the greeting, up to the version.
 pub const SIGNATURE: &[u8] = GREETING.split_at(VERSION).0;
@@ -40,10 +27,10 @@ const TYPE_AND_IDENTITY: &[u8] = b"\x04\0\0";
 /// The READY command of a REP socket.
 pub const READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REP";
 
-const GREETING_BYTES: usize = 64;
+/// The position of the version in the greeting.
 const VERSION: usize = 10;
-const MECHANISM: usize = 12;
-const NULL: &[u8; 20] = b"NULL\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
+/// The position of the mechanism in [`REST`].
+const MECHANISM: std::ops::Range<usize> = 1..21;
 
 /// The part of the handshake that the peer sends next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -100,7 +87,7 @@ fn version<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
 
 fn greeting<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
     let Some(rest) = input.get(..REST.len()) else { return Ok(None) };
-    if &rest[MECHANISM - VERSION - 1..][..NULL.len()] != NULL {
+    if rest[MECHANISM] != REST[MECHANISM] {
         return Err(ProtocolError::Mechanism);
     }
     Ok(Some((rest.len(), Some(Handshake::Ready), Event::Send(READY))))
@@ -108,7 +95,7 @@ fn greeting<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
 
 fn ready<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
     let Some(frame) = frame(input)? else { return Ok(None) };
-    let properties = frame.body.strip_prefix(b"\x05READY").filter(|_| frame.is_command());
+    let properties = frame.body.strip_prefix(b"\x05READY").filter(|_| frame.header.is_command());
     match socket_type(properties.ok_or(ProtocolError::Ready)?)? {
         b"REQ" | b"DEALER" => Ok(Some((frame.whole.len(), None, Event::Ready))),
         _ => Err(ProtocolError::SocketType),
@@ -126,26 +113,28 @@ fn old_socket_type<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> 
 
 fn old_identity<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
     match frame(input)? {
-        Some(frame) if frame.has_more() || frame.is_command() => Err(ProtocolError::Greeting),
+        Some(Frame { header, .. }) if header.has_more() || header.is_command() => {
+            Err(ProtocolError::Greeting)
+        }
         frame => Ok(frame.map(|frame| (frame.whole.len(), None, Event::Ready))),
     }
 }
 
 fn frame(input: &[u8]) -> Result<Option<Frame<'_>>, ProtocolError> {
-    let header = Header::read(input, |_| MAX_COMMAND_BYTES)?;
+    let header = Header::read(input, MAX_COMMAND_BYTES)?;
     Ok(header.and_then(|header| Frame::split(input, header)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::codec::decoder::Decoder;
     use crate::codec::decoder::tests::events;
+    use crate::codec::decoder::{Decoder, Phase};
 
     #[test]
     fn handshake_sends_greeting_and_ready() {
         let mut decoder = Decoder::default();
-        assert!(!decoder.is_ready());
+        assert_eq!(decoder.phase(), Phase::Handshake);
         let sent = |bytes| format!("{:?}", Event::Send(bytes));
         let expected = [MAJOR_VERSION, REST, READY].map(sent);
         assert_eq!(events(&mut decoder, &GREETING), expected);
@@ -183,8 +172,8 @@ mod tests {
             let mut decoder = Decoder::default();
             let events = events(&mut decoder, &hello);
             assert_eq!(events[1], format!("{:?}", Event::Send(TYPE_AND_IDENTITY)));
-            assert_eq!(decoder.is_ready(), good);
-            let request = format!("{:?}", Event::Request { last: b"ping", frames: 1 });
+            assert_eq!(decoder.phase() == Phase::Ready, good);
+            let request = format!("{:?}", Event::Request { last: b"ping".into(), frames: 1 });
             let end = if good { request } else { ProtocolError::SocketType.to_string() };
             assert_eq!(events.last(), Some(&end));
         }
@@ -199,7 +188,7 @@ mod tests {
         let refused = |bytes: &[u8]| {
             let mut decoder = Decoder::default();
             let events = events(&mut decoder, &[&GREETING[..], bytes].concat());
-            assert!(!decoder.is_ready());
+            assert_eq!(decoder.phase(), Phase::Handshake);
             events.last().unwrap().clone()
         };
         let refused_type = |kind: &[u8]| {
