@@ -43,20 +43,25 @@ fn links_are_valid() {
         "examples/README.md",
         "crates/client/README.md",
         "crates/drawing/README.md",
+        "crates/formats/README.md",
         "crates/generator/README.md",
         "crates/maze/README.md",
         "crates/mms/README.md",
         "crates/protocol/README.md",
+        "crates/recording/README.md",
         "crates/server/README.md",
         "crates/solvers/README.md",
         "crates/trial/README.md",
         "crates/viewer/README.md",
+        "crates/zmtp/README.md",
+        "mazes/README.md",
     ] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page);
         for link in read(page).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             if link.starts_with("https://") {
                 continue;
             }
+            assert!(!is_published(page), "relative link in the published {page}: {link}");
             let (file, heading) = link.split_once('#').unwrap_or((link, ""));
             let target = folder.parent().unwrap().join(file);
             assert!(target.exists(), "broken link in {page}: {link}");
@@ -70,8 +75,46 @@ fn links_are_valid() {
     }
 }
 
+/// Whether a README is part of a package that is read outside the repository.
+fn is_published(page: &str) -> bool {
+    ["maze", "protocol", "solvers", "zmtp"]
+        .iter()
+        .any(|name| page == format!("crates/{name}/README.md"))
+}
+
 /// Returns the anchor that GitHub generates for a heading.
 fn anchor(heading: &str) -> String {
     let plain = heading.to_lowercase().replace(' ', "-");
     plain.chars().filter(|&c| c.is_alphanumeric() || c == '-').collect()
+}
+
+#[test]
+fn the_picture_in_the_architecture_shows_all_dependencies() {
+    let architecture = read("ARCHITECTURE.md");
+    let picture = architecture.split("```").nth(1).unwrap();
+    let rows: Vec<(&str, Vec<&str>)> = picture
+        .lines()
+        .filter(|line| !line.is_empty())
+        .map(|line| {
+            let (name, dependencies) = line.split_once("─►").unwrap_or((line, ""));
+            (name.trim(), dependencies.split_whitespace().collect())
+        })
+        .collect();
+    let names: Vec<&str> = rows.iter().map(|(name, _)| *name).collect();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
+    assert_eq!(fs::read_dir(folder).unwrap().count(), names.len());
+    for (index, (name, shown)) in rows.iter().enumerate() {
+        let manifest = read(&format!("crates/{name}/Cargo.toml"));
+        let (_, rest) = manifest.split_once("[dependencies]\n").unwrap();
+        let mut actual: Vec<&str> = rest
+            .lines()
+            .take_while(|line| !line.starts_with('['))
+            .filter_map(|line| line.strip_prefix("mmsim-")?.split(['.', ' ']).next())
+            .collect();
+        let mut sorted = shown.clone();
+        actual.sort_unstable();
+        sorted.sort_unstable();
+        assert_eq!(sorted, actual, "dependencies of {name}");
+        assert!(shown.iter().all(|other| names[index..].contains(other)), "{name} points back");
+    }
 }
