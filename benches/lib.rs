@@ -13,11 +13,11 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 
-/// States of one search at most: wall followers may go round for ever.
+/// The maximum number of states in a search: wall followers may run in circles forever.
 const MAX_STATES: u32 = 400;
 
-/// The classic mazes to measure on: those of the project, and those of the shared collection
-/// beside it where that is there.
+/// The classic mazes to measure on: the project's own and, if it is available, the shared
+/// collection.
 ///
 /// # Panics
 /// The project's own mazes cannot be read.
@@ -57,7 +57,7 @@ pub fn serve(maze: Maze) -> Background {
 pub struct Noise(u64);
 
 impl Noise {
-    /// Numbers of this seed.
+    /// A generator of random numbers with this seed.
     pub const fn new(seed: u64) -> Self {
         Self(seed)
     }
@@ -123,8 +123,8 @@ impl<'m> Searches<'m> {
     }
 }
 
-/// Mazes of 32×32 cells: those of the shared collection, where that is there, and those of
-/// the project.
+/// Mazes of 32×32 cells: those of the shared collection, if it is available, and the project's
+/// own.
 ///
 /// # Panics
 /// The project's own mazes cannot be read.

@@ -25,7 +25,7 @@ pub enum WriteError {
         /// The size of the maze.
         found: MazeSize,
     },
-    /// The format cannot mark the start, and the maze starts elsewhere than at (0, 0).
+    /// The format cannot mark the start cell, and the start is not (0, 0).
     #[error("{format} marks no start: expected it at (0, 0), found it at {found}")]
     Start {
         /// The format.

@@ -1,4 +1,4 @@
-//! Mazes from their text picture.
+//! Parses mazes drawn as text.
 
 use core::str::FromStr;
 

@@ -99,7 +99,7 @@ impl Server {
     /// stops the server.
     ///
     /// # Errors
-    /// The operating system can no longer report which connection has sent something.
+    /// Polling the connections failed.
     pub fn run(mut self, simulation: &mut Simulation) -> Result<(), ServeError> {
         let (recorder, queries, control) = (self.recorder.take(), &self.queries.1, &*self.control);
         let mut service = SimulationService::new(simulation, recorder, queries, control);

@@ -23,9 +23,9 @@
 //! ```
 //!
 //! # Floods
-//! [`Distances`] are the distances of all cells to the nearest target, [`Downhill`] says where to go
-//! without them, [`steps_between`] how far it is from one cell. They work on bits, with what the
-//! processor has ([`Instructions`]).
+//! [`Distances`] holds the distance from each cell to the nearest target. [`Downhill`] finds the next
+//! step without computing distances, [`steps_between`] the distance of a single cell. All of them
+//! operate on bit sets, with the vector [`Instructions`] that the processor supports.
 //!
 //! # Ties
 //! Where several neighbours are equally good, a mouse prefers front, left, right, back, in this

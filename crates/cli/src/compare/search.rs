@@ -27,7 +27,7 @@ pub(crate) struct Figures {
     pub(crate) shortest_path: Option<u16>,
     /// Whether the strategy rightly reported that the goal is unreachable.
     pub(crate) is_rightly_given_up: bool,
-    /// Why the search ended early, possibly on the fast run.
+    /// Why the search run or the fast run ended early.
     pub(crate) error: Option<String>,
 }
 

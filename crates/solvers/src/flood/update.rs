@@ -9,7 +9,7 @@ impl Distances {
     /// distance changes, and returns whether it did.
     ///
     /// The distances must have been right before, for the same targets, and no other walls may have
-    /// changed. If the maze has another size, it is flooded anyway.
+    /// changed. A maze of another size than before is flooded completely.
     ///
     /// Distances are right if each cell is one step farther than its nearest neighbour. New walls
     /// around a cell affect only that cell and its neighbours.
