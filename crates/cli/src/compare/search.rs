@@ -236,6 +236,6 @@ o---o---o---o
     fn a_crash_ends_the_search() {
         let Figures { steps_in_all, error, .. } = figures(Straight::default(), CLOSED, 1000);
         assert_eq!(steps_in_all, 1);
-        insta::assert_snapshot!(error.unwrap(), @"expected a step through an open side, found the north side of (0, 1) closed by a wall");
+        insta::assert_snapshot!(error.unwrap(), @"cannot leave (0, 1) to the north: there is a wall");
     }
 }
