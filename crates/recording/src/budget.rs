@@ -55,10 +55,6 @@ impl Share {
         Self { budget: Arc::clone(budget), bytes: 0 }
     }
 
-    pub(crate) fn budget(&self) -> &MemoryBudget {
-        &self.budget
-    }
-
     /// Grows the share to `bytes` if the budget allows; returns whether it does. A share never
     /// shrinks.
     pub(crate) fn grow_to(&mut self, bytes: usize) -> bool {

@@ -33,7 +33,7 @@ pub use block::{Block, States};
 pub use budget::MemoryBudget;
 pub use clock::Clock;
 pub use error::{OpenError, ReadError, RecordError};
-pub use history::{History, HistoryFull, HistoryReader, PushError};
+pub use history::{History, HistoryReader, PushError};
 pub use motion_count::MotionCount;
 pub use reader::Integrity;
 pub use recorder::Recorder;

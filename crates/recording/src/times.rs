@@ -16,7 +16,7 @@ const GAP_BYTES: usize = 10;
 ///
 /// Each is stored as a variable-length gap since the previous one, which takes one or two bytes in a
 /// search at full speed. Cloning is cheap.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Times {
     /// Nanoseconds per tick. Times are rounded down to whole ticks.
     tick_ns: u64,
@@ -34,16 +34,8 @@ pub struct Times {
 
 impl Times {
     /// Creates an empty list with a resolution of `tick_ns` nanoseconds; 0 counts as 1.
-    pub const fn new(tick_ns: u64) -> Self {
-        let tick_ns = if tick_ns == 0 { 1 } else { tick_ns };
-        Self {
-            tick_ns,
-            count: 0,
-            newest: 0,
-            previous: (0, 0),
-            chunks: Vec::new(),
-            gaps: Vec::new(),
-        }
+    pub fn new(tick_ns: u64) -> Self {
+        Self { tick_ns: tick_ns.max(1), ..Self::default() }
     }
 
     /// Returns the number of times.

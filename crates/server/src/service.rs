@@ -4,7 +4,7 @@ use std::sync::mpsc::Receiver;
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, RequestError};
-use mmsim_recording::{Clock, HistoryFull, PushError, Recorder, Times};
+use mmsim_recording::{Clock, PushError, Recorder, Times};
 use mmsim_zmtp::Service;
 use mmsim_zmtp::codec::ProtocolError;
 use tracing::{debug, info, warn};
@@ -71,7 +71,7 @@ impl<'s> SimulationService<'s> {
         let out_of_memory = |_| PushError::OutOfMemory { states }.to_string();
         times.push(self.clock.now()).map_err(out_of_memory)?;
         let result = if simulation.history.bytes() + times.bytes() > limit {
-            Err(HistoryFull { limit, states }.to_string())
+            Err(PushError::Full { limit, states }.to_string())
         } else if let Some(recorder) = &mut self.recorder {
             let describe = || (simulation.info(), simulation.maze());
             recorder.write(request, describe).map_err(|error| error.to_string())
