@@ -63,13 +63,9 @@ impl Recording {
     /// As for [`open`](Self::open), or the states do not fit into the budget. A recording is never
     /// opened in part.
     pub fn open_within(path: &Path, budget: &Arc<MemoryBudget>) -> Result<Self, OpenError> {
-        let file =
-            File::open(path).map_err(|source| OpenError::Io { path: path.into(), source })?;
-        let read = Self::read_within(BufReader::with_capacity(STEP_BYTES, file), budget);
-        read.map_err(|error| match error {
-            ReadError::Io(source) => OpenError::Io { path: path.into(), source },
-            source => OpenError::Content { path: path.into(), source },
-        })
+        let file = File::open(path).map_err(ReadError::Io);
+        file.and_then(|file| Self::read_within(BufReader::with_capacity(STEP_BYTES, file), budget))
+            .map_err(|source| OpenError { path: path.into(), source })
     }
 
     /// Reads a recording from bytes, without a memory limit. Makes many small reads, so a file should

@@ -192,7 +192,8 @@ impl RepServer {
             match self.listener.accept() {
                 Ok((stream, address)) => {
                     let is_full = self.connections.len() >= MAX_CONNECTIONS;
-                    if is_full && !self.make_room(Some(address.ip()), now, service) {
+                    let newcomer = Some(address.ip());
+                    if is_full && !self.connections.make_room(newcomer, service, now) {
                         has_turned_away = true;
                         debug!(%address, "connection turned away: every place is taken");
                     } else if let Err(error) = self.add(stream, address.ip(), now) {
@@ -214,28 +215,18 @@ impl RepServer {
                             let count = self.connections.len();
                             warn!("cannot accept more than {count} connections: {error}");
                         }
-                        if !self.make_room(None, now, service) {
+                        if !self.connections.make_room(None, service, now) {
                             self.accept.back_off(now);
                         }
                     }
                 },
             }
+            self.deregister_closed();
         }
         if has_turned_away {
             // Clients that are turned away reconnect at once, which must not keep the server busy.
             self.accept.back_off(now);
         }
-    }
-
-    fn make_room(
-        &mut self,
-        newcomer: Option<IpAddr>,
-        now: Instant,
-        service: &mut impl Service,
-    ) -> bool {
-        let has_room = self.connections.make_room(newcomer, service, now);
-        self.deregister_closed();
-        has_room
     }
 
     fn add(&mut self, mut stream: TcpStream, address: IpAddr, now: Instant) -> io::Result<()> {
