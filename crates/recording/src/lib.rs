@@ -13,7 +13,6 @@
 mod block;
 mod budget;
 mod chunk;
-mod clock;
 mod error;
 mod history;
 mod layout;
@@ -31,7 +30,6 @@ mod writer;
 
 pub use block::{Block, States};
 pub use budget::MemoryBudget;
-pub use clock::Clock;
 pub use error::{OpenError, ReadError, RecordError};
 pub use history::{History, HistoryReader, PushError};
 pub use motion_count::MotionCount;
@@ -39,7 +37,7 @@ pub use reader::Integrity;
 pub use recorder::Recorder;
 pub use recording::Recording;
 pub use save::save;
-pub use times::Times;
+pub use times::{Clock, Times};
 pub use writer::RecordingWriter;
 
 /// Compiles and runs the code in the README of this crate.

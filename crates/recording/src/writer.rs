@@ -9,11 +9,11 @@ use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use tracing::debug;
 
-use crate::clock::Clock;
 use crate::error::RecordError;
 use crate::pack::{Packing, Unpacked};
 use crate::save::{RecordWriter, io_error};
 use crate::sink::{Identity, RecordingFile, Sink};
+use crate::times::Clock;
 
 /// Writes a recording.
 ///

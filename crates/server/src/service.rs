@@ -9,10 +9,9 @@ use mmsim_zmtp::Service;
 use mmsim_zmtp::codec::ProtocolError;
 use tracing::{debug, info, warn};
 
-use crate::control::Control;
+use crate::control::{Control, MAX_RUN, Status};
 use crate::monitor::Query;
 use crate::simulation::{Change, ReplyBuffer, Simulation, refuse};
-use crate::status::{MAX_RUN, Status};
 
 /// The resolution of the times of live states, in nanoseconds.
 const TICK_NS: u64 = 1000;

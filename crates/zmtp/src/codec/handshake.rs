@@ -45,15 +45,17 @@ pub(crate) enum Handshake {
     SocketType,
     /// The identity, from a peer of ZMTP 2.0.
     Identity,
+    /// Nothing: the handshake is complete.
+    Complete,
 }
 
-/// The number of bytes consumed, the next part unless the handshake is complete, and the event.
-type Next<'i> = (usize, Option<Handshake>, Event<'i>);
+/// The number of bytes consumed, the next part, and the event.
+type Next<'i> = (usize, Handshake, Event<'i>);
 
 impl Handshake {
     /// Decodes the front of `input`.
     pub(crate) fn decode<'i>(self, input: &[u8]) -> Result<Next<'i>, ProtocolError> {
-        let incomplete = Ok((0, Some(self), Event::Incomplete));
+        let incomplete = Ok((0, self, Event::Incomplete));
         match self {
             Self::Signature => {
                 // Wrong bytes are refused without waiting for the rest.
@@ -64,32 +66,32 @@ impl Handshake {
                 if input.len() < VERSION {
                     return incomplete;
                 }
-                Ok((VERSION, Some(Self::Version), Event::Send(MAJOR_VERSION)))
+                Ok((VERSION, Self::Version, Event::Send(MAJOR_VERSION)))
             }
             Self::Version => match input.first() {
                 None => incomplete,
-                Some(1) => Ok((1, Some(Self::SocketType), Event::Send(TYPE_AND_IDENTITY))),
-                Some(3..) => Ok((1, Some(Self::Greeting), Event::Send(REST))),
+                Some(1) => Ok((1, Self::SocketType, Event::Send(TYPE_AND_IDENTITY))),
+                Some(3..) => Ok((1, Self::Greeting, Event::Send(REST))),
                 Some(_) => Err(ProtocolError::Greeting),
             },
             Self::Greeting => match input.get(..REST.len()) {
                 None => incomplete,
                 Some(rest) if rest[MECHANISM] != REST[MECHANISM] => Err(ProtocolError::Mechanism),
-                Some(rest) => Ok((rest.len(), Some(Self::Ready), Event::Send(READY))),
+                Some(rest) => Ok((rest.len(), Self::Ready, Event::Send(READY))),
             },
             Self::Ready => {
                 let Some(frame) = Frame::read(input)? else { return incomplete };
                 let properties = frame.body.strip_prefix(b"\x05READY");
                 let properties = properties.filter(|_| frame.header.is_command());
                 match socket_type(properties.ok_or(ProtocolError::Ready)?)? {
-                    b"REQ" | b"DEALER" => Ok((frame.whole.len(), None, Event::Ready)),
+                    b"REQ" | b"DEALER" => Ok((frame.whole.len(), Self::Complete, Event::Ready)),
                     _ => Err(ProtocolError::SocketType),
                 }
             }
             Self::SocketType => match input.first() {
                 None => incomplete,
                 // REQ and DEALER.
-                Some(3 | 5) => Ok((1, Some(Self::Identity), Event::Ignored)),
+                Some(3 | 5) => Ok((1, Self::Identity, Event::Ignored)),
                 Some(_) => Err(ProtocolError::SocketType),
             },
             Self::Identity => match Frame::read(input)? {
@@ -97,8 +99,9 @@ impl Handshake {
                 Some(Frame { header, .. }) if header.has_more() || header.is_command() => {
                     Err(ProtocolError::Greeting)
                 }
-                Some(frame) => Ok((frame.whole.len(), None, Event::Ready)),
+                Some(frame) => Ok((frame.whole.len(), Self::Complete, Event::Ready)),
             },
+            Self::Complete => incomplete,
         }
     }
 }
