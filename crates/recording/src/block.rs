@@ -80,7 +80,7 @@ impl States {
         let mut motion = self.motion;
         for index in self.first..index {
             let pose = |index| self.message(index)?.pose().ok();
-            motion += MotionCount::between(pose(index)?, pose(index + 1)?);
+            motion.add(pose(index)?, pose(index + 1)?);
         }
         Some(motion)
     }

@@ -158,7 +158,7 @@ impl History {
         self.previous = self.newest;
         let pose = StateMessage::new(state, self.size).and_then(|state| state.pose()).ok();
         if let (Some(before), Some(after)) = (self.newest.pose, pose) {
-            self.newest.motion += MotionCount::between(before, after);
+            self.newest.motion.add(before, after);
         }
         self.newest.pose = pose;
         if starts_block {

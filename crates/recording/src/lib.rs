@@ -11,7 +11,6 @@
 #![forbid(unsafe_code)]
 
 mod block;
-mod budget;
 mod chunk;
 mod error;
 mod history;
@@ -29,9 +28,9 @@ mod times;
 mod writer;
 
 pub use block::{Block, States};
-pub use budget::MemoryBudget;
 pub use error::{OpenError, ReadError, RecordError};
 pub use history::{History, HistoryReader, PushError};
+pub use memory::MemoryBudget;
 pub use motion_count::MotionCount;
 pub use reader::Integrity;
 pub use recorder::Recorder;

@@ -1,7 +1,5 @@
 //! Steps and turns between states.
 
-use std::ops::AddAssign;
-
 use mmsim_maze::Pose;
 
 /// Steps and turns from the first state of a history to one of its states.
@@ -23,23 +21,16 @@ pub struct MotionCount {
     pub turns: u64,
 }
 
-impl AddAssign for MotionCount {
-    fn add_assign(&mut self, other: Self) {
-        self.steps += other.steps;
-        self.turns += other.turns;
-    }
-}
-
 impl MotionCount {
-    /// Returns the motion between the poses of two consecutive states.
-    pub(crate) fn between(from: Pose, to: Pose) -> Self {
+    /// Adds the motion between the poses of two consecutive states.
+    pub(crate) fn add(&mut self, from: Pose, to: Pose) {
         let (dx, dy) = (from.cell.x.abs_diff(to.cell.x), from.cell.y.abs_diff(to.cell.y));
-        let turns = match to.heading {
+        self.steps += u64::from(dx) + u64::from(dy);
+        self.turns += match to.heading {
             heading if heading == from.heading => 0,
             heading if heading == from.heading.back() => 2,
             _ => 1,
         };
-        Self { steps: u64::from(dx) + u64::from(dy), turns }
     }
 }
 
@@ -54,8 +45,9 @@ mod tests {
     fn steps_are_manhattan_distances_and_turns_are_quarters() {
         let motion = |from: (u8, u8, Heading), to: (u8, u8, Heading)| {
             let [from, to] = [from, to].map(|(x, y, heading)| Pose::new(Cell::new(x, y), heading));
-            let MotionCount { steps, turns } = MotionCount::between(from, to);
-            (steps, turns)
+            let mut motion = MotionCount { steps: 10, turns: 20 };
+            motion.add(from, to);
+            (motion.steps - 10, motion.turns - 20)
         };
         assert_eq!(motion((0, 0, North), (0, 1, North)), (1, 0));
         assert_eq!(motion((3, 5, North), (1, 9, West)), (6, 1));

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use mmsim_maze::Maze;
 use mmsim_protocol::{Info, MazeSize};
 
-use crate::budget::{MemoryBudget, Share};
 use crate::error::{OpenError, ReadError};
 use crate::history::{History, PushError};
+use crate::memory::{MemoryBudget, Share};
 use crate::reader::{Description, Integrity, STEP_BYTES, read_states};
 use crate::times::Times;
 
