@@ -48,9 +48,7 @@ fn recording(
     let is_named_mcap = file.extension().is_some_and(|extension| extension == "mcap");
     match Recording::open_within(file, &recording_budget(&args.reading)) {
         Ok(recording) => Ok(Some(recording)),
-        Err(OpenError::Io { .. } | OpenError::Content { source: ReadError::NotMcap, .. })
-            if !is_named_mcap =>
-        {
+        Err(OpenError { source: ReadError::Io(_) | ReadError::NotMcap, .. }) if !is_named_mcap => {
             Ok(None)
         }
         Err(error) => Err(error.into()),

@@ -35,8 +35,8 @@ impl Packing {
     fn start(&self, path: &Path) -> io::Result<NamedTempFile> {
         let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         self.check()?;
-        let name = path.file_name().unwrap_or_default();
-        let file = Builder::new().prefix(name).suffix(SUFFIX).tempfile_in(folder(path))?;
+        let (name, folder) = (path.file_name().unwrap_or_default(), path.with_file_name("."));
+        let file = Builder::new().prefix(name).suffix(SUFFIX).tempfile_in(folder)?;
         *unfinished = Some(file.path().into());
         Ok(file)
     }
@@ -69,6 +69,10 @@ const FINISH_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// How long shutdown waits after that for the current recording to be cancelled.
 const CANCEL_TIMEOUT: Duration = Duration::from_millis(100);
+
+/// Priority of the background thread.
+#[cfg(target_os = "linux")]
+const NICE: i32 = 10;
 
 /// Suffix of the temporary file.
 const SUFFIX: &str = ".packing";
@@ -154,7 +158,10 @@ impl Packer {
         let shared = Arc::clone(&packing);
         thread::Builder::new().name("packer".into()).spawn(move || {
             let _busy: mpsc::Sender<()> = busy;
-            lower_priority();
+            // Not the lowest priority: shutdown waits only a second for this thread. Only Linux has
+            // priorities for threads.
+            #[cfg(target_os = "linux")]
+            let _ = rustix::process::setpriority_process(None, NICE);
             for unpacked in next {
                 if let Err(error) = unpacked.pack(&shared) {
                     debug!("{} stays uncompressed: {error}", unpacked.path.display());
@@ -196,21 +203,6 @@ pub(crate) fn remove_unfinished(folder: &Path) -> io::Result<()> {
     }
     Ok(())
 }
-
-/// Returns the folder of a file.
-fn folder(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// Lowers the priority of this thread, but not to the minimum because shutdown waits only a second for
-/// it. Only Linux has priorities for threads.
-fn lower_priority() {
-    #[cfg(target_os = "linux")]
-    let _ = rustix::process::setpriority_process(None, NICE);
-}
-
-#[cfg(target_os = "linux")]
-const NICE: i32 = 10;
 
 #[cfg(test)]
 mod tests {

@@ -117,10 +117,8 @@ pub(crate) fn read_states(
     };
     let Some(description) = records.description else {
         let (at, found) = match integrity {
-            Integrity::Closed | Integrity::Truncated { .. } => {
-                (length, "the end of the file".into())
-            }
             Integrity::Damaged { intact, reason } => (intact, reason),
+            _ => (length, "the end of the file".into()),
         };
         return Err(ReadError::MissingDescription { at, found });
     };

@@ -93,17 +93,6 @@ impl<S> Sink<S> {
 }
 
 impl<S: Storage> Sink<S> {
-    fn write_buffer(&mut self) -> io::Result<()> {
-        self.cut_torn()?;
-        let written = self.append().and_then(|()| self.check());
-        match written {
-            Ok(()) => (self.whole, self.torn) = (self.whole + self.torn, 0),
-            // If this fails, the next write tries again first.
-            Err(_) => drop(self.cut_torn()),
-        }
-        written
-    }
-
     fn append(&mut self) -> io::Result<()> {
         let mut rest = &self.buffer[..];
         while !rest.is_empty() {
@@ -148,7 +137,12 @@ impl<S: Storage> Write for Sink<S> {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        let written = self.write_buffer();
+        let written = self.cut_torn().and_then(|()| self.append()).and_then(|()| self.check());
+        match written {
+            Ok(()) => (self.whole, self.torn) = (self.whole + self.torn, 0),
+            // If this fails, the next flush tries again first.
+            Err(_) => drop(self.cut_torn()),
+        }
         self.buffer.clear();
         written
     }

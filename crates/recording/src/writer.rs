@@ -9,11 +9,11 @@ use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use tracing::debug;
 
-use crate::clock::Clock;
 use crate::error::RecordError;
 use crate::pack::{Packing, Unpacked};
 use crate::save::{RecordWriter, io_error};
 use crate::sink::{Identity, RecordingFile, Sink};
+use crate::times::Clock;
 
 /// Writes a recording.
 ///
@@ -45,12 +45,12 @@ impl RecordingWriter {
         let (identity, clock) = (file.identity, Clock::start());
         // A chunk would stay in memory until it is full.
         let options = WriteOptions::new().use_chunks(false).compression(None);
-        let start = || {
-            let mut records = RecordWriter::new(options, Sink::new(file), info, maze, clock.now())?;
+        let started = RecordWriter::new(options, Sink::new(file), info, maze, clock.now());
+        let flushed = started.and_then(|mut records| {
             records.mcap.flush().map_err(io_error)?;
             Ok(records)
-        };
-        let records = start().map_err(|error| {
+        });
+        let records = flushed.map_err(|error| {
             let _ = fs::remove_file(path);
             failed(error)
         })?;

@@ -25,14 +25,12 @@ mod monitor;
 mod server;
 mod service;
 mod simulation;
-mod status;
 
-pub use control::StopHandle;
+pub use control::{Status, StopHandle};
 pub use mmsim_zmtp::{BindError, limits, listen};
 pub use monitor::{Monitor, MonitorError, Served};
 pub use server::{Background, ServeError, Server};
 pub use simulation::{Change, ReplyBuffer, Simulation};
-pub use status::Status;
 
 /// Compiles the code in the README of this crate.
 #[cfg(doctest)]

@@ -7,9 +7,8 @@ use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use mmsim_recording::{Block, Times};
 
-use crate::control::Control;
+use crate::control::{Control, Status};
 use crate::service::SimulationService;
-use crate::status::Status;
 
 /// A query of a monitor. The server's thread runs it between two requests.
 pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;

@@ -43,13 +43,9 @@ impl Server {
     /// the operating system refuses for another reason.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let listener = listen(host, port)?;
-        let open = || -> io::Result<_> {
-            let socket = RepServer::new(listener)?;
-            let address = socket.local_address()?;
-            Ok((socket, address))
-        };
         let failed = |source| BindError::Listen { host: host.into(), port, source };
-        let (socket, address) = open().map_err(failed)?;
+        let socket = RepServer::new(listener).map_err(failed)?;
+        let address = socket.local_address().map_err(failed)?;
         let control = Arc::new(Control::new(socket.waker()));
         Ok(Self {
             socket,

@@ -4,15 +4,14 @@ use std::sync::mpsc::Receiver;
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, RequestError};
-use mmsim_recording::{Clock, HistoryFull, PushError, Recorder, Times};
+use mmsim_recording::{Clock, PushError, Recorder, Times};
 use mmsim_zmtp::Service;
 use mmsim_zmtp::codec::ProtocolError;
 use tracing::{debug, info, warn};
 
-use crate::control::Control;
+use crate::control::{Control, MAX_RUN, Status};
 use crate::monitor::Query;
 use crate::simulation::{Change, ReplyBuffer, Simulation, refuse};
-use crate::status::{MAX_RUN, Status};
 
 /// The resolution of the times of live states, in nanoseconds.
 const TICK_NS: u64 = 1000;
@@ -71,7 +70,7 @@ impl<'s> SimulationService<'s> {
         let out_of_memory = |_| PushError::OutOfMemory { states }.to_string();
         times.push(self.clock.now()).map_err(out_of_memory)?;
         let result = if simulation.history.bytes() + times.bytes() > limit {
-            Err(HistoryFull { limit, states }.to_string())
+            Err(PushError::Full { limit, states }.to_string())
         } else if let Some(recorder) = &mut self.recorder {
             let describe = || (simulation.info(), simulation.maze());
             recorder.write(request, describe).map_err(|error| error.to_string())
@@ -204,7 +203,7 @@ mod tests {
         assert_eq!(service.times.len(), 0);
         service.answer(state, 1, &mut reply);
         assert_eq!(service.replace_maze("other", maze), Status { run: 3, states: 0 });
-        assert_eq!(service.simulation.name(), "other");
+        assert_eq!(service.simulation.info().name, "other");
         service.run = MAX_RUN;
         service.answer(b"reset", 1, &mut reply);
         assert_eq!(status.read().run, 1);

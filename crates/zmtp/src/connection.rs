@@ -52,12 +52,6 @@ pub enum DisconnectReason {
     /// The peer has closed the connection.
     #[error("closed by the peer")]
     Closed,
-    /// The connection made room for another.
-    #[error("replaced by another connection")]
-    Evicted,
-    /// A deadline has passed.
-    #[error("handshake too slow, or no request after a frame over the limit")]
-    TimedOut,
     /// The peer violates the protocol.
     #[error(transparent)]
     Protocol(#[from] ProtocolError),
@@ -137,7 +131,6 @@ impl<S: Read + Write> Connection<S> {
                 }
             }
             let (consumed, event) = self.decoder.decode(&self.input[self.consumed..])?;
-            let mut is_request = false;
             match event {
                 Event::Incomplete => {
                     // A reply need not wait for the bytes after its request.
@@ -151,7 +144,8 @@ impl<S: Read + Write> Connection<S> {
                 Event::Ping { context } => push_pong(&mut self.output, context),
                 Event::Request { last, frames } => {
                     *has_activity |= service.answer(&last, frames, reply);
-                    is_request = true;
+                    self.push_reply(reply);
+                    requests_left = requests_left.saturating_sub(1);
                 }
                 Event::Oversized(error) => {
                     service.refuse(&error, reply);
@@ -159,13 +153,9 @@ impl<S: Read + Write> Connection<S> {
                 }
             }
             self.consumed += consumed;
-            if is_request {
-                self.push_reply(reply);
-                requests_left = requests_left.saturating_sub(1);
-                if requests_left == 0 {
-                    self.send()?;
-                    return Ok(self.consumed < self.input.len() || self.receive()?);
-                }
+            if requests_left == 0 {
+                self.send()?;
+                return Ok(self.consumed < self.input.len() || self.receive()?);
             }
         }
         Ok(true)

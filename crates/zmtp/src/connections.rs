@@ -2,6 +2,7 @@
 //! argument.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::fmt;
 use std::io::{Read, Write};
 use std::mem;
 use std::net::IpAddr;
@@ -10,7 +11,7 @@ use std::time::Instant;
 use tracing::debug;
 
 use crate::codec::decoder::Phase;
-use crate::connection::{Connection, DisconnectReason};
+use crate::connection::Connection;
 use crate::eviction::{Activity, choose_evicted};
 use crate::limits::{HANDSHAKE_TIME, OVERSIZED_TIME};
 use crate::service::Service;
@@ -120,7 +121,7 @@ impl<S: Read + Write> Connections<S> {
         while let Some(&(deadline, id)) = self.deadlines.first().filter(|(time, _)| *time <= now) {
             self.give_last_turn(id, service, now);
             if self.deadlines.contains(&(deadline, id)) {
-                self.close(id, &DisconnectReason::TimedOut);
+                self.close(id, "handshake too slow, or no request after a frame over the limit");
             }
         }
     }
@@ -140,7 +141,7 @@ impl<S: Read + Write> Connections<S> {
             // Activity in its last turn may save a connection, but only once, or the clients of one
             // network that send all the time could keep everybody else waiting.
             if previous == Some(id) || !self.give_last_turn(id, service, now) {
-                self.close(id, &DisconnectReason::Evicted);
+                self.close(id, "replaced by another connection");
             }
             previous = Some(id);
         }
@@ -161,7 +162,7 @@ impl<S: Read + Write> Connections<S> {
         let turn = match entry.connection.turn(max_requests, service, &mut self.reply) {
             Ok(turn) => turn,
             Err(reason) => {
-                self.close(id, &reason);
+                self.close(id, reason);
                 return false;
             }
         };
@@ -192,7 +193,7 @@ impl<S: Read + Write> Connections<S> {
         self.give_turn(id, service, now)
     }
 
-    fn close(&mut self, id: usize, reason: &DisconnectReason) {
+    fn close(&mut self, id: usize, reason: impl fmt::Display) {
         if let Some(Entry { connection, deadline, .. }) = self.entries.remove(&id) {
             if let Some(deadline) = deadline {
                 self.deadlines.remove(&(deadline, id));

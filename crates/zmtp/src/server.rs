@@ -123,7 +123,16 @@ impl RepServer {
     /// Waits for an event, for the waker, or for the next deadline, at most for this time. Returns
     /// whether there was an event or a connection has something to do.
     fn wait(&mut self, max: Option<Duration>) -> io::Result<bool> {
-        let timeout = self.time_to_next_deadline(Instant::now()).into_iter().chain(max).min();
+        let (now, is_busy) = (Instant::now(), self.connections.is_busy());
+        let timeout = if is_busy || self.accept.is_due(now) {
+            Some(Duration::ZERO)
+        } else {
+            let next = self.connections.deadline().into_iter().chain(self.accept.deadline()).min();
+            // The system counts in milliseconds and could otherwise return too early.
+            let left =
+                next.map(|time| time.saturating_duration_since(now) + Duration::from_millis(1));
+            left.into_iter().chain(max).min()
+        };
         match self.poll.poll(&mut self.events, timeout) {
             // A signal: the caller checks whether to stop.
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(true),
@@ -149,15 +158,6 @@ impl RepServer {
             }
         }
         Ok(!self.events.is_empty() || self.connections.is_busy())
-    }
-
-    fn time_to_next_deadline(&self, now: Instant) -> Option<Duration> {
-        if self.connections.is_busy() || self.accept.is_due(now) {
-            return Some(Duration::ZERO);
-        }
-        let next = self.connections.deadline().into_iter().chain(self.accept.deadline()).min()?;
-        // The system counts in milliseconds and could otherwise return too early.
-        Some(next.saturating_duration_since(now) + Duration::from_millis(1))
     }
 
     /// Gives each client that may have sent something a turn, closes late connections, and accepts new
@@ -192,7 +192,8 @@ impl RepServer {
             match self.listener.accept() {
                 Ok((stream, address)) => {
                     let is_full = self.connections.len() >= MAX_CONNECTIONS;
-                    if is_full && !self.make_room(Some(address.ip()), now, service) {
+                    let newcomer = Some(address.ip());
+                    if is_full && !self.connections.make_room(newcomer, service, now) {
                         has_turned_away = true;
                         debug!(%address, "connection turned away: every place is taken");
                     } else if let Err(error) = self.add(stream, address.ip(), now) {
@@ -214,28 +215,18 @@ impl RepServer {
                             let count = self.connections.len();
                             warn!("cannot accept more than {count} connections: {error}");
                         }
-                        if !self.make_room(None, now, service) {
+                        if !self.connections.make_room(None, service, now) {
                             self.accept.back_off(now);
                         }
                     }
                 },
             }
+            self.deregister_closed();
         }
         if has_turned_away {
             // Clients that are turned away reconnect at once, which must not keep the server busy.
             self.accept.back_off(now);
         }
-    }
-
-    fn make_room(
-        &mut self,
-        newcomer: Option<IpAddr>,
-        now: Instant,
-        service: &mut impl Service,
-    ) -> bool {
-        let has_room = self.connections.make_room(newcomer, service, now);
-        self.deregister_closed();
-        has_room
     }
 
     fn add(&mut self, mut stream: TcpStream, address: IpAddr, now: Instant) -> io::Result<()> {

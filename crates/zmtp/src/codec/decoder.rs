@@ -14,6 +14,7 @@ use crate::limits::{MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_REQUEST_BYTES};
 /// pieces.
 #[derive(Debug, Default)]
 pub struct Decoder {
+    handshake: Handshake,
     stage: Stage,
     /// The encoded frames before the body of the current request.
     envelope: Vec<u8>,
@@ -37,42 +38,34 @@ pub enum Phase {
 /// A frame of more than [`MAX_KEPT_BYTES`] bytes, whose end is not kept.
 #[derive(Debug)]
 struct LongFrame {
-    has_more: bool,
-    length: usize,
+    header: Header,
     /// The number of bytes that have not arrived yet.
     remaining: usize,
     /// The first bytes.
     kept: Vec<u8>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The part of a message that comes next, once the handshake is complete.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
-    Handshake(Handshake),
-    /// Between two messages. The envelope is that of the previous one.
+    /// A new message. The envelope is that of the previous one.
+    #[default]
     Idle,
     /// In the envelope of a message.
     Envelope,
     /// In the body of a message, after `frames` complete frames.
-    Body {
-        frames: usize,
-    },
+    Body { frames: usize },
     /// In the rest of a message that was refused.
     Refused,
-}
-
-impl Default for Stage {
-    fn default() -> Self {
-        Self::Handshake(Handshake::default())
-    }
 }
 
 impl Decoder {
     /// Returns the phase of the connection.
     pub const fn phase(&self) -> Phase {
-        match self.stage {
-            Stage::Handshake(_) => Phase::Handshake,
-            _ if self.is_oversized => Phase::Oversized,
-            _ => Phase::Ready,
+        match self.handshake {
+            Handshake::Complete if self.is_oversized => Phase::Oversized,
+            Handshake::Complete => Phase::Ready,
+            _ => Phase::Handshake,
         }
     }
 
@@ -86,9 +79,9 @@ impl Decoder {
     /// # Errors
     /// The peer violates the protocol or a limit: disconnect it.
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
-        if let Stage::Handshake(handshake) = self.stage {
-            let (consumed, next, event) = handshake.decode(input)?;
-            self.stage = next.map_or(Stage::Idle, Stage::Handshake);
+        if self.handshake != Handshake::Complete {
+            let (consumed, event);
+            (consumed, self.handshake, event) = self.handshake.decode(input)?;
             return Ok((consumed, event));
         }
         if let Some(long) = self.long.take() {
@@ -98,7 +91,7 @@ impl Decoder {
             return Ok((0, Event::Incomplete));
         };
         if !header.is_command() && header.length > MAX_KEPT_BYTES {
-            return Ok((header.bytes, self.begin_long(&header)?));
+            return Ok((header.bytes, self.begin_long(header)?));
         }
         let Some(frame) = Frame::split(input, header) else { return Ok((0, Event::Incomplete)) };
         let event = match self.stage {
@@ -106,16 +99,15 @@ impl Decoder {
             Stage::Body { .. } | Stage::Refused => {
                 self.end_frame(frame.header.has_more(), frame.body.into())
             }
-            Stage::Envelope => self.envelope_frame(&frame)?,
-            Stage::Idle | Stage::Handshake(_) => {
-                self.envelope.clear();
-                self.envelope_frame(&frame)?
-            }
+            Stage::Idle | Stage::Envelope => self.envelope_frame(&frame)?,
         };
         Ok((frame.whole.len(), event))
     }
 
     fn envelope_frame<'i>(&mut self, frame: &Frame<'i>) -> Result<Event<'i>, ProtocolError> {
+        if self.stage == Stage::Idle {
+            self.envelope.clear();
+        }
         if !frame.header.has_more() {
             // Without an empty frame and a body there is no request and no reply is possible.
             self.stage = Stage::Idle;
@@ -130,10 +122,9 @@ impl Decoder {
         Ok(Event::Ignored)
     }
 
-    fn begin_long(&mut self, header: &Header) -> Result<Event<'static>, ProtocolError> {
-        let (has_more, length) = (header.has_more(), header.length);
-        let is_oversized = length > MAX_REQUEST_BYTES;
-        let error = ProtocolError::FrameTooLong { max: MAX_REQUEST_BYTES, found: length as u64 };
+    fn begin_long(&mut self, header: Header) -> Result<Event<'static>, ProtocolError> {
+        let (remaining, is_oversized) = (header.length, header.length > MAX_REQUEST_BYTES);
+        let error = ProtocolError::FrameTooLong { max: MAX_REQUEST_BYTES, found: remaining as u64 };
         let event = match self.stage {
             Stage::Body { .. } if is_oversized => {
                 self.is_oversized = true;
@@ -142,10 +133,10 @@ impl Decoder {
             }
             Stage::Body { .. } | Stage::Refused => Event::Ignored,
             _ if is_oversized => return Err(error),
-            _ if has_more => return Err(ProtocolError::EnvelopeTooLong),
+            _ if header.has_more() => return Err(ProtocolError::EnvelopeTooLong),
             _ => Event::Ignored,
         };
-        self.long = Some(LongFrame { has_more, length, remaining: length, kept: Vec::new() });
+        self.long = Some(LongFrame { header, remaining, kept: Vec::new() });
         Ok(event)
     }
 
@@ -159,9 +150,9 @@ impl Decoder {
             self.long = Some(long);
             return (consumed, if consumed == 0 { Event::Incomplete } else { Event::Ignored });
         }
-        long.kept.resize(long.length, 0);
+        long.kept.resize(long.header.length, 0);
         // In the envelope, the message ends here.
-        (consumed, self.end_frame(long.has_more, long.kept.into()))
+        (consumed, self.end_frame(long.header.has_more(), long.kept.into()))
     }
 
     /// Ends a frame of a body, or of a message without one.

@@ -63,6 +63,12 @@ pub(crate) struct Frame<'i> {
 }
 
 impl<'i> Frame<'i> {
+    /// Reads a frame of a handshake, or returns `None` if it is incomplete.
+    pub(crate) fn read(input: &'i [u8]) -> Result<Option<Self>, ProtocolError> {
+        let header = Header::read(input, MAX_COMMAND_BYTES)?;
+        Ok(header.and_then(|header| Self::split(input, header)))
+    }
+
     /// Returns the frame with this header, or `None` if it is incomplete.
     pub(crate) fn split(input: &'i [u8], header: Header) -> Option<Self> {
         let end = header.bytes.checked_add(header.length)?;
