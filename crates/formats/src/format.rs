@@ -99,16 +99,7 @@ impl Format {
 
     /// Returns the name, which [`str::parse`] accepts.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Text => "text",
-            Self::Maze => "maze",
-            Self::Oshwdem => "oshwdem",
-            Self::Trial => "trial",
-            Self::Maz => "maz",
-            Self::Num => "num",
-            Self::Csv => "csv",
-            Self::Hex => "hex",
-        }
+        ["text", "maze", "oshwdem", "trial", "maz", "num", "csv", "hex"][self as usize]
     }
 
     /// Returns whether mazes can also be written in this format.

@@ -33,7 +33,6 @@ mod format;
 mod grid;
 mod hex;
 mod maz;
-mod maze;
 mod num;
 mod oshwdem;
 mod parsed_maze;

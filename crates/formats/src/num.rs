@@ -44,10 +44,7 @@ pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
 }
 
 pub(crate) fn write(maze: &Maze) -> String {
-    let size = maze.size();
-    let columns = 0..size.width();
-    let cells = columns.flat_map(|x| (0..size.height()).map(move |y| Cell { x, y }));
-    cells.fold(String::new(), |mut text, cell| {
+    cell_record::by_columns(maze.size()).fold(String::new(), |mut text, cell| {
         let sides = maze.walls().sides(cell);
         let [north, east, south, west] = Heading::ALL.map(|heading| u8::from(sides.has(heading)));
         // Writing to a string cannot fail.
