@@ -17,64 +17,60 @@ const BIT_ORDERS: [[Heading; 4]; 2] = {
     [[North, East, South, West], [East, North, West, South]]
 };
 
-/// How the lines of the file lie in the maze.
+/// Where the lines of the file are in the maze.
 #[derive(Clone, Copy)]
 struct Layout {
-    /// Whether a line is a column of the maze instead of a row.
-    columns: bool,
-    /// Whether the first line is at the north or east edge.
-    lines_reversed: bool,
-    /// Whether the first digit of a line is at the north or east edge.
-    digits_reversed: bool,
+    /// The edge at which the first line is.
+    lines_from: Heading,
+    /// The edge at which the first digit of each line is.
+    digits_from: Heading,
 }
 
 impl Layout {
     /// All layouts, the usual ones first: as a maze is drawn, and as in `.maz` files.
     const ALL: [Self; 8] = {
-        const fn layout(columns: bool, lines_reversed: bool, digits_reversed: bool) -> Layout {
-            Layout { columns, lines_reversed, digits_reversed }
+        use Heading::{East, North, South, West};
+        const fn layout(lines_from: Heading, digits_from: Heading) -> Layout {
+            Layout { lines_from, digits_from }
         }
         [
-            layout(false, true, false),
-            layout(true, false, false),
-            layout(false, true, true),
-            layout(false, false, false),
-            layout(false, false, true),
-            layout(true, false, true),
-            layout(true, true, false),
-            layout(true, true, true),
+            layout(North, West),
+            layout(West, South),
+            layout(North, East),
+            layout(South, West),
+            layout(South, East),
+            layout(West, North),
+            layout(East, South),
+            layout(East, North),
         ]
     };
 
+    /// Returns whether each line is a column of the maze instead of a row.
+    const fn has_columns(self) -> bool {
+        matches!(self.lines_from, Heading::East | Heading::West)
+    }
+
     fn words(self) -> String {
-        let (lines, far, near, across, from) = if self.columns {
-            ("columns", "east", "west", "north", "south")
-        } else {
-            ("rows", "north", "south", "east", "west")
-        };
-        let lines_from = if self.lines_reversed { far } else { near };
-        let digits_from = if self.digits_reversed { across } else { from };
-        format!("{lines} from the {lines_from}, each from the {digits_from}")
+        let lines = if self.has_columns() { "columns" } else { "rows" };
+        format!("{lines} from the {}, each from the {}", self.lines_from, self.digits_from)
     }
 
     /// Returns the size of the maze of a table whose width is the length of a line.
     fn maze_size(self, table: MazeSize) -> MazeSize {
         let (digits, lines) = (usize::from(table.width()), usize::from(table.height()));
-        let (width, height) = if self.columns { (lines, digits) } else { (digits, lines) };
+        let (width, height) = if self.has_columns() { (lines, digits) } else { (digits, lines) };
         MazeSize::new(width, height).unwrap_or(table)
     }
 
     /// Returns the line of a cell, and the digit in that line.
     fn position(self, size: MazeSize, Cell { x, y }: Cell) -> (usize, usize) {
-        let (line, lines, digit, digits) = if self.columns {
-            (x, size.width(), y, size.height())
-        } else {
-            (y, size.height(), x, size.width())
+        let cells_from = |edge| match edge {
+            Heading::North => size.height() - 1 - y,
+            Heading::East => size.width() - 1 - x,
+            Heading::South => y,
+            Heading::West => x,
         };
-        let at = |index: u8, count: u8, reversed: bool| {
-            usize::from(if reversed { count - 1 - index } else { index })
-        };
-        (at(line, lines, self.lines_reversed), at(digit, digits, self.digits_reversed))
+        (cells_from(self.lines_from).into(), cells_from(self.digits_from).into())
     }
 }
 
@@ -129,7 +125,7 @@ impl<'a> Encoding<'a> {
 
     /// Returns which cells have a wall towards `heading`: bit x of row y.
     fn walls_towards(self, heading: Heading) -> [u32; SIDE] {
-        let bit = self.bits.iter().position(|&of_bit| of_bit == heading).unwrap_or(0);
+        let bit = self.bits.iter().position(|&side| side == heading).unwrap_or(0);
         let columns = u32::MAX >> (u32::BITS - u32::from(self.digits.size.width()));
         let open = if self.set_is_open { columns } else { 0 };
         self.digits.planes[bit].map(|row| row ^ open)
