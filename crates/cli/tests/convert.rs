@@ -90,7 +90,7 @@ fn reports_what_was_assumed_when_reading() {
     let told = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
     insta::assert_snapshot!(told("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
     insta::assert_snapshot!(told("."), @"mmsim: .: is a folder, not a maze file");
-    assert!(told("missing.txt").starts_with("mmsim: missing.txt: cannot be read: "));
+    assert!(told("missing.txt").starts_with("mmsim: cannot read missing.txt: "));
 }
 
 /// Pipes and devices are written to directly. The target of a link is replaced, not the link.

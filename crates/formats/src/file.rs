@@ -12,14 +12,14 @@ use crate::read::parse_maze;
 /// The maximum size of a maze file, in bytes. A 32×32 maze drawn as text takes 8,385.
 pub const MAX_FILE_BYTES: u64 = 1 << 20;
 
-/// A file from which no maze could be read.
+/// A file or folder that could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// The file could not be opened or read.
-    #[error("{}: cannot be read: {source}", path.display())]
+    /// The file or folder could not be opened or read.
+    #[error("cannot read {}: {source}", path.display())]
     Io {
-        /// The file.
+        /// The file or folder.
         path: PathBuf,
         /// The error of the operating system.
         source: io::Error,
@@ -94,7 +94,7 @@ mod tests {
         fs::write(folder.path().join("large"), vec![b' '; (1 << 20) + 1]).unwrap();
         insta::assert_snapshot!(error("maze.txt"), @r#"FOLDER/maze.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
         insta::assert_snapshot!(error("large"), @"FOLDER/large: line 1, column 1048578: expected the end of the file before byte 1048577, found more");
-        assert!(error("missing").starts_with("FOLDER/missing: cannot be read: "));
-        assert!(error("").contains("cannot be read: "), "a folder is not a file");
+        assert!(error("missing").starts_with("cannot read FOLDER/missing: "));
+        assert!(error("").starts_with("cannot read "), "a folder is not a file");
     }
 }

@@ -86,16 +86,10 @@ pub struct FormatNameError {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 8] = [
-        Self::Text,
-        Self::Maze,
-        Self::Oshwdem,
-        Self::Trial,
-        Self::Maz,
-        Self::Num,
-        Self::Csv,
-        Self::Hex,
-    ];
+    pub const ALL: [Self; 8] = {
+        use Format::{Csv, Hex, Maz, Maze, Num, Oshwdem, Text, Trial};
+        [Text, Maze, Oshwdem, Trial, Maz, Num, Csv, Hex]
+    };
 
     /// Returns the name, which [`str::parse`] accepts.
     pub const fn name(self) -> &'static str {

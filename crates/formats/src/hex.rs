@@ -28,22 +28,14 @@ struct Layout {
 
 impl Layout {
     /// All layouts, the usual ones first: as a maze is drawn, and as in `.maz` files.
-    const ALL: [Self; 8] = {
+    fn all() -> impl Iterator<Item = Self> {
         use Heading::{East, North, South, West};
-        const fn layout(lines_from: Heading, digits_from: Heading) -> Layout {
-            Layout { lines_from, digits_from }
-        }
-        [
-            layout(North, West),
-            layout(West, South),
-            layout(North, East),
-            layout(South, West),
-            layout(South, East),
-            layout(West, North),
-            layout(East, South),
-            layout(East, North),
-        ]
-    };
+        let usual = [(North, West), (West, South)];
+        let rows = [(North, East), (South, West), (South, East)];
+        let columns = [(West, North), (East, South), (East, North)];
+        let edges = usual.into_iter().chain(rows).chain(columns);
+        edges.map(|(lines_from, digits_from)| Self { lines_from, digits_from })
+    }
 
     /// Returns whether each line is a column of the maze instead of a row.
     const fn has_columns(self) -> bool {
@@ -83,6 +75,10 @@ struct Digits {
 }
 
 impl Digits {
+    fn in_all_layouts(values: &[Vec<u8>], table: MazeSize) -> Vec<Self> {
+        Layout::all().map(|layout| Self::new(values, table, layout)).collect()
+    }
+
     fn new(values: &[Vec<u8>], table: MazeSize, layout: Layout) -> Self {
         let size = layout.maze_size(table);
         let mut planes = [[0; SIDE]; 4];
@@ -203,7 +199,7 @@ pub(crate) fn parse(text: &str) -> Result<ParsedMaze, Vec<ParseError>> {
     let (rows, table) = table(text, "hex digits", digits)?;
     let row = |row: &Vec<Item>| row.iter().map(parse_digit).collect::<Result<Vec<_>, _>>();
     let values: Vec<Vec<u8>> = rows.iter().map(row).collect::<Result<_, _>>()?;
-    let layouts = Layout::ALL.map(|layout| Digits::new(&values, table, layout));
+    let layouts = Digits::in_all_layouts(&values, table);
     let mut nearest: Option<(u32, Encoding)> = None;
     let mut mazes: Vec<(Encoding, Maze)> = Vec::new();
     for encoding in Encoding::all(&layouts) {
@@ -290,7 +286,7 @@ mod tests {
     #[test]
     fn there_are_32_encodings() {
         let table = MazeSize::new(1, 1).unwrap();
-        let layouts = Layout::ALL.map(|layout| Digits::new(&[vec![0]], table, layout));
+        let layouts = Digits::in_all_layouts(&[vec![0]], table);
         let encodings: BTreeSet<String> = Encoding::all(&layouts).map(Encoding::words).collect();
         assert_eq!((encodings.len(), Encoding::all(&layouts).count()), (32, 32));
         let first = Encoding::all(&layouts).next().map(Encoding::words);
@@ -316,7 +312,7 @@ mod tests {
     fn every_encoding_is_inferred() {
         let maze = parse(MAZE).unwrap();
         let blank = vec![vec![0; 4]; 4];
-        let layouts = Layout::ALL.map(|layout| Digits::new(&blank, maze.size(), layout));
+        let layouts = Digits::in_all_layouts(&blank, maze.size());
         for encoding in Encoding::all(&layouts) {
             let text = text(&written(maze.walls(), encoding));
             assert_eq!(parse(&text).as_ref(), Ok(&maze), "{}:\n{text}", encoding.words());
@@ -404,7 +400,7 @@ mod tests {
         ) {
             let layouts = |values: &[Vec<u8>]| {
                 let table = MazeSize::new(values[0].len(), values.len()).unwrap();
-                Layout::ALL.map(|layout| Digits::new(values, table, layout))
+                Digits::in_all_layouts(values, table)
             };
             let side = usize::from(walls.size().width().max(walls.size().height()));
             let blank = layouts(&vec![vec![0; side]; side]);
