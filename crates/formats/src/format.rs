@@ -79,6 +79,7 @@ pub enum Format {
 /// A name that belongs to no [`Format`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected one of {}, found {found:?}", Format::ALL.map(Format::name).join(", "))]
+#[non_exhaustive]
 pub struct FormatNameError {
     /// The name.
     pub found: String,

@@ -4,6 +4,8 @@ use mmsim_maze::MazeSize;
 
 use crate::error::{Location, ParseError, ParseErrorKind, quoted};
 
+type Result<T = (), E = ParseError> = std::result::Result<T, E>;
+
 /// A drawn maze. Rows count from the top, columns from the left.
 #[derive(Default)]
 pub(crate) struct Grid {
@@ -60,7 +62,7 @@ pub(crate) fn has_unknown(text: &str) -> bool {
 }
 
 /// Reads the drawing up to the first error other than a gap, and returns it with all errors.
-fn read(text: &str, first_line: usize, dots: Dots) -> Result<(Grid, Vec<ParseError>), ParseError> {
+fn read(text: &str, first_line: usize, dots: Dots) -> Result<(Grid, Vec<ParseError>)> {
     let lines = drawing_lines(text, first_line)?;
     let pitches = pitches(&lines[0])?;
     // If posts or outer walls are dots, so may be known inner walls.
@@ -106,7 +108,7 @@ struct Reader {
 }
 
 impl Reader {
-    fn read_line(&mut self, line: &Line, index: usize) -> Result<(), ParseError> {
+    fn read_line(&mut self, line: &Line, index: usize) -> Result {
         let row = index / 2;
         if index.is_multiple_of(2) {
             let walls = self.read_posts(line, row)?;
@@ -126,7 +128,7 @@ impl Reader {
     }
 
     /// Reads the posts above row `row` and the walls between them.
-    fn read_posts(&mut self, line: &Line, row: usize) -> Result<Vec<bool>, ParseError> {
+    fn read_posts(&mut self, line: &Line, row: usize) -> Result<Vec<bool>> {
         for column in 0..=self.grid.columns {
             let at = column * self.pitch;
             match line.at(at) {
@@ -148,7 +150,7 @@ impl Reader {
     }
 
     /// Reads the cells of row `row` and the walls to the right of each.
-    fn read_cells(&mut self, line: &Line, row: usize) -> Result<Vec<bool>, ParseError> {
+    fn read_cells(&mut self, line: &Line, row: usize) -> Result<Vec<bool>> {
         self.read_wall(line, 0, 1, true)?;
         let columns = self.grid.columns;
         let mut read_cell = |column| {
@@ -164,13 +166,7 @@ impl Reader {
 
     /// Returns whether there is a wall at the `length` characters from `from`. No blanks are a wall,
     /// only blanks are none, and a dot between blanks is unknown. Records missing outer walls.
-    fn read_wall(
-        &mut self,
-        line: &Line,
-        from: usize,
-        length: usize,
-        outer: bool,
-    ) -> Result<bool, ParseError> {
+    fn read_wall(&mut self, line: &Line, from: usize, length: usize, outer: bool) -> Result<bool> {
         let drawn = line.text(from, length);
         let is_unknown = self.dots == Dots::Unknown && [".", " . "].contains(&&drawn[..]);
         let blanks = drawn.matches(' ').count();
@@ -225,7 +221,7 @@ impl Line {
 
 /// Returns the lines of the drawing: posts and cells alternate, posts come first and last. Lines
 /// after the drawing are ignored.
-fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>, ParseError> {
+fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
     let mut following = (first_line..)
         .zip(text.lines())
         .map(|(number, content)| Line { number, characters: content.trim_end().chars().collect() })
@@ -281,7 +277,7 @@ fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
 
 /// Infers from the first line the distance between two posts, in characters, with the number of cells
 /// side by side. Returns several candidates if posts and walls look alike, and at least one.
-fn pitches(line: &Line) -> Result<Vec<(usize, usize)>, ParseError> {
+fn pitches(line: &Line) -> Result<Vec<(usize, usize)>> {
     let post = line.at(0);
     let pitches = match line.characters.iter().skip(1).position(|&c| c == post) {
         Some(0) if line.characters.iter().all(|&c| c == post) => vec![4, 2, 3],
@@ -297,7 +293,7 @@ fn pitches(line: &Line) -> Result<Vec<(usize, usize)>, ParseError> {
 }
 
 /// Returns the number of cells side by side, according to the first line.
-fn measure(line: &Line, pitch: usize) -> Result<usize, ParseError> {
+fn measure(line: &Line, pitch: usize) -> Result<usize> {
     const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
     let last = line.characters.len() - 1;
     if !last.is_multiple_of(pitch) || last == 0 {

@@ -12,6 +12,7 @@ use core::fmt::{self, Display, Formatter, Write};
 /// assert_eq!(Escaped("ä\n\u{1b}[2J.txt").to_string(), r"ä\n\u{1b}[2J.txt");
 /// ```
 #[derive(Clone, Copy, Debug)]
+#[must_use]
 pub struct Escaped<T>(pub T);
 
 impl<T: Display> Display for Escaped<T> {

@@ -21,22 +21,26 @@ impl Heading {
     pub const ALL: [Self; 4] = [Self::North, Self::East, Self::South, Self::West];
 
     /// Returns the heading after a quarter turn to the left.
+    #[must_use]
     pub const fn left(self) -> Self {
         self.turned(Step::Left)
     }
 
     /// Returns the heading after a quarter turn to the right.
+    #[must_use]
     pub const fn right(self) -> Self {
         self.turned(Step::Right)
     }
 
     /// Returns the opposite heading.
+    #[must_use]
     pub const fn back(self) -> Self {
         self.turned(Step::Back)
     }
 
     /// Returns the heading of a mouse after `step`.
     // No branch on the heading: the turns of a mouse are unpredictable.
+    #[must_use]
     pub const fn turned(self, step: Step) -> Self {
         const CLOCKWISE: &[Heading; 4] = &Heading::ALL;
         const RIGHT_TURNS: &[usize; 4] = &[0, 3, 1, 2];

@@ -20,6 +20,7 @@ pub struct Maze {
 /// A start or goal outside the maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected the {what} inside a maze of {size} cells, found it at {cell}")]
+#[non_exhaustive]
 pub struct MazeError {
     /// `start` or `goal`.
     pub what: &'static str,
