@@ -38,11 +38,8 @@ pub struct Entry {
 impl Catalogue {
     /// Creates a collection of built-in mazes from pairs of name and content.
     pub fn from_texts(texts: &[(&'static str, &'static str)]) -> Self {
-        let entry = |&(name, text): &(&'static str, &'static str)| Entry {
-            path: name.into(),
-            text: Some(text),
-        };
-        Self { entries: texts.iter().map(entry).collect() }
+        let paths = texts.iter().map(|&(name, text)| (name.into(), Some(text)));
+        Self { entries: paths.map(|(path, text)| Entry { path, text }).collect() }
     }
 
     /// Lists the file `path`, or all files in the folder `path` and its subfolders. Hidden files and

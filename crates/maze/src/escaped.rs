@@ -1,5 +1,6 @@
 //! Untrusted text and bytes in messages.
 
+use core::array::from_fn;
 use core::fmt::{self, Display, Formatter, Write};
 
 /// Displays untrusted text, such as a file name, on one line. Control characters and characters that
@@ -61,10 +62,7 @@ pub struct Excerpt<const MAX: usize> {
 impl<const MAX: usize> Excerpt<MAX> {
     /// Copies the start of a message.
     pub fn new(message: &[u8]) -> Self {
-        let mut start = [0; MAX];
-        for (copy, byte) in start.iter_mut().zip(message) {
-            *copy = *byte;
-        }
+        let start = from_fn(|at| message.get(at).copied().unwrap_or(0));
         Self { start, length: message.len() }
     }
 }

@@ -21,19 +21,16 @@ impl Heading {
     pub const ALL: [Self; 4] = [Self::North, Self::East, Self::South, Self::West];
 
     /// Returns the heading after a quarter turn to the left.
-    #[must_use]
     pub const fn left(self) -> Self {
         self.turned(Step::Left)
     }
 
     /// Returns the heading after a quarter turn to the right.
-    #[must_use]
     pub const fn right(self) -> Self {
         self.turned(Step::Right)
     }
 
     /// Returns the opposite heading.
-    #[must_use]
     pub const fn back(self) -> Self {
         self.turned(Step::Back)
     }
