@@ -32,11 +32,7 @@ pub(crate) fn parse(content: &[u8]) -> Result<Maze, Vec<ParseError>> {
 }
 
 pub(crate) fn write(maze: &Maze) -> Vec<u8> {
-    let columns = 0..SIZE.width();
-    columns
-        .flat_map(|x| (0..SIZE.height()).map(move |y| Cell { x, y }))
-        .map(|cell| maze.walls().sides(cell).bits())
-        .collect()
+    cell_record::by_columns(SIZE).map(|cell| maze.walls().sides(cell).bits()).collect()
 }
 
 fn index(cell: Cell) -> usize {

@@ -61,6 +61,7 @@ pub struct MazeSize {
 /// A size that a maze cannot have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a maze of 1x1 to {max}x{max} cells, found {width}x{height}", max = MazeSize::MAX_SIDE)]
+#[non_exhaustive]
 pub struct SizeError {
     /// The requested width, in cells.
     pub width: usize,

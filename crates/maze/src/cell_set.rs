@@ -86,6 +86,7 @@ impl CellSet {
 
 /// An iterator over the cells of a [`CellSet`].
 #[derive(Clone, Debug)]
+#[must_use]
 pub struct CellSetIter<'a> {
     rows: &'a [u32; SIDE],
     y: u8,

@@ -37,6 +37,7 @@ impl Heading {
 
     /// Returns the heading of a mouse after `step`.
     // No branch on the heading: the turns of a mouse are unpredictable.
+    #[must_use]
     pub const fn turned(self, step: Step) -> Self {
         const CLOCKWISE: &[Heading; 4] = &Heading::ALL;
         const RIGHT_TURNS: &[usize; 4] = &[0, 3, 1, 2];

@@ -74,6 +74,7 @@ pub enum Unknown {
     "expected {} at the {heading} side of {cell}, as known before, found {}",
     wall(!found), wall(*found)
 )]
+#[non_exhaustive]
 pub struct Contradiction {
     /// The observed cell.
     pub cell: Cell,

@@ -43,7 +43,6 @@
 mod cell;
 mod cell_set;
 mod escaped;
-mod excerpt;
 mod heading;
 mod known;
 mod maze;
@@ -54,8 +53,7 @@ mod walls;
 
 pub use cell::{Cell, MazeSize, SizeError};
 pub use cell_set::{CellSet, CellSetIter};
-pub use escaped::{Escaped, needs_escape};
-pub use excerpt::Excerpt;
+pub use escaped::{Escaped, Excerpt, needs_escape};
 pub use heading::{Heading, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};
 pub use maze::{Maze, MazeError};

@@ -20,6 +20,7 @@ pub struct Maze {
 /// A start or goal outside the maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected the {what} inside a maze of {size} cells, found it at {cell}")]
+#[non_exhaustive]
 pub struct MazeError {
     /// `start` or `goal`.
     pub what: &'static str,
@@ -89,14 +90,12 @@ impl Maze {
         let is_middle = move |cell: Cell| (2 * cell.x, 2 * cell.y) == (size.width(), size.height());
         size.cells().filter(inside).filter(move |&north_east| {
             let south_west = Cell::new(north_east.x - 1, north_east.y - 1);
-            let walls = [
-                (north_east, Heading::South),
-                (north_east, Heading::West),
-                (south_west, Heading::North),
-                (south_west, Heading::East),
-            ];
+            let has_wall = |cell, headings: [Heading; 2]| {
+                headings.into_iter().any(|heading| self.walls.has(cell, heading))
+            };
             !is_middle(north_east)
-                && !walls.into_iter().any(|(cell, heading)| self.walls.has(cell, heading))
+                && !has_wall(north_east, [Heading::South, Heading::West])
+                && !has_wall(south_west, [Heading::North, Heading::East])
         })
     }
 }

@@ -21,6 +21,8 @@ pub struct ParseMazeError {
     pub expected: &'static str,
 }
 
+type Result<T = ()> = core::result::Result<T, ParseMazeError>;
+
 /// Reads a maze from text as its [`Display`](core::fmt::Display) writes it. Blank lines and trailing
 /// blanks are ignored. The crate `mmsim-formats` reads other drawings and file formats.
 ///
@@ -32,7 +34,7 @@ pub struct ParseMazeError {
 impl FromStr for Maze {
     type Err = ParseMazeError;
 
-    fn from_str(text: &str) -> Result<Self, ParseMazeError> {
+    fn from_str(text: &str) -> Result<Self> {
         let lines = || {
             let lines = (1..).zip(text.lines());
             let lines = lines.map(|(number, text)| Line { number, text: text.trim_end() });
@@ -43,16 +45,16 @@ impl FromStr for Maze {
         let rows = lines().filter(|line| line.text.starts_with('|')).count();
         let size = MazeSize::new(first.text.len() / 4, rows)
             .map_err(|_| first.error(0, "the picture of a maze of 1x1 to 32x32 cells"))?;
-        let (mut walls, mut start, mut goals) = (Walls::open(size), None, CellSet::EMPTY);
+        let mut parts = Parts { walls: Walls::open(size), start: None, goals: CellSet::EMPTY };
         let mut lines = lines();
         let mut next = || lines.next().unwrap_or(end);
         for y in (0..size.height()).rev() {
-            next().read_posts(y, Heading::North, &mut walls)?;
-            next().read_cells(y, &mut walls, &mut start, &mut goals)?;
+            parts.read_posts(next(), y, Heading::North)?;
+            parts.read_cells(next(), y)?;
         }
-        next().read_posts(0, Heading::South, &mut walls)?;
+        parts.read_posts(next(), 0, Heading::South)?;
         next().expect_end(0, "the end of the picture")?;
-        Maze::new(walls, start.unwrap_or(Cell::new(0, 0)), goals)
+        Maze::new(parts.walls, parts.start.unwrap_or(Cell::new(0, 0)), parts.goals)
             .map_err(|_| first.error(0, "a start and goals inside the maze"))
     }
 }
@@ -70,76 +72,68 @@ impl Line<'_> {
     }
 
     /// Returns which of `choices` the line has at byte `at`.
-    fn choice(
-        self,
-        at: usize,
-        choices: &[&str],
-        expected: &'static str,
-    ) -> Result<usize, ParseMazeError> {
+    fn choice(self, at: usize, choices: &[&str], expected: &'static str) -> Result<usize> {
         let rest = self.text.get(at..).unwrap_or("");
         let found = choices.iter().position(|choice| rest.starts_with(choice));
         found.ok_or(self.error(at, expected))
     }
 
-    fn expect_end(self, at: usize, expected: &'static str) -> Result<(), ParseMazeError> {
+    fn expect_end(self, at: usize, expected: &'static str) -> Result {
         if self.text.len() > at { Err(self.error(at, expected)) } else { Ok(()) }
+    }
+}
+
+/// The parts of a maze that have been read.
+struct Parts {
+    walls: Walls,
+    start: Option<Cell>,
+    goals: CellSet,
+}
+
+impl Parts {
+    /// Reads a row of posts and the walls towards `heading` of the cells in row `y`.
+    fn read_posts(&mut self, line: Line, y: u8, heading: Heading) -> Result {
+        const POST: &str = r#"a post "o""#;
+        for x in 0..self.walls.size().width() {
+            let at = 4 * usize::from(x);
+            line.choice(at, &["o"], POST)?;
+            self.read_wall(line, at + 1, Cell::new(x, y), heading)?;
+        }
+        let end = 4 * usize::from(self.walls.size().width());
+        line.choice(end, &["o"], POST)?;
+        line.expect_end(end + 1, "the end of the line")
+    }
+
+    /// Reads the cells in row `y` and the walls between them.
+    fn read_cells(&mut self, line: Line, y: u8) -> Result {
+        const MARKS: &[&str] = &["   ", " S ", " G ", "SG "];
+        self.read_wall(line, 0, Cell::new(0, y), Heading::West)?;
+        for x in 0..self.walls.size().width() {
+            let (cell, at) = (Cell::new(x, y), 4 * usize::from(x) + 1);
+            let mark = line.choice(at, MARKS, "a cell, empty or with S, G or SG")?;
+            if mark % 2 == 1 && self.start.replace(cell).is_some() {
+                return Err(line.error(at, "one start"));
+            }
+            if mark >= 2 {
+                self.goals.insert(cell);
+            }
+            self.read_wall(line, at + 3, cell, Heading::East)?;
+        }
+        line.expect_end(4 * usize::from(self.walls.size().width()) + 1, "the end of the line")
     }
 
     /// Reads the wall of `cell` towards `heading`.
-    fn read_wall(
-        self,
-        at: usize,
-        cell: Cell,
-        heading: Heading,
-        walls: &mut Walls,
-    ) -> Result<(), ParseMazeError> {
+    fn read_wall(&mut self, line: Line, at: usize, cell: Cell, heading: Heading) -> Result {
         use Heading::{East, North, South, West};
-        let is_inner = walls.size().neighbour(cell, heading).is_some();
+        let is_inner = self.walls.size().neighbour(cell, heading).is_some();
         let (choices, expected): (&[&str], _) = match (heading, is_inner) {
             (North | South, true) => (&["---", "   "], r#""---" or three spaces"#),
             (North | South, false) => (&["---"], r#"the outer wall, "---""#),
             (East | West, true) => (&["|", " "], r#""|" or a space"#),
             (East | West, false) => (&["|"], r#"the outer wall, "|""#),
         };
-        walls.set(cell, heading, self.choice(at, choices, expected)? == 0);
+        self.walls.set(cell, heading, line.choice(at, choices, expected)? == 0);
         Ok(())
-    }
-
-    /// Reads a row of posts and the walls towards `heading` of the cells in row `y`.
-    fn read_posts(self, y: u8, heading: Heading, walls: &mut Walls) -> Result<(), ParseMazeError> {
-        const POST: &str = r#"a post "o""#;
-        for x in 0..walls.size().width() {
-            let at = 4 * usize::from(x);
-            self.choice(at, &["o"], POST)?;
-            self.read_wall(at + 1, Cell::new(x, y), heading, walls)?;
-        }
-        let end = 4 * usize::from(walls.size().width());
-        self.choice(end, &["o"], POST)?;
-        self.expect_end(end + 1, "the end of the line")
-    }
-
-    /// Reads the cells in row `y` and the walls between them.
-    fn read_cells(
-        self,
-        y: u8,
-        walls: &mut Walls,
-        start: &mut Option<Cell>,
-        goals: &mut CellSet,
-    ) -> Result<(), ParseMazeError> {
-        const MARKS: &[&str] = &["   ", " S ", " G ", "SG "];
-        self.read_wall(0, Cell::new(0, y), Heading::West, walls)?;
-        for x in 0..walls.size().width() {
-            let (cell, at) = (Cell::new(x, y), 4 * usize::from(x) + 1);
-            let mark = self.choice(at, MARKS, "a cell, empty or with S, G or SG")?;
-            if mark % 2 == 1 && start.replace(cell).is_some() {
-                return Err(self.error(at, "one start"));
-            }
-            if mark >= 2 {
-                goals.insert(cell);
-            }
-            self.read_wall(at + 3, cell, Heading::East, walls)?;
-        }
-        self.expect_end(4 * usize::from(walls.size().width()) + 1, "the end of the line")
     }
 }
 

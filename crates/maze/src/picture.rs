@@ -1,6 +1,6 @@
 //! Mazes as text.
 
-use core::fmt::{self, Write};
+use core::fmt::{self, Formatter, Result, Write};
 
 use crate::cell::{Cell, MazeSize};
 use crate::cell_set::CellSet;
@@ -37,6 +37,7 @@ use crate::walls::Walls;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy)]
+#[must_use]
 pub struct TextPicture<'a> {
     /// The walls that are present for certain.
     certain: &'a Walls,
@@ -66,7 +67,7 @@ impl KnownMaze {
 }
 
 impl fmt::Display for Maze {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         self.picture().fmt(f)
     }
 }
@@ -139,13 +140,7 @@ impl<'a> TextPicture<'a> {
     }
 
     /// Writes a row of posts and the walls towards `heading` of the cells in row `y`.
-    fn write_posts(
-        &self,
-        f: &mut fmt::Formatter<'_>,
-        y: u8,
-        heading: Heading,
-        width: usize,
-    ) -> fmt::Result {
+    fn write_posts(&self, f: &mut Formatter<'_>, y: u8, heading: Heading, width: usize) -> Result {
         for x in 0..self.size().width() {
             match self.wall(Cell::new(x, y), heading) {
                 WallState::Present => write!(f, "o{:-<width$}", "")?,
@@ -156,7 +151,7 @@ impl<'a> TextPicture<'a> {
         f.write_str("o\n")
     }
 
-    fn write_cells(&self, f: &mut fmt::Formatter<'_>, y: u8, width: usize) -> fmt::Result {
+    fn write_cells(&self, f: &mut Formatter<'_>, y: u8, width: usize) -> Result {
         f.write_char(self.side(Cell::new(0, y), Heading::West))?;
         for x in 0..self.size().width() {
             let cell = Cell::new(x, y);
@@ -170,7 +165,7 @@ impl<'a> TextPicture<'a> {
         f.write_char('\n')
     }
 
-    fn write_compact(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn write_compact(&self, f: &mut Formatter<'_>) -> Result {
         for _ in 0..self.size().width() {
             f.write_str(" ___")?;
         }
@@ -221,7 +216,7 @@ impl<'a> TextPicture<'a> {
 }
 
 impl fmt::Display for TextPicture<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         if self.compact {
             return self.write_compact(f);
         }
@@ -235,7 +230,7 @@ impl fmt::Display for TextPicture<'_> {
 }
 
 impl fmt::Debug for TextPicture<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         fmt::Display::fmt(self, f)
     }
 }

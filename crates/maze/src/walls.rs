@@ -86,7 +86,7 @@ impl Walls {
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
         let is_outer = Sides::outer(self.size, cell).has(heading);
         if !is_outer && self.has(cell, heading) != present {
-            self.toggle(cell, Sides::from_heading(heading));
+            self.toggle(cell, Sides(1 << heading as u8));
         }
     }
 
@@ -170,10 +170,6 @@ impl Sides {
     /// Returns the sides as bits: 1 north, 2 east, 4 south, 8 west.
     pub const fn bits(self) -> u8 {
         self.0
-    }
-
-    pub(crate) const fn from_heading(heading: Heading) -> Self {
-        Self(1 << heading as u8)
     }
 
     /// Returns the sides at which a mouse with this heading observes a wall.
