@@ -58,6 +58,11 @@ impl MemoryBudget {
     pub const fn limit(&self) -> usize {
         self.limit
     }
+
+    /// Returns the number of bytes in use.
+    pub fn used(&self) -> usize {
+        self.used.load(Ordering::Relaxed)
+    }
 }
 
 impl Default for MemoryBudget {
@@ -95,7 +100,7 @@ impl Share {
 
     /// Returns the number of bytes in other shares.
     pub(crate) fn others(&self) -> usize {
-        self.budget.used.load(Ordering::Relaxed).saturating_sub(self.bytes)
+        self.budget.used().saturating_sub(self.bytes)
     }
 }
 
@@ -125,10 +130,10 @@ mod tests {
         assert!(one.grow_to(60) && one.grow_to(50), "a share never shrinks");
         assert!(!other.grow_to(41) && other.grow_to(40));
         assert!(!one.grow_to(61) && !one.grow_to(usize::MAX));
-        assert_eq!((one.others(), other.others()), (40, 60));
+        assert_eq!((budget.used(), one.others(), other.others()), (100, 40, 60));
         drop(one);
         assert!(other.grow_to(100));
         drop(other);
-        assert_eq!((Share::new(&budget).others(), budget.limit()), (0, 100));
+        assert_eq!((budget.used(), budget.limit()), (0, 100));
     }
 }
