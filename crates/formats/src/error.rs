@@ -13,7 +13,7 @@ pub struct ParseError {
     pub kind: ParseErrorKind,
     /// Where in the file.
     pub location: Location,
-    /// The cell it concerns, if the format tells.
+    /// The cell concerned, if known.
     pub cell: Option<Cell>,
     /// What was expected.
     pub expected: String,

@@ -6,9 +6,7 @@ use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Sides, Walls};
 use crate::cell_record::{self, CellRecord};
 use crate::error::{ParseError, quoted};
 use crate::parsed_maze::{ParsedMaze, unmarked_maze};
-use crate::rows::{Item, MAX_ITEMS, items, table};
-
-const SIDE: usize = MazeSize::MAX_SIDE as usize;
+use crate::rows::{Item, MAX_ITEMS, MAX_SIDE, items, table};
 
 /// The usual headings of the bits 1, 2, 4 and 8: clockwise from the north, and counter-clockwise
 /// from the east.
@@ -71,7 +69,7 @@ struct Digits {
     layout: Layout,
     size: MazeSize,
     /// Bit x of `planes[bit][y]` is that bit of the digit of (x, y).
-    planes: [[u32; SIDE]; 4],
+    planes: [[u32; MAX_SIDE]; 4],
 }
 
 impl Digits {
@@ -81,7 +79,7 @@ impl Digits {
 
     fn new(values: &[Vec<u8>], table: MazeSize, layout: Layout) -> Self {
         let size = layout.maze_size(table);
-        let mut planes = [[0; SIDE]; 4];
+        let mut planes = [[0; MAX_SIDE]; 4];
         for cell in size.cells() {
             let (line, digit) = layout.position(size, cell);
             for (bit, plane) in planes.iter_mut().enumerate() {
@@ -120,7 +118,7 @@ impl<'a> Encoding<'a> {
     }
 
     /// Returns which cells have a wall towards `heading`: bit x of row y.
-    fn walls_towards(self, heading: Heading) -> [u32; SIDE] {
+    fn walls_towards(self, heading: Heading) -> [u32; MAX_SIDE] {
         let bit = self.bits.iter().position(|&side| side == heading).unwrap_or(0);
         let columns = u32::MAX >> (u32::BITS - u32::from(self.digits.size.width()));
         let open = if self.set_is_open { columns } else { 0 };
@@ -284,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn there_are_32_encodings() {
+    fn all_32_encodings_differ() {
         let table = MazeSize::new(1, 1).unwrap();
         let layouts = Digits::in_all_layouts(&[vec![0]], table);
         let encodings: BTreeSet<String> = Encoding::all(&layouts).map(Encoding::words).collect();

@@ -153,7 +153,9 @@ mod tests {
                 }
                 Err(errors) => {
                     assert_eq!(format.parse(content).as_ref().err(), errors.first());
-                    errors.iter().for_each(|error| check_error(format, error, content));
+                    for error in &errors {
+                        check_error(format, error, content);
+                    }
                 }
             }
         }

@@ -228,7 +228,7 @@ o---o---o---o
     }
 
     #[test]
-    fn read_as_text_a_dot_is_a_wall() {
+    fn a_dot_is_a_wall_in_the_text_format() {
         let wall = "o---o---o\n| S . G |\no---o---o\n";
         assert_eq!(
             Format::Text.parse(wall.as_bytes()),

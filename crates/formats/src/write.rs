@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_name_what_the_format_cannot_hold() {
+    fn errors_name_the_limit_of_the_format() {
         let written = |format: Format, text: &str| {
             let maze: Maze = text.parse().unwrap();
             format.write(&maze).map_or_else(|error| error.to_string(), |_| "written".into())

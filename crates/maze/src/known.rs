@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(
             map.wall(Cell::new(0, 1), Heading::East),
             WallState::Unknown,
-            "nothing looks back"
+            "the wall behind is not observed"
         );
         assert!(map.visited().contains(Cell::new(1, 1)));
         assert_eq!(map.visited().len(), 1);

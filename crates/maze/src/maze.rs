@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn start_and_goals_lie_inside() {
+    fn start_and_goals_must_be_inside() {
         let walls = Walls::open(MazeSize::new(4, 3).unwrap());
         let goals = |x, y| [Cell::new(x, y)].into_iter().collect();
         let maze = Maze::new(walls.clone(), Cell::new(3, 2), goals(0, 2)).unwrap();
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn the_post_in_the_middle_alone_needs_no_wall() {
+    fn only_the_central_post_needs_no_wall() {
         let posts = |width, height| -> Vec<Cell> {
             let walls = Walls::open(MazeSize::new(width, height).unwrap());
             let goals = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(x, y)| Cell::new(x, y));
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_goal_the_centre_is_one() {
+    fn the_default_goal_is_the_centre() {
         let walls = Walls::open(MazeSize::CLASSIC);
         let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
         assert_eq!(*maze.goals(), MazeSize::CLASSIC.central_cells());

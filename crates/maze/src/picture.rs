@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn a_compact_drawing_has_a_line_for_each_row() {
+    fn a_compact_picture_has_one_line_per_row() {
         let maze = maze();
         let mut map = KnownMaze::unexplored(&maze);
         map.observe(maze.start(), maze.walls().around(maze.start())).unwrap();
@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_that_is_a_goal_shows_both() {
+    fn a_start_in_the_goal_shows_both_marks() {
         let walls = Walls::open(MazeSize::new(1, 1).unwrap());
         let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
         assert_eq!(maze.to_string(), "o---o\n|SG |\no---o\n");

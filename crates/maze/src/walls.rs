@@ -227,7 +227,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn outer_walls_stand_and_outside_is_a_wall() {
+    fn outer_walls_are_fixed_and_outside_is_walled() {
         let mut walls = Walls::open(MazeSize::new(3, 2).unwrap());
         walls.set(Cell::new(0, 0), Heading::South, false);
         walls.set(Cell::new(2, 1), Heading::East, false);
@@ -281,7 +281,7 @@ mod tests {
                     prop_assert_eq!(walls.has(cell, heading), present);
                     prop_assert_eq!(walls.has(neighbour, heading.back()), present);
                     walls.set(neighbour, heading.back(), before.has(cell, heading));
-                    prop_assert_eq!(&walls, &before, "no other wall was touched");
+                    prop_assert_eq!(&walls, &before, "other walls are unchanged");
                     walls.set(cell, heading, present);
                 } else {
                     prop_assert_eq!(&walls, &before);
