@@ -2,8 +2,8 @@
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 
-use crate::Theme;
 use crate::svg::{Svg, View};
+use crate::theme::Theme;
 
 /// The maximum number of cells drawn of a trail: the most recent ones.
 pub const TRAIL_CELLS: usize = 500;
