@@ -75,7 +75,7 @@ type CellBits<const N: usize> = [u64; N];
 ///
 /// The heuristic is consistent and every step costs 1. So a step either moves nearer to the end by
 /// the heuristic, and the estimated length stays the same, or it does not, and the estimate grows by
-/// 2. In place of a heap there are layers, the cells with the same estimate, and bit operations grow
+/// 2. Instead of a heap it uses layers, the cells with the same estimate, and bit operations grow
 /// a layer by all its cells at once.
 struct LayeredSearch<const N: usize, const STRIDE: usize> {
     end: Cell,

@@ -12,7 +12,7 @@ use crate::robot::Robot;
 use crate::survey::Survey;
 
 /// Swing, the published explorer: it visits key points one after another along optimistic shortest
-/// paths, and plans anew whenever it sees a wall. The cells of a straight are joined to steps of up
+/// paths, and plans again whenever it sees a wall. The cells of a straight are joined to steps of up
 /// to 3 cells. Then it resets and races along the shortest path known to be open.
 ///
 /// It moves backwards only through sides known to be open. It skips unreachable
