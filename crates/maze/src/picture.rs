@@ -36,6 +36,7 @@ use crate::pose::Pose;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy)]
+#[must_use]
 pub struct TextPicture<'a> {
     drawn: Drawn<'a>,
     numbers: Option<&'a dyn Fn(Cell) -> Option<u16>>,

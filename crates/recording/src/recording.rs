@@ -98,9 +98,9 @@ impl Recording {
                 .get_or_insert_with(|| RecordedStates::new(description.size, budget))
                 .push(message, time)
         })?;
-        let Description { info, size, maze } = description;
+        let Description { mut info, size, maze } = description;
         let states = states.unwrap_or_else(|| RecordedStates::new(size, budget));
-        let info = Info { states: states.history.len(), ..info };
+        info.states = states.history.len();
         Ok(Self { info, size, maze, states, integrity })
     }
 

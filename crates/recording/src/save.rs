@@ -101,7 +101,9 @@ pub(crate) fn describe(
     mcap: &mut mcap::Writer<impl Write + Seek>,
     info: &Info,
 ) -> Result<u16, McapError> {
-    let json = serde_json::to_string(&Info { states: 0, ..info.clone() });
+    let mut described = info.clone();
+    described.states = 0;
+    let json = serde_json::to_string(&described);
     let metadata = BTreeMap::from([
         (INFO.into(), json.map_err(io::Error::other)?),
         (PROTOCOL.into(), info.protocol.to_string()),

@@ -4,6 +4,7 @@ use crate::codec::error::ProtocolError;
 
 /// The meaning of the bytes at the front of the input.
 #[derive(Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Event<'i> {
     /// The input is incomplete: more bytes are needed.
     Incomplete,
