@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (size, start) = (MazeSize::CLASSIC, Pose::new(Cell::new(0, 0), Heading::North));
     let map = KnownMaze::new(size, start.cell, size.central_cells());
     let mut mouse = Mouse::new(LeastVisited([].into()), map, start);
-    let mut driver = SearchDriver::new(&mut mouse, 1000);
+    let mut driver = SearchDriver::new(&mut mouse, 10_000);
     let mut buffer = [0; MAX_STATE_BYTES];
     while driver.advance(|pose| {
         let length = Request::Walls(pose).encode(&mut buffer).map_err(std::io::Error::other)?;
