@@ -39,6 +39,8 @@
 //! The crate is `no_std` and allocates nothing. Files are read by the crate `mmsim-formats`.
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), no_std)]
+// Marks the items of optional features on docs.rs.
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod cell;
 mod cell_set;

@@ -100,9 +100,9 @@ impl Recording {
             }
             Ok(())
         })?;
-        let Description { info, size, maze } = description;
+        let Description { mut info, size, maze } = description;
         let (history, times) = kept.unwrap_or_else(|| (History::new(size), Times::new(1)));
-        let info = Info { states: history.len(), ..info };
+        info.states = history.len();
         Ok(Self { info, size, maze, history, times, integrity, _share: share })
     }
 

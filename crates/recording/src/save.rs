@@ -33,8 +33,9 @@ impl<W: Write + Seek> RecordWriter<W> {
         maze: Option<&Maze>,
         start: u64,
     ) -> io::Result<Self> {
-        let json = serde_json::to_string(&Info { states: 0, ..info.clone() });
-        let json = json.map_err(io::Error::other)?;
+        let mut info = info.clone();
+        info.states = 0;
+        let json = serde_json::to_string(&info).map_err(io::Error::other)?;
         let metadata =
             BTreeMap::from([(INFO.into(), json), (PROTOCOL.into(), info.protocol.to_string())]);
         let create = || {

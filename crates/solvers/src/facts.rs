@@ -14,6 +14,7 @@ use crate::flood::Distances;
 /// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct MazeFacts {
     /// Steps from the start to the nearest goal cell, `None` if none can be reached.
     pub shortest_path: Option<u16>,

@@ -33,6 +33,8 @@
 //!
 //! The crate is `no_std` and allocates nothing unless its feature `std` (on by default) is enabled.
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
+// Marks the items of optional features on docs.rs.
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod a_star;
 #[cfg(feature = "std")]

@@ -38,6 +38,7 @@ pub struct Connection<S> {
 /// The outcome of a [`Connection::turn`].
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Turn {
     /// Whether the connection has more to do now, rather than waiting for its stream.
     pub has_more: bool,

@@ -19,8 +19,13 @@ pub(crate) fn file(name: &str) -> PathBuf {
 
 /// Returns the command that runs the Rust client, as in examples/README.md.
 pub(crate) fn rust() -> Command {
+    rust_example("client")
+}
+
+/// An example in Rust, run as in examples/README.md.
+pub(crate) fn rust_example(name: &str) -> Command {
     let mut command = Command::new(env!("CARGO"));
-    command.args(["run", "--quiet", "-p", "mmsim-examples", "--example", "client", "--"]);
+    command.args(["run", "--quiet", "-p", "mmsim-examples", "--example", name, "--"]);
     command.current_dir(file(""));
     command
 }

@@ -89,6 +89,14 @@ fn the_client_in_rust() {
 }
 
 #[test]
+fn the_short_client_in_rust() {
+    let home = Home::new();
+    let serving = home.serve(&["--port", "0", "--maze", "lighthouse"]);
+    let output = output(client::rust_example("short-client").arg(&serving.address));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
 fn the_client_in_python() {
     if client::python().is_none() {
         return;

@@ -242,7 +242,11 @@ fn open<const N: usize>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u3
     // Full rows, then empty ones. The offset selects how many are full.
     static ROWS: [u32; 2 * SIDE] = {
         let mut rows = [0; 2 * SIDE];
-        rows.split_at_mut(SIDE).0.copy_from_slice(&[u32::MAX; SIDE]);
+        let mut y = 0;
+        while y < SIDE {
+            rows[y] = u32::MAX;
+            y += 1;
+        }
         rows
     };
     let rows = &ROWS[SIDE - height.min(SIDE)..][..SIDE];

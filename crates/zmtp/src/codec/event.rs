@@ -6,6 +6,7 @@ use crate::limits::MAX_ENVELOPE_BYTES;
 
 /// The meaning of the bytes at the front of the input.
 #[derive(Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Event<'i> {
     /// The input is incomplete: more bytes are needed.
     Incomplete,
