@@ -269,10 +269,12 @@ fn split<const N: usize, H: ParityPlane<N>>(rows: &[u32; SIDE]) -> [H; 2] {
     // The compiler turns these loops over rows into vector instructions. `zip` is not always inlined.
     if N == 2 {
         let mut columns = [[[0; 8]; 2]; 2];
+        let [even, odd] = &mut columns;
+        let (even, odd) = (even.as_flattened_mut(), odd.as_flattened_mut());
         for y in 0..16 {
             let bits = unshuffle(rows[y]);
-            columns[0][y / 8][y % 8] = (bits & 0xff) as u8;
-            columns[1][y / 8][y % 8] = (bits >> 16 & 0xff) as u8;
+            even[y] = (bits & 0xff) as u8;
+            odd[y] = (bits >> 16 & 0xff) as u8;
         }
         for (i, columns) in columns.iter().enumerate() {
             for (word, rows) in columns.iter().enumerate() {
@@ -281,10 +283,12 @@ fn split<const N: usize, H: ParityPlane<N>>(rows: &[u32; SIDE]) -> [H; 2] {
         }
     } else {
         let mut columns = [[[0; 4]; SIDE / 4]; 2];
+        let [even, odd] = &mut columns;
+        let (even, odd) = (even.as_flattened_mut(), odd.as_flattened_mut());
         for y in 0..SIDE {
             let bits = unshuffle(rows[y]);
-            columns[0][y / 4][y % 4] = (bits & 0xffff) as u16;
-            columns[1][y / 4][y % 4] = (bits >> 16) as u16;
+            even[y] = (bits & 0xffff) as u16;
+            odd[y] = (bits >> 16) as u16;
         }
         for (i, columns) in columns.iter().enumerate() {
             for (word, &[a, b, c, d]) in columns.iter().enumerate() {
@@ -309,9 +313,10 @@ pub(super) fn rows<const N: usize, H: ParityPlane<N>>([even, odd]: [H; 2]) -> [u
                 *rows = word.to_le_bytes();
             }
         }
+        let [even, odd] = &columns;
+        let (even, odd) = (even.as_flattened(), odd.as_flattened());
         for y in 0..16 {
-            let [even, odd] = [columns[0][y / 8][y % 8], columns[1][y / 8][y % 8]];
-            rows[y] = shuffle(u32::from(even) | u32::from(odd) << 16);
+            rows[y] = shuffle(u32::from(even[y]) | u32::from(odd[y]) << 16);
         }
     } else {
         let mut columns = [[[0; 4]; SIDE / 4]; 2];
@@ -320,9 +325,10 @@ pub(super) fn rows<const N: usize, H: ParityPlane<N>>([even, odd]: [H; 2]) -> [u
                 *rows = [word, word >> 16, word >> 32, word >> 48].map(|row| (row & 0xffff) as u16);
             }
         }
+        let [even, odd] = &columns;
+        let (even, odd) = (even.as_flattened(), odd.as_flattened());
         for y in 0..SIDE {
-            let [even, odd] = [columns[0][y / 4][y % 4], columns[1][y / 4][y % 4]];
-            rows[y] = shuffle(u32::from(even) | u32::from(odd) << 16);
+            rows[y] = shuffle(u32::from(even[y]) | u32::from(odd[y]) << 16);
         }
     }
     rows
