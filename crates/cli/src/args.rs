@@ -1,9 +1,12 @@
 //! Arguments shared by several commands.
 
 use std::path::PathBuf;
+use std::slice;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args};
 use mmsim_maze::{Cell, MazeSize};
+use mmsim_protocol::DEFAULT_PORT;
 
 /// How much a command prints to stderr.
 #[derive(Clone, Copy, Debug, Args)]
@@ -51,12 +54,20 @@ pub(crate) struct ReadingArgs {
     pub(crate) history_limit: Option<u64>,
 }
 
+/// How to serve a maze.
 #[derive(Debug, Args)]
-pub(crate) struct MazeArg {
+pub(crate) struct ServerArgs {
+    /// Port to listen on; 0 picks a free port
+    #[arg(short, long, default_value_t = DEFAULT_PORT)]
+    pub(crate) port: u16,
     /// Serve the first maze whose path contains all WORDS, ignoring case [default: the first maze with
     /// a reachable goal]
     #[arg(long = "maze", value_name = "WORDS")]
     pub(crate) words: Vec<String>,
+    #[command(flatten)]
+    pub(crate) retention: RetentionArgs,
+    #[command(flatten)]
+    pub(crate) viewer: ViewerArgs,
 }
 
 /// What a mouse knows about the maze before it starts.
@@ -78,6 +89,29 @@ pub(crate) enum Goal {
     Cell(Cell),
     /// The server's goal.
     Server,
+}
+
+/// Returns a parser for some values by their names.
+pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
+    values: impl IntoIterator<Item = T>,
+    describe: fn(T) -> PossibleValue,
+) -> impl TypedValueParser<Value = T> {
+    let values: Vec<T> = values.into_iter().collect();
+    PossibleValuesParser::new(values.iter().map(|&value| describe(value))).try_map(move |name| {
+        let named = values.iter().find(|&&value| describe(value).get_name() == name);
+        named.copied().ok_or("unknown name")
+    })
+}
+
+/// Returns the selected values, each once; `None` selects all.
+pub(crate) fn each_once<T: Copy + PartialEq>(selected: &[Option<T>], all: &[T]) -> Vec<T> {
+    let mut values = Vec::new();
+    for &value in selected.iter().flat_map(|value| value.as_ref().map_or(all, slice::from_ref)) {
+        if !values.contains(&value) {
+            values.push(value);
+        }
+    }
+    values
 }
 
 /// Parses two numbers with `separator` between them.

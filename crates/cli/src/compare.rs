@@ -13,7 +13,7 @@ use report::{SearchReport, StrategyReport};
 
 use crate::grid::aligned;
 use crate::inputs::Inputs;
-use crate::output::{print, print_json, progress};
+use crate::output::{print, print_pretty_json, progress};
 use crate::parallel::map_each;
 use crate::selection::Selected;
 use crate::usage::CommandResult;
@@ -25,7 +25,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     let Inputs { mazes, all_readable } = Inputs::read_or_default(&args.mazes);
     let reports = compare(&args.strategies(), &mazes, args.jobs)?;
     if args.json {
-        print_json(&serde_json::to_string_pretty(&reports)?)?;
+        print_pretty_json(&reports)?;
     } else if args.csv {
         let mut csv = csv::Writer::from_writer(Vec::new());
         reports.iter().try_for_each(|report| report.write_csv(&mut csv))?;
@@ -60,14 +60,13 @@ fn compare(
     });
     bar.finish_and_clear();
     let mut searches = searches.into_iter();
-    let mut of_next = || searches.by_ref().take(mazes.len()).collect();
-    Ok(strategies.iter().map(|&strategy| StrategyReport::of(strategy, of_next())).collect())
+    let mut next = || searches.by_ref().take(mazes.len()).collect();
+    Ok(strategies.iter().map(|&strategy| StrategyReport::new(strategy, next())).collect())
 }
 
 /// Runs one search. The measured processor time covers creating the mouse and the search run, but not
 /// the figures.
-fn search(&(strategy, given): &Job<'_>) -> SearchReport {
+fn search(&(strategy, selected): &Job<'_>) -> SearchReport {
     let max_states = strategy.max_states();
-    let (figures, time) = search::search(&given.maze, || strategy.strategy(), max_states);
-    SearchReport::of(given, figures, time)
+    SearchReport::new(selected, search::search(&selected.maze, || strategy.strategy(), max_states))
 }

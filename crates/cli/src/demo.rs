@@ -23,13 +23,18 @@ const STRATEGY: BundledStrategy = BundledStrategy::FloodFill;
 
 pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     let collection = Collection::at(args.mazes.as_deref())?;
-    let selected = collection.select(&args.maze.words.join(" "))?;
-    let viewer = (!args.once).then_some(&args.viewer);
-    let (server, interrupt) =
-        local_server::start(selected, collection.catalogue, args.port, &args.retention, viewer)?;
+    let selected = collection.select(&args.server.words.join(" "))?;
+    let viewer = (!args.once).then_some(&args.server.viewer);
+    let (server, interrupt) = local_server::start(
+        selected,
+        collection.catalogue,
+        args.server.port,
+        &args.server.retention,
+        viewer,
+    )?;
     let address = server.address();
     let result = search(args, address, &interrupt);
-    if !args.once && matches!(result, Ok(DemoEnd::GoalReached | DemoEnd::GoalNotReached)) {
+    if !args.once && matches!(result, Ok(Some(_))) {
         let more = own_command(&format!("solve weight-increment --connect {address}"));
         note(format_args!(
             "still serving at {address}; run {more} in another terminal, or your own mouse"
@@ -37,25 +42,16 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
         interrupt.wait();
     }
     server.stop()?;
-    Ok(match result? {
-        DemoEnd::GoalReached | DemoEnd::Interrupted => true,
-        DemoEnd::GoalNotReached => !args.once,
-    })
+    Ok(result?.unwrap_or(true) || !args.once)
 }
 
-/// How a demo ended.
-enum DemoEnd {
-    GoalReached,
-    GoalNotReached,
-    Interrupted,
-}
-
-/// Runs the mouse in the served maze and shows it.
+/// Runs the mouse in the served maze and shows it. Returns whether it reached the goal, or `None` if it
+/// was interrupted.
 fn search(
     args: &DemoArgs,
     address: &str,
     interrupt: &Interrupt,
-) -> Result<DemoEnd, Box<dyn Error>> {
+) -> Result<Option<bool>, Box<dyn Error>> {
     let mut transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, true))?;
     let (map, start) = ask_maze(&mut transport, None)?;
     let mut mouse = Mouse::new(STRATEGY.strategy(), map, start);
@@ -77,14 +73,10 @@ fn search(
         Err(BrokenRun { run, error: RunError::Search(error) }) => {
             screen.finish(&mouse, &run, ending(&run))?;
             warn(format_args!("{STRATEGY}: {error}"));
-            return Ok(DemoEnd::GoalNotReached);
+            return Ok(Some(false));
         }
         Err(error) => return Err(error.into()),
     };
     screen.finish(&mouse, &run, if interrupted { "interrupted" } else { ending(&run) })?;
-    Ok(match run.stats.goal_reached() {
-        _ if interrupted => DemoEnd::Interrupted,
-        true => DemoEnd::GoalReached,
-        false => DemoEnd::GoalNotReached,
-    })
+    Ok((!interrupted).then(|| run.stats.goal_reached()))
 }

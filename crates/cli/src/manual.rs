@@ -64,7 +64,8 @@ fn page(command: &Command) -> Result<String, Box<dyn std::error::Error>> {
     let man = man.source(concat!("mmsim ", env!("CARGO_PKG_VERSION")));
     man.render_title(&mut page)?;
     man.render_name_section(&mut page)?;
-    page.extend(synopsis(command).bytes());
+    let usage = command.clone().render_usage().to_string().replace("\n       ", "\n");
+    page.extend(section("SYNOPSIS", "Usage: ", &usage).bytes());
     man.render_description_section(&mut page)?;
     if command.get_arguments().next().is_some() {
         man.render_options_section(&mut page)?;
@@ -73,24 +74,15 @@ fn page(command: &Command) -> Result<String, Box<dyn std::error::Error>> {
         man.render_subcommands_section(&mut page)?;
     }
     if let Some(more) = command.get_after_help() {
-        page.extend(preformatted(&more.to_string()).bytes());
+        page.extend(section("EXAMPLES", "Examples:\n", &more.to_string()).bytes());
     }
     Ok(String::from_utf8(page)?)
 }
 
-/// Returns the synopsis section, with the usage from the help text.
-fn synopsis(command: &Command) -> String {
-    let usage = command.clone().render_usage().to_string();
-    let lines = usage.strip_prefix("Usage:").unwrap_or(&usage).lines().map(str::trim);
-    let lines: String = lines.map(escaped).collect();
-    format!(".SH SYNOPSIS\n.nf\n{lines}.fi\n")
-}
-
-/// Returns the examples section. Line breaks and columns of the help text are kept.
-fn preformatted(text: &str) -> String {
-    let lines = text.strip_prefix("Examples:\n").unwrap_or(text).lines();
-    let lines: String = lines.map(escaped).collect();
-    format!(".SH EXAMPLES\n.nf\n{lines}.fi\n")
+/// Returns a section with the line breaks and columns of the help text, without its title.
+fn section(name: &str, title: &str, text: &str) -> String {
+    let lines: String = text.strip_prefix(title).unwrap_or(text).lines().map(escaped).collect();
+    format!(".SH {name}\n.nf\n{lines}.fi\n")
 }
 
 /// Escapes a line for `man`, which takes a leading dot or apostrophe for an instruction.

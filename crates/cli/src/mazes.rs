@@ -59,7 +59,7 @@ fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) ->
             maze: String,
         }
         let shown = Shown { row, maze: maze.to_string() };
-        print_json(&serde_json::to_string(&shown)?)?;
+        print_json(&shown)?;
     } else {
         let distances = Distances::flood(maze.walls(), maze.goals());
         let distance = |cell| distances.at(cell);

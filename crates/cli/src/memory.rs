@@ -13,35 +13,17 @@ mod system {
 
     use rlimit::Resource;
 
-    /// The hierarchies of control groups: their folder, the files with the limit and the usage, and the
-    /// statistic of the memory that the system reclaims first, pages of files.
-    const GROUPS: [Group; 3] = [
-        Group {
-            folder: "sys/fs/cgroup",
-            limit: "memory.max",
-            used: "memory.current",
-            reclaimable: "inactive_file ",
-        },
-        Group {
-            folder: "sys/fs/cgroup/unified",
-            limit: "memory.max",
-            used: "memory.current",
-            reclaimable: "inactive_file ",
-        },
-        Group {
-            folder: "sys/fs/cgroup/memory",
-            limit: "memory.limit_in_bytes",
-            used: "memory.usage_in_bytes",
-            reclaimable: "total_inactive_file ",
-        },
+    /// The hierarchies of control groups, versions 2 and 1: their folder, the files with the limit and
+    /// the usage, and the statistic of the memory that the system reclaims first, pages of files.
+    const GROUPS: [[&str; 4]; 2] = [
+        ["sys/fs/cgroup", "memory.max", "memory.current", "inactive_file "],
+        [
+            "sys/fs/cgroup/memory",
+            "memory.limit_in_bytes",
+            "memory.usage_in_bytes",
+            "total_inactive_file ",
+        ],
     ];
-
-    struct Group {
-        folder: &'static str,
-        limit: &'static str,
-        used: &'static str,
-        reclaimable: &'static str,
-    }
 
     pub(super) fn free() -> Option<u64> {
         let root = Path::new("/");
@@ -67,23 +49,22 @@ mod system {
         let own =
             |line: &str| Some(line.splitn(3, ':').nth(2)?.trim_start_matches('/').to_string());
         let paths: Vec<String> = groups.lines().filter_map(own).collect();
-        let free = GROUPS.iter().flat_map(|group| {
-            let folder = root.join(group.folder);
-            let with_parents = paths.iter().flat_map(|path| Path::new(path).ancestors());
-            with_parents.filter_map(move |path| group.free(&folder.join(path))).collect::<Vec<_>>()
+        let with_parents = || paths.iter().flat_map(|path| Path::new(path).ancestors());
+        let free = GROUPS.iter().flat_map(|[folder, files @ ..]| {
+            let folder = root.join(folder);
+            with_parents().filter_map(move |path| group(&folder.join(path), files))
         });
         free.min()
     }
 
-    impl Group {
-        fn free(&self, folder: &Path) -> Option<u64> {
-            let number = |name| read(folder.join(name))?.trim().parse().ok();
-            // Without a limit, the file holds `max`.
-            let (limit, used): (u64, u64) = (number(self.limit)?, number(self.used)?);
-            let statistics = read(folder.join("memory.stat")).unwrap_or_default();
-            let reclaimable = after(&statistics, self.reclaimable).unwrap_or_default();
-            Some(limit.saturating_sub(used.saturating_sub(reclaimable)))
-        }
+    /// Returns what the control group in a folder leaves.
+    fn group(folder: &Path, [limit, used, reclaimable]: &[&str; 3]) -> Option<u64> {
+        let number = |name| read(folder.join(name))?.trim().parse().ok();
+        // Without a limit, the file holds `max`.
+        let (limit, used): (u64, u64) = (number(limit)?, number(used)?);
+        let statistics = read(folder.join("memory.stat")).unwrap_or_default();
+        let reclaimable = after(&statistics, reclaimable).unwrap_or_default();
+        Some(limit.saturating_sub(used.saturating_sub(reclaimable)))
     }
 
     fn read(path: PathBuf) -> Option<String> {

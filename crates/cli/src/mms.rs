@@ -7,16 +7,17 @@ mod exit;
 mod simulator;
 
 use std::error::Error;
+use std::sync::mpsc::RecvTimeoutError::{Disconnected, Timeout};
 use std::time::Duration;
 
 use args::MmsArgs;
 use button::Button;
-use child::{Child, Line, MAX_LINE_BYTES, Next};
+use child::{Child, Line, MAX_LINE_BYTES};
 use exit::{ExitCause, MouseExit};
 use mmsim_client::{Transport, Zmq};
 use mmsim_maze::KnownMaze;
 use mmsim_mms::{Command, CommandError, Response, SimulatedMouse, excerpt};
-use simulator::{Interruption, Simulator};
+use simulator::Simulator;
 
 use crate::connection::{ask_maze, endpoint, explain, maze_from_args, report_waiting};
 use crate::interrupt::Interrupt;
@@ -45,14 +46,14 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
         return Err(UsageError::new("mms", "--size and --goal require --connect").into());
     }
     let collection = Collection::at(args.mazes.as_deref())?;
-    let selected = collection.select(&args.maze.words.join(" "))?;
+    let selected = collection.select(&args.server.words.join(" "))?;
     let map = KnownMaze::unexplored(&selected.maze);
     let (server, interrupt) = local_server::start(
         selected,
         collection.catalogue,
-        args.port,
-        &args.retention,
-        Some(&args.viewer),
+        args.server.port,
+        &args.server.retention,
+        Some(&args.server.viewer),
     )?;
     let address = server.address();
     let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
@@ -62,7 +63,7 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     } else if args.stays() {
         note(format_args!("still serving at {address}; press Ctrl-C to stop"));
         interrupt.wait();
-    } else if !args.viewer.no_viewer {
+    } else if !args.server.viewer.no_viewer {
         note("viewer page closed with the mouse; use --stay to keep it open");
     }
     server.stop()?;
@@ -118,7 +119,7 @@ fn search(
         note(exit.summary());
     }
     if args.json {
-        print_json(&serde_json::to_string(&exit.report())?)?;
+        print_json(&exit.report())?;
     } else if args.score && was_started {
         print(&exit.scores())?;
     }
@@ -149,20 +150,20 @@ impl Session {
             if interrupt.wait_for(Duration::ZERO) {
                 return Err(ExitCause::Interrupted);
             }
-            match child.next(POLL_INTERVAL) {
-                Next::Line(line) => {
+            match child.next_line(POLL_INTERVAL) {
+                Ok(line) => {
                     self.answer(&line, &child, simulator)?;
                     silence = Duration::ZERO;
                 }
                 // A process that the mouse has started may keep the pipe open after the mouse exits.
-                Next::Silence if child.status().is_ok_and(|status| status.is_some()) => break,
-                Next::Silence => {
+                Err(Timeout) if child.status().is_ok_and(|status| status.is_some()) => break,
+                Err(Timeout) => {
                     silence += POLL_INTERVAL;
                     if silence == INCOMPLETE_LINE_TIMEOUT {
                         self.report_incomplete(&child.incomplete_line());
                     }
                 }
-                Next::End => break,
+                Err(Disconnected) => break,
             }
         }
         child.end_replies();
@@ -235,15 +236,6 @@ impl Session {
             Line::Unfinished(line) => {
                 Err(format!("expected a newline, found end of output after {}", excerpt(line)))
             }
-        }
-    }
-}
-
-impl From<Interruption> for ExitCause {
-    fn from(interruption: Interruption) -> Self {
-        match interruption {
-            Interruption::CtrlC => Self::Interrupted,
-            Interruption::Error(error) => Self::LostSimulator(error),
         }
     }
 }

@@ -13,33 +13,36 @@ use serde::Serialize;
 
 use crate::stderr::Stderr;
 
-/// Prints data. A closed pipe, as by `head`, is not an error.
-pub(crate) fn print(text: &str) -> io::Result<()> {
+/// Prints data.
+pub(crate) fn print(data: impl AsRef<[u8]>) -> io::Result<()> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        result => result,
-    }
+    unless_closed(out.write_all(data.as_ref()).and_then(|()| out.flush()))
 }
 
-/// Prints a line of JSON.
-pub(crate) fn print_json(json: &str) -> io::Result<()> {
-    write_json(|out| out.write_all(json.as_bytes()))
+/// Ignores the error for a closed pipe, as by `head`.
+fn unless_closed(written: io::Result<()>) -> io::Result<()> {
+    written.or_else(|error| match error.kind() {
+        ErrorKind::BrokenPipe => Ok(()),
+        _ => Err(error),
+    })
 }
 
 /// Prints a value as a line of JSON without building it in memory: a long recording may not fit.
-pub(crate) fn stream_json(value: &impl Serialize) -> io::Result<()> {
-    write_json(|out| Ok(serde_json::to_writer(out, value)?))
+pub(crate) fn print_json(value: &impl Serialize) -> io::Result<()> {
+    write_json(|out| serde_json::to_writer(out, value))
+}
+
+/// Prints a value as indented JSON.
+pub(crate) fn print_pretty_json(value: &impl Serialize) -> io::Result<()> {
+    write_json(|out| serde_json::to_writer_pretty(out, value))
 }
 
 fn write_json(
-    write: impl FnOnce(&mut EscapedJson<BufWriter<StdoutLock<'_>>>) -> io::Result<()>,
+    write: impl FnOnce(&mut EscapedJson<BufWriter<StdoutLock<'_>>>) -> serde_json::Result<()>,
 ) -> io::Result<()> {
     let mut out = EscapedJson(BufWriter::new(io::stdout().lock()));
-    match write(&mut out).and_then(|()| writeln!(out)).and_then(|()| out.flush()) {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        result => result,
-    }
+    let written = write(&mut out).map_err(io::Error::from).and_then(|()| writeln!(out));
+    unless_closed(written.and_then(|()| out.flush()))
 }
 
 /// Escapes control characters, most of which JSON permits in strings. Each write must be valid UTF-8.

@@ -4,10 +4,8 @@ pub(crate) mod args;
 
 use std::path::Path;
 
-use args::{PictureFormat, RenderArgs, ThemeArg};
-use mmsim_drawing::{
-    Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, TRAIL_CELLS, Theme, frame_indices,
-};
+use args::{PictureFormat, RenderArgs};
+use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, TRAIL_CELLS, frame_indices};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::State;
 use mmsim_recording::{HistoryReader, OpenError, ReadError, Recording};
@@ -105,7 +103,7 @@ fn animation(
     let mut animation = None;
     for index in indices {
         search.show(&mut reader, index, |scene| {
-            let scene = scene.with_theme(theme(args));
+            let scene = scene.with_theme(args.theme);
             let width_px = args.width.unwrap_or_else(|| scene.width_within(SIDE_PX));
             animation.get_or_insert_with(|| Animation::new(width_px)).push(&scene, FRAME_MS)
         })??;
@@ -115,18 +113,11 @@ fn animation(
 
 /// Draws a scene as SVG or PNG.
 fn still(args: &RenderArgs, scene: Scene<'_>) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
-    let scene = scene.with_theme(theme(args));
+    let scene = scene.with_theme(args.theme);
     if args.output.format == PictureFormat::Svg {
         return Ok(scene.svg().into_bytes());
     }
     Ok(scene.png(args.width.unwrap_or_else(|| scene.width_within(SIDE_PX)))?)
-}
-
-fn theme(args: &RenderArgs) -> Theme {
-    match args.theme {
-        ThemeArg::Light => Theme::Light,
-        ThemeArg::Dark => Theme::Dark,
-    }
 }
 
 /// A recording whose states are drawn one by one.
@@ -167,16 +158,14 @@ impl<'a> RecordedSearch<'a> {
         index: usize,
         draw: impl FnOnce(Scene<'_>) -> T,
     ) -> Result<T, String> {
-        let mut trail = Vec::new();
-        for index in index.saturating_sub(TRAIL_CELLS - 1)..=index {
-            let state = reader
-                .get(index)
-                .and_then(|message| State::decode(message, self.initial.size()).ok());
+        let (size, mut trail) = (self.initial.size(), Vec::new());
+        for index in index.saturating_sub(TRAIL_CELLS - 1)..index {
+            let state = reader.get(index).and_then(|message| State::decode(message, size).ok());
             trail.push(state.ok_or_else(|| unreadable(self.file))?.pose().cell);
         }
-        let message = reader.get(index).ok_or_else(|| unreadable(self.file))?;
-        let state: State<'_> =
-            State::decode(message, self.initial.size()).map_err(|_| unreadable(self.file))?;
+        let state = reader.get(index).and_then(|message| State::decode(message, size).ok());
+        let state = state.ok_or_else(|| unreadable(self.file))?;
+        trail.push(state.pose().cell);
         let map = state.map(self.initial.start().cell, *self.initial.goals());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)

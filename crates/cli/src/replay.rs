@@ -16,7 +16,7 @@ use serde::{Serialize, Serializer};
 
 use crate::args::ViewerArgs;
 use crate::interrupt::Interrupt;
-use crate::output::{counted, goal_away, print, stream_json};
+use crate::output::{counted, goal_away, print, print_json};
 use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
 use crate::screen::{still, still_maze};
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
     };
     if args.json {
         let report = ReplayReport::new(args, &recording, shown);
-        stream_json(&report)?;
+        print_json(&report)?;
     } else {
         print(&text(args, &recording, shown.as_ref()))?;
     }

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use mmsim_recording::{MemoryBudget, RecordError, Recorder};
+use mmsim_recording::MemoryBudget;
 use mmsim_server::Simulation;
 
 use crate::args::{ReadingArgs, RetentionArgs};
 use crate::memory;
 use crate::output::note;
-use crate::selection::Selected;
 
 const MIB: u64 = 1 << 20;
 
@@ -18,7 +17,7 @@ const ASSUMED_FREE_BYTES: u64 = 1 << 30;
 /// How much memory a server may use for states.
 pub(crate) struct MemoryLimits {
     /// For the live history, in bytes.
-    history: usize,
+    pub(crate) history: usize,
     /// For the recordings that are open in the viewer.
     pub(crate) recordings: Arc<MemoryBudget>,
 }
@@ -32,11 +31,6 @@ impl MemoryLimits {
         let recordings = Arc::new(MemoryBudget::new(limit(4)));
         Self { history: limit(2), recordings }
     }
-
-    /// Returns a simulation of the selected maze.
-    pub(crate) fn simulation(&self, selected: Selected) -> Simulation {
-        Simulation::new(&selected.name, selected.maze).with_history_limit(self.history)
-    }
 }
 
 /// Returns the memory for recordings where nothing is served, by default half of the free memory.
@@ -49,11 +43,6 @@ pub(crate) fn recording_budget(args: &ReadingArgs) -> Arc<MemoryBudget> {
 fn bytes(mebibytes: Option<u64>, default: u64) -> usize {
     let bytes = mebibytes.map_or(default.max(MIB), |mebibytes| mebibytes.saturating_mul(MIB));
     usize::try_from(bytes).unwrap_or(usize::MAX)
-}
-
-/// Returns the recorder of the simulations if `--record` is set.
-pub(crate) fn recorder(args: &RetentionArgs) -> Result<Option<Recorder>, RecordError> {
-    args.record.as_deref().map(Recorder::new).transpose()
 }
 
 /// Reports the limit of the history and the folder of recordings.

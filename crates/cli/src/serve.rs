@@ -6,55 +6,34 @@ use std::error::Error;
 
 use clap::Command;
 use mmsim_protocol::Info;
-use mmsim_viewer::ViewerConfig;
 use serde::Serialize;
 
-use crate::interrupt::Interrupt;
-use crate::local_server::{announcement, bind};
-use crate::output::{note, print_json, warn};
-use crate::retention::{self, MemoryLimits};
+use crate::local_server::{self, ReadyServer};
+use crate::output::print_json;
 use crate::selection::{Collection, SelectionError};
 use crate::suggest::suggest;
 use crate::usage::CommandResult;
-use crate::{page, stderr};
 use args::ServeArgs;
-
-/// The warning about an address that other machines can reach.
-const EXPOSED: &str = "anyone who can reach this port can read walls, add states and delete the \
-    history: the protocol has no authentication and no encryption";
 
 /// Serves a maze. `commands` is the command line, to suggest a command instead of a missing folder.
 pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
     let collection = Collection::at(args.mazes.as_deref())
         .map_err(|error| with_suggestion(error, args, commands))?;
-    let selected = collection.select(&args.maze.words.join(" "))?;
-    stderr::write_in_background();
-    let limits = MemoryLimits::new(&args.retention);
-    let recorder = retention::recorder(&args.retention)?;
-    let server = bind(&args.host, args.port)?;
-    let viewer = page::bind(&args.viewer, &args.host)?;
-    let (interrupt, stop) = (Interrupt::catch()?, server.stop_handle());
-    note(announcement(&selected, server.address()));
-    if !server.is_loopback() {
-        warn(EXPOSED);
-    }
-    let config = ViewerConfig::default()
-        .with_live(&server, &selected.path)
-        .with_mazes(collection.catalogue)
-        .with_recordings(args.retention.record.clone())
-        .with_budget(limits.recordings.clone());
-    let mut simulation = limits.simulation(selected);
-    retention::report(&args.retention, &simulation);
-    let page = page::serve(viewer, config, &args.viewer)?;
+    let selected = collection.select(&args.server.words.join(" "))?;
+    let address = (&args.host[..], args.server.port);
+    let (mazes, viewer) = (collection.catalogue, Some(&args.server.viewer));
+    let ReadyServer { server, mut simulation, interrupt, page } =
+        local_server::prepare(selected, mazes, address, &args.server.retention, viewer)?;
     if args.json {
         let report = ServerReport { address: server.address(), page, maze: simulation.info() };
-        print_json(&serde_json::to_string(&report)?)?;
+        print_json(&report)?;
     }
+    let stop = server.stop_handle();
     std::thread::spawn(move || {
         interrupt.wait();
         stop.stop();
     });
-    server.with_recorder(recorder).run(&mut simulation)?;
+    server.run(&mut simulation)?;
     Ok(true)
 }
 

@@ -20,7 +20,7 @@ use crate::usage::CommandResult;
 use args::SolveArgs;
 
 pub(crate) fn run(args: &SolveArgs) -> CommandResult {
-    let strategy = args.strategy.0;
+    let strategy = args.strategy;
     let known = maze_from_args("solve", &args.known)?;
     let endpoint = endpoint(&args.connect);
     let asks_server = known.is_none();
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
                 error: Some(error),
                 ..SolveReport::default()
             };
-            print_json(&serde_json::to_string(&report)?)?;
+            print_json(&report)?;
             return Ok(false);
         }
         Err(error) => return Err(error.into()),
@@ -69,7 +69,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     if args.json {
         let error = error.as_ref().map(ToString::to_string).or_else(|| recorded.clone().err());
         let report = SolveReport::new(strategy.name(), &run, &mouse, error);
-        print_json(&serde_json::to_string(&report)?)?;
+        print_json(&report)?;
     } else if run.states > 0 {
         screen.finish(&mouse, &run, ending(&run))?;
     }

@@ -3,8 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_solvers::BundledStrategy;
+
+use crate::args::{each_once, one_of};
+use crate::solve::args::strategy_value;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -42,10 +45,10 @@ pub(crate) struct CompareArgs {
         long,
         value_name = "NAME,...",
         value_delimiter = ',',
-        default_value = ALL,
+        default_value = "all",
         value_parser = strategies()
     )]
-    strategies: Vec<Strategies>,
+    strategies: Vec<Option<BundledStrategy>>,
     /// Use N threads; the results do not depend on it [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
@@ -57,41 +60,15 @@ pub(crate) struct CompareArgs {
     pub(crate) json: bool,
 }
 
-/// The value of `--strategies` for all strategies.
-const ALL: &str = "all";
-
-/// A value of `--strategies`.
-#[derive(Clone, Copy, Debug)]
-enum Strategies {
-    One(BundledStrategy),
-    All,
-}
-
 impl CompareArgs {
     /// Returns the selected strategies, each once.
     pub(crate) fn strategies(&self) -> Vec<BundledStrategy> {
-        let mut strategies = Vec::new();
-        for value in &self.strategies {
-            let selected: &[BundledStrategy] = match value {
-                Strategies::All => BundledStrategy::ALL,
-                Strategies::One(strategy) => std::slice::from_ref(strategy),
-            };
-            for strategy in selected {
-                if !strategies.contains(strategy) {
-                    strategies.push(*strategy);
-                }
-            }
-        }
-        strategies
+        each_once(&self.strategies, BundledStrategy::ALL)
     }
 }
 
-fn strategies() -> impl TypedValueParser<Value = Strategies> {
-    let one =
-        |strategy: BundledStrategy| PossibleValue::new(strategy.name()).help(strategy.about());
-    let all = PossibleValue::new(ALL).help("all strategies");
-    let values = BundledStrategy::ALL.iter().copied().map(one).chain([all]);
-    // The parser accepts only these values.
-    PossibleValuesParser::new(values)
-        .map(|name| name.parse().map_or(Strategies::All, Strategies::One))
+fn strategies() -> impl TypedValueParser<Value = Option<BundledStrategy>> {
+    one_of(BundledStrategy::ALL.iter().copied().map(Some).chain([None]), |strategy| {
+        strategy.map_or(PossibleValue::new("all").help("all strategies"), strategy_value)
+    })
 }

@@ -1,7 +1,5 @@
 //! What came of searches: one by one, and of each strategy the means.
 
-use std::time::Duration;
-
 use mmsim_maze::Escaped;
 use mmsim_solvers::BundledStrategy;
 use serde::Serialize;
@@ -12,59 +10,26 @@ use crate::selection::Selected;
 /// One search. The names are the keys of JSON and CSV.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SearchReport {
+    #[serde(flatten)]
+    maze: MazeColumns,
+    #[serde(flatten)]
+    figures: Figures,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct MazeColumns {
     path: String,
     name: String,
     width: u8,
     height: u8,
-    goal_reached: bool,
-    steps_to_goal: Option<u32>,
-    steps_until_proven: Option<u32>,
-    steps_in_all: u32,
-    turns: u32,
-    path_found: Option<u16>,
-    shortest_path: Option<u16>,
-    time_us: f64,
-    error: Option<String>,
-    #[serde(skip)]
-    is_rightly_given_up: bool,
 }
 
 impl SearchReport {
-    pub(crate) fn of(given: &Selected, figures: Figures, time: Duration) -> Self {
-        let size = given.maze.size();
-        let Figures {
-            steps_to_goal,
-            steps_until_proven,
-            steps_in_all,
-            turns,
-            path_found,
-            shortest_path,
-            is_rightly_given_up,
-            error,
-        } = figures;
-        Self {
-            path: given.path.display().to_string(),
-            name: given.name.clone(),
-            width: size.width(),
-            height: size.height(),
-            goal_reached: steps_to_goal.is_some(),
-            steps_to_goal,
-            steps_until_proven,
-            steps_in_all,
-            turns,
-            path_found,
-            shortest_path,
-            // Rounded to nanoseconds, which is all that a clock tells.
-            time_us: (time.as_secs_f64() * 1e9).round() / 1e3,
-            error,
-            is_rightly_given_up,
-        }
-    }
-
-    fn escaped(&self) -> Self {
-        let escaped = |text: &String| Escaped(text).to_string();
-        let (path, name) = (escaped(&self.path), escaped(&self.name));
-        Self { path, name, error: self.error.as_ref().map(escaped), ..self.clone() }
+    pub(crate) fn new(selected: &Selected, figures: Figures) -> Self {
+        let (path, name) = (selected.path.display().to_string(), selected.name.clone());
+        let size = selected.maze.size();
+        let maze = MazeColumns { path, name, width: size.width(), height: size.height() };
+        Self { maze, figures }
     }
 }
 
@@ -94,16 +59,16 @@ pub(crate) struct StrategyReport {
 }
 
 impl StrategyReport {
-    pub(crate) fn of(strategy: BundledStrategy, mazes: Vec<SearchReport>) -> Self {
-        let reached = || mazes.iter().filter(|search| search.goal_reached);
-        let count =
-            |is_so: fn(&SearchReport) -> bool| reached().filter(|search| is_so(search)).count();
-        let mean = |number: fn(&SearchReport) -> Option<f64>| mean(reached().filter_map(number));
+    pub(crate) fn new(strategy: BundledStrategy, mazes: Vec<SearchReport>) -> Self {
+        let searches = || mazes.iter().map(|search| &search.figures);
+        let reached = || searches().filter(|search| search.goal_reached);
+        let count = |is_so: fn(&Figures) -> bool| reached().filter(|search| is_so(search)).count();
+        let mean = |number: fn(&Figures) -> Option<f64>| mean(reached().filter_map(number));
         Self {
             strategy: strategy.name(),
-            reachable: mazes.iter().filter(|search| search.shortest_path.is_some()).count(),
+            reachable: searches().filter(|search| search.shortest_path.is_some()).count(),
             goal_reached: reached().count(),
-            rightly_given_up: mazes.iter().filter(|search| search.is_rightly_given_up).count(),
+            rightly_given_up: searches().filter(|search| search.is_rightly_given_up).count(),
             proven: count(|search| search.steps_until_proven.is_some()),
             shortest_path_found: count(|search| search.path_found == search.shortest_path),
             steps_to_goal: mean(|search| search.steps_to_goal.map(f64::from)),
@@ -152,11 +117,16 @@ impl StrategyReport {
     /// search is one line.
     pub(crate) fn write_csv<W: std::io::Write>(&self, csv: &mut csv::Writer<W>) -> csv::Result<()> {
         #[derive(Serialize)]
-        struct Of {
+        struct StrategyColumn {
             strategy: &'static str,
         }
-        let of = Of { strategy: self.strategy };
-        self.mazes.iter().try_for_each(|search| csv.serialize((&of, search.escaped())))
+        let strategy = StrategyColumn { strategy: self.strategy };
+        let escaped = |text: &String| Escaped(text).to_string();
+        self.mazes.iter().cloned().try_for_each(|SearchReport { mut maze, mut figures }| {
+            (maze.path, maze.name) = (escaped(&maze.path), escaped(&maze.name));
+            figures.error = figures.error.as_ref().map(escaped);
+            csv.serialize((&strategy, maze, figures))
+        })
     }
 }
 

@@ -1,18 +1,19 @@
 //! One search of one maze by one strategy, in memory, and its figures.
 
-use std::time::Duration;
-
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_solvers::{
     DriveError, Mouse, PathBounds, Phase, SearchDriver, SearchError, Strategy, steps_between,
     steps_until_proven,
 };
+use serde::Serialize;
 
 use super::cpu_time::measure;
 
 /// The figures of a search, without its fast run unless stated otherwise.
-#[derive(Debug, PartialEq, Eq)]
+/// The field names are keys of JSON and CSV.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Figures {
+    pub(crate) goal_reached: bool,
     /// Steps until the mouse first stood in a goal cell, which may be on the fast run.
     pub(crate) steps_to_goal: Option<u32>,
     /// Steps until the shortest path was proven.
@@ -25,19 +26,21 @@ pub(crate) struct Figures {
     pub(crate) path_found: Option<u16>,
     /// Steps from the start to the goal over the true walls, `None` if the goal is unreachable.
     pub(crate) shortest_path: Option<u16>,
-    /// Whether the strategy rightly reported that the goal is unreachable.
-    pub(crate) is_rightly_given_up: bool,
+    /// Processor time without the fast run, in microseconds, rounded to nanoseconds.
+    pub(crate) time_us: f64,
     /// Why the search run or the fast run ended early.
     pub(crate) error: Option<String>,
+    /// Whether the strategy rightly reported that the goal is unreachable.
+    #[serde(skip)]
+    pub(crate) is_rightly_given_up: bool,
 }
 
-/// Searches the maze until the strategy stops, with at most `max_states` decisions. Returns the
-/// figures and the processor time that the search took without its fast run.
+/// Searches the maze until the strategy stops, with at most `max_states` decisions.
 pub(crate) fn search<S: Strategy>(
     maze: &Maze,
     strategy: impl FnOnce() -> S,
     max_states: u32,
-) -> (Figures, Duration) {
+) -> Figures {
     let mut mouse = None;
     let ((mut driver, poses, mut advanced), time) = measure(|| {
         let map = KnownMaze::unexplored(maze);
@@ -60,17 +63,18 @@ pub(crate) fn search<S: Strategy>(
         error,
         Some(DriveError::Search(SearchError::GoalUnreachable { .. } | SearchError::BoxedIn { .. }))
     );
-    let figures = Figures {
+    Figures {
+        goal_reached: stats.steps_to_goal.is_some(),
         steps_to_goal: stats.steps_to_goal,
         steps_until_proven: steps_until_proven(maze, &poses),
         steps_in_all: stats.exploration().steps,
         turns: stats.exploration().turns,
         path_found,
         shortest_path,
-        is_rightly_given_up: shortest_path.is_none() && reports_unreachable,
+        time_us: (time.as_secs_f64() * 1e9).round() / 1e3,
         error: error.as_ref().map(ToString::to_string),
-    };
-    (figures, time)
+        is_rightly_given_up: shortest_path.is_none() && reports_unreachable,
+    }
 }
 
 #[cfg(test)]
@@ -82,7 +86,9 @@ mod tests {
 
     fn figures(strategy: impl Strategy, drawing: &str, max_states: u32) -> Figures {
         let maze: Maze = drawing.parse().unwrap();
-        search(&maze, || strategy, max_states).0
+        let figures = search(&maze, || strategy, max_states);
+        assert!(figures.time_us >= 0.);
+        Figures { time_us: 0., ..figures }
     }
 
     const CLOSED: &str = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";
@@ -103,7 +109,9 @@ o---o---o---o
         // Four steps into the dead end, turning right twice, four back, turning round and right and
         // left, then six, turning left twice. In the cell before the goal its open side is seen.
         let expected = Figures {
+            goal_reached: true,
             steps_to_goal: Some(14),
+            time_us: 0.,
             steps_until_proven: Some(13),
             steps_in_all: 14,
             turns: 2 + 4 + 2,
@@ -114,7 +122,8 @@ o---o---o---o
         };
         assert_eq!(figures(FloodFill::new(), maze, 1000), expected);
         assert_eq!(figures(FloodFill::new(), maze, 15), expected, "one state more than steps");
-        let expected = Figures { steps_to_goal: None, steps_in_all: 13, ..expected };
+        let expected =
+            Figures { goal_reached: false, steps_to_goal: None, steps_in_all: 13, ..expected };
         assert_eq!(figures(FloodFill::new(), maze, 14), expected, "the path is known all the same");
     }
 
@@ -131,7 +140,9 @@ o---o---o---o
 ";
         // To the goal, the south-east corner, the goal again and the start, then fast to the goal.
         let expected = Figures {
+            goal_reached: true,
             steps_to_goal: Some(6),
+            time_us: 0.,
             steps_until_proven: Some(5),
             steps_in_all: 6 + 2 + 2 + 6,
             turns: 3 + 3 + 3 + 5,
@@ -153,7 +164,9 @@ o   o   o
 o---o---o
 ";
         let expected = Figures {
+            goal_reached: true,
             steps_to_goal: Some(3),
+            time_us: 0.,
             steps_until_proven: Some(2),
             steps_in_all: 3,
             turns: 2,
@@ -176,7 +189,9 @@ o   o---o   o
 o---o---o---o
 ";
         let expected = Figures {
+            goal_reached: true,
             steps_to_goal: Some(6),
+            time_us: 0.,
             steps_until_proven: None,
             steps_in_all: 6,
             turns: 2,
@@ -191,7 +206,9 @@ o---o---o---o
     #[test]
     fn only_who_says_that_there_is_no_way_gives_up_rightly() {
         let expected = Figures {
+            goal_reached: false,
             steps_to_goal: None,
+            time_us: 0.,
             steps_until_proven: None,
             steps_in_all: 3,
             turns: 3,

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::{Args, Subcommand};
 use mmsim_formats::Format;
 use mmsim_generator::Style;
 use mmsim_maze::MazeSize;
 
-use crate::args::parse_size;
+use crate::args::{one_of, parse_size};
 
 #[derive(Debug, Args)]
 pub(crate) struct MazesArgs {
@@ -94,8 +94,7 @@ The collection has no licence: the mazes belong to their authors, and you downlo
 
 The mazes are stored in the subfolder `fetched`. Fetching again replaces mazes that have changed in the \
 collection, removes those that are gone, and keeps files that you have added or changed. Nothing outside \
-the subfolder is touched, except for files stored by earlier versions. The environment variables \
-HTTPS_PROXY, HTTP_PROXY and NO_PROXY apply.";
+the subfolder is touched. The environment variables HTTPS_PROXY, HTTP_PROXY and NO_PROXY apply.";
 
 #[derive(Debug, Args)]
 pub(crate) struct FetchArgs {
@@ -123,8 +122,8 @@ pub(crate) struct GenerateArgs {
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
     /// Style of the maze
-    #[arg(long, default_value = Style::Contest.name())]
-    pub(crate) style: StyleArg,
+    #[arg(long, default_value = Style::Contest.name(), value_parser = styles())]
+    pub(crate) style: Style,
     /// Number of mazes; each further maze uses the next seed
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) count: u32,
@@ -141,24 +140,12 @@ pub(crate) struct GenerateArgs {
     pub(crate) json: bool,
 }
 
-/// A maze style as a command-line value.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct StyleArg(pub(crate) Style);
-
-impl ValueEnum for StyleArg {
-    fn value_variants<'a>() -> &'a [Self] {
-        const ALL: [StyleArg; 3] =
-            [StyleArg(Style::Contest), StyleArg(Style::Perfect), StyleArg(Style::Open)];
-        &ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.0.name()).help(self.0.about()))
-    }
+fn styles() -> impl TypedValueParser<Value = Style> {
+    one_of(Style::ALL.iter().copied(), |style| PossibleValue::new(style.name()).help(style.about()))
 }
 
 /// Returns a parser for the names of the formats that `accepts` returns `true` for.
 fn format(accepts: fn(Format) -> bool) -> impl TypedValueParser<Value = Format> {
-    let names = Format::ALL.into_iter().filter(move |&format| accepts(format)).map(Format::name);
-    PossibleValuesParser::new(names).try_map(|name| name.parse::<Format>())
+    let formats = Format::ALL.into_iter().filter(move |&format| accepts(format));
+    one_of(formats, |format| format.name().into())
 }

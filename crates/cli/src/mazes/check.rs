@@ -8,9 +8,9 @@ use mmsim_formats::{Catalogue, Entry, Format};
 use mmsim_maze::Maze;
 use serde::Serialize;
 
-use super::finding::{Finding, Severity, lines};
+use super::finding::{Finding, lines};
 use super::row::MazeRow;
-use crate::output::{print, print_json};
+use crate::output::{print, print_pretty_json};
 use crate::usage::CommandResult;
 
 /// A file and its problems. The field names are JSON keys.
@@ -39,12 +39,11 @@ pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> Comm
         }
     }
     if json {
-        print_json(&serde_json::to_string_pretty(&files)?)?;
+        print_pretty_json(&files)?;
     } else {
         print(&files.iter().map(Checked::text).collect::<String>())?;
     }
-    let is_error = |finding: &Finding| finding.severity == Severity::Error;
-    Ok(!files.iter().flat_map(|file| &file.findings).any(is_error))
+    Ok(!files.iter().flat_map(|file| &file.findings).any(Finding::is_error))
 }
 
 impl Checked {

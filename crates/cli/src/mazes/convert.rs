@@ -1,6 +1,6 @@
 //! `mmsim mazes convert`: write a maze in another format.
 
-use std::io::{self, ErrorKind, Write};
+use std::io;
 use std::path::Path;
 
 use mmsim_formats::{Format, ReadError, WriteError, read_content, read_content_from};
@@ -8,7 +8,7 @@ use mmsim_maze::{Cell, CellSet, Maze};
 
 use super::args::ConvertArgs;
 use super::finding::ambiguity;
-use crate::output::{counted, note, replace, warn};
+use crate::output::{counted, note, print, replace, warn};
 use crate::usage::{CommandResult, UsageError};
 
 /// The path that stands for stdin or stdout.
@@ -35,11 +35,7 @@ pub(super) fn run(args: &ConvertArgs) -> CommandResult {
         format!("cannot write {}: {error}{hint}", args.output.display())
     })?;
     if args.output == Path::new(STANDARD) {
-        let mut out = io::stdout().lock();
-        match out.write_all(&content).and_then(|()| out.flush()) {
-            Err(error) if error.kind() != ErrorKind::BrokenPipe => return Err(error.into()),
-            _ => {}
-        }
+        print(&content)?;
     } else {
         replace(&args.output, &content)?;
     }

@@ -10,7 +10,7 @@ use crate::output::counted;
 /// A problem in a maze file. The field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Finding {
-    pub(super) severity: Severity,
+    severity: &'static str,
     kind: FindingKind,
     message: String,
     line: Option<usize>,
@@ -22,14 +22,7 @@ pub(super) struct Finding {
     place: String,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Severity {
-    Error,
-    Warning,
-}
-
-/// The kinds of findings, in the order in which they are printed.
+/// The kinds of findings, in the order in which they are printed: errors, then warnings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum FindingKind {
@@ -44,12 +37,26 @@ enum FindingKind {
     Duplicate,
 }
 
+impl FindingKind {
+    fn is_error(self) -> bool {
+        self <= Self::GoalUnreachable
+    }
+}
+
 impl Finding {
+    fn new(kind: FindingKind, message: String) -> Self {
+        let severity = if kind.is_error() { "error" } else { "warning" };
+        let (line, column, byte, cell, place) = (None, None, None, None, String::new());
+        Self { severity, kind, message, line, column, byte, cell, place }
+    }
+
     /// Returns the finding for an unreadable file.
     pub(super) fn unreadable(message: String) -> Self {
-        let (severity, kind, place) = (Severity::Error, FindingKind::Unreadable, String::new());
-        let (line, column, byte, cell) = (None, None, None, None);
-        Self { severity, kind, message, line, column, byte, cell, place }
+        Self::new(FindingKind::Unreadable, message)
+    }
+
+    pub(super) fn is_error(&self) -> bool {
+        self.kind.is_error()
     }
 
     pub(super) fn from_error(error: &ParseError) -> Self {
@@ -59,18 +66,13 @@ impl Finding {
             _ => FindingKind::Unreadable,
         };
         let cell = error.cell.map(|cell| [cell.x, cell.y]);
-        let found = Self { kind, cell, ..Self::unreadable(error.to_string()) };
-        found.at_place(error.location)
+        Self { cell, ..Self::new(kind, error.to_string()).at_place(error.location) }
     }
 
     /// Returns the finding for a maze that an earlier file contains too.
     pub(super) fn duplicate(path: &str) -> Self {
         let message = format!("the same walls, start and goal as {path}");
-        Self {
-            severity: Severity::Warning,
-            kind: FindingKind::Duplicate,
-            ..Self::unreadable(message)
-        }
+        Self::new(FindingKind::Duplicate, message)
     }
 
     /// Returns the problems of a maze and the assumptions made to read it.
@@ -85,25 +87,22 @@ impl Finding {
             && let Some(goal) = maze.goals().iter().next()
         {
             let message = format!("goal {goal} unreachable from the start {start}");
-            let finding = Self { kind: FindingKind::GoalUnreachable, ..Self::unreadable(message) };
-            findings.push(finding.at_cell(goal));
+            findings.push(Self::new(FindingKind::GoalUnreachable, message).at_cell(goal));
         }
-        let warning =
-            |kind, message| Self { severity: Severity::Warning, kind, ..Self::unreadable(message) };
         findings.extend(
-            ambiguous_encoding.iter().map(|way| warning(FindingKind::Ambiguous, ambiguity(way))),
+            ambiguous_encoding.iter().map(|way| Self::new(FindingKind::Ambiguous, ambiguity(way))),
         );
         findings.extend(unknown_walls.iter().map(|&place| {
             let message = format!("{place}: unknown wall, assumed open");
-            warning(FindingKind::UnknownWalls, message).at_place(place)
+            Self::new(FindingKind::UnknownWalls, message).at_place(place)
         }));
         findings.extend(maze.posts_without_wall().map(|cell| {
             let message = format!("no wall touches the post south-west of {cell}");
-            warning(FindingKind::PostsWithoutWall, message).at_cell(cell)
+            Self::new(FindingKind::PostsWithoutWall, message).at_cell(cell)
         }));
         findings.extend(maze.size().cells().filter(is_cut_off).map(|cell| {
             let message = format!("cell {cell} is unreachable");
-            warning(FindingKind::UnreachableCells, message).at_cell(cell)
+            Self::new(FindingKind::UnreachableCells, message).at_cell(cell)
         }));
         findings
     }
@@ -134,8 +133,8 @@ pub(super) fn lines(findings: &[Finding]) -> String {
     let same_kind = |a: &Finding, b: &Finding| a.kind == b.kind;
     let line = |group: &[Finding]| match group {
         [] => String::new(),
-        [one] => format!("  {}: {}\n", one.severity.name(), Escaped(&one.message)),
-        [first, ..] => format!("  {}: {}\n", first.severity.name(), summary(group, first.kind)),
+        [one] => format!("  {}: {}\n", one.severity, Escaped(&one.message)),
+        [first, ..] => format!("  {}: {}\n", first.severity, summary(group, first.kind)),
     };
     findings.chunk_by(same_kind).map(line).collect()
 }
@@ -161,13 +160,4 @@ fn summary(group: &[Finding], kind: FindingKind) -> String {
         more => format!(" and {more} more"),
     };
     what + &places.join("; ") + &more
-}
-
-impl Severity {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Error => "error",
-            Self::Warning => "warning",
-        }
-    }
 }

@@ -11,7 +11,7 @@ use serde::{Serialize, Serializer};
 
 use super::args::GenerateArgs;
 use super::convert::format_from_extension;
-use crate::output::{counted, is_file, note, own_command, print, print_json, replace};
+use crate::output::{counted, is_file, note, own_command, print, print_pretty_json, replace};
 use crate::usage::CommandResult;
 
 /// A maze and its parameters. The field names are JSON keys.
@@ -44,7 +44,7 @@ pub(super) fn run(args: &GenerateArgs) -> CommandResult {
         Some(output) => write(mazes, output, args)?,
         None if args.json => {
             let mazes: Vec<Generated> = mazes.collect();
-            print_json(&serde_json::to_string_pretty(&mazes)?)?;
+            print_pretty_json(&mazes)?;
         }
         None => {
             for (number, generated) in mazes.enumerate() {
@@ -58,10 +58,10 @@ pub(super) fn run(args: &GenerateArgs) -> CommandResult {
 
 impl Generated {
     fn new(args: &GenerateArgs, seed: u64) -> Self {
-        let maze = generate(args.size, seed, args.style.0);
+        let maze = generate(args.size, seed, args.style);
         Self {
             seed,
-            style: args.style.0.name(),
+            style: args.style.name(),
             width: args.size.width(),
             height: args.size.height(),
             goals: maze.goals().iter().map(|cell| [cell.x, cell.y]).collect(),
@@ -82,11 +82,7 @@ fn write(
     output: &Path,
     args: &GenerateArgs,
 ) -> Result<(), String> {
-    let asks_for_folder = output
-        .as_os_str()
-        .as_encoded_bytes()
-        .last()
-        .is_some_and(|&end| path::is_separator(end.into()));
+    let asks_for_folder = output.to_string_lossy().ends_with(path::is_separator);
     let is_folder = args.count > 1 || asks_for_folder || output.is_dir();
     if is_folder {
         fs::create_dir_all(output)

@@ -9,10 +9,10 @@ use mmsim_maze::{Escaped, Maze};
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
-use crate::output::{counted, goal_away, print, print_json};
+use crate::output::{counted, goal_away, print, print_pretty_json};
 
 /// The facts of a maze file. The field names are JSON keys.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 pub(super) struct MazeRow {
     path: String,
     width: Option<u8>,
@@ -45,15 +45,7 @@ impl MazeRow {
     }
 
     pub(super) fn from_error(path: &Path, error: &impl Display) -> Self {
-        Self {
-            path: path.display().to_string(),
-            width: None,
-            height: None,
-            goals: None,
-            shortest_path: None,
-            reachable_cells: None,
-            error: Some(error.to_string()),
-        }
+        Self { path: path.display().to_string(), error: Some(error.to_string()), ..Self::default() }
     }
 
     /// Formats the row as escaped text. An error names the file itself.
@@ -76,7 +68,7 @@ impl MazeRow {
 
 pub(super) fn print_rows(rows: &[MazeRow], json: bool) -> io::Result<()> {
     if json {
-        return print_json(&serde_json::to_string_pretty(rows)?);
+        return print_pretty_json(&rows);
     }
     print(&rows.iter().map(|row| row.line() + "\n").collect::<String>())
 }

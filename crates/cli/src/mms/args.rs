@@ -4,9 +4,8 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Args;
-use mmsim_protocol::DEFAULT_PORT;
 
-use crate::args::{KnownMazeArgs, MazeArg, RetentionArgs, ViewerArgs};
+use crate::args::{KnownMazeArgs, ServerArgs};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -46,15 +45,8 @@ pub(crate) struct MmsArgs {
     /// Keep serving after the mouse exits, until Ctrl-C; implied by --open
     #[arg(long, conflicts_with = "connect")]
     pub(crate) stay: bool,
-    /// Port to listen on; 0 picks a free port
-    #[arg(short, long, default_value_t = DEFAULT_PORT, conflicts_with = "connect")]
-    pub(crate) port: u16,
     #[command(flatten)]
-    pub(crate) maze: MazeArg,
-    #[command(flatten)]
-    pub(crate) retention: RetentionArgs,
-    #[command(flatten)]
-    pub(crate) viewer: ViewerArgs,
+    pub(crate) server: ServerArgs,
     #[command(flatten)]
     pub(crate) remote: RemoteArgs,
 }
@@ -67,7 +59,7 @@ pub(crate) struct RemoteArgs {
     #[arg(
         long,
         value_name = "ENDPOINT",
-        conflicts_with_all = ["words", "record", "history_limit", "viewer_port", "no_viewer", "open"],
+        conflicts_with_all = ["port", "words", "record", "history_limit", "viewer_port", "no_viewer", "open"],
     )]
     pub(crate) connect: Option<String>,
     #[command(flatten)]
@@ -77,6 +69,6 @@ pub(crate) struct RemoteArgs {
 impl MmsArgs {
     /// Whether to keep serving after the mouse exits.
     pub(crate) const fn stays(&self) -> bool {
-        self.stay || self.viewer.open
+        self.stay || self.server.viewer.open
     }
 }

@@ -44,15 +44,6 @@ pub(crate) enum Line {
     Unfinished(Vec<u8>),
 }
 
-/// The next output of a mouse.
-pub(crate) enum Next {
-    Line(Line),
-    /// No output yet.
-    Silence,
-    /// End of output.
-    End,
-}
-
 impl Child {
     /// Starts a program with its arguments. It shares this process's stderr.
     pub(crate) fn start(command: &[OsString]) -> Result<Self, String> {
@@ -89,13 +80,9 @@ impl Child {
         Ok(Self { process, lines, replies: Some(replies), unread, incomplete_line })
     }
 
-    /// Waits for the next output of the mouse.
-    pub(crate) fn next(&self, timeout: Duration) -> Next {
-        match self.lines.recv_timeout(timeout) {
-            Ok(line) => Next::Line(line),
-            Err(RecvTimeoutError::Timeout) => Next::Silence,
-            Err(RecvTimeoutError::Disconnected) => Next::End,
-        }
+    /// Waits for the next line of the mouse.
+    pub(crate) fn next_line(&self, timeout: Duration) -> Result<Line, RecvTimeoutError> {
+        self.lines.recv_timeout(timeout)
     }
 
     /// Replies to the mouse. Does nothing if the mouse has closed its stdin.

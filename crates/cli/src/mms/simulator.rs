@@ -6,14 +6,8 @@ use mmsim_client::{Exchange, RunError, Transport};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState};
 use mmsim_mms::{Environment, SimulatedMouse};
 
+use super::exit::ExitCause;
 use crate::interrupt::Interrupt;
-
-/// Why a mouse is stopped.
-#[derive(Debug)]
-pub(crate) enum Interruption {
-    CtrlC,
-    Error(RunError),
-}
 
 /// A simulator, asked for each wall once.
 pub(crate) struct Simulator<'a, T> {
@@ -41,41 +35,41 @@ impl<'a, T: Transport> Simulator<'a, T> {
     }
 
     /// Sends the state of the mouse if it has changed.
-    pub(crate) fn update(&mut self, mouse: &SimulatedMouse) -> Result<(), Interruption> {
+    pub(crate) fn update(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
         let is_sent = self.last.as_ref().is_some_and(|last| is_same_state(last, mouse));
         if is_sent { Ok(()) } else { self.send(mouse) }
     }
 
-    fn send(&mut self, mouse: &SimulatedMouse) -> Result<(), Interruption> {
+    fn send(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
         let number = |cell| mouse.number(cell);
-        self.exchange.state(mouse.pose(), mouse.map(), number).map_err(Interruption::Error)?;
+        self.exchange.state(mouse.pose(), mouse.map(), number).map_err(ExitCause::LostSimulator)?;
         self.last = Some(mouse.clone());
         Ok(())
     }
 }
 
 impl<T: Transport> Environment for Simulator<'_, T> {
-    type Error = Interruption;
+    type Error = ExitCause;
 
-    fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Interruption> {
+    fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, ExitCause> {
         match self.reported.wall(cell, heading) {
             WallState::Present => Ok(true),
             WallState::Absent => Ok(false),
             WallState::Unknown => {
                 let pose = Pose::new(cell, heading);
-                let around = self.exchange.walls(pose).map_err(Interruption::Error)?;
+                let around = self.exchange.walls(pose).map_err(ExitCause::LostSimulator)?;
                 let size = self.reported.size();
                 self.reported.observe(pose, around).map_err(|error| {
-                    Interruption::Error(RunError::from_contradiction(error, size))
+                    ExitCause::LostSimulator(RunError::from_contradiction(error, size))
                 })?;
                 Ok(around.front)
             }
         }
     }
 
-    fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), Interruption> {
+    fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
         self.send(mouse)?;
-        if self.interrupt.wait_for(self.pace) { Err(Interruption::CtrlC) } else { Ok(()) }
+        if self.interrupt.wait_for(self.pace) { Err(ExitCause::Interrupted) } else { Ok(()) }
     }
 }
 

@@ -3,10 +3,11 @@
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use mmsim_drawing::WIDTH_PX;
+use clap::Args;
+use clap::builder::{PossibleValue, TypedValueParser};
+use mmsim_drawing::{Theme, WIDTH_PX};
 
-use crate::args::ReadingArgs;
+use crate::args::{ReadingArgs, one_of};
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
@@ -36,8 +37,8 @@ pub(crate) struct RenderArgs {
     #[arg(long)]
     pub(crate) no_trail: bool,
     /// Colour theme
-    #[arg(long, default_value = "light")]
-    pub(crate) theme: ThemeArg,
+    #[arg(long, default_value = "light", value_parser = themes())]
+    pub(crate) theme: Theme,
     /// Width of a .png or .gif in pixels [default: 640 for the longer side]
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(width_range()))]
     pub(crate) width: Option<u32>,
@@ -59,12 +60,11 @@ pub(crate) enum PictureFormat {
     Gif,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum ThemeArg {
-    /// Dark on light
-    Light,
-    /// Light on dark
-    Dark,
+fn themes() -> impl TypedValueParser<Value = Theme> {
+    one_of([Theme::Light, Theme::Dark], |theme| match theme {
+        Theme::Light => PossibleValue::new("light").help("Dark on light"),
+        Theme::Dark => PossibleValue::new("dark").help("Light on dark"),
+    })
 }
 
 fn width_range() -> RangeInclusive<i64> {

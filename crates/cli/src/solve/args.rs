@@ -3,18 +3,19 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use clap::Args;
 use clap::builder::PossibleValue;
-use clap::{Args, ValueEnum};
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::BundledStrategy;
 
-use crate::args::KnownMazeArgs;
+use crate::args::{KnownMazeArgs, one_of};
 
 #[derive(Debug, Args)]
 #[command(override_usage = "mmsim solve <STRATEGY> [OPTIONS]")]
 pub(crate) struct SolveArgs {
     /// Search strategy
-    pub(crate) strategy: StrategyArg,
+    #[arg(value_parser = one_of(BundledStrategy::ALL.iter().copied(), strategy_value))]
+    pub(crate) strategy: BundledStrategy,
     /// Address of the simulator, as tcp://HOST:PORT; it may start later
     #[arg(long, value_name = "ENDPOINT", default_value_t = format!("tcp://127.0.0.1:{DEFAULT_PORT}"))]
     pub(crate) connect: String,
@@ -39,27 +40,9 @@ pub(crate) struct SolveArgs {
     pub(crate) json: bool,
 }
 
-/// A bundled strategy as a command-line value.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct StrategyArg(pub(crate) BundledStrategy);
-
-impl ValueEnum for StrategyArg {
-    fn value_variants<'a>() -> &'a [Self] {
-        const ALL: [StrategyArg; BundledStrategy::ALL.len()] = {
-            let mut all = [StrategyArg(BundledStrategy::FloodFill); BundledStrategy::ALL.len()];
-            let mut index = 0;
-            while index < all.len() {
-                all[index] = StrategyArg(BundledStrategy::ALL[index]);
-                index += 1;
-            }
-            all
-        };
-        &ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.0.name()).help(self.0.about()))
-    }
+/// Describes a strategy in the help.
+pub(crate) fn strategy_value(strategy: BundledStrategy) -> PossibleValue {
+    PossibleValue::new(strategy.name()).help(strategy.about())
 }
 
 fn parse_seconds(text: &str) -> Result<Duration, String> {

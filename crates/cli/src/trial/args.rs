@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
 use super::outcome::Contender;
-use crate::args::{RetentionArgs, ViewerArgs};
+use crate::args::{RetentionArgs, ViewerArgs, each_once, one_of};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -28,9 +28,9 @@ pub(crate) struct TrialArgs {
     /// bundled maze
     #[arg(required = true, value_name = "MAZE")]
     pub(crate) mazes: Vec<PathBuf>,
-    /// Robot; may be repeated [default: champion]
-    #[arg(long, value_name = "NAME")]
-    robot: Vec<Robots>,
+    /// Robot; may be repeated
+    #[arg(long, value_name = "NAME", default_value = BundledRobot::Champion.name(), value_parser = robots())]
+    robot: Vec<Option<BundledRobot>>,
     /// Random seed, for robots and noisy sensors
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -98,7 +98,8 @@ impl WatchArgs {
 impl TrialArgs {
     /// Returns the selected robots with their settings.
     pub(crate) fn contenders(&self) -> Vec<Contender> {
-        self.robots().into_iter().map(|robot| self.contender(robot)).collect()
+        let robots = each_once(&self.robot, BundledRobot::ALL);
+        robots.into_iter().map(|robot| self.contender(robot)).collect()
     }
 
     /// Returns a robot with its settings.
@@ -106,57 +107,17 @@ impl TrialArgs {
         let Self { seed, noise, key_points, variant, .. } = *self;
         Contender { robot, settings: Settings { seed, key_points, variant, noise } }
     }
+}
 
-    /// Returns the selected robots, each once.
-    fn robots(&self) -> Vec<BundledRobot> {
-        let mut robots = Vec::new();
-        for value in &self.robot {
-            let selected: &[BundledRobot] = match value {
-                Robots::All => BundledRobot::ALL,
-                Robots::One(robot) => std::slice::from_ref(robot),
-            };
-            let new = selected.iter().filter(|robot| !robots.contains(*robot));
-            robots.extend(new.copied().collect::<Vec<_>>());
-        }
-        if robots.is_empty() {
-            robots.push(BundledRobot::Champion);
-        }
-        robots
-    }
+fn robots() -> impl TypedValueParser<Value = Option<BundledRobot>> {
+    one_of(BundledRobot::ALL.iter().copied().map(Some).chain([None]), |robot| match robot {
+        Some(robot) => PossibleValue::new(robot.name()).help(robot.about()),
+        None => PossibleValue::new("all").help("all robots"),
+    })
 }
 
 fn variants() -> impl TypedValueParser<Value = Variant> {
-    PossibleValuesParser::new(Variant::ALL.iter().map(|variant| variant.name()))
-        .try_map(|name| name.parse())
-}
-
-/// A value of `--robot`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Robots {
-    One(BundledRobot),
-    All,
-}
-
-impl ValueEnum for Robots {
-    fn value_variants<'a>() -> &'a [Self] {
-        const VALUES: [Robots; BundledRobot::ALL.len() + 1] = {
-            let mut values = [Robots::All; BundledRobot::ALL.len() + 1];
-            let mut index = 0;
-            while index < BundledRobot::ALL.len() {
-                values[index] = Robots::One(BundledRobot::ALL[index]);
-                index += 1;
-            }
-            values
-        };
-        &VALUES
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(match self {
-            Self::One(robot) => PossibleValue::new(robot.name()).help(robot.about()),
-            Self::All => PossibleValue::new("all").help("all robots"),
-        })
-    }
+    one_of(Variant::ALL.iter().copied(), |variant| variant.name().into())
 }
 
 fn parse_probability(text: &str) -> Result<f64, String> {

@@ -13,7 +13,7 @@ use super::outcome::{Contender, TrialResult, run_trials};
 use super::report::TrialReport;
 use super::table::Means;
 use crate::grid::aligned;
-use crate::output::{counted, note, print, print_json, replace};
+use crate::output::{counted, note, print, print_pretty_json, replace};
 use crate::selection::Selected;
 use crate::usage::CommandResult;
 
@@ -39,15 +39,12 @@ fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
         (format!("random, seed {}", contender.settings.seed), contender)
     });
     let benchmarks = random.chain([row(BundledRobot::CountExpansion)]).collect();
-    let swing = args.contender(BundledRobot::Swing);
-    let variants = Variant::ALL.iter().map(|&variant| {
-        let settings = Settings { variant, ..swing.settings };
-        (variant.to_string(), Contender { settings, ..swing.clone() })
-    });
-    let key_points = KeyPoints::ALL.iter().map(|&key_points| {
-        let settings = Settings { key_points, ..swing.settings };
-        (key_points.to_string(), Contender { settings, ..swing.clone() })
-    });
+    let Contender { robot, settings } = args.contender(BundledRobot::Swing);
+    let swing = |name: String, settings| (name, Contender { robot, settings });
+    let variants = (Variant::ALL.iter())
+        .map(|&variant| swing(variant.to_string(), Settings { variant, ..settings }));
+    let key_points = (KeyPoints::ALL.iter())
+        .map(|&key_points| swing(key_points.to_string(), Settings { key_points, ..settings }));
     let robots = BundledRobot::ALL.iter().copied().map(row).collect();
     vec![
         Comparison { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
@@ -62,7 +59,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     let tables = comparisons(args);
     let trials = Trials::run(&tables, mazes);
     if args.json {
-        print_json(&serde_json::to_string_pretty(&trials.reports(&tables))?)?;
+        print_pretty_json(&trials.reports(&tables))?;
     } else if !mazes.is_empty() {
         let texts = tables.iter().map(|table| trials.text(table));
         print(&texts.collect::<Vec<_>>().join("\n"))?;

@@ -1,5 +1,6 @@
 //! A trial and its outcome.
 
+use std::cmp::Ordering;
 use std::convert::Infallible;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze};
@@ -137,14 +138,11 @@ impl TrialResult {
 
 /// Returns the cells that a step leaves and their letters: uppercase in the first one.
 fn letters(from: Cell, to: Cell) -> impl Iterator<Item = (Cell, char)> {
-    let (heading, letter) = if to.y > from.y {
-        (Heading::North, 'U')
-    } else if to.y < from.y {
-        (Heading::South, 'D')
-    } else if to.x > from.x {
-        (Heading::East, 'R')
-    } else {
-        (Heading::West, 'L')
+    let (heading, letter) = match (to.x.cmp(&from.x), to.y.cmp(&from.y)) {
+        (_, Ordering::Greater) => (Heading::North, 'U'),
+        (_, Ordering::Less) => (Heading::South, 'D'),
+        (Ordering::Greater, _) => (Heading::East, 'R'),
+        _ => (Heading::West, 'L'),
     };
     std::iter::successors(Some(from), move |cell| cell.neighbour(heading))
         .take_while(move |&cell| cell != to)

@@ -21,7 +21,7 @@ pub(crate) struct TrialReport {
     seed: u64,
     noise: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
-    path: Option<String>,
+    pub(crate) path: Option<String>,
 }
 
 impl TrialReport {
@@ -43,12 +43,6 @@ impl TrialReport {
             noise: contender.settings.noise,
             path: None,
         }
-    }
-
-    /// Adds the drawing of the race.
-    pub(crate) fn with_path(self, outcome: &TrialResult) -> Self {
-        let [path, _] = outcome.drawings();
-        Self { path: Some(path), ..self }
     }
 }
 

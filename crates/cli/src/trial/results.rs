@@ -7,7 +7,7 @@ use super::args::TrialArgs;
 use super::outcome::{Job, TrialResult};
 use super::report::TrialReport;
 use super::table::{ResultTable, summary};
-use crate::output::{print, print_json};
+use crate::output::{print, print_pretty_json};
 use crate::screen::wide_or_compact;
 use crate::usage::CommandResult;
 
@@ -47,10 +47,11 @@ impl<'a> Results<'a> {
         let Self { jobs, args, lines, outcomes, .. } = self;
         if args.json {
             let reports = jobs.iter().zip(&outcomes).map(|(&(selected, contender), outcome)| {
-                let report = TrialReport::new(selected, contender, outcome);
-                if args.path { report.with_path(outcome) } else { report }
+                let mut report = TrialReport::new(selected, contender, outcome);
+                report.path = args.path.then(|| outcome.drawings()).map(|[path, _]| path);
+                report
             });
-            print_json(&serde_json::to_string_pretty(&reports.collect::<Vec<_>>())?)?;
+            print_pretty_json(&reports.collect::<Vec<_>>())?;
         } else if !jobs.is_empty() {
             print(&(lines + &summary(jobs, &outcomes)))?;
         }

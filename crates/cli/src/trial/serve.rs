@@ -5,8 +5,8 @@ use std::io::{self, IsTerminal};
 use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Zmq};
-use mmsim_maze::{KnownMaze, Unknown};
-use mmsim_trial::{RaceSteps, Trial};
+use mmsim_maze::Unknown;
+use mmsim_trial::RaceSteps;
 
 use super::args::TrialArgs;
 use super::outcome::{Contender, TrialResult};
@@ -42,8 +42,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     )?;
     let pace = watch.pace.unwrap_or(if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 });
     let pause = || interrupt.wait_for(Duration::from_millis(pace));
-    let outcome = Client::connect(server.address())
-        .and_then(|client| client.run_trial(contender, &selected, pause));
+    let outcome = run_trial(server.address(), contender, &selected, pause);
     let mut succeeded = true;
     if let Some(outcome) = outcome? {
         let jobs = [(&selected, contender)];
@@ -59,47 +58,27 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     Ok(succeeded || !watch.once)
 }
 
-/// Why a trial stopped early.
-enum TrialStop {
-    Interrupted,
-    Failed(RunError),
-}
-
-/// A client that sends states to the simulator and never asks for walls.
-struct Client<'a> {
-    simulator: Exchange<Zmq<'a>>,
-}
-
-impl Client<'_> {
-    fn connect(address: &str) -> Result<Self, Box<dyn Error>> {
-        let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
-        Ok(Self { simulator: Exchange::new(transport) })
-    }
-
-    /// Runs a robot and sends each state. Returns `None` if `pause`, called after each state, returns
-    /// `true`.
-    fn run_trial(
-        mut self,
-        contender: &Contender,
-        selected: &Selected,
-        pause: impl Fn() -> bool,
-    ) -> Result<Option<TrialResult>, Box<dyn Error>> {
-        self.simulator.reset()?;
-        let outcome = contender.run_watched(&selected.maze, |trial, seen| {
-            self.send_state(trial, seen).map_err(TrialStop::Failed)?;
-            if pause() { Err(TrialStop::Interrupted) } else { Ok(()) }
-        });
-        match outcome {
-            Ok(outcome) => Ok(Some(outcome)),
-            Err(TrialStop::Interrupted) => Ok(None),
-            Err(TrialStop::Failed(error)) => Err(error.into()),
-        }
-    }
-
-    /// Sends the pose of the robot, what it has seen, and each cell's lower bound of race steps to the
-    /// goal.
-    fn send_state(&mut self, trial: &Trial<'_>, seen: &KnownMaze) -> Result<(), RunError> {
+/// Runs a robot and sends each state to the simulator: its pose, what it has seen, and each cell's
+/// lower bound of race steps to the goal. Returns `None` if `pause`, called after each state, returns
+/// `true`.
+fn run_trial(
+    address: &str,
+    contender: &Contender,
+    selected: &Selected,
+    pause: impl Fn() -> bool,
+) -> Result<Option<TrialResult>, Box<dyn Error>> {
+    let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
+    let mut simulator = Exchange::new(transport);
+    simulator.reset()?;
+    let outcome = contender.run_watched(&selected.maze, |trial, seen| {
         let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
-        self.simulator.state(trial.pose(), seen, |cell| steps.at(cell).unwrap_or(u16::MAX))
+        let number = |cell| steps.at(cell).unwrap_or(u16::MAX);
+        simulator.state(trial.pose(), seen, number).map_err(Some)?;
+        if pause() { Err(None::<RunError>) } else { Ok(()) }
+    });
+    match outcome {
+        Ok(outcome) => Ok(Some(outcome)),
+        Err(None) => Ok(None),
+        Err(Some(error)) => Err(error.into()),
     }
 }

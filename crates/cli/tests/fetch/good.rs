@@ -56,7 +56,7 @@ fn fetches_every_kind_of_archive_from_files_and_urls() {
         insta::allow_duplicates! {
             insta::assert_snapshot!(by_file.stdout, @r#"
             2 mazes in mazes/fetched (files: 4 new, 0 replaced, 0 unchanged, 0 removed, 2 skipped)
-            serve one of them with `mmsim mazes --maze "japan 2013"`
+            serve one of them with `mmsim mazes --maze "a b (c)"`
             "#);
         }
     }

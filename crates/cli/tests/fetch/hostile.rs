@@ -32,7 +32,7 @@ fn outside_paths_are_refused() {
     insta::assert_snapshot!(refusal_of_name(b"/evil.txt"), @r#"entry "/evil.txt" has an absolute path"#);
     insta::assert_snapshot!(refusal_of_name(b"C:evil.txt"), @r#"entry "C:evil.txt" has a path with a drive"#);
     insta::assert_snapshot!(refusal_of_name(b"C:/evil.txt"), @r#"entry "C:/evil.txt" has a path with a drive"#);
-    insta::assert_snapshot!(refusal_of_name(b"\xff/../evil.txt"), @r#"entry "�/../evil.txt" has a path with "..""#);
+    insta::assert_snapshot!(refusal_of_name(b"\xff/../evil.txt"), @r#"entry "\xff/../evil.txt" has a path with "..""#);
     for name in [b"C:\\evil.txt", &b"..\\evil.txt"[..], b"a\\..\\evil.txt", b"\\evil.txt"] {
         let file = tar_of(name, EntryType::Regular, MAZE.as_bytes());
         let in_tar = refusal(&gz(&file));

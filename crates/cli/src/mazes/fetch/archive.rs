@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
-use std::io::{self, Read};
+use std::io::Read;
 
 use flate2::bufread::{DeflateDecoder, GzDecoder};
 use mmsim_formats::MAX_FILE_BYTES;
-use rawzip::{CompressionMethod, ZipArchive, ZipFileHeaderRecord};
+use mmsim_maze::Excerpt;
+use rawzip::{CompressionMethod, ZipArchive};
 use tar::EntryType;
 
 use super::path;
@@ -30,6 +31,15 @@ pub(super) struct Contents {
     bytes: u64,
 }
 
+enum Kind {
+    File,
+    Folder,
+    Unsupported(&'static str),
+}
+
+const LINK: Kind = Kind::Unsupported("a symbolic link");
+const SPECIAL: Kind = Kind::Unsupported("neither a file nor a folder");
+
 /// Unpacks a .tar.gz, .zip or .tar archive, detected from its content.
 ///
 /// # Errors
@@ -43,8 +53,8 @@ pub(super) fn unpack(archive: &[u8]) -> Result<Contents, String> {
     } else if archive.get(USTAR) == Some(b"ustar") {
         Contents::from_tar(archive)
     } else {
-        let start = String::from_utf8_lossy(&archive[..archive.len().min(40)]);
-        let found = if archive.is_empty() { "an empty file".into() } else { format!("{start:?}") };
+        let start = Excerpt::<40>::new(archive).to_string();
+        let found = if archive.is_empty() { "an empty file" } else { &start };
         Err(format!("expected a .tar.gz, .zip or .tar archive, found {found}"))
     }
 }
@@ -55,9 +65,7 @@ fn gunzip(mut packed: &[u8]) -> Result<Vec<u8>, String> {
     while packed.iter().any(|&byte| byte != 0) {
         let left = MAX_UNPACKED_BYTES + 1 - unpacked.len() as u64;
         GzDecoder::new(&mut packed).take(left).read_to_end(&mut unpacked).map_err(damaged)?;
-        if unpacked.len() as u64 > MAX_UNPACKED_BYTES {
-            return Err(too_large());
-        }
+        check_unpacked(unpacked.len() as u64)?;
     }
     Ok(unpacked)
 }
@@ -67,17 +75,16 @@ impl Contents {
         let mut contents = Self::default();
         for entry in tar::Archive::new(tar).entries().map_err(damaged)? {
             let entry = entry.map_err(damaged)?;
-            let name = entry.path_bytes().into_owned();
-            let is_folder = match entry.header().entry_type() {
+            let kind = match entry.header().entry_type() {
                 // Metadata for all entries, such as the commit of the archive.
                 EntryType::XGlobalHeader => continue,
-                EntryType::Directory => true,
-                EntryType::Regular => name.ends_with(b"/"),
-                EntryType::Symlink => return Err(unsupported(&name, "a symbolic link")),
-                EntryType::Link => return Err(unsupported(&name, "a hard link")),
-                _ => return Err(unsupported(&name, "neither a file nor a folder")),
+                EntryType::Directory => Kind::Folder,
+                EntryType::Regular => Kind::File,
+                EntryType::Symlink => LINK,
+                EntryType::Link => Kind::Unsupported("a hard link"),
+                _ => SPECIAL,
             };
-            contents.add(&name, is_folder, entry)?;
+            contents.add(&entry.path_bytes().into_owned(), &kind, entry)?;
         }
         // Blocks of zeros mark the end.
         if !tar.ends_with(&[0; 512]) {
@@ -87,25 +94,32 @@ impl Contents {
     }
 
     fn from_zip(zip: &[u8]) -> Result<Self, String> {
+        const METHODS: [CompressionMethod; 2] =
+            [CompressionMethod::STORE, CompressionMethod::DEFLATE];
         let mut contents = Self::default();
         let archive = ZipArchive::from_slice(zip).map_err(damaged)?;
         let mut entries = archive.entries();
         while let Some(entry) = entries.next_entry().map_err(damaged)? {
+            let method = entry.compression_method();
+            // The Unix mode, whatever system the entry claims to come from; not every tool sets it.
+            let kind = match (entry.external_attributes() >> 16) & 0o170_000 {
+                0o040_000 => Kind::Folder,
+                0o120_000 => LINK,
+                0 | 0o100_000 if entry.flags().is_encrypted() => Kind::Unsupported("encrypted"),
+                0 | 0o100_000 if METHODS.contains(&method) => Kind::File,
+                0 | 0o100_000 => Kind::Unsupported("compressed by another method than deflate"),
+                _ => SPECIAL,
+            };
             // Some tools for Windows write backslashes.
-            let name = entry.file_path().as_ref().to_vec();
-            let name: Vec<u8> =
-                name.into_iter().map(|b| if b == b'\\' { b'/' } else { b }).collect();
-            if is_folder_in_zip(&entry, &name)? {
-                contents.add(&name, true, io::empty())?;
-                continue;
-            }
+            let slash = |&byte: &u8| if byte == b'\\' { b'/' } else { byte };
+            let name: Vec<u8> = entry.file_path().as_ref().iter().map(slash).collect();
             let data = archive.get_entry(entry.wayfinder()).map_err(damaged)?;
             // The readers verify size and checksum.
-            if entry.compression_method() == CompressionMethod::STORE {
-                contents.add(&name, false, data.verifying_reader(data.data()))?;
+            if method == CompressionMethod::STORE {
+                contents.add(&name, &kind, data.verifying_reader(data.data()))?;
             } else {
                 let content = data.verifying_reader(DeflateDecoder::new(data.data()));
-                contents.add(&name, false, content)?;
+                contents.add(&name, &kind, content)?;
             }
         }
         if contents.entries as u64 != archive.entries_hint() {
@@ -114,61 +128,40 @@ impl Contents {
         Ok(contents)
     }
 
-    fn add(&mut self, name: &[u8], is_folder: bool, content: impl Read) -> Result<(), String> {
-        let shown = path::shown(name);
+    fn add(&mut self, name: &[u8], kind: &Kind, content: impl Read) -> Result<(), String> {
+        let shown = Excerpt::<80>::new(name);
         self.entries += 1;
         if self.entries > MAX_ENTRIES {
             return Err(format!("more than {MAX_ENTRIES} entries"));
         }
         let path = path::inside(name).map_err(|problem| format!("entry {shown} {problem}"))?;
-        if is_folder {
-            return Ok(());
+        match (kind, path) {
+            (Kind::Unsupported(what), _) => return Err(format!("entry {shown} is {what}")),
+            (Kind::Folder, _) => {}
+            (Kind::File, _) if name.ends_with(b"/") => {}
+            (Kind::File, None) => self.invalid_names.push(shown.to_string()),
+            (Kind::File, Some(path)) => {
+                let mut bytes = Vec::new();
+                (content.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes))
+                    .map_err(|error| format!("entry {shown} is damaged: {error}"))?;
+                if bytes.len() as u64 > MAX_FILE_BYTES {
+                    return Err(format!("entry {shown} is larger than {MAX_FILE_BYTES} bytes"));
+                }
+                self.bytes += bytes.len() as u64;
+                check_unpacked(self.bytes)?;
+                self.files.insert(path, bytes);
+            }
         }
-        let Some(path) = path else {
-            self.invalid_names.push(shown);
-            return Ok(());
-        };
-        let mut bytes = Vec::new();
-        let mut content = content.take(MAX_FILE_BYTES + 1);
-        content
-            .read_to_end(&mut bytes)
-            .map_err(|error| format!("entry {shown} is damaged: {error}"))?;
-        if bytes.len() as u64 > MAX_FILE_BYTES {
-            return Err(format!("entry {shown} is larger than {MAX_FILE_BYTES} bytes"));
-        }
-        self.bytes += bytes.len() as u64;
-        if self.bytes > MAX_UNPACKED_BYTES {
-            return Err(too_large());
-        }
-        self.files.insert(path, bytes);
         Ok(())
     }
 }
 
-/// Whether an entry is a folder. Its Unix mode, in the upper half of the attributes, is used whatever
-/// system it claims to come from; not every tool sets it.
-fn is_folder_in_zip(entry: &ZipFileHeaderRecord<'_>, name: &[u8]) -> Result<bool, String> {
-    const TYPE: u32 = 0o170_000;
-    const METHODS: [CompressionMethod; 2] = [CompressionMethod::STORE, CompressionMethod::DEFLATE];
-    match (entry.external_attributes() >> 16) & TYPE {
-        0o040_000 => Ok(true),
-        0 | 0o100_000 if name.ends_with(b"/") => Ok(true),
-        0 | 0o100_000 if entry.flags().is_encrypted() => Err(unsupported(name, "encrypted")),
-        0 | 0o100_000 if METHODS.contains(&entry.compression_method()) => Ok(false),
-        0 | 0o100_000 => Err(unsupported(name, "compressed by another method than deflate")),
-        0o120_000 => Err(unsupported(name, "a symbolic link")),
-        _ => Err(unsupported(name, "neither a file nor a folder")),
-    }
-}
-
-fn unsupported(name: &[u8], what: &str) -> String {
-    format!("entry {} is {what}", path::shown(name))
+fn check_unpacked(bytes: u64) -> Result<(), String> {
+    let is_within = bytes <= MAX_UNPACKED_BYTES;
+    let error = || format!("content is larger than {} MiB", MAX_UNPACKED_BYTES >> 20);
+    is_within.then_some(()).ok_or_else(error)
 }
 
 fn damaged(error: impl Display) -> String {
     format!("damaged archive: {error}")
-}
-
-fn too_large() -> String {
-    format!("content is larger than {} MiB", MAX_UNPACKED_BYTES >> 20)
 }

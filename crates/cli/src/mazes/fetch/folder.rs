@@ -3,30 +3,29 @@
 //! A fetch builds the new folder next to the old one, copies the files that the user has added or
 //! changed, and renames it into place. A manifest distinguishes fetched files from the user's.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File, Metadata};
+use std::collections::HashMap;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use mmsim_formats::MAX_FILE_BYTES;
-use tempfile::TempDir;
+use serde::Serialize;
+use walkdir::WalkDir;
 
 use super::archive::Files;
 
 /// The name of the folder.
 pub(super) const FOLDER: &str = "fetched";
-/// The manifest: a line for each fetched file, its CRC-32 in hexadecimal and its path. Earlier versions
-/// had no folder of their own, and wrote files and manifest directly into the user's folder.
+/// The manifest: a line for each fetched file, its CRC-32 in hexadecimal and its path.
 const MANIFEST: &str = ".mmsim-fetched";
 /// The file that is locked during a fetch.
 const LOCK: &str = ".mmsim-fetching";
-/// The prefix of temporary folders.
-const TEMPORARY: &str = ".mmsim-fetching-";
+/// The name of the new folder until it is complete.
+const NEW: &str = ".mmsim-fetching-new";
 /// The name of the old folder between the two renames.
 const OLD: &str = ".mmsim-fetching-old";
 
-/// What a fetch has changed, in numbers of files.
-#[derive(Debug, Default)]
+/// What a fetch has changed, in numbers of files. The field names are JSON keys.
+#[derive(Debug, Default, Serialize)]
 pub(super) struct Changes {
     pub(super) new: usize,
     pub(super) replaced: usize,
@@ -41,13 +40,18 @@ pub(super) struct Changes {
 /// # Errors
 /// A file cannot be written, or the folder is not one of mmsim's. Nothing is changed then.
 pub(super) fn replace(parent: &Path, files: &Files) -> Result<Changes, String> {
+    check_owned(parent)?;
     let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
     let missing: Vec<&Path> = parent.ancestors().take_while(is_missing).collect();
     let changes = fs::create_dir_all(parent)
+        .and_then(|()| lock(parent))
         .map_err(cannot_write(parent))
-        .and_then(|()| replace_in(parent, files));
-    if changes.is_err() && !missing.is_empty() {
-        let _ = fs::remove_file(parent.join(LOCK));
+        .and_then(|_lock| replace_locked(parent, files));
+    if changes.is_err() {
+        let _ = fs::remove_dir_all(parent.join(NEW));
+        if !missing.is_empty() {
+            let _ = fs::remove_file(parent.join(LOCK));
+        }
         // Fails for folders that are in use by now.
         for folder in missing {
             let _ = fs::remove_dir(folder);
@@ -56,21 +60,23 @@ pub(super) fn replace(parent: &Path, files: &Files) -> Result<Changes, String> {
     changes
 }
 
-fn replace_in(parent: &Path, files: &Files) -> Result<Changes, String> {
-    let (folder, old) = (parent.join(FOLDER), parent.join(OLD));
-    check_owned(&folder)?;
-    let _lock = lock(parent)?;
-    let legacy = legacy_files(parent).map_err(cannot_write(parent))?;
-    let temporary = TempDir::with_prefix_in(TEMPORARY, parent).map_err(cannot_write(parent))?;
-    // The temporary folder itself is private to the user.
-    let new = temporary.path().join(FOLDER);
-    let manifest = Manifest::new(files);
+fn replace_locked(parent: &Path, files: &Files) -> Result<Changes, String> {
+    let [folder, new, old] = [FOLDER, NEW, OLD].map(|name| parent.join(name));
+    // A fetch may have been killed.
+    if !folder.exists() {
+        let _ = fs::rename(&old, &folder);
+    }
+    let _ = fs::remove_dir_all(&old);
+    let _ = fs::remove_dir_all(&new);
+    let mut manifest = String::new();
     for (path, content) in files {
         write(&new.join(path), content).map_err(cannot_write(&folder.join(path)))?;
+        manifest += &format!("{} {path}\n", checksum(content));
     }
-    write(&new.join(MANIFEST), manifest.to_string().as_bytes()).map_err(cannot_write(&folder))?;
-    let changes = carry_over(&folder, &new, &manifest, &legacy)?;
+    write(&new.join(MANIFEST), manifest.as_bytes()).map_err(cannot_write(&folder))?;
+    let mut changes = Changes { new: files.len(), ..Changes::default() };
     if folder.exists() {
+        carry_over(&folder, &new, files, &mut changes)?;
         fs::rename(&folder, &old).map_err(cannot_write(&folder))?;
     }
     if let Err(error) = fs::rename(&new, &folder) {
@@ -79,142 +85,80 @@ fn replace_in(parent: &Path, files: &Files) -> Result<Changes, String> {
     }
     // The mazes are in place. What cannot be removed now is removed by the next fetch.
     let _ = fs::remove_dir_all(&old);
-    remove_legacy(parent, &legacy);
     Ok(changes)
 }
 
-/// Compares the old folder with the new one, and copies the user's files to the new one.
+/// Compares the old folder with the new files, and copies the user's files to the new folder.
 fn carry_over(
     folder: &Path,
     new: &Path,
-    manifest: &Manifest,
-    legacy: &[(PathBuf, u32)],
-) -> Result<Changes, String> {
-    let old_manifest = Manifest::read(folder);
-    let mut changes = Changes::default();
-    let mut count = |path: &Path, sum| match manifest.0.get(path) {
-        Some(sums) if sums.contains(&sum) => changes.unchanged += 1,
-        Some(_) => changes.replaced += 1,
-        None => changes.removed += 1,
-    };
-    for (path, sum) in legacy {
-        count(path, *sum);
-    }
-    let mut kept = Vec::new();
-    let old =
-        if folder.exists() { walk(folder).map_err(cannot_write(folder))? } else { Vec::new() };
-    for (path, metadata) in old.into_iter().filter(|(path, _)| path != Path::new(MANIFEST)) {
-        let from = folder.join(&path);
-        if !metadata.is_file() {
-            return Err(in_the_way(&from, "is a link"));
-        }
-        let sum = checksum(&from, &metadata).map_err(cannot_write(&from))?;
-        if let Some(sum) =
-            sum.filter(|&sum| old_manifest.has(&path, sum) || manifest.has(&path, sum))
-        {
-            count(&path, sum);
+    files: &Files,
+    changes: &mut Changes,
+) -> Result<(), String> {
+    let manifest = fs::read_to_string(folder.join(MANIFEST)).map_err(cannot_read(folder))?;
+    let fetched: HashMap<&str, &str> = (manifest.lines())
+        .filter_map(|line| line.split_once(' ').map(|(sum, path)| (path, sum)))
+        .collect();
+    for entry in WalkDir::new(folder) {
+        let entry = entry.map_err(|error| cannot_read(folder)(error.into()))?;
+        let (from, kind) = (entry.path(), entry.file_type());
+        let names: Vec<_> = from.iter().skip(folder.iter().count()).collect();
+        let path = names.join("/".as_ref()).to_string_lossy().into_owned();
+        if kind.is_dir() || path == MANIFEST {
             continue;
         }
-        let to = new.join(&path);
-        fs::create_dir_all(to.parent().unwrap_or(new))
-            .and_then(|()| fs::copy(&from, &to))
-            .map_err(|error| in_the_way(&from, &format!("cannot be kept: {error}")))?;
-        if manifest.0.contains_key(&path) || old_manifest.0.contains_key(&path) {
-            kept.push(path);
+        if !kind.is_file() {
+            return Err(in_the_way(from, "is a link"));
         }
-    }
-    let present = kept.iter().filter(|path| manifest.0.contains_key(*path)).count();
-    changes.new = manifest.0.len() - present - changes.unchanged - changes.replaced;
-    kept.sort();
-    changes.kept = kept.iter().map(|path| path.display().to_string()).collect();
-    Ok(changes)
-}
-
-/// Checks that the folder was created by a fetch, if it exists.
-fn check_owned(folder: &Path) -> Result<(), String> {
-    match fs::symlink_metadata(folder) {
-        Err(_) => Ok(()),
-        Ok(found) if found.is_symlink() => Err(in_the_way(folder, "is a link")),
-        Ok(found) if !found.is_dir() => Err(in_the_way(folder, "is a file")),
-        Ok(_) if folder.join(MANIFEST).is_file() => Ok(()),
-        Ok(_) => Err(in_the_way(folder, "was not created by mmsim")),
-    }
-}
-
-/// Waits for other fetches, and cleans up after those that were killed. Does not wait on file systems
-/// without locks.
-fn lock(parent: &Path) -> Result<File, String> {
-    let path = parent.join(LOCK);
-    if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
-        return Err(in_the_way(&path, "is not a regular file"));
-    }
-    let lock =
-        File::options().create(true).append(true).open(&path).map_err(cannot_write(&path))?;
-    if lock.lock().is_ok() {
-        if !parent.join(FOLDER).exists() {
-            let _ = fs::rename(parent.join(OLD), parent.join(FOLDER));
-        }
-        for entry in fs::read_dir(parent).map_err(cannot_write(parent))?.flatten() {
-            if entry.file_name().as_encoded_bytes().starts_with(TEMPORARY.as_bytes()) {
-                let _ = fs::remove_dir_all(entry.path());
+        let content = fs::read(from).map_err(cannot_read(from))?;
+        let is_fetched = fetched.get(&*path).is_some_and(|&sum| sum == checksum(&content));
+        let new_content = files.get(&path);
+        changes.new -= usize::from(new_content.is_some());
+        match new_content {
+            Some(new) if *new == content => changes.unchanged += 1,
+            Some(_) if is_fetched => changes.replaced += 1,
+            None if is_fetched => changes.removed += 1,
+            _ => {
+                let to = new.join(names.iter().collect::<PathBuf>());
+                fs::create_dir_all(to.parent().unwrap_or(new))
+                    .and_then(|()| fs::copy(from, &to))
+                    .map_err(|error| in_the_way(from, &format!("cannot be kept: {error}")))?;
+                if new_content.is_some() || fetched.contains_key(&*path) {
+                    changes.kept.push(path);
+                }
             }
         }
     }
+    changes.kept.sort();
+    Ok(())
+}
+
+/// Checks that a fetch created the folder and the lock, if they exist.
+fn check_owned(parent: &Path) -> Result<(), String> {
+    let [folder, lock] = [FOLDER, LOCK].map(|name| parent.join(name));
+    let kind = |path| fs::symlink_metadata(path).ok().map(|found| found.file_type());
+    match kind(&folder) {
+        Some(kind) if kind.is_symlink() => Err(in_the_way(&folder, "is a link")),
+        Some(kind) if !kind.is_dir() => Err(in_the_way(&folder, "is a file")),
+        Some(_) if !folder.join(MANIFEST).is_file() => {
+            Err(in_the_way(&folder, "was not created by mmsim"))
+        }
+        _ if kind(&lock).is_some_and(|kind| !kind.is_file()) => {
+            Err(in_the_way(&lock, "is not a regular file"))
+        }
+        // They would be there twice.
+        _ if parent.join(MANIFEST).exists() => {
+            Err(in_the_way(parent, "has mazes of an unreleased version of mmsim"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Waits for other fetches, but not on file systems without locks.
+fn lock(parent: &Path) -> io::Result<File> {
+    let lock = File::options().create(true).append(true).open(parent.join(LOCK))?;
+    let _ = lock.lock();
     Ok(lock)
-}
-
-/// Returns the unchanged files of earlier versions, with their checksums.
-fn legacy_files(parent: &Path) -> io::Result<Vec<(PathBuf, u32)>> {
-    let manifest = Manifest::read(parent);
-    if manifest.0.is_empty() {
-        return Ok(Vec::new());
-    }
-    let mut files = Vec::new();
-    for (path, metadata) in walk(parent)? {
-        if let Some(sum) = checksum(&parent.join(&path), &metadata)?
-            && manifest.has(&path, sum)
-        {
-            files.push((path, sum));
-        }
-    }
-    Ok(files)
-}
-
-fn remove_legacy(parent: &Path, files: &[(PathBuf, u32)]) {
-    let mut is_complete = true;
-    for (path, _) in files {
-        is_complete &= fs::remove_file(parent.join(path)).is_ok();
-        for folder in path.ancestors().skip(1).filter(|folder| *folder != Path::new("")) {
-            // Fails for folders that are not empty.
-            let _ = fs::remove_dir(parent.join(folder));
-        }
-    }
-    if is_complete {
-        let _ = fs::remove_file(parent.join(MANIFEST));
-    }
-}
-
-/// Lists everything below a folder but folders, without following links. Paths are relative.
-fn walk(root: &Path) -> io::Result<Vec<(PathBuf, Metadata)>> {
-    let (mut found, mut folders) = (Vec::new(), vec![PathBuf::new()]);
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(root.join(&folder))? {
-            let entry = entry?;
-            let (path, metadata) = (folder.join(entry.file_name()), entry.metadata()?);
-            if metadata.is_dir() {
-                folders.push(path);
-            } else {
-                found.push((path, metadata));
-            }
-        }
-    }
-    Ok(found)
-}
-
-/// Returns the CRC-32 of a file, `None` if no fetch can have written it.
-fn checksum(path: &Path, metadata: &Metadata) -> io::Result<Option<u32>> {
-    let is_possible = metadata.is_file() && metadata.len() <= MAX_FILE_BYTES;
-    is_possible.then(|| Ok(crc32fast::hash(&fs::read(path)?))).transpose()
 }
 
 fn write(path: &Path, content: &[u8]) -> io::Result<()> {
@@ -222,42 +166,16 @@ fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     fs::write(path, content)
 }
 
-/// The paths of fetched files and their possible checksums.
-struct Manifest(BTreeMap<PathBuf, BTreeSet<u32>>);
-
-impl Manifest {
-    fn new(files: &Files) -> Self {
-        let sum = |content: &Vec<u8>| [crc32fast::hash(content)].into();
-        Self(files.iter().map(|(path, content)| (path.into(), sum(content))).collect())
-    }
-
-    /// Reads the manifest in this folder, if there is one. Malformed lines are skipped.
-    fn read(folder: &Path) -> Self {
-        let text = fs::read_to_string(folder.join(MANIFEST)).unwrap_or_default();
-        let mut files = BTreeMap::<PathBuf, BTreeSet<u32>>::new();
-        for (sum, path) in text.lines().filter_map(|line| line.split_once(' ')) {
-            if let Ok(sum) = u32::from_str_radix(sum, 16) {
-                files.entry(path.into()).or_default().insert(sum);
-            }
-        }
-        Self(files)
-    }
-
-    fn has(&self, path: &Path, sum: u32) -> bool {
-        self.0.get(path).is_some_and(|sums| sums.contains(&sum))
-    }
-}
-
-impl std::fmt::Display for Manifest {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let mut lines =
-            self.0.iter().flat_map(|(path, sums)| sums.iter().map(move |sum| (path, sum)));
-        lines.try_for_each(|(path, sum)| writeln!(f, "{sum:08x} {}", path.display()))
-    }
+fn checksum(content: &[u8]) -> String {
+    format!("{:08x}", crc32fast::hash(content))
 }
 
 fn in_the_way(path: &Path, problem: &str) -> String {
     format!("{} {problem} (move it away or fetch into another folder)", path.display())
+}
+
+fn cannot_read(path: &Path) -> impl Fn(io::Error) -> String {
+    move |error| format!("cannot read {}: {error}", path.display())
 }
 
 fn cannot_write(path: &Path) -> impl Fn(io::Error) -> String {

@@ -39,16 +39,6 @@ fn is_portable_name(name: &str) -> bool {
     !is_device && !is_reserved && !name.ends_with(['.', ' '])
 }
 
-/// Quotes a name for messages, truncated if it is long.
-pub(super) fn shown(name: &[u8]) -> String {
-    const MAX_CHARS: usize = 80;
-    let name = String::from_utf8_lossy(name);
-    match name.char_indices().nth(MAX_CHARS) {
-        Some((end, _)) => format!("{:?}…", &name[..end]),
-        None => format!("{name:?}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_that_not_is_portable_name_are_none() {
+    fn unportable_paths_are_none() {
         for path in [
             "",
             "./",

@@ -37,12 +37,8 @@ pub(super) fn read(from: &str) -> Result<Vec<u8>, String> {
             .ok_or_else(|| format!("cannot read {from}: not a local file (use file:///PATH)"))?,
         _ => PathBuf::from(from),
     };
-    let error = |error: io::Error| format!("cannot read {from}: {error}");
-    let file = File::open(path).map_err(error)?;
-    let facts = file.metadata().map_err(error)?;
-    // The length of a pipe is unknown.
-    let bytes = facts.is_file().then_some(facts.len());
-    read_whole(file, bytes, &ProgressBar::hidden()).map_err(error)
+    let content = File::open(path).and_then(|file| read_whole(file, None));
+    content.map_err(|error| format!("cannot read {from}: {error}"))
 }
 
 /// Returns the scheme of a URL in lower case.
@@ -54,30 +50,18 @@ fn download(address: &str) -> Result<Vec<u8>, String> {
     // The system's certificates, which may include those of a school or company.
     match download_from_trusted(address, RootCerts::PlatformVerifier) {
         // A small system, such as a container, may have none. Then use Mozilla's.
-        Err(ureq::Error::Rustls(error)) if error.to_string().contains("No CA certificates") => {
+        Err(error) if error.contains("No CA certificates") => {
             download_from_trusted(address, RootCerts::WebPki).map_err(|error| {
-                let error = describe(error);
                 let is_untrusted = error.contains("certificate");
                 let why = " (this system has no CA certificates, so mmsim used its own)";
                 error + if is_untrusted { why } else { "" }
             })
         }
-        result => result.map_err(describe),
+        result => result,
     }
 }
 
-/// Describes an error of the HTTP library.
-fn describe(error: ureq::Error) -> String {
-    match error {
-        ureq::Error::Timeout(Timeout::Global) => {
-            format!("not finished within {MAX_MINUTES} minutes")
-        }
-        ureq::Error::Rustls(error) => error.to_string(),
-        error => error.into_io().to_string(),
-    }
-}
-
-fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, ureq::Error> {
+fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, String> {
     let tls = TlsConfig::builder().root_certs(roots).build();
     let agent: Agent = Agent::config_builder()
         .tls_config(tls)
@@ -90,41 +74,33 @@ fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, ure
         .timeout_per_read(Some(TIMEOUT))
         .build()
         .into();
-    let mut response = agent.get(address).call()?;
-    let bytes = response.body().content_length();
-    let bar = bar(bytes);
-    let content = read_whole(response.body_mut().as_reader(), bytes, &bar);
-    bar.finish_and_clear();
-    Ok(content?)
+    let content = agent.get(address).call().and_then(|mut response| {
+        let bytes = response.body().content_length();
+        let bar = match bytes {
+            Some(bytes) => progress(ProgressBar::new(bytes), "{wide_bar} {bytes} of {total_bytes}"),
+            None => progress(ProgressBar::no_length(), "{spinner} {bytes}"),
+        };
+        let content = read_whole(bar.wrap_read(response.body_mut().as_reader()), bytes);
+        bar.finish_and_clear();
+        Ok(content?)
+    });
+    content.map_err(|error| match error {
+        ureq::Error::Timeout(Timeout::Global) => {
+            format!("not finished within {MAX_MINUTES} minutes")
+        }
+        ureq::Error::Rustls(error) => error.to_string(),
+        error => error.into_io().to_string(),
+    })
 }
 
-/// Reads to the end, and checks the length if it is known.
-fn read_whole(mut from: impl Read, bytes: Option<u64>, bar: &ProgressBar) -> io::Result<Vec<u8>> {
-    let too_large = || io::Error::other(format!("larger than {} MiB", MAX_ARCHIVE_BYTES >> 20));
-    if bytes.is_some_and(|bytes| bytes > MAX_ARCHIVE_BYTES) {
-        return Err(too_large());
-    }
+/// Reads to the end unless there is too much, whose length may be known.
+fn read_whole(from: impl Read, bytes: Option<u64>) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
-    while content.len() as u64 <= MAX_ARCHIVE_BYTES {
-        let read = from.by_ref().take(1 << 16).read_to_end(&mut content)?;
-        bar.inc(read as u64);
-        if read == 0 {
-            let found = content.len() as u64;
-            return match bytes {
-                Some(bytes) if bytes != found => {
-                    Err(io::Error::other(format!("expected {bytes} bytes, found {found}")))
-                }
-                _ => Ok(content),
-            };
+    if bytes.is_none_or(|bytes| bytes <= MAX_ARCHIVE_BYTES) {
+        let read = from.take(MAX_ARCHIVE_BYTES + 1).read_to_end(&mut content)?;
+        if read as u64 <= MAX_ARCHIVE_BYTES {
+            return Ok(content);
         }
     }
-    Err(too_large())
-}
-
-/// Returns a progress bar for a download.
-fn bar(bytes: Option<u64>) -> ProgressBar {
-    match bytes {
-        Some(bytes) => progress(ProgressBar::new(bytes), "{wide_bar} {bytes} of {total_bytes}"),
-        None => progress(ProgressBar::no_length(), "{spinner} {bytes}"),
-    }
+    Err(io::Error::other(format!("larger than {} MiB", MAX_ARCHIVE_BYTES >> 20)))
 }
