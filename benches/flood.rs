@@ -16,7 +16,7 @@ use petgraph::visit::{Bfs, Walker};
 fn textbook(walls: &Walls, targets: &CellSet) -> Vec<u16> {
     let mut distances = vec![FAR; SIDE * SIDE];
     let mut queue = VecDeque::new();
-    for cell in targets.iter() {
+    for cell in targets {
         distances[index(cell)] = 0;
         queue.push_back(cell);
     }
@@ -133,7 +133,7 @@ impl Graph {
                 }
             }
         }
-        for cell in maze.goals().iter() {
+        for cell in maze.goals() {
             graph.add_edge(goal, nodes[index(cell)], ());
         }
         Self { graph, goal }

@@ -86,9 +86,9 @@ impl MazeNoise {
     /// Returns a spanning tree with some walls added or removed: long paths, dead ends and a few
     /// loops, as in contest mazes.
     fn maze(&mut self) -> Walls {
-        let mut side = |is_small: bool| 1 + self.below(if is_small { 16 } else { 32 });
-        let is_small = side(false) % 2 == 0;
-        let size = MazeSize::new(side(is_small), side(is_small)).unwrap();
+        let mut random_side = |is_small: bool| 1 + self.below(if is_small { 16 } else { 32 });
+        let is_small = random_side(false) % 2 == 0;
+        let size = MazeSize::new(random_side(is_small), random_side(is_small)).unwrap();
         let mut walls = Walls::closed(size);
         let (mut path, mut visited) = (vec![Cell::new(0, 0)], CellSet::EMPTY);
         while let Some(&cell) = path.last() {

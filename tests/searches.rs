@@ -60,17 +60,17 @@ fn a_client_may_start_before_its_server() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         server.address().rsplit(':').next().unwrap().parse().unwrap()
     };
-    let (notices, noticed) = std::sync::mpsc::channel();
+    let (sender, notices) = std::sync::mpsc::channel();
     let endpoint = format!("tcp://127.0.0.1:{port}");
     let map = KnownMaze::unexplored(&maze);
     let start = maze.start();
     let client = thread::spawn(move || {
-        let on_wait = |_: mmsim_client::Waiting<'_>| notices.send(()).unwrap();
+        let on_wait = |_: mmsim_client::Waiting<'_>| sender.send(()).unwrap();
         let mut transport = Zmq::connect(&endpoint, Some(PATIENCE), on_wait).unwrap();
         let mut mouse = Mouse::new(BundledStrategy::FloodFill.strategy(), map, start);
         search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(())).unwrap()
     });
-    noticed.recv_timeout(PATIENCE).unwrap();
+    notices.recv_timeout(PATIENCE).unwrap();
     let server = Server::bind("127.0.0.1", port).unwrap();
     let server = server.spawn(Simulation::new("late", maze));
     let run = within("the search to end", || client.join()).unwrap();
@@ -96,7 +96,7 @@ fn two_clients_each_get_their_own_replies() {
                 let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
                 search_run(&mut transport, &mut mouse, 500, |_, _| ControlFlow::Continue(()))
                     .unwrap();
-                for cell in mouse.map().visited().iter() {
+                for cell in mouse.map().visited() {
                     for heading in mmsim_maze::Heading::ALL {
                         let known = mouse.map().walls(Unknown::Open).has(cell, heading);
                         assert!(!known || maze.walls().has(cell, heading), "{strategy} at {cell}");

@@ -14,7 +14,7 @@ use serde::Serialize;
 use crate::stderr::Stderr;
 
 /// Prints data.
-pub(crate) fn print(data: impl AsRef<[u8]>) -> io::Result<()> {
+pub(crate) fn print(data: &(impl AsRef<[u8]> + ?Sized)) -> io::Result<()> {
     let mut out = io::stdout().lock();
     unless_closed(out.write_all(data.as_ref()).and_then(|()| out.flush()))
 }

@@ -163,7 +163,7 @@ impl<'a> Svg<'a> {
         let starts: CellSet = [start].into_iter().filter(inside).collect();
         let goals: CellSet = goals.iter().filter(inside).collect();
         for (class, cells, letter) in [("start", starts, LETTER_S), ("goal", goals, LETTER_G)] {
-            for cell in cells.iter() {
+            for cell in &cells {
                 self.mark(class, cell, &cells, letter);
             }
         }

@@ -84,7 +84,8 @@ impl Contents {
                 EntryType::Link => Kind::Unsupported("a hard link"),
                 _ => SPECIAL,
             };
-            contents.add(&entry.path_bytes().into_owned(), &kind, entry)?;
+            let name = entry.path_bytes().into_owned();
+            contents.add(&name, &kind, entry)?;
         }
         // Blocks of zeros mark the end.
         if !tar.ends_with(&[0; 512]) {

@@ -68,11 +68,11 @@ fn replace_locked(parent: &Path, files: &Files) -> Result<Changes, String> {
     }
     let _ = fs::remove_dir_all(&old);
     let _ = fs::remove_dir_all(&new);
-    let mut manifest = String::new();
     for (path, content) in files {
         write(&new.join(path), content).map_err(cannot_write(&folder.join(path)))?;
-        manifest += &format!("{} {path}\n", checksum(content));
     }
+    let line = |(path, content): (_, &Vec<u8>)| format!("{} {path}\n", checksum(content));
+    let manifest: String = files.iter().map(line).collect();
     write(&new.join(MANIFEST), manifest.as_bytes()).map_err(cannot_write(&folder))?;
     let mut changes = Changes { new: files.len(), ..Changes::default() };
     if folder.exists() {
