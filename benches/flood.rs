@@ -1,23 +1,22 @@
-//! Floods: the distance of every cell to the goal, of mazes in mixed order and of one again and
-//! again, beside what others flood with; what an update costs while a mouse explores; and how far it
-//! is from the start.
+//! Floods of mazes in random order and of the same maze repeatedly, compared with other
+//! implementations; updates while a mouse explores; and the distance from start to goal.
 
 use std::collections::VecDeque;
 use std::hint::black_box;
 
 use criterion::Criterion;
-use mmsim_benches::{Row, classic_mazes, compare, large_mazes, walls_seen};
+use mmsim_benches::{Row, classic_mazes, compare, large_mazes, sensor_poses};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Unknown, Walls};
 use mmsim_solvers::{Distances, Downhill, FloodFill, Instructions, steps_between};
 use pathfinding::prelude::bfs;
 use petgraph::graph::{NodeIndex, UnGraph};
 use petgraph::visit::{Bfs, Walker};
 
-/// The flood as a textbook has it: a growing queue, and a distance for each cell.
+/// Floods as in a textbook, with a growing queue.
 fn textbook(walls: &Walls, targets: &CellSet) -> Vec<u16> {
     let mut distances = vec![FAR; SIDE * SIDE];
     let mut queue = VecDeque::new();
-    for cell in targets.iter() {
+    for cell in targets {
         distances[index(cell)] = 0;
         queue.push_back(cell);
     }
@@ -35,34 +34,34 @@ fn textbook(walls: &Walls, targets: &CellSet) -> Vec<u16> {
 const SIDE: usize = 32;
 const FAR: u16 = u16::MAX;
 
-/// A maze as firmware likes it: four bits a cell, one for each open side.
+/// A maze as in firmware: four bits per cell, one for each open side.
 struct Nibbles {
-    /// Bit i is open towards the i-th heading: row by row, `width` cells to a row.
+    /// Row by row. Bit i of a cell is set if the side towards the i-th heading is open.
     open: Vec<u8>,
     goals: Vec<usize>,
     width: usize,
 }
 
 impl Nibbles {
-    fn of(maze: &Maze) -> Self {
+    fn new(maze: &Maze) -> Self {
         let width = usize::from(maze.size().width());
-        let place = |cell: Cell| width * usize::from(cell.y) + usize::from(cell.x);
+        let index = |cell: Cell| width * usize::from(cell.y) + usize::from(cell.x);
         let mut open = vec![0; maze.size().area()];
         for cell in maze.size().cells() {
             for (bit, heading) in Heading::ALL.into_iter().enumerate() {
-                open[place(cell)] |= u8::from(!maze.walls().has(cell, heading)) << bit;
+                open[index(cell)] |= u8::from(!maze.walls().has(cell, heading)) << bit;
             }
         }
-        Self { open, goals: maze.goals().iter().map(place).collect(), width }
+        Self { open, goals: maze.goals().iter().map(index).collect(), width }
     }
 
-    /// A good queue: fixed arrays, a distance that is written once; in bytes where `AREA` is 256.
+    /// Floods with a fixed array as queue. `S` is a byte if `AREA` is 256.
     fn flood<const AREA: usize, S: Steps>(&self) -> [S; AREA] {
         let mut distances = [S::FAR; AREA];
         let mut queue = [0_u16; AREA];
         let (mut done, mut reached) = (0, 0);
         for &goal in &self.goals {
-            distances[goal] = S::NONE;
+            distances[goal] = S::ZERO;
             queue[reached] = u16::try_from(goal).unwrap_or(0);
             reached += 1;
         }
@@ -85,16 +84,16 @@ impl Nibbles {
     }
 }
 
-/// A number of steps in as many bytes as it takes.
+/// A distance in steps, as one byte or two.
 trait Steps: Copy + PartialEq {
-    const NONE: Self;
+    const ZERO: Self;
     const FAR: Self;
 
     fn one_more(self) -> Self;
 }
 
 impl Steps for u8 {
-    const NONE: Self = 0;
+    const ZERO: Self = 0;
     const FAR: Self = Self::MAX;
 
     fn one_more(self) -> Self {
@@ -103,7 +102,7 @@ impl Steps for u8 {
 }
 
 impl Steps for u16 {
-    const NONE: Self = 0;
+    const ZERO: Self = 0;
     const FAR: Self = Self::MAX;
 
     fn one_more(self) -> Self {
@@ -115,14 +114,14 @@ fn index(cell: Cell) -> usize {
     usize::from(cell.y) * SIDE + usize::from(cell.x)
 }
 
-/// A maze as a graph of `petgraph`, with one node more that is next to all goal cells.
+/// A maze as a graph of `petgraph`, with an extra node connected to all goal cells.
 struct Graph {
     graph: UnGraph<(), ()>,
     goal: NodeIndex,
 }
 
 impl Graph {
-    fn of(maze: &Maze) -> Self {
+    fn new(maze: &Maze) -> Self {
         let mut graph = UnGraph::default();
         let nodes: Vec<_> = (0..SIDE * SIDE).map(|_| graph.add_node(())).collect();
         let goal = graph.add_node(());
@@ -134,7 +133,7 @@ impl Graph {
                 }
             }
         }
-        for cell in maze.goals().iter() {
+        for cell in maze.goals() {
             graph.add_edge(goal, nodes[index(cell)], ());
         }
         Self { graph, goal }
@@ -150,7 +149,7 @@ impl Graph {
                 *distance = next.min(*distance);
             }
         }
-        // A step to the goal cells was one too many.
+        // Without the step from the extra node to the goal cells.
         distances
             .iter()
             .map(|&steps| if steps == FAR { FAR } else { steps.saturating_sub(1) })
@@ -158,7 +157,7 @@ impl Graph {
     }
 }
 
-/// A maze in all the forms it is flooded in. None is made while the clock runs.
+/// A maze in the form that each implementation needs, prepared before the measurement.
 struct Prepared {
     maze: Maze,
     nibbles: Nibbles,
@@ -167,16 +166,16 @@ struct Prepared {
 
 impl Prepared {
     fn all(mazes: Vec<Maze>) -> Vec<Self> {
-        let prepared = |maze| Self { nibbles: Nibbles::of(&maze), graph: Graph::of(&maze), maze };
+        let prepared = |maze| Self { nibbles: Nibbles::new(&maze), graph: Graph::new(&maze), maze };
         mazes.into_iter().map(prepared).collect()
     }
 
-    /// The steps from the start to the goal, by a crate whose search goes from one cell to others.
-    fn by_pathfinding(&self) -> Option<usize> {
+    /// Returns the steps from the start to the goal, found by the crate `pathfinding`.
+    fn steps_by_pathfinding(&self) -> Option<usize> {
         let Self { maze, .. } = self;
         let neighbours = |&cell: &Cell| maze.walls().open_neighbours(cell);
-        let way = bfs(&maze.start().cell, neighbours, |&cell| maze.goals().contains(cell))?;
-        Some(way.len() - 1)
+        let path = bfs(&maze.start().cell, neighbours, |&cell| maze.goals().contains(cell))?;
+        Some(path.len() - 1)
     }
 
     /// Asserts that all floods agree.
@@ -192,7 +191,7 @@ impl Prepared {
         };
         let width = usize::from(maze.size().width());
         let textbook = textbook(walls, goals);
-        for instructions in Instructions::ALL {
+        for &instructions in Instructions::ALL {
             let flooded = Distances::flood_with(instructions, walls, goals);
             assert_eq!(flooded, ours, "{instructions:?}");
         }
@@ -202,8 +201,8 @@ impl Prepared {
         for cell in maze.size().cells() {
             let steps = Some(textbook[index(cell)]).filter(|&steps| steps != FAR);
             assert_eq!(ours.at(cell), steps);
-            let place = width * usize::from(cell.y) + usize::from(cell.x);
-            assert_eq!(queue[place], steps.unwrap_or(FAR));
+            let nibble_index = width * usize::from(cell.y) + usize::from(cell.x);
+            assert_eq!(queue[nibble_index], steps.unwrap_or(FAR));
             assert_eq!(graph[index(cell)], steps.unwrap_or(FAR));
             assert_eq!(
                 downhill.headings(cell).next().is_some(),
@@ -211,16 +210,16 @@ impl Prepared {
             );
         }
         let start = maze.start().cell;
-        assert_eq!(self.by_pathfinding(), ours.at(start).map(usize::from));
+        assert_eq!(self.steps_by_pathfinding(), ours.at(start).map(usize::from));
         assert_eq!(steps_between(walls, start, goals), ours.at(start));
     }
 }
 
-/// Our floods, with each kind of instructions that this processor has, the best first.
+/// Our floods with each available instruction set, the best first.
 fn ours() -> impl Iterator<Item = Row<'static, Prepared>> {
-    let there =
-        Instructions::ALL.into_iter().rev().filter(|instructions| instructions.is_available());
-    there.map(|instructions| {
+    let available =
+        Instructions::ALL.iter().rev().filter(|instructions| instructions.is_available());
+    available.map(|&instructions| {
         Row::new(&format!("mmsim, {}", instructions.name()), move |Prepared { maze, .. }| {
             black_box(&Distances::flood_with(instructions, maze.walls(), maze.goals()));
         })
@@ -232,7 +231,7 @@ fn peers() -> [Row<'static, Prepared>; 4] {
         Row::new("textbook queue", |Prepared { maze, .. }| {
             black_box(textbook(maze.walls(), maze.goals()));
         }),
-        Row::new("good queue", |Prepared { nibbles, .. }| {
+        Row::new("array queue", |Prepared { nibbles, .. }| {
             if nibbles.open.len() == 256 {
                 black_box(&nibbles.flood::<256, u8>());
             } else {
@@ -243,7 +242,7 @@ fn peers() -> [Row<'static, Prepared>; 4] {
             black_box(graph.flood());
         }),
         Row::new("pathfinding bfs, start to goal", |prepared: &Prepared| {
-            black_box(prepared.by_pathfinding());
+            black_box(prepared.steps_by_pathfinding());
         }),
     ]
 }
@@ -270,11 +269,11 @@ fn sum_of_cells(distances: &Distances, size: MazeSize) -> u32 {
     sum
 }
 
-/// A flood, and all its distances read.
+/// Floods with and without reading all distances.
 fn floods_and_reads() -> [Row<'static, Prepared>; 4] {
     let flood = |maze: &Maze| Distances::flood(maze.walls(), maze.goals());
     [
-        Row::new("mmsim, flood alone", move |Prepared { maze, .. }: &Prepared| {
+        Row::new("mmsim, flood only", move |Prepared { maze, .. }: &Prepared| {
             black_box(&flood(maze));
         }),
         Row::new("mmsim, flood and rows", move |Prepared { maze, .. }| {
@@ -283,43 +282,43 @@ fn floods_and_reads() -> [Row<'static, Prepared>; 4] {
         Row::new("mmsim, flood and at", move |Prepared { maze, .. }| {
             black_box(sum_of_cells(&flood(maze), maze.size()));
         }),
-        Row::new("good queue and sum", |Prepared { nibbles, .. }| {
+        Row::new("array queue and sum", |Prepared { nibbles, .. }| {
             let distances = nibbles.flood::<256, u8>();
             black_box(distances.iter().copied().map(u32::from).sum::<u32>());
         }),
     ]
 }
 
-/// What a mouse has seen at each state of a search, in the order in which it saw it.
+/// A search, as the poses in which the mouse read the walls, in order.
 struct Trace {
     maze: Maze,
-    seen: Vec<mmsim_maze::Pose>,
+    poses: Vec<mmsim_maze::Pose>,
 }
 
 impl Trace {
-    fn of(maze: &Maze) -> Self {
-        Self { maze: maze.clone(), seen: walls_seen(maze, FloodFill::new()) }
+    fn new(maze: &Maze) -> Self {
+        Self { maze: maze.clone(), poses: sensor_poses(maze, FloodFill::new()) }
     }
 
-    /// Goes through it; `keep` is to bring distances up to date each time.
-    fn replay(&self, mut keep: impl FnMut(&mut Distances, &KnownMaze, Cell)) -> Distances {
+    /// Replays the search. After each reading, `update` updates the distances.
+    fn replay(&self, mut update: impl FnMut(&mut Distances, &KnownMaze, Cell)) -> Distances {
         let (maze, mut map) = (&self.maze, KnownMaze::unexplored(&self.maze));
         let mut distances = Distances::flood(map.walls(Unknown::Open), maze.goals());
-        for &pose in &self.seen {
+        for &pose in &self.poses {
             map.observe(pose, maze.walls().around(pose)).unwrap();
-            keep(&mut distances, &map, pose.cell);
+            update(&mut distances, &map, pose.cell);
         }
-        assert_eq!(map.visited().len() > 1, self.seen.len() > 1);
+        assert_eq!(map.visited().len() > 1, self.poses.len() > 1);
         distances
     }
 }
 
-fn anew(distances: &mut Distances, map: &KnownMaze, _: Cell) {
+fn flood_again(distances: &mut Distances, map: &KnownMaze, _: Cell) {
     *distances = Distances::flood(map.walls(Unknown::Open), map.goals());
 }
 
-fn update(distances: &mut Distances, map: &KnownMaze, seen: Cell) {
-    distances.update(map.walls(Unknown::Open), map.goals(), seen);
+fn update(distances: &mut Distances, map: &KnownMaze, cell: Cell) {
+    distances.update(map.walls(Unknown::Open), map.goals(), cell);
 }
 
 fn main() {
@@ -329,11 +328,11 @@ fn main() {
     for prepared in classic.iter().chain(&large) {
         prepared.check();
     }
-    let traces: Vec<_> = classic.iter().map(|prepared| Trace::of(&prepared.maze)).collect();
+    let traces: Vec<_> = classic.iter().map(|prepared| Trace::new(&prepared.maze)).collect();
     for trace in &traces {
-        assert_eq!(trace.replay(update), trace.replay(anew));
+        assert_eq!(trace.replay(update), trace.replay(flood_again));
     }
-    let events = traces.iter().map(|trace| trace.seen.len()).sum::<usize>() / traces.len();
+    let events = traces.iter().map(|trace| trace.poses.len()).sum::<usize>() / traces.len();
 
     let all = || ours().chain(peers()).collect::<Vec<_>>();
     compare(&mut criterion, "flood/mixed", &classic, &all());
@@ -360,12 +359,12 @@ fn main() {
             black_box(&trace.replay(update));
         }),
         Row::new("flood", |trace: &Trace| {
-            black_box(&trace.replay(anew));
+            black_box(&trace.replay(flood_again));
         }),
         Row::new("neither", |trace: &Trace| {
             black_box(&trace.replay(|_, _, _| {}));
         }),
     ];
-    compare(&mut criterion, &format!("wall-updates/{events} a trace"), &traces, &rows);
+    compare(&mut criterion, &format!("wall-updates/{events} per trace"), &traces, &rows);
     criterion.final_summary();
 }

@@ -1,4 +1,4 @@
-//! What the benchmarks share: mazes, and a server to talk to.
+//! Helpers for benchmarks: mazes, a server, searches, and a comparison that alternates its rows.
 #![forbid(unsafe_code)]
 
 use std::hint::black_box;
@@ -13,66 +13,66 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 
-/// States of one search at most: wall followers may go round for ever.
+/// The maximum number of states in a search: wall followers may run in circles forever.
 const MAX_STATES: u32 = 400;
 
-/// The classic mazes to measure on: those of the project, and those of the shared collection
-/// beside it where that is there.
+/// The classic mazes to measure on: the project's own and, if it is available, the shared
+/// collection.
 ///
 /// # Panics
-/// The project's own mazes cannot be read.
+/// Panics if a maze cannot be read.
 pub fn classic_mazes() -> Vec<Maze> {
-    mazes_of(&["mazes", "../shared/mazes/classic"], |size| size == MazeSize::CLASSIC)
+    mazes_in(&["mazes", "../shared/mazes/classic"], |size| size == MazeSize::CLASSIC)
 }
 
-fn mazes_of(folders: &[&str], is_wanted: fn(MazeSize) -> bool) -> Vec<Maze> {
+fn mazes_in(folders: &[&str], has_size: fn(MazeSize) -> bool) -> Vec<Maze> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut mazes = Vec::new();
     for folder in folders {
         let Ok(catalogue) = Catalogue::from_path(&root.join(folder)) else { continue };
         mazes.extend(catalogue.entries().iter().map(|entry| entry.maze().unwrap()));
     }
-    mazes.retain(|maze| is_wanted(maze.size()));
+    mazes.retain(|maze| has_size(maze.size()));
     mazes
 }
 
-/// A maze of the project by its file name without the ending.
+/// Reads a bundled maze, given its file name without the extension.
 ///
 /// # Panics
-/// There is none of this name.
+/// Panics if there is no such maze.
 pub fn bundled_maze(name: &str) -> Maze {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../mazes");
     mmsim_formats::read_maze(&folder.join(name).with_extension("txt")).unwrap()
 }
 
-/// A server of this maze on a free port of loopback.
+/// Serves a maze on a free port of the loopback interface.
 ///
 /// # Panics
-/// There is no free port.
+/// Panics if there is no free port.
 pub fn serve(maze: Maze) -> Background {
     Server::bind("127.0.0.1", 0).unwrap().spawn(Simulation::new("served", maze))
 }
 
-/// Numbers without a pattern, the same for the same seed.
+/// A generator of pseudorandom numbers.
 pub struct Noise(u64);
 
 impl Noise {
-    /// Numbers of this seed.
+    /// A generator of random numbers with this seed.
     pub const fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// A number below `count`, which is not 0.
+    /// Returns a number below `count`, which must not be 0.
     pub fn below(&mut self, count: usize) -> usize {
-        // Knuth's MMIX generator; the upper bits are the good ones.
+        // Knuth's MMIX generator; its upper bits are the most random.
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         usize::try_from(self.0 >> 33).unwrap_or(0) % count
     }
 }
 
-/// Searches of mazes in mixed order by all strategies in turn, from a cell to a goal cell that are
-/// drawn anew each time. The same seed gives the same searches.
+/// A sequence of searches: mazes in random order, all strategies in turn, and a random start and goal
+/// cell for each search. It is always the same sequence.
 pub struct Searches<'m> {
     mazes: &'m [Maze],
     noise: Noise,
@@ -80,24 +80,24 @@ pub struct Searches<'m> {
 }
 
 impl<'m> Searches<'m> {
-    /// How many strategies take turns.
+    /// The number of strategies.
     pub const STRATEGIES: usize = BundledStrategy::ALL.len();
 
-    /// How many searches there were.
+    /// Returns the number of searches so far.
     pub const fn count(&self) -> usize {
         self.count
     }
 
-    /// Searches of these mazes.
+    /// Creates the sequence for these mazes.
     pub const fn new(mazes: &'m [Maze]) -> Self {
         Self { mazes, noise: Noise::new(1), count: 0 }
     }
 
-    /// Runs one search and shows each of its states.
+    /// Runs the next search and calls `observe` with each encoded state.
     ///
     /// # Panics
-    /// There is no maze.
-    pub fn next(&mut self, mut show: impl FnMut(&[u8])) {
+    /// Panics if there are no mazes.
+    pub fn next(&mut self, mut observe: impl FnMut(&[u8])) {
         let maze = &self.mazes[self.noise.below(self.mazes.len())];
         let strategy = BundledStrategy::ALL[self.count % BundledStrategy::ALL.len()];
         let mut cell = || {
@@ -113,93 +113,93 @@ impl<'m> Searches<'m> {
         let mut simulation = Simulation::new("", maze.clone());
         let mut transport = InMemory::new(|request, reply| {
             if request.starts_with(b"S") {
-                show(request);
+                observe(request);
             }
             simulation.handle(request, reply)
         });
-        // A goal that cannot be reached ends a search as well.
+        // An unreachable goal is an error, but its states count too.
         let _ =
             search_run(&mut transport, &mut mouse, MAX_STATES, |_, _| ControlFlow::Continue(()));
     }
 }
 
-/// Mazes of 32×32 cells: those of the shared collection, where that is there, and those of
-/// the project.
+/// Mazes of 32×32 cells: those of the shared collection, if it is available, and the project's
+/// own.
 ///
 /// # Panics
-/// The project's own mazes cannot be read.
+/// Panics if a maze cannot be read.
 pub fn large_mazes() -> Vec<Maze> {
-    mazes_of(&["mazes", "../shared/mazes/halfsize"], |size| size == MazeSize::HALF_SIZE)
+    mazes_in(&["mazes", "../shared/mazes/halfsize"], |size| size == MazeSize::HALF_SIZE)
 }
 
-/// Where a mouse stood each time it looked around on its search of this maze, in that order.
-pub fn walls_seen(maze: &Maze, strategy: impl Strategy) -> Vec<Pose> {
+/// Returns the poses in which a mouse read the walls on its search of this maze, in order.
+pub fn sensor_poses(maze: &Maze, strategy: impl Strategy) -> Vec<Pose> {
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
     let mut driver = SearchDriver::new(&mut mouse, MAX_STATES);
-    let mut seen = Vec::new();
+    let mut poses = Vec::new();
     while driver.advance_in(maze) == Ok(true) {
-        seen.push(driver.mouse().pose());
+        poses.push(driver.mouse().pose());
     }
-    seen
+    poses
 }
 
-/// Something that is timed beside others of its kind.
+/// A named function to time, generic over its input.
 pub struct Row<'a, T> {
     name: String,
     run: Box<dyn Fn(&T) + 'a>,
 }
 
 impl<'a, T> Row<'a, T> {
-    /// Times this under that name.
+    /// Creates a row.
     pub fn new(name: &str, run: impl Fn(&T) + 'a) -> Self {
         Self { name: name.into(), run: Box::new(run) }
     }
 }
 
-/// In how many rounds rows take turns, and how many things each is done with in a round.
+/// The number of rounds, in which the rows alternate, and of inputs in a round.
 const ROUNDS: usize = 51;
-const IN_A_ROUND: u32 = 1000;
+const INPUTS: u32 = 1000;
 
-/// Times rows one after another with criterion, and then in turns, so that a change in the machine's
-/// speed hits all of them; prints the medians of these rounds, and how many times as long as the
-/// first row each other one takes. The things it is done with come in mixed order.
+/// Times each row with criterion, then times the rows alternately, so that changes in the machine's
+/// speed affect all of them. Prints the median time of each row and its ratio to the first row. The
+/// inputs are in random order.
 ///
 /// # Panics
-/// There is nothing to do it with.
-pub fn compare<T>(criterion: &mut Criterion, name: &str, things: &[T], rows: &[Row<'_, T>]) {
+/// Panics if there are no inputs or no rows.
+pub fn compare<T>(criterion: &mut Criterion, name: &str, inputs: &[T], rows: &[Row<'_, T>]) {
     let mut group = criterion.benchmark_group(name);
     group.throughput(Throughput::Elements(1));
     for Row { name, run } in rows {
         let mut noise = Noise::new(1);
         group.bench_function(name, |b| {
             b.iter_batched(
-                || &things[noise.below(things.len())],
-                |thing| run(black_box(thing)),
+                || &inputs[noise.below(inputs.len())],
+                |input| run(black_box(input)),
                 BatchSize::SmallInput,
             );
         });
     }
     group.finish();
-    let is_asked = |argument: &str| std::env::args().any(|asked| asked == argument);
-    if is_asked("--bench") && !is_asked("--test") && !is_asked("--list") {
-        in_turns(name, things, rows);
+    let has_argument = |name: &str| std::env::args().any(|argument| argument == name);
+    if has_argument("--bench") && !has_argument("--test") && !has_argument("--list") {
+        compare_alternately(name, inputs, rows);
     }
 }
 
-fn in_turns<T>(name: &str, things: &[T], rows: &[Row<'_, T>]) {
+fn compare_alternately<T>(name: &str, inputs: &[T], rows: &[Row<'_, T>]) {
     let mut times = vec![Vec::new(); rows.len()];
     let mut noise = Noise::new(2);
     for _ in 0..ROUNDS {
-        let order: Vec<_> = (0..IN_A_ROUND).map(|_| noise.below(things.len())).collect();
+        let order: Vec<_> = (0..INPUTS).map(|_| noise.below(inputs.len())).collect();
         for (Row { run, .. }, times) in rows.iter().zip(&mut times) {
-            let begun = Instant::now();
+            let start = Instant::now();
             for &index in &order {
-                run(black_box(&things[index]));
+                run(black_box(&inputs[index]));
             }
-            times.push(begun.elapsed().as_secs_f64() / f64::from(IN_A_ROUND));
+            times.push(start.elapsed().as_secs_f64() / f64::from(INPUTS));
         }
     }
-    println!("{name}, medians of {ROUNDS} rounds in turns:");
+    println!("{name}, medians of {ROUNDS} alternating rounds:");
     let first = times[0].clone();
     for (Row { name, .. }, times) in rows.iter().zip(times) {
         let ratio =
@@ -208,10 +208,10 @@ fn in_turns<T>(name: &str, things: &[T], rows: &[Row<'_, T>]) {
     }
 }
 
-/// The median of some figures.
+/// Returns the median.
 ///
 /// # Panics
-/// There are none.
+/// Panics if there are no figures.
 pub fn median(figures: &[f64]) -> f64 {
     let mut sorted = figures.to_vec();
     sorted.sort_by(f64::total_cmp);

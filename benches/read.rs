@@ -36,7 +36,7 @@ fn read(criterion: &mut Criterion) {
         for (row, text, is_maze) in [
             ("text", maze.to_string(), true),
             ("hex, usual bits", usual, true),
-            ("hex, bits from the east", east_first, true),
+            ("hex, east first", east_first, true),
             ("hex, closed cells", closed, false),
             ("hex, random digits", random, false),
         ] {

@@ -13,7 +13,7 @@ use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Server, Simulation};
 
-/// The number of rounds, in which both sides take turns, and of round trips in a round.
+/// The number of rounds, in which both sides alternate, and of round trips in a round.
 const ROUNDS: usize = 15;
 const TRIPS: u32 = 4000;
 

@@ -1,5 +1,5 @@
-//! Whole searches: from reset to the goal in memory, and over ZeroMQ on loopback; and of classic
-//! mazes in mixed order, the mouse alone, by each bundled strategy until it stops.
+//! Whole searches: with a simulator in memory and over ZeroMQ on loopback; and without a simulator, in
+//! classic mazes in random order with each bundled strategy.
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -14,7 +14,7 @@ use mmsim_solvers::{
     ShortestPathSearch, Strategy,
 };
 
-/// A maze in which the search takes about 200 steps, and how many it takes exactly.
+/// A maze, and the number of steps of its search.
 const MAZE: (&str, u32) = ("06-mirage", 220);
 
 fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
@@ -36,7 +36,7 @@ fn searches(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A mouse after its search run, and the steps of that. (A fast run is left out.)
+/// Returns a mouse after its search run and return run, and the number of their steps.
 fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>, u32) {
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
     let mut driver = SearchDriver::new(&mut mouse, max_states);
@@ -45,35 +45,38 @@ fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>
     (mouse, steps)
 }
 
-/// Asserts that the shortest path is proven and how far that took, then times whole searches.
+/// Asserts that shortest-path-search proves the shortest path, prints its mean steps, then times whole
+/// searches.
 fn whole_searches(criterion: &mut Criterion) {
     let mut mazes = classic_mazes();
     mazes.retain(|maze| MazeFacts::new(maze).shortest_path.is_some());
-    let mut all_steps = 0;
+    let mut total_steps = 0;
     for maze in &mazes {
         let (mouse, steps) = explored(maze, ShortestPathSearch::new(), 10_000);
         let bounds = PathBounds::new(mouse.map());
         assert!(bounds.is_proven());
         assert_eq!(bounds.pessimistic, MazeFacts::new(maze).shortest_path);
         assert_eq!(mouse.pose().cell, maze.start().cell);
-        all_steps += steps;
+        total_steps += steps;
     }
     println!(
-        "shortest-path-search: {:.2} steps from the start to the start, the mean of {} mazes",
-        f64::from(all_steps) / f64::from(u32::try_from(mazes.len()).unwrap()),
+        "shortest-path-search: {:.2} steps until back at the start, mean of {} mazes",
+        f64::from(total_steps) / f64::from(u32::try_from(mazes.len()).unwrap()),
         mazes.len()
     );
-    let own = Row::new("shortest-path-search", |maze: &Maze| {
+    let baseline = Row::new("shortest-path-search", |maze: &Maze| {
         black_box(explored(maze, ShortestPathSearch::new(), 10_000).1);
     });
-    let others =
-        BundledStrategy::ALL.into_iter().filter(|&one| one != BundledStrategy::ShortestPathSearch);
+    let others = BundledStrategy::ALL
+        .iter()
+        .copied()
+        .filter(|&strategy| strategy != BundledStrategy::ShortestPathSearch);
     let others = others.map(|strategy| {
         Row::new(strategy.name(), move |maze: &Maze| {
             black_box(explored(maze, strategy.strategy(), strategy.max_states()).1);
         })
     });
-    let rows: Vec<_> = [own].into_iter().chain(others).collect();
+    let rows: Vec<_> = [baseline].into_iter().chain(others).collect();
     compare(criterion, "search/mixed", &mazes, &rows);
 }
 

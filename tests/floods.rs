@@ -35,12 +35,12 @@ fn index(cell: Cell) -> usize {
 fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
     let expected = flood_with_queue(walls, targets);
     let downhill = Downhill::flood(walls, targets);
-    let available = || Instructions::ALL.into_iter().filter(|one| one.is_available());
+    let available = Instructions::ALL.iter().copied().filter(|one| one.is_available());
     let flood = |instructions| Distances::flood_with(instructions, walls, targets);
-    let floods: Vec<_> = available().map(flood).collect();
+    let floods: Vec<_> = available.clone().map(flood).collect();
     for cell in walls.size().cells() {
         let steps = expected[index(cell)];
-        for (flood, instructions) in floods.iter().zip(available()) {
+        for (flood, instructions) in floods.iter().zip(available.clone()) {
             assert_eq!(flood.at(cell), steps, "{name}: {cell}, {instructions:?}");
         }
         let is_downhill = |&heading: &Heading| {
@@ -86,9 +86,9 @@ impl MazeNoise {
     /// Returns a spanning tree with some walls added or removed: long paths, dead ends and a few
     /// loops, as in contest mazes.
     fn maze(&mut self) -> Walls {
-        let mut side = |is_small: bool| 1 + self.below(if is_small { 16 } else { 32 });
-        let is_small = side(false) % 2 == 0;
-        let size = MazeSize::new(side(is_small), side(is_small)).unwrap();
+        let mut random_side = |is_small: bool| 1 + self.below(if is_small { 16 } else { 32 });
+        let is_small = random_side(false) % 2 == 0;
+        let size = MazeSize::new(random_side(is_small), random_side(is_small)).unwrap();
         let mut walls = Walls::closed(size);
         let (mut path, mut visited) = (vec![Cell::new(0, 0)], CellSet::EMPTY);
         while let Some(&cell) = path.last() {

@@ -1,4 +1,4 @@
-//! Mazes go from format to format without a difference, and docs/formats.md shows what reads.
+//! Mazes survive conversion to every format and back, and the examples in docs/formats.md parse.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use mmsim_formats::{Catalogue, Format, parse_maze};
 use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_tests::{bundled_mazes, shared};
 
-/// The mazes of a folder, but for those in the format of the trial.
+/// Returns the mazes of a folder, without those in the format of the trial.
 fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
     let catalogue = Catalogue::from_path(folder).unwrap();
     let entries = catalogue.entries().iter();
@@ -16,10 +16,10 @@ fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
     texts.map(|entry| (entry.path().display().to_string(), entry.maze().unwrap())).collect()
 }
 
-/// Writes each maze in each format that can hold it, and back as text. Gives how many each format
-/// held.
-fn held(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
-    let mut held = BTreeMap::new();
+/// Writes each maze in each format that can hold it, and reads it back. Returns the number of mazes
+/// per format.
+fn round_trips(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
+    let mut counts = BTreeMap::new();
     for (path, maze) in mazes {
         for format in Format::ALL {
             let Ok(content) = format.write(maze) else { continue };
@@ -27,17 +27,17 @@ fn held(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
             let back = parse_maze(&content).unwrap();
             assert_eq!(back.to_string(), maze.to_string(), "{path} as {format}");
             assert_eq!(&back, maze, "{path} as {format}");
-            *held.entry(format.name()).or_default() += 1;
+            *counts.entry(format.name()).or_default() += 1;
         }
     }
-    held
+    counts
 }
 
 #[test]
 fn bundled_mazes_survive_every_format_that_can_hold_them() {
     let mazes = text_mazes(&bundled_mazes());
     let expected = [("maz", 12), ("num", 13), ("text", 15), ("trial", 13)];
-    assert_eq!(held(&mazes), BTreeMap::from(expected));
+    assert_eq!(round_trips(&mazes), BTreeMap::from(expected));
 }
 
 #[test]
@@ -45,11 +45,11 @@ fn real_mazes_survive_every_format_that_can_hold_them() {
     let Some(folder) = shared("mazes") else { return };
     let mazes = text_mazes(&folder);
     let expected = [("maz", 266), ("num", 266), ("text", 281), ("trial", 266)];
-    assert_eq!(held(&mazes), BTreeMap::from(expected));
+    assert_eq!(round_trips(&mazes), BTreeMap::from(expected));
 }
 
 #[test]
-fn real_mazes_read_from_csv() {
+fn real_mazes_parse_from_csv() {
     let Some(folder) = shared("mazes/classic") else { return };
     for (path, maze) in text_mazes(&folder) {
         let csv = csv(&maze);
@@ -58,14 +58,15 @@ fn real_mazes_read_from_csv() {
     }
 }
 
-/// Hex rows in a usual bit order read as written. Rows in another order are errors, or they read as
+/// Hex rows in a usual bit order parse to the same maze. Rows in another order are errors, or parse to
 /// another maze, whose start is in another corner.
 #[test]
-fn real_mazes_read_from_hex_rows() {
+fn real_mazes_parse_from_hex_rows() {
     const USUAL: [[usize; 4]; 2] = [[0, 1, 2, 3], [1, 0, 3, 2]];
     let Some(folder) = shared("mazes/classic") else { return };
     let mazes = text_mazes(&folder);
-    // Rows from the north, columns from the west, and columns from the east, each from the north.
+    // Rows from the north; columns from the west, each from the south; columns from the east, each
+    // from the north.
     let layouts: [fn(u8, u8, u8) -> Cell; 3] = [
         |last, line, digit| Cell::new(digit, last - line),
         |_, line, digit| Cell::new(line, digit),
@@ -97,7 +98,7 @@ fn real_mazes_read_from_hex_rows() {
     assert_eq!((errors, others), (5204, 296), "of 22 * 250");
 }
 
-/// The orders of the headings, each by its number.
+/// Returns all orders of the headings, as indices in [`Heading::ALL`].
 fn orders() -> impl Iterator<Item = [usize; 4]> {
     let all = (0..256).map(|number| [number & 3, number >> 2 & 3, number >> 4 & 3, number >> 6]);
     all.filter(|order| (0..4).all(|heading| order.contains(&heading)))
@@ -112,8 +113,8 @@ fn csv(maze: &Maze) -> String {
     rows.collect::<Vec<_>>().join("\n")
 }
 
-/// Lines of digits, one for each cell that `cell` gives for a line and a digit in it, with the bits
-/// 1, 2, 4 and 8 for these headings.
+/// Formats a maze as lines of hex digits, whose bits 1, 2, 4 and 8 are for these headings. `cell`
+/// returns the cell for a line and a digit in it.
 fn hex_rows(
     maze: &Maze,
     order: [usize; 4],
@@ -131,19 +132,19 @@ fn hex_rows(
     (0..side).flat_map(|line| (0..side).map(move |at| digit(line, at)).chain(['\n'])).collect()
 }
 
-/// Walls as bits: 1 north, 2 east, 4 south, 8 west.
+/// Returns the walls of a cell as bits: 1 north, 2 east, 4 south, 8 west.
 fn bits(maze: &Maze, cell: Cell) -> u8 {
     let sides = maze.walls().sides(cell);
     Heading::ALL.into_iter().map(|heading| u8::from(sides.has(heading)) << heading as u8).sum()
 }
 
-/// Every example of the page reads as the maze that the page draws first, in the format under whose
-/// heading it stands.
+/// Every example in docs/formats.md parses to the maze of the first one, in the format that its heading
+/// names.
 #[test]
-fn the_examples_of_the_page_read() {
+fn the_documented_examples_parse() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/formats.md");
     let page = fs::read_to_string(page).unwrap();
-    let mut drawn = None;
+    let mut first = None;
     let mut formats = Vec::new();
     for section in page.split("\n## ").skip(1) {
         let heading = section.split([' ', ',', '\n']).next().unwrap();
@@ -158,10 +159,13 @@ fn the_examples_of_the_page_read() {
                 assert_eq!(Format::detect(ended.as_bytes()), format, "{ended:?}");
                 assert_eq!(parse_maze(ended.as_bytes()).as_ref(), Ok(&maze), "{ended:?}");
             }
-            assert_eq!(drawn.get_or_insert_with(|| maze.clone()), &maze, "{heading}");
+            assert_eq!(first.get_or_insert_with(|| maze.clone()), &maze, "{heading}");
             formats.push(format);
         }
     }
     let texts = Format::ALL.into_iter().filter(|&format| format != Format::Maz);
-    assert!(texts.eq(formats.iter().copied()), "an example of each but bytes: {formats:?}");
+    assert!(
+        texts.eq(formats.iter().copied()),
+        "expected one example of each format but maz: {formats:?}"
+    );
 }

@@ -27,6 +27,29 @@ fn the_map_in_the_readme_is_the_output_of_the_demo() {
     assert!(read("README.md").contains(map));
 }
 
+/// Crates whose README is also shown outside the repository, where relative links break.
+const PUBLISHED: [&str; 4] = ["crates/maze", "crates/protocol", "crates/solvers", "crates/zmtp"];
+
+#[test]
+fn licences_in_packages_equal_those_of_the_repository() {
+    for (package, licence) in PUBLISHED
+        .iter()
+        .flat_map(|&package| ["LICENSE-MIT", "LICENSE-APACHE"].map(|licence| (package, licence)))
+    {
+        assert_eq!(read(&format!("{package}/{licence}")), read(licence), "{package}/{licence}");
+    }
+}
+
+#[test]
+fn the_short_client_has_40_lines_and_uses_only_published_libraries() {
+    let example = read("examples/rust/short-client.rs");
+    assert!(example.lines().count() <= 40);
+    for import in example.lines().filter(|line| line.contains("mmsim_")) {
+        let published = PUBLISHED.map(|folder| folder.replace("crates/", "use mmsim_") + "::");
+        assert!(published.iter().any(|name| import.starts_with(name)), "{import}");
+    }
+}
+
 #[test]
 fn links_are_valid() {
     for page in [
@@ -43,22 +66,32 @@ fn links_are_valid() {
         "examples/README.md",
         "crates/client/README.md",
         "crates/drawing/README.md",
+        "crates/formats/README.md",
         "crates/generator/README.md",
         "crates/maze/README.md",
         "crates/mms/README.md",
         "crates/protocol/README.md",
+        "crates/recording/README.md",
         "crates/server/README.md",
         "crates/solvers/README.md",
         "crates/trial/README.md",
         "crates/viewer/README.md",
+        "crates/zmtp/README.md",
+        "mazes/README.md",
     ] {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page);
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let folder = root.join(page).parent().unwrap().to_path_buf();
         for link in read(page).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-            if link.starts_with("https://") {
-                continue;
-            }
             let (file, heading) = link.split_once('#').unwrap_or((link, ""));
-            let target = folder.parent().unwrap().join(file);
+            let target = match path_in_repository(file) {
+                Some(path) => root.join(path),
+                None if link.starts_with("https://") => continue,
+                None => {
+                    let is_published = PUBLISHED.iter().any(|name| page.contains(name));
+                    assert!(!is_published, "link breaks outside the repository, {page}: {link}");
+                    folder.join(file)
+                }
+            };
             assert!(target.exists(), "broken link in {page}: {link}");
             let has_heading = |heading: &str| {
                 fs::read_to_string(&target).unwrap().lines().any(|line| {
@@ -70,8 +103,45 @@ fn links_are_valid() {
     }
 }
 
+/// Returns the path in this repository that a URL on GitHub shows.
+fn path_in_repository(url: &str) -> Option<&str> {
+    let path = url.strip_prefix("https://github.com/mmsim/mmsim/")?;
+    path.strip_prefix("blob/main/").or(path.strip_prefix("tree/main/"))
+}
+
 /// Returns the anchor that GitHub generates for a heading.
 fn anchor(heading: &str) -> String {
     let plain = heading.to_lowercase().replace(' ', "-");
     plain.chars().filter(|&c| c.is_alphanumeric() || c == '-').collect()
+}
+
+#[test]
+fn the_picture_in_the_architecture_shows_all_dependencies() {
+    let architecture = read("ARCHITECTURE.md");
+    let picture = architecture.split("```").nth(1).unwrap();
+    let rows: Vec<(&str, Vec<&str>)> = picture
+        .lines()
+        .filter(|line| !line.is_empty())
+        .map(|line| {
+            let (name, dependencies) = line.split_once("─►").unwrap_or((line, ""));
+            (name.trim(), dependencies.split_whitespace().collect())
+        })
+        .collect();
+    let names: Vec<&str> = rows.iter().map(|(name, _)| *name).collect();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
+    assert_eq!(fs::read_dir(folder).unwrap().count(), names.len());
+    for (index, (name, shown)) in rows.iter().enumerate() {
+        let manifest = read(&format!("crates/{name}/Cargo.toml"));
+        let (_, rest) = manifest.split_once("[dependencies]\n").unwrap();
+        let mut actual: Vec<&str> = rest
+            .lines()
+            .take_while(|line| !line.starts_with('['))
+            .filter_map(|line| line.strip_prefix("mmsim-")?.split(['.', ' ']).next())
+            .collect();
+        let mut sorted = shown.clone();
+        actual.sort_unstable();
+        sorted.sort_unstable();
+        assert_eq!(sorted, actual, "dependencies of {name}");
+        assert!(shown.iter().all(|other| names[index..].contains(other)), "{name} points back");
+    }
 }

@@ -24,7 +24,7 @@ fn a_recorded_search_takes_at_most_forty_bytes_per_state() {
     let (mut searches, mut all_states, mut all_bytes) = (0, 0, 0);
     for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
         let maze = entry.maze().unwrap();
-        for strategy in BundledStrategy::ALL {
+        for &strategy in BundledStrategy::ALL {
             let path = folder.path().join(format!("{}-{}.mcap", entry.name(), strategy.name()));
             let states = record(&path, &maze, strategy);
             let bytes = usize::try_from(fs::metadata(&path).unwrap().len()).unwrap();

@@ -1,4 +1,4 @@
-//! Whole searches over real sockets.
+//! Whole searches, over real sockets and in memory.
 
 use std::collections::HashMap;
 use std::fs;
@@ -22,7 +22,7 @@ fn mazes() -> Vec<(String, Maze)> {
 }
 
 #[test]
-fn flood_fill_reaches_every_goal_that_can_be_reached() {
+fn flood_fill_reaches_every_reachable_goal() {
     for (name, maze) in mazes() {
         let server = serve(maze.clone());
         let mut transport = Zmq::connect(server.address(), Some(PATIENCE), |_| {}).unwrap();
@@ -60,17 +60,17 @@ fn a_client_may_start_before_its_server() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         server.address().rsplit(':').next().unwrap().parse().unwrap()
     };
-    let (told, was_told) = std::sync::mpsc::channel();
+    let (sender, notices) = std::sync::mpsc::channel();
     let endpoint = format!("tcp://127.0.0.1:{port}");
     let map = KnownMaze::unexplored(&maze);
     let start = maze.start();
     let client = thread::spawn(move || {
-        let notice = |_: mmsim_client::Waiting<'_>| told.send(()).unwrap();
-        let mut transport = Zmq::connect(&endpoint, Some(PATIENCE), notice).unwrap();
+        let on_wait = |_: mmsim_client::Waiting<'_>| sender.send(()).unwrap();
+        let mut transport = Zmq::connect(&endpoint, Some(PATIENCE), on_wait).unwrap();
         let mut mouse = Mouse::new(BundledStrategy::FloodFill.strategy(), map, start);
         search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(())).unwrap()
     });
-    was_told.recv_timeout(PATIENCE).unwrap();
+    notices.recv_timeout(PATIENCE).unwrap();
     let server = Server::bind("127.0.0.1", port).unwrap();
     let server = server.spawn(Simulation::new("late", maze));
     let run = within("the search to end", || client.join()).unwrap();
@@ -96,7 +96,7 @@ fn two_clients_each_get_their_own_replies() {
                 let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
                 search_run(&mut transport, &mut mouse, 500, |_, _| ControlFlow::Continue(()))
                     .unwrap();
-                for cell in mouse.map().visited().iter() {
+                for cell in mouse.map().visited() {
                     for heading in mmsim_maze::Heading::ALL {
                         let known = mouse.map().walls(Unknown::Open).has(cell, heading);
                         assert!(!known || maze.walls().has(cell, heading), "{strategy} at {cell}");
@@ -109,11 +109,11 @@ fn two_clients_each_get_their_own_replies() {
 }
 
 #[test]
-fn swing_runs_fast_to_every_goal_of_the_shared_mazes() {
+fn swing_reaches_every_goal_of_the_shared_mazes() {
     let Some(folder) = shared("mazes") else { return };
-    // All of them take a minute unless the compiler has optimised.
+    // All mazes take a minute in an unoptimised build.
     let sample = if cfg!(debug_assertions) { 24 } else { 1 };
-    let mut most = 0;
+    let mut max_states = 0;
     for entry in Catalogue::from_path(&folder).unwrap().entries().iter().step_by(sample) {
         let (name, maze) = (entry.name(), entry.maze().unwrap());
         let mut mouse = Mouse::new(Swing::new(), KnownMaze::unexplored(&maze), maze.start());
@@ -129,33 +129,33 @@ fn swing_runs_fast_to_every_goal_of_the_shared_mazes() {
             }
             None => assert!(decision.is_err(), "{name}: {decision:?}"),
         }
-        most = most.max(stats.steps() + 1);
+        max_states = max_states.max(stats.steps() + 1);
     }
-    assert!(most > 100, "no maze was searched");
-    println!("{most} states at most");
+    assert!(max_states > 100, "no maze was searched");
+    println!("at most {max_states} states");
 }
 
 #[test]
-fn shortest_path_search_proves_the_shortest_way_of_the_shared_mazes() {
+fn shortest_path_search_proves_the_shortest_paths_of_the_shared_mazes() {
     let Some(folder) = shared("mazes") else { return };
     let facts: HashMap<String, Facts> =
         serde_json::from_str(&fs::read_to_string(folder.join("facts.json")).unwrap()).unwrap();
-    // All of them take long unless the compiler has optimised.
+    // All mazes take minutes in an unoptimised build.
     let sample = if cfg!(debug_assertions) { 24 } else { 1 };
-    let (mut most, mut classic) = (0, Vec::new());
+    let (mut max_steps, mut classic) = (0, Vec::new());
     for entry in Catalogue::from_path(&folder).unwrap().entries().iter().step_by(sample) {
         let (name, maze) = (entry.name(), entry.maze().unwrap());
         let file = entry.path().strip_prefix(&folder).unwrap().to_str().unwrap();
         let shortest = facts.get(file).map_or_else(
-            || MazeFacts::new(&maze).shortest_path, // the trial's mazes have no facts
+            || MazeFacts::new(&maze).shortest_path, // the trial's mazes have no recorded facts
             |facts| facts.shortest_cells,
         );
-        let search = ShortestPathRun::of(&maze);
+        let search = ShortestPathRun::new(&maze);
         assert_eq!(search.back_at, maze.start().cell, "{name}");
         if let Some(shortest) = shortest {
             assert_eq!(search.result, Ok(Move::Stop), "{name}");
-            assert_eq!(search.known, Some(shortest.into()), "{name}: that is proven");
-            assert_eq!(search.fast_steps, u32::from(shortest), "{name}: and that is run");
+            assert_eq!(search.known, Some(shortest.into()), "{name}: the shortest path is proven");
+            assert_eq!(search.fast_steps, u32::from(shortest), "{name}: the fast run takes it");
             if file.starts_with("classic") {
                 classic.push(search.steps);
             }
@@ -163,12 +163,12 @@ fn shortest_path_search_proves_the_shortest_way_of_the_shared_mazes() {
             let cell = maze.start().cell;
             assert_eq!(search.result, Err(SearchError::GoalUnreachable { cell }), "{name}");
         }
-        most = most.max(search.steps);
+        max_steps = max_steps.max(search.steps);
     }
-    assert!(most > 100, "no maze was searched");
+    assert!(max_steps > 100, "no maze was searched");
     let (steps, mazes) = (classic.iter().sum::<u32>(), u32::try_from(classic.len()).unwrap());
-    println!("{most} steps at most, {steps} in all of {mazes} classic mazes");
-    assert!(sample > 1 || steps < 230 * mazes, "the searches have become longer");
+    println!("at most {max_steps} steps, {steps} in total in {mazes} classic mazes");
+    assert!(sample > 1 || steps < 230 * mazes, "the mean exceeds 230 steps");
 }
 
 #[derive(serde::Deserialize)]
@@ -176,22 +176,21 @@ struct Facts {
     shortest_cells: Option<u16>,
 }
 
-/// What a shortest-path search did in memory.
+/// The results of a shortest-path search in memory.
 struct ShortestPathRun {
     result: Result<Move, SearchError>,
     /// Steps until the mouse is back at the start.
     steps: u32,
     back_at: Cell,
-    /// The steps from start to goal that it knows then.
+    /// The length of the shortest known path from the start to the goal.
     known: Option<u32>,
     fast_steps: u32,
 }
 
 impl ShortestPathRun {
-    /// Searches the maze and checks at each step that it explores no longer than needed: once the
-    /// goal is reached and the way proven, no step leads away from the start, unknown walls taken as
-    /// open.
-    fn of(maze: &Maze) -> Self {
+    /// Searches the maze and checks that the mouse explores no longer than needed: once it has reached
+    /// the goal and proven the shortest path, it returns to the start.
+    fn new(maze: &Maze) -> Self {
         let start = maze.start().cell;
         let home = [start].into_iter().collect();
         let mut mouse =
@@ -206,12 +205,12 @@ impl ShortestPathRun {
             let has_begun = (proven && cell == start) || stats.fast_run.steps > 0;
             assert_eq!(phase == Phase::FastRun, has_begun);
             if proven && phase != Phase::FastRun {
-                assert_eq!(phase, Phase::ReturnRun, "at {cell} it has not turned home");
+                assert_eq!(phase, Phase::ReturnRun, "at {cell} it does not return");
                 let to_start = |unknown| Distances::flood(mouse.map().walls(unknown), &home);
                 let paths_home = [Unknown::Open, Unknown::Closed].map(to_start);
                 let goes_by = mouse.weight(cell);
-                assert!(paths_home.iter().any(|path| path.at(cell) == Some(goes_by)), "{cell}");
-                assert_eq!(mouse.weight(start), 0, "at {cell} it has not turned home");
+                assert!(paths_home.iter().any(|path| path.at(cell) == goes_by), "{cell}");
+                assert_eq!(mouse.weight(start), Some(0), "at {cell} it does not return");
             }
             if stats.fast_run.steps == 0 {
                 back_at = cell;

@@ -93,16 +93,16 @@ type PublishedMazeSteps = [(u32, u32); 3];
 
 fn steps(robot: BundledRobot, settings: &Settings) -> Option<PublishedMazeSteps> {
     let mazes = shared("mazes/trial")?;
-    let ending = |number| {
+    let scored_steps = |number| {
         let maze =
             mmsim_formats::read_maze(&mazes.join(format!("test_maze_0{number}.txt"))).unwrap();
         let mut robot = robot.robot(KnownMaze::unexplored(&maze), settings);
         match run_trial(&maze, &mut robot) {
             TrialOutcome::Scored(score) => (score.explore_steps, score.race_steps),
-            ending => panic!("{ending:?} in maze {number}"),
+            outcome => panic!("{outcome:?} in maze {number}"),
         }
     };
-    Some([1, 2, 3].map(ending))
+    Some([1, 2, 3].map(scored_steps))
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn every_robot_finishes_in_unusual_mazes() {
                     assert!(score.race_steps >= optimum.into());
                 }
                 (None, TrialOutcome::GaveUp) => {}
-                (_, ending) => panic!("{robot} {settings:?}: {ending:?} in\n{text}"),
+                (_, outcome) => panic!("{robot} {settings:?}: {outcome:?} in\n{text}"),
             }
         }
     }
@@ -227,8 +227,9 @@ fn robots_score_in_solvable_mazes_and_give_up_in_others() {
                 match (optimum, ending) {
                     (Some(_), TrialOutcome::Scored(_)) | (None, TrialOutcome::GaveUp) => {}
                     // In a large maze, or on a long winding path, Swing may exceed the step limit.
-                    (Some(way), TrialOutcome::OutOfTime) if kind == "halfsize" || way > 200 => {}
-                    (optimum, ending) => panic!("{name}: {robot}: {ending:?}, {optimum:?}"),
+                    (Some(optimum), TrialOutcome::OutOfTime)
+                        if kind == "halfsize" || optimum > 200 => {}
+                    (optimum, outcome) => panic!("{name}: {robot}: {outcome:?}, {optimum:?}"),
                 }
             }
         }

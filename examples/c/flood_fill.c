@@ -8,7 +8,7 @@
 
 #include "mmsim.h"
 
-enum { WIDTH = 16, HEIGHT = 16, AREA = WIDTH * HEIGHT, UNREACHABLE = 0xffff, PATIENCE_MS = 5000 };
+enum { WIDTH = 16, HEIGHT = 16, AREA = WIDTH * HEIGHT, UNREACHABLE = 0xffff, TIMEOUT_MS = 5000 };
 
 static const mmsim_size size = {WIDTH, HEIGHT};
 static const uint8_t wall_at[4] = {MMSIM_WALL_NORTH, MMSIM_WALL_EAST, MMSIM_WALL_SOUTH, MMSIM_WALL_WEST};
@@ -43,37 +43,38 @@ static mmsim_reply ask(const uint8_t *message, size_t length, mmsim_reply_kind e
     int received;
     if (zmq_send(simulator, message, length, 0) < 0 ||
         (received = zmq_recv(simulator, bytes, sizeof bytes, 0)) < 0) {
-        fprintf(stderr, "no reply from %s within %d s; `mmsim` starts a simulator\n", endpoint, PATIENCE_MS / 1000);
+        fprintf(stderr, "no reply from %s within %d s (start a simulator with `mmsim`)\n", endpoint, TIMEOUT_MS / 1000);
         exit(EXIT_FAILURE);
     }
     reply = mmsim_decode_reply(bytes, (size_t)received < sizeof bytes ? (size_t)received : sizeof bytes);
     if (reply.kind == MMSIM_ERROR) {
-        fprintf(stderr, "the simulator refuses that: %.*s\n", (int)reply.text_length, reply.text);
+        fprintf(stderr, "the simulator refused the request: %.*s\n", (int)reply.text_length, reply.text);
         exit(EXIT_FAILURE);
     }
     if (reply.kind != expected) {
-        fprintf(stderr, "the reply, %d bytes, is none to that request\n", received);
+        fprintf(stderr, "unexpected reply of %d bytes\n", received);
         exit(EXIT_FAILURE);
     }
     return reply;
 }
 
 /* Records a wall in the cells on both sides of it. */
-static void note(int quarters, uint8_t wall) {
+static void record_wall(int quarters, uint8_t wall) {
     const mmsim_pose beyond = after(pose, quarters);
     if (!wall) return;
     known[pose.x][pose.y] |= wall_at[beyond.heading];
     if (is_inside(beyond)) known[beyond.x][beyond.y] |= wall_at[(beyond.heading + 2) % 4];
 }
 
-static void look(void) {
+/* Reads the walls around the mouse. */
+static void read_walls(void) {
     uint8_t message[4];
     const size_t length = mmsim_encode_walls(message, sizeof message, pose);
     const mmsim_reply walls = ask(message, length, MMSIM_WALLS);
     known[pose.x][pose.y] |= MMSIM_VISITED;
-    note(3, walls.left);
-    note(0, walls.front);
-    note(1, walls.right);
+    record_wall(3, walls.left);
+    record_wall(0, walls.front);
+    record_wall(1, walls.right);
 }
 
 /* Computes the steps from each cell to the goal, with unknown walls open. */
@@ -99,7 +100,8 @@ static void flood(void) {
     }
 }
 
-static void tell(void) {
+/* Reports the pose, the distances and the known walls. */
+static void report_state(void) {
     static uint8_t message[MMSIM_STATE_BYTES(WIDTH, HEIGHT)];
     const size_t length = mmsim_encode_state(message, sizeof message, size, pose, MMSIM_ORDER_F);
     for (uint8_t x = 0; x < WIDTH; x++)
@@ -125,14 +127,14 @@ static int step(void) {
 }
 
 int main(int argc, char **argv) {
-    const int patience = PATIENCE_MS, linger = 0;
+    const int timeout = TIMEOUT_MS, linger = 0;
     uint8_t message[8];
     if (argc > 1) endpoint = argv[1];
     simulator = zmq_socket(zmq_ctx_new(), ZMQ_REQ);
-    zmq_setsockopt(simulator, ZMQ_RCVTIMEO, &patience, sizeof patience);
+    zmq_setsockopt(simulator, ZMQ_RCVTIMEO, &timeout, sizeof timeout);
     zmq_setsockopt(simulator, ZMQ_LINGER, &linger, sizeof linger);
     if (zmq_connect(simulator, endpoint) != 0) {
-        fprintf(stderr, "cannot reach %s, expected tcp://HOST:PORT: %s\n", endpoint, zmq_strerror(zmq_errno()));
+        fprintf(stderr, "cannot reach %s: %s (expected tcp://HOST:PORT)\n", endpoint, zmq_strerror(zmq_errno()));
         return EXIT_FAILURE;
     }
     ask(message, mmsim_encode_ping(message, sizeof message), MMSIM_PONG);
@@ -141,10 +143,10 @@ int main(int argc, char **argv) {
     for (uint8_t x = 0; x < WIDTH; x++) known[x][0] |= MMSIM_WALL_SOUTH, known[x][HEIGHT - 1] |= MMSIM_WALL_NORTH;
     for (uint8_t y = 0; y < HEIGHT; y++) known[0][y] |= MMSIM_WALL_WEST, known[WIDTH - 1][y] |= MMSIM_WALL_EAST;
     for (int steps = 0;; steps++) {
-        look();
+        read_walls();
         flood();
-        tell();
+        report_state();
         if (is_goal(pose.x, pose.y)) return printf("goal reached after %d steps\n", steps), EXIT_SUCCESS;
-        if (!step()) return fprintf(stderr, "no way to the goal is left after %d steps\n", steps), EXIT_FAILURE;
+        if (!step()) return fprintf(stderr, "goal unreachable after %d steps\n", steps), EXIT_FAILURE;
     }
 }

@@ -28,7 +28,7 @@ class Mouse:
             self.walls[0][y] |= Known.WEST
             self.walls[WIDTH - 1][y] |= Known.EAST
 
-    def look(self, simulator: Simulator) -> None:
+    def read_walls(self, simulator: Simulator) -> None:
         """Records the walls around the mouse, each in the cells on both sides of it."""
         x, y = self.pose.x, self.pose.y
         self.walls[x][y] |= Known.VISITED
@@ -59,9 +59,9 @@ class Mouse:
         """Takes a step towards the goal. Returns whether there is a path."""
         walls = self.walls[self.pose.x][self.pose.y]
         ahead = [self.pose.after(turn) for turn in (FRONT, LEFT, RIGHT, BACK)]
-        ways = [pose for pose in ahead if not walls & Known.wall(pose.heading)]
+        open_poses = [pose for pose in ahead if not walls & Known.wall(pose.heading)]
         # On a tie, min returns the first.
-        self.pose = min(ways, key=self.distance, default=self.pose)
+        self.pose = min(open_poses, key=self.distance, default=self.pose)
         return self.distance(self.pose) < UNREACHABLE
 
     def distance(self, pose: Pose) -> int:
@@ -75,13 +75,13 @@ def search(simulator: Simulator) -> int:
     simulator.reset()
     mouse, steps = Mouse(), 0
     while True:
-        mouse.look(simulator)
+        mouse.read_walls(simulator)
         mouse.flood()
         simulator.state(mouse.pose, mouse.distances, mouse.walls)
         if (mouse.pose.x, mouse.pose.y) in GOALS:
             return steps
         if not mouse.step():
-            sys.exit(f"no way to the goal is left after {steps} steps")
+            sys.exit(f"goal unreachable after {steps} steps")
         steps += 1
 
 

@@ -122,7 +122,7 @@ class Simulator:
         `Known` flags of each cell.
         """
         if [len(column) for column in weights] != [len(column) for column in walls]:
-            raise ValueError("expected weights and walls of the same cells")
+            raise ValueError("weights and walls must have the same shape")
         message = bytearray(b"S" + _pose_bytes(pose))
         for grid in (weights, walls):
             message += b"F"  # column by column from the west
@@ -152,7 +152,7 @@ class Simulator:
         except zmq.ZMQError as error:
             self.close()
             raise SimulatorError(
-                f"cannot reach {self._endpoint}, expected tcp://HOST:PORT: {error}"
+                f"cannot reach {self._endpoint}: {error} (expected tcp://HOST:PORT)"
             ) from error
 
     def _expect(self, expected: bytes, request: bytes) -> None:
@@ -167,12 +167,12 @@ class Simulator:
             self._socket.close()
             self._connect()
             raise NoReply(
-                f"no reply from {self._endpoint} within {self._timeout:g} s;"
-                " `mmsim` starts a simulator"
+                f"no reply from {self._endpoint} within {self._timeout:g} s"
+                " (start a simulator with `mmsim`)"
             )
         reply = self._socket.recv()
         if reply.startswith(b"error: "):
-            raise Refused("the simulator refuses that: " + reply[7:].decode(errors="replace"))
+            raise Refused("the simulator refused the request: " + reply[7:].decode(errors="replace"))
         return reply
 
 

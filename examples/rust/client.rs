@@ -11,7 +11,7 @@ use mmsim_protocol::{
     Cell, Heading, KnownMaze, MAX_STATE_BYTES, MapState, MazeSize, Order, Pose, Reply, Request,
     Unknown, WallsAround,
 };
-use mmsim_solvers::{Distances, steps_from};
+use mmsim_solvers::{Distances, open_steps};
 
 /// Time limit for a reply, in milliseconds.
 const PATIENCE: i32 = 5000;
@@ -49,11 +49,11 @@ fn search() -> Result<u32, Box<dyn Error>> {
         if map.goals().contains(pose.cell) {
             return Ok(steps);
         }
-        // `steps_from` returns front, left, right, back; the first one wins a tie.
-        let (step, _) = steps_from(&map, pose)
+        // `open_steps` returns front, left, right, back; the first one wins a tie.
+        let (step, _) = open_steps(&map, pose)
             .filter(|&(_, cell)| distances.at(cell).is_some())
             .min_by_key(|&(_, cell)| distance(cell))
-            .ok_or_else(|| format!("no way to the goal is left after {steps} steps"))?;
+            .ok_or_else(|| format!("goal unreachable after {steps} steps"))?;
         pose = pose.after(step).ok_or("expected a wall at the edge of the maze")?;
         steps += 1;
     }
@@ -71,7 +71,7 @@ impl Simulator {
         let socket = zmq::Context::new().socket(zmq::REQ)?;
         socket.set_rcvtimeo(PATIENCE)?;
         socket.set_linger(0)?; // do not wait for unsent requests on exit
-        let failed = |error| format!("cannot reach {endpoint}, expected tcp://HOST:PORT: {error}");
+        let failed = |error| format!("cannot reach {endpoint}: {error} (expected tcp://HOST:PORT)");
         socket.connect(&endpoint).map_err(failed)?;
         Ok(Self { endpoint, socket })
     }
@@ -119,7 +119,7 @@ impl Simulator {
         self.socket.send(request, 0)?;
         self.socket.recv_bytes(0).map_err(|error| match error {
             zmq::Error::EAGAIN => format!(
-                "no reply from {} within {} s; `mmsim` starts a simulator",
+                "no reply from {} within {} s (start a simulator with `mmsim`)",
                 self.endpoint,
                 PATIENCE / 1000
             )
@@ -139,7 +139,7 @@ fn expect(expected: Reply<'_>, message: &[u8]) -> Result<(), Box<dyn Error>> {
 /// Returns the error for an unexpected reply.
 fn unexpected(reply: Reply<'_>) -> Box<dyn Error> {
     match reply {
-        Reply::Error(reason) => format!("the simulator refuses that: {reason}").into(),
-        reply => format!("the reply is one to another request: {reply:?}").into(),
+        Reply::Error(reason) => format!("the simulator refused the request: {reason}").into(),
+        reply => format!("unexpected reply: {reply:?}").into(),
     }
 }

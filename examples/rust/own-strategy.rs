@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use mmsim_client::{Zmq, search_run};
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
-use mmsim_solvers::{Mouse, Move, SearchError, Strategy, steps_from};
+use mmsim_solvers::{Mouse, Move, SearchError, Strategy, open_steps};
 
 /// Goes to the least visited neighbour; on a tie, to the one nearest to the goal, ignoring walls.
 #[derive(Default)]
@@ -27,15 +27,15 @@ impl Strategy for Explorer {
         let distance = |cell: Cell| {
             map.goals().iter().map(|goal| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y)).min()
         };
-        steps_from(map, pose)
+        open_steps(map, pose)
             .min_by_key(|&(_, cell)| (self.weight(cell), distance(cell)))
             .map(|(step, _)| Move::Step(step))
             .ok_or(SearchError::BoxedIn { cell: pose.cell })
     }
 
-    /// The number that a viewer shows in each cell.
-    fn weight(&self, cell: Cell) -> u16 {
-        self.visits[usize::from(cell.x)][usize::from(cell.y)]
+    /// Returns the number that a viewer shows in a cell.
+    fn weight(&self, cell: Cell) -> Option<u16> {
+        Some(self.visits[usize::from(cell.x)][usize::from(cell.y)])
     }
 }
 

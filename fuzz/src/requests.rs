@@ -49,7 +49,7 @@ static REQUESTS: AtomicU64 = AtomicU64::new(0);
 /// A maze of each size with pseudorandom walls, so that all eight replies to a walls request occur.
 static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
     SIZES.map(|(width, height)| {
-        let size = MazeSize::new(width.into(), height.into()).expect("1 to 32 cells each way");
+        let size = MazeSize::new(width.into(), height.into()).expect("1 to 32 cells per side");
         let mut walls = Walls::open(size);
         let mut random = 1_u32;
         for cell in size.cells() {
@@ -193,7 +193,9 @@ impl<'a> Observed<'a> {
                 expected = Change::State;
             }
             Ok(Request::Info) => {
-                let Reply::Info(json) = reply else { panic!("info answered by {reply:?}") };
+                let Reply::Info(json) = reply else {
+                    panic!("unexpected reply to info: {reply:?}")
+                };
                 let info: Info = serde_json::from_str(json).expect("info as JSON");
                 let name = simulation.name();
                 let expected =

@@ -139,12 +139,12 @@ fn parse_request(line: &str) -> Option<Vec<u8>> {
 
 /// Writes what clients of ZMTP 2 and 3 send: requests, commands, and frames over the limits.
 fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
-    let oversized = [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &[7; 65_537]].concat();
+    let oversized = [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; 65_537]].concat();
     let streams: [(u8, &[u8]); 6] = [
         (WITH_HANDSHAKE | 6, b"\x01\0\0\x04ping\x01\x01a\x01\0\x01\x01b\0\x01c"),
         (WITH_HANDSHAKE | 1, b"\x04\x0a\x04PING\0\x01abc\x04\x02\x01X"),
-        (WITH_HANDSHAKE | 127, b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff"),
-        (WITH_HANDSHAKE | 99, &oversized),
+        (WITH_HANDSHAKE | 0x7f, b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff"),
+        (WITH_HANDSHAKE | 0x63, &oversized),
         (20, b"\xff\0\0\0\0\0\0\0\x01\x7f\x01\x03\0\x02me\x01\0\0\x04ping"),
         (3, b"GET / HTTP/1.1"),
     ];

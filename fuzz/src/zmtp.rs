@@ -3,8 +3,8 @@
 //! The first byte is the maximum number of bytes that a read returns, and the highest bit of it says
 //! whether a valid handshake precedes the rest of the input.
 //!
-//! Laws: the output does not depend on how the input is cut into reads. It is the greeting, then
-//! complete frames, exactly one reply for each call of the service.
+//! Properties: the output does not depend on how the input is cut into reads. It is the greeting, then
+//! complete frames, with exactly one reply for each call of the service.
 
 use std::io::{self, ErrorKind, Read, Write};
 
@@ -22,7 +22,7 @@ pub const WITH_HANDSHAKE: u8 = 0x80;
 /// The maximum number of turns of one connection.
 const MAX_TURNS: usize = 1 << 20;
 
-/// Serves a connection with this input in several ways and checks the laws.
+/// Serves a connection with this input in several ways and checks the properties.
 pub fn run(input: &[u8]) {
     let Some((&choice, bytes)) = input.split_first() else { return };
     let handshake: &[&[u8]] =
@@ -50,7 +50,7 @@ fn serve(incoming: &[u8], max_read: usize) -> Outcome {
         (Connection::new(Wire { incoming, outgoing: Vec::new(), max_read }), Vec::new());
     let mut error = None;
     for turn in 0.. {
-        assert!(turn < MAX_TURNS, "a connection that never waits");
+        assert!(turn < MAX_TURNS, "the connection never waits");
         match connection.turn(8, &mut counter, &mut reply) {
             Ok(turn) if turn.has_more => {}
             Ok(_) => break,

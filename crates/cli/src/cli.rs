@@ -88,8 +88,8 @@ impl Cli {
         }
     }
 
-    /// Returns the name of the command that was parsed as a folder of mazes, because options of the
-    /// server precede it.
+    /// Returns the command name that was mistaken for a folder of mazes because options of the server
+    /// precede it.
     fn command_as_mazes(&self) -> Option<&OsStr> {
         let path = self.serve.mazes.as_deref()?;
         (!path.exists() && is_command(path.as_os_str())).then_some(path.as_os_str())

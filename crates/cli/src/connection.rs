@@ -57,11 +57,11 @@ pub(crate) fn ask_maze(
 
 /// Warns that there is no reply: the first time it is called for a request, then every tenth time.
 pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
-    let Waiting { endpoint, since, times, answered } = waiting;
-    if *times != 1 && times % 10 != 0 {
+    let Waiting { endpoint, elapsed, notices, answered } = waiting;
+    if *notices != 1 && notices % 10 != 0 {
         return;
     }
-    let seconds = since.as_secs();
+    let seconds = elapsed.as_secs();
     let hint = match (answered, asks_server) {
         (true, _) => String::new(),
         (false, false) => format!(" (start a simulator with {})", own_command("")),

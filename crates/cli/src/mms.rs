@@ -95,7 +95,7 @@ fn search(
     let mut simulator = Simulator::new(transport, map.size(), interrupt, pace)?;
     let mut session = Session {
         button: Button::from_stdin(),
-        mouse: SimulatedMouse::new(map.size(), map.start(), *map.goals()),
+        mouse: SimulatedMouse::new(map.size(), map.start().cell, *map.goals()),
         limit: args.limit,
         lines: 0,
         crashes: 0,

@@ -44,9 +44,7 @@ fn recording(args: &RenderArgs, file: &Path) -> Result<Option<Recording>, OpenEr
     let is_named_mcap = file.extension().is_some_and(|extension| extension == "mcap");
     match Recording::open_within(file, &recording_budget(&args.reading)) {
         Ok(recording) => Ok(Some(recording)),
-        Err(OpenError::Io { .. } | OpenError::Content { source: ReadError::NotMcap, .. })
-            if !is_named_mcap =>
-        {
+        Err(OpenError { source: ReadError::Io(_) | ReadError::NotMcap, .. }) if !is_named_mcap => {
             Ok(None)
         }
         Err(error) => Err(error),
@@ -158,7 +156,7 @@ impl<'a> RecordedSearch<'a> {
         let state = reader.get(index).and_then(|message| State::decode(message, size).ok());
         let state = state.ok_or_else(|| unreadable(self.file))?;
         trail.push(state.pose().cell);
-        let map = state.map(self.initial.start(), *self.initial.goals());
+        let map = state.map(self.initial.start().cell, *self.initial.goals());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)
             .with_mouse(state.pose())

@@ -108,7 +108,7 @@ fn fits(picture: &str, (columns, lines): (usize, usize)) -> bool {
 
 /// Returns the map of the mouse: with its weights unless they are all zero, and compact.
 fn pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
-    map_pictures(mouse.map(), mouse.pose(), &|cell| mouse.weight(cell))
+    map_pictures(mouse.map(), mouse.pose(), &|cell| mouse.weight(cell).unwrap_or(u16::MAX))
 }
 
 fn map_pictures(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> [String; 2] {

@@ -3,7 +3,7 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
-use mmsim_formats::{Catalogue, CatalogueError, Entry, ReadError};
+use mmsim_formats::{Catalogue, Entry, ReadError};
 use mmsim_maze::{Escaped, Maze};
 use mmsim_solvers::MazeFacts;
 use tracing::info;
@@ -52,8 +52,6 @@ impl Selected {
 /// Why no maze was selected.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SelectionError {
-    #[error(transparent)]
-    Catalogue(#[from] CatalogueError),
     #[error(
         "no maze matches {words:?} in {location} (list the {} with {list})",
         counted(*count as u64, "file")
@@ -141,8 +139,9 @@ impl Collection {
             });
         };
         if let Some(error) = unreadable.first() {
-            let (count, location) = (unreadable.len(), &self.location);
-            warn(format_args!("skipped {count} unreadable files in {location}, such as {error}"));
+            let (count, location) =
+                (counted(unreadable.len() as u64, "unreadable file"), &self.location);
+            warn(format_args!("skipped {count} in {location}, such as {error}"));
         }
         Ok(selected)
     }

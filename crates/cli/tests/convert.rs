@@ -62,10 +62,10 @@ fn unsupported_content_is_refused_and_the_old_file_stays() {
     let old = |name: &str| fs::read_to_string(home.path().join(name)).unwrap();
     let ended = home.run(&["mazes", "convert", "marked.txt", "out.num"]);
     assert_eq!((ended.code, &old("out.num")[..]), (Some(1), "old"));
-    insta::assert_snapshot!(ended.stderr, @"mmsim: cannot write out.num: num marks no goal: expected the central cells (0, 0) (1, 0) (0, 1) (1, 1), found (0, 1) (1, 1) (use --lossy to omit it)");
+    insta::assert_snapshot!(ended.stderr, @"mmsim: cannot write out.num: the format num cannot mark the goal (0, 1) (1, 1), only the central cells (use --lossy to omit it)");
     let size = home.run(&["mazes", "convert", "marked.txt", "out.maz", "--lossy"]);
     assert_eq!((size.code, &old("out.maz")[..]), (Some(1), "old"));
-    insta::assert_snapshot!(size.stderr, @"mmsim: cannot write out.maz: maz holds mazes of 16x16 cells, found one of 2x2");
+    insta::assert_snapshot!(size.stderr, @"mmsim: cannot write out.maz: the format maz cannot hold a 2x2 maze, only 16x16 mazes");
     let lossy = home.run(&["mazes", "convert", "marked.txt", "out.num", "--lossy"]);
     assert_eq!((lossy.code, &old("out.num")[..]), (Some(0), NUM));
     insta::assert_snapshot!(lossy.stderr, @"omitted: goal (0, 1) (1, 1), which reads back as (0, 0) (1, 0) (0, 1) (1, 1)");
@@ -90,7 +90,7 @@ fn reports_what_was_assumed_when_reading() {
     let told = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
     insta::assert_snapshot!(told("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
     insta::assert_snapshot!(told("."), @"mmsim: .: is a folder, not a maze file");
-    assert!(told("missing.txt").starts_with("mmsim: missing.txt: cannot be read: "));
+    assert!(told("missing.txt").starts_with("mmsim: cannot read missing.txt: "));
 }
 
 /// Pipes and devices are written to directly. The target of a link is replaced, not the link.

@@ -68,11 +68,11 @@ fn a_goal_not_reached_is_exit_code_1() {
     };
     let ended = solve(&[]);
     assert_eq!(ended.code, Some(1));
-    assert!(ended.stderr.starts_with("mmsim: expected a way from "), "{ended:?}");
+    assert!(ended.stderr.starts_with("mmsim: goal unreachable from "), "{ended:?}");
     assert!(ended.stdout.contains("goal not reached after 137 steps"), "{ended:?}");
     let report = solve(&["--json"]).json();
     assert_eq!(report["goal_reached"], json!(false));
-    assert!(report["error"].as_str().unwrap().starts_with("expected a way from "));
+    assert!(report["error"].as_str().unwrap().starts_with("goal unreachable from "));
     let ended = solve(&["--max-steps", "10"]);
     assert_eq!(
         (ended.code, ended.stderr.as_str()),

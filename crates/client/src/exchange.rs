@@ -1,14 +1,15 @@
-//! Requests and the replies they call for, one by one.
+//! Single requests and their replies.
 
 use mmsim_maze::{Cell, Escaped, KnownMaze, Pose, WallsAround};
 use mmsim_protocol::{
     BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, MapState, Order, Reply, Request,
 };
 
-use crate::{RunError, Transport};
+use crate::run::RunError;
+use crate::transport::Transport;
 
-/// Requests that are encoded, counted, and answered with the reply they call for. [`search_run`]
-/// is made of these; so is a client that goes about a maze in another way.
+/// Sends requests, decodes their replies and counts the requests. [`search_run`] uses it; so can a
+/// client with a search loop of its own.
 ///
 /// ```
 /// use mmsim_client::{Exchange, InMemory};
@@ -36,28 +37,29 @@ pub struct Exchange<T> {
 }
 
 impl<T: Transport> Exchange<T> {
-    /// Asks through this transport.
+    /// Creates an exchange over this transport.
     pub const fn new(transport: T) -> Self {
         Self { transport, requests: 0, request: [0; MAX_STATE_BYTES], reply: Vec::new() }
     }
 
-    /// How many requests were sent.
+    /// Returns the number of requests sent.
     pub const fn requests(&self) -> u32 {
         self.requests
     }
 
-    /// Lets the simulator forget all states: a new search begins.
+    /// Deletes all states in the simulator and begins a new search.
     ///
     /// # Errors
-    /// The simulator does not answer or refuses.
+    /// The simulator does not reply or refuses the request.
     pub fn reset(&mut self) -> Result<(), RunError> {
         self.ask("reset", |buffer| Request::Reset.encode(buffer), is_ok)
     }
 
-    /// The walls that a mouse in this pose sees.
+    /// Returns the walls around a mouse in this pose.
     ///
     /// # Errors
-    /// The simulator does not answer or refuses, as it does for a cell outside of its maze.
+    /// The simulator does not reply or refuses the request, for example because the cell is outside
+    /// its maze.
     pub fn walls(&mut self, pose: Pose) -> Result<WallsAround, RunError> {
         self.ask(
             "W",
@@ -69,10 +71,11 @@ impl<T: Transport> Exchange<T> {
         )
     }
 
-    /// Tells where the mouse is and what it believes, with a number for each cell.
+    /// Reports the pose of the mouse, the walls it knows, and a weight for each cell.
     ///
     /// # Errors
-    /// The simulator does not answer or refuses, as it does where its maze has another size.
+    /// The simulator does not reply or refuses the request, for example because its maze has another
+    /// size.
     pub fn state(
         &mut self,
         pose: Pose,
@@ -82,10 +85,11 @@ impl<T: Transport> Exchange<T> {
         self.ask("S", |buffer| MapState::new(pose, map, weight, Order::F).encode(buffer), is_ok)
     }
 
-    /// What the simulator serves. Only this project's server tells; the reference one never answers.
+    /// Returns what the simulator serves. Only this project's server replies; the reference simulator
+    /// never does.
     ///
     /// # Errors
-    /// The simulator does not answer or answers something else.
+    /// The simulator does not reply or its reply is unexpected.
     pub fn info(&mut self) -> Result<Info, RunError> {
         let json = self.ask(
             "info",

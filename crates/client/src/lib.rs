@@ -1,8 +1,8 @@
 //! A micromouse's search run against a maze simulator.
 //!
 //! [`search_run`] drives a [`Mouse`](mmsim_solvers::Mouse) with any strategy through any
-//! [`Transport`]: over ZeroMQ ([`Zmq`]) against a server, or in memory ([`InMemory`]) against
-//! whatever answers requests, such as the simulation itself.
+//! [`Transport`]: over ZeroMQ ([`Zmq`]) to a server, or in memory ([`InMemory`]) to any
+//! function that handles requests, such as the simulation itself.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -34,7 +34,7 @@ pub use transport::{InMemory, Transport, TransportError};
 #[cfg(feature = "zmq")]
 pub use zmq_transport::{Waiting, Zmq};
 
-/// The code in the README of this crate runs.
+/// Tests the code in the README of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

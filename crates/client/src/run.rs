@@ -1,4 +1,4 @@
-//! The search run: what a client asks of a simulator, in which order.
+//! The search run: the requests of a client and their order.
 
 use std::ops::ControlFlow;
 
@@ -6,76 +6,80 @@ use mmsim_maze::{Cell, Contradiction, Heading, MazeSize};
 use mmsim_protocol::{BufferTooSmall, Excerpt, Info, UnknownReply};
 use mmsim_solvers::{Crash, DriveError, Mouse, SearchDriver, SearchError, SearchStats, Strategy};
 
-use crate::{Exchange, Transport, TransportError};
+use crate::exchange::Exchange;
+use crate::transport::{Transport, TransportError};
 
-/// The figures of a search run.
+/// The weight sent for a cell without one.
+const NO_WEIGHT: u16 = u16::MAX;
+
+/// The results of a search run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SearchRun {
     /// Steps and turns of the mouse.
     pub stats: SearchStats,
-    /// States sent, one for each cell the mouse came to: one more than steps.
+    /// States sent: one at the start and one after each step.
     pub states: u32,
     /// Requests sent.
     pub requests: u32,
 }
 
-/// Why a search run broke off. What the mouse has learned until then it still knows.
+/// Why a search run failed. The mouse keeps what it has learned.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// No reply.
+    /// There is no reply.
     #[error(transparent)]
     Transport(#[from] TransportError),
     /// The simulator refused a request.
     #[error("the simulator refused {request}: {reason}")]
     Refused {
-        /// Which one.
+        /// The name of the request.
         request: &'static str,
-        /// What the simulator says.
+        /// The message of the simulator.
         reason: String,
     },
-    /// The reply is none of the protocol.
+    /// The reply is not part of the protocol.
     #[error(transparent)]
     UnknownReply(#[from] UnknownReply),
-    /// The reply is one to another request.
+    /// The reply belongs to another kind of request.
     #[error("expected the reply to {request}, found {found}")]
     WrongReply {
-        /// To which request.
+        /// The name of the request.
         request: &'static str,
         /// The reply.
         found: Excerpt<16>,
     },
-    /// The reply to `info` is not as it should be.
-    #[error("expected the reply to info to be its JSON object: {0}")]
+    /// The reply to `info` is not the expected JSON object.
+    #[error("invalid reply to info: {0}")]
     Info(#[from] serde_json::Error),
-    /// The simulator contradicts what it said before.
+    /// A reply contradicts an earlier one.
     #[error(transparent)]
     Contradiction(#[from] Contradiction),
-    /// There is no wall where the mouse believes the maze to end.
+    /// A wall is missing at the edge of the maze, so the maze is larger than expected.
     #[error("expected a maze of {size} cells, found no wall at the {heading} side of {cell}")]
     LargerMaze {
-        /// The size the mouse was told.
+        /// The expected size.
         size: MazeSize,
         /// The cell at the edge.
         cell: Cell,
-        /// The side of it without a wall.
+        /// The side of the cell without a wall.
         heading: Heading,
     },
     /// The strategy cannot go on.
     #[error(transparent)]
     Search(#[from] SearchError),
-    /// The strategy would drive the mouse into a wall.
+    /// The strategy chose a step through a side that is not known to be open.
     #[error(transparent)]
     Crash(#[from] Crash),
-    /// A request longer than any of the protocol.
+    /// A request does not fit into its buffer.
     #[error(transparent)]
     Buffer(#[from] BufferTooSmall),
 }
 
 impl RunError {
-    /// What a contradiction to what is known of a maze that should have this size means: at the edge,
-    /// that the maze is larger.
+    /// Converts a contradiction in a maze that should have this size. At the edge it means that the
+    /// maze is larger.
     pub fn from_contradiction(error: Contradiction, size: MazeSize) -> Self {
         let Contradiction { cell, heading, .. } = error;
         match size.neighbour(cell, heading) {
@@ -94,27 +98,27 @@ impl RunError {
     }
 }
 
-/// A search run that broke off.
+/// A search run that failed.
 #[derive(Debug, thiserror::Error)]
 #[error("{error}")]
 pub struct BrokenRun {
-    /// The run until then.
+    /// The results up to the failure.
     pub run: SearchRun,
-    /// Why it broke off.
+    /// The cause.
     #[source]
     pub error: RunError,
 }
 
-/// Runs a search: `reset`, then in every cell reads the walls, lets the mouse decide, sends the
-/// state, and stops or takes a step. Where nothing is known of the side behind the mouse at the
-/// start, it reads the walls there with the nose turned round, first of all.
+/// Runs a search: sends `reset`, then in each cell reads the walls, lets the mouse decide, sends the
+/// state, and stops or takes a step. If the side behind the mouse is unknown at the start, it first
+/// reads the walls in the opposite heading.
 ///
-/// It ends when the strategy stops or `max_states` states are sent. After each state `observe` is
-/// shown the mouse and the run so far, and may end it by breaking off.
+/// The search ends when the strategy stops or after `max_states` states. After each state it calls
+/// `observe` with the mouse and the results so far; [`ControlFlow::Break`] ends the search.
 ///
 /// # Errors
-/// The simulator does not answer or answers with an error, or the strategy cannot go on; its last
-/// state is sent before that.
+/// The simulator does not reply or refuses a request, or the strategy cannot go on. In the latter
+/// case the last state has been sent.
 pub fn search_run<S: Strategy>(
     transport: &mut impl Transport,
     mouse: &mut Mouse<S>,
@@ -144,7 +148,8 @@ fn drive<S: Strategy>(
             return Ok(());
         }
         let mouse = driver.mouse();
-        exchange.state(mouse.pose(), mouse.map(), |cell| mouse.weight(cell))?;
+        exchange
+            .state(mouse.pose(), mouse.map(), |cell| mouse.weight(cell).unwrap_or(NO_WEIGHT))?;
         run.states += 1;
         run.requests = exchange.requests();
         if observe(mouse, run).is_break() {
@@ -153,10 +158,10 @@ fn drive<S: Strategy>(
     }
 }
 
-/// Asks a server of this project what it serves. The reference server never answers this.
+/// Asks this project's server what it serves. The reference simulator never replies to this.
 ///
 /// # Errors
-/// The server does not answer or answers something else.
+/// The server does not reply or its reply is unexpected.
 pub fn ask_info(transport: &mut impl Transport) -> Result<Info, RunError> {
     Exchange::new(transport).info()
 }
@@ -168,7 +173,7 @@ mod tests {
     use mmsim_solvers::{BundledStrategy, FloodFill};
 
     use super::*;
-    use crate::InMemory;
+    use crate::transport::InMemory;
 
     const MAZE: &str = "\
 o---o---o---o
@@ -180,7 +185,7 @@ o   o---o   o
 o---o---o---o
 ";
 
-    /// Runs a search in memory; `change` may spoil a reply.
+    /// Runs a search in memory; `change` may corrupt a reply.
     fn run(
         map: KnownMaze,
         max_states: u32,
@@ -199,7 +204,7 @@ o---o---o---o
         (result, simulation)
     }
 
-    /// Whether the goal was reached; steps, states and requests.
+    /// Returns whether the goal was reached, and the numbers of steps, states and requests.
     fn figures(run: &SearchRun) -> (bool, u32, u32, u32) {
         (run.stats.goal_reached(), run.stats.steps(), run.states, run.requests)
     }
@@ -209,7 +214,7 @@ o---o---o---o
     }
 
     #[test]
-    fn a_run_counts_what_it_does() {
+    fn counts_steps_states_and_requests() {
         let (result, simulation) = run(known(), 1000, |_, _| {});
         let expected = (true, 6, 7, 15);
         assert_eq!(figures(&result.unwrap()), expected);
@@ -221,7 +226,7 @@ o---o---o---o
     }
 
     #[test]
-    fn who_watches_may_break_off() {
+    fn the_observer_can_end_the_run() {
         let maze: Maze = MAZE.parse().unwrap();
         let mut mouse = Mouse::new(FloodFill::new(), known(), maze.start());
         let mut simulation = Simulation::new("small", maze);
@@ -234,8 +239,8 @@ o---o---o---o
     }
 
     #[test]
-    fn every_strategy_runs_the_same_way() {
-        for strategy in BundledStrategy::ALL {
+    fn every_strategy_reaches_the_goal() {
+        for &strategy in BundledStrategy::ALL {
             let maze: Maze = MAZE.parse().unwrap();
             let mut mouse =
                 Mouse::new(strategy.strategy(), KnownMaze::unexplored(&maze), maze.start());
@@ -249,19 +254,19 @@ o---o---o---o
     }
 
     #[test]
-    fn a_start_open_only_behind_is_no_trap() {
-        for strategy in BundledStrategy::ALL {
+    fn a_start_open_only_behind_is_left() {
+        for &strategy in BundledStrategy::ALL {
             let maze: Maze = "o---o\n| S |\no   o\n| G |\no---o\n".parse().unwrap();
             let mut mouse =
                 Mouse::new(strategy.strategy(), KnownMaze::unexplored(&maze), maze.start());
             let mut simulation = Simulation::new("behind", maze);
             let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
-            let go_on = |_: &Mouse<_>, _: &_| ControlFlow::Continue(());
-            let run = search_run(&mut transport, &mut mouse, 1000, go_on).unwrap();
-            // Some come back before they run fast.
-            let comes_back =
+            let observe = |_: &Mouse<_>, _: &_| ControlFlow::Continue(());
+            let run = search_run(&mut transport, &mut mouse, 1000, observe).unwrap();
+            // Some strategies return to the start before the fast run.
+            let returns =
                 matches!(strategy, BundledStrategy::Swing | BundledStrategy::ShortestPathSearch);
-            let steps = if comes_back { 3 } else { 1 };
+            let steps = if returns { 3 } else { 1 };
             let (states, requests) = (steps + 1, 2 * steps + 4);
             let expected = (true, steps, states, requests);
             assert_eq!(figures(&run), expected, "{strategy}");
@@ -269,7 +274,7 @@ o---o---o---o
     }
 
     #[test]
-    fn a_goal_out_of_reach_ends_with_its_last_state() {
+    fn an_unreachable_goal_is_reported_after_the_last_state() {
         let goals = [Cell::new(0, 5)].into_iter().collect();
         let map = KnownMaze::new(known().size(), Cell::new(0, 0), goals);
         let (result, simulation) = run(map, 1000, |_, _| {});
@@ -281,27 +286,27 @@ o---o---o---o
     }
 
     #[test]
-    fn a_maze_of_another_size_is_noticed() {
-        let of_size = |width, height| {
+    fn a_maze_of_another_size_is_reported() {
+        let error_for = |width, height| {
             let size = MazeSize::new(width, height).unwrap();
             let goals = [Cell::new(2, 2)].into_iter().collect();
             run(KnownMaze::new(size, Cell::new(0, 0), goals), 1000, |_, _| {}).0.unwrap_err()
         };
         assert_eq!(
-            of_size(3, 4).to_string(),
+            error_for(3, 4).to_string(),
             "the simulator refused S: expected S of 24 bytes for a maze of 3x3 cells, found 30 bytes"
         );
         assert_eq!(
-            of_size(3, 1).to_string(),
+            error_for(3, 1).to_string(),
             "expected a maze of 3x1 cells, found no wall at the north side of (0, 0)"
         );
     }
 
     #[test]
-    fn other_replies_are_errors() {
-        let error = |spoilt: &'static [u8], reply: &'static [u8]| {
+    fn unexpected_replies_are_errors() {
+        let error = |corrupted: &'static [u8], reply: &'static [u8]| {
             let change = move |request: &[u8], bytes: &mut Vec<u8>| {
-                if request.starts_with(spoilt) {
+                if request.starts_with(corrupted) {
                     *bytes = reply.to_vec();
                 }
             };
@@ -319,7 +324,7 @@ o---o---o---o
     }
 
     #[test]
-    fn info_tells_the_maze() {
+    fn info_describes_the_maze() {
         let mut simulation = Simulation::new("small", MAZE.parse().unwrap());
         let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
         let info = ask_info(&mut transport).unwrap();

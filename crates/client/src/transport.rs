@@ -1,13 +1,13 @@
-//! How requests get to a simulator.
+//! Transports: how requests reach a simulator.
 
 use std::time::Duration;
 
-/// A way to ask a simulator: a request goes out, one reply comes back.
+/// A connection to a simulator. Each request gets one reply.
 pub trait Transport {
-    /// Sends `request` and puts the reply into `reply`, which is emptied first.
+    /// Sends `request` and replaces the contents of `reply` with the reply.
     ///
     /// # Errors
-    /// No reply came.
+    /// There is no reply.
     fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError>;
 }
 
@@ -21,41 +21,41 @@ impl<T: Transport> Transport for &mut T {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TransportError {
-    /// The simulator did not answer in time.
-    #[error("expected a reply from {endpoint}, found none within {} s", after.as_secs_f64())]
+    /// The simulator did not reply in time.
+    #[error("no reply from {endpoint} within {} s", after.as_secs_f64())]
     NoReply {
-        /// Where the simulator should be.
+        /// The endpoint of the simulator.
         endpoint: String,
-        /// How long we waited.
+        /// The time waited.
         after: Duration,
     },
-    /// The endpoint is not one of ZeroMQ's, or the socket failed.
+    /// The endpoint is invalid, or the socket failed.
     #[error("cannot reach {endpoint}: {reason}")]
     Failed {
-        /// Where the simulator should be.
+        /// The endpoint of the simulator.
         endpoint: String,
-        /// What the transport says.
+        /// The message of the transport.
         reason: String,
     },
 }
 
-/// A simulator in the same process: a function from a request to the reply it puts in the buffer.
-/// What the function returns is not looked at.
+/// A simulator in the same process: a function that handles a request and writes the reply to a
+/// buffer. Its return value is ignored.
 pub struct InMemory<F> {
-    answer: F,
+    handle: F,
 }
 
 impl<F: FnMut(&[u8], &mut Vec<u8>) -> R, R> InMemory<F> {
-    /// A transport to the simulator that `answer` is.
-    pub const fn new(answer: F) -> Self {
-        Self { answer }
+    /// Creates a transport that passes requests to `handle`.
+    pub const fn new(handle: F) -> Self {
+        Self { handle }
     }
 }
 
 impl<F: FnMut(&[u8], &mut Vec<u8>) -> R, R> Transport for InMemory<F> {
     fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError> {
         reply.clear();
-        (self.answer)(request, reply);
+        (self.handle)(request, reply);
         Ok(())
     }
 }

@@ -2,15 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use crate::{Transport, TransportError};
+use crate::transport::{Transport, TransportError};
 
-/// How long a reply may take before the one who waits is told, and between two such notices.
-const NOTICE: Duration = Duration::from_secs(1);
+/// The time between two calls of `on_wait`.
+const NOTICE_INTERVAL: Duration = Duration::from_secs(1);
 
-/// How long a simulator that has answered once may take for a reply, unless told otherwise.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// The default timeout of a simulator that has replied before.
+const DEFAULT_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// A ZeroMQ REQ socket, connected to a simulator that may not be there yet.
+/// A ZeroMQ REQ socket, connected to a simulator that may start later.
 pub struct Zmq<'a> {
     socket: zmq::Socket,
     endpoint: String,
@@ -19,33 +19,33 @@ pub struct Zmq<'a> {
     on_wait: Box<dyn FnMut(Waiting<'_>) + 'a>,
 }
 
-/// What there is to say while no reply comes.
+/// A notice that there is no reply yet.
 #[derive(Clone, Copy, Debug)]
 pub struct Waiting<'a> {
-    /// Where the simulator should be.
+    /// The endpoint of the simulator.
     pub endpoint: &'a str,
-    /// How long we have waited for this reply.
-    pub since: Duration,
-    /// How often this has been said of this reply, this time included.
-    pub times: u32,
-    /// Whether the simulator has answered an earlier request.
+    /// The time waited for this reply.
+    pub elapsed: Duration,
+    /// The number of notices for this reply, including this one.
+    pub notices: u32,
+    /// Whether the simulator has replied to an earlier request.
     pub answered: bool,
 }
 
 impl<'a> Zmq<'a> {
     /// Connects to a simulator at `endpoint`, such as `tcp://127.0.0.1:6574`. It may start later.
     ///
-    /// Each reply may take as long as `timeout`. Without one, the first may take for ever, and
-    /// each after it ten seconds. `on_wait` is called once a second while a reply is waited for.
+    /// A request fails if there is no reply within `timeout`. The default is no limit for the first
+    /// reply and ten seconds for each later one. `on_wait` is called once a second while waiting.
     ///
     /// # Errors
-    /// `endpoint` is not one of ZeroMQ's endpoints.
+    /// `endpoint` is not a valid ZeroMQ endpoint.
     pub fn connect(
         endpoint: &str,
         timeout: Option<Duration>,
         on_wait: impl FnMut(Waiting<'_>) + 'a,
     ) -> Result<Self, TransportError> {
-        // ZeroMQ would wait for ever for a port that cannot be.
+        // ZeroMQ accepts invalid ports and would wait forever.
         if let Some(port) = endpoint.strip_prefix("tcp://").and_then(|rest| rest.rsplit(':').next())
             && !port.parse::<u16>().is_ok_and(|port| port > 0)
         {
@@ -58,29 +58,30 @@ impl<'a> Zmq<'a> {
     }
 
     fn receive(&mut self, reply: &mut Vec<u8>) -> Result<(), TransportError> {
-        let patience = self.timeout.or(self.answered.then_some(PATIENCE));
-        let (begun, mut times) = (Instant::now(), 0);
+        let timeout = self.timeout.or(self.answered.then_some(DEFAULT_TIMEOUT));
+        let (start, mut notices) = (Instant::now(), 0);
         loop {
-            let left = patience.map_or(NOTICE, |all| all.saturating_sub(begun.elapsed()));
+            let left =
+                timeout.map_or(NOTICE_INTERVAL, |timeout| timeout.saturating_sub(start.elapsed()));
             // Round up: poll 0 ms would turn the last fraction of a millisecond into a busy loop.
-            let wait =
-                i64::try_from(left.min(NOTICE).as_micros().div_ceil(1000)).unwrap_or(i64::MAX);
+            let wait = i64::try_from(left.min(NOTICE_INTERVAL).as_micros().div_ceil(1000))
+                .unwrap_or(i64::MAX);
             match self.socket.poll(zmq::POLLIN, wait) {
                 Ok(0) => {}
                 Ok(_) => break,
                 Err(zmq::Error::EINTR) => continue,
                 Err(error) => return Err(failed(&self.endpoint, &error)),
             }
-            let since = begun.elapsed();
-            if let Some(after) = patience.filter(|&all| since >= all) {
+            let elapsed = start.elapsed();
+            if let Some(after) = timeout.filter(|&timeout| elapsed >= timeout) {
                 let endpoint = self.endpoint.clone();
-                // This socket would wait on for the reply that did not come.
+                // The old socket cannot send again before it has received the missing reply.
                 self.socket = connect(&endpoint).map_err(|error| failed(&endpoint, &error))?;
                 return Err(TransportError::NoReply { endpoint, after });
             }
             let Self { endpoint, answered, .. } = self;
-            times += 1;
-            (self.on_wait)(Waiting { endpoint, since, times, answered: *answered });
+            notices += 1;
+            (self.on_wait)(Waiting { endpoint, elapsed, notices, answered: *answered });
         }
         let frames =
             self.socket.recv_multipart(0).map_err(|error| failed(&self.endpoint, &error))?;
@@ -119,11 +120,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_simulator_that_is_not_there_is_waited_for_and_given_up() {
-        let (mut notices, patience) = (Vec::new(), Duration::from_millis(2500));
-        let mut transport = Zmq::connect("tcp://127.0.0.1:1", Some(patience), |waiting| {
+    fn waits_for_a_missing_simulator_until_the_timeout() {
+        let (mut notices, timeout) = (Vec::new(), Duration::from_millis(2500));
+        let mut transport = Zmq::connect("tcp://127.0.0.1:1", Some(timeout), |waiting| {
             assert!(!waiting.answered);
-            notices.push(waiting.times);
+            notices.push(waiting.notices);
         })
         .unwrap();
         let error = transport.exchange(b"ping", &mut Vec::new()).unwrap_err();
@@ -133,13 +134,13 @@ mod tests {
     }
 
     #[test]
-    fn after_a_reply_that_did_not_come_the_next_request_is_served() {
+    fn a_request_after_a_timeout_succeeds() {
         let simulator = zmq::Context::new().socket(zmq::REP).unwrap();
         simulator.set_rcvtimeo(60_000).unwrap();
         simulator.bind("tcp://127.0.0.1:*").unwrap();
         let endpoint = simulator.get_last_endpoint().unwrap().unwrap();
-        let patience = Some(Duration::from_millis(300));
-        let mut transport = Zmq::connect(&endpoint, patience, |_| {}).unwrap();
+        let timeout = Some(Duration::from_millis(300));
+        let mut transport = Zmq::connect(&endpoint, timeout, |_| {}).unwrap();
         let mut reply = Vec::new();
         let error = transport.exchange(b"slow", &mut reply).unwrap_err();
         assert!(matches!(error, TransportError::NoReply { .. }), "{error}");
@@ -156,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn an_endpoint_that_is_none_is_an_error() {
+    fn an_invalid_endpoint_is_an_error() {
         let error = Zmq::connect("127.0.0.1:6574", None, |_| {}).err().unwrap().to_string();
         assert!(error.starts_with("cannot reach 127.0.0.1:6574: "), "{error}");
         for port in ["99999", "0", "http", "127.0.0.1"] {

@@ -7,7 +7,8 @@ use resvg::tiny_skia::Pixmap;
 
 use crate::canvas::Canvas;
 use crate::palette::{Palette, rgb};
-use crate::{PictureError, Scene};
+use crate::pixels::PictureError;
+use crate::scene::Scene;
 
 /// The minimum display time of the last frame, in milliseconds.
 const LAST_MS: u32 = 2500;
@@ -183,7 +184,8 @@ mod tests {
     use mmsim_maze::{Cell, Heading, KnownMaze, Maze, Pose, Step};
 
     use super::*;
-    use crate::{Layers, Theme};
+    use crate::scene::Layers;
+    use crate::theme::Theme;
 
     /// Returns what a viewer shows at the end, and the display times in hundredths of a second.
     fn played(gif: &[u8]) -> (Pixmap, Vec<u16>) {

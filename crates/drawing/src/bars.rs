@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use mmsim_maze::Escaped;
 
-use crate::Theme;
 use crate::digits::decimals;
+use crate::theme::Theme;
 
 /// The width of a chart in units of its viewBox, which are pixels unless it is scaled.
 const WIDTH: f64 = 760.0;

@@ -6,9 +6,10 @@ use mmsim_maze::MazeSize;
 use resvg::tiny_skia::Pixmap;
 
 use crate::geometry::{Area, MARGIN, PITCH, units};
+use crate::pixels::PictureError;
 use crate::pixels::paint;
+use crate::scene::Scene;
 use crate::svg::{Part, Svg, View};
-use crate::{PictureError, Scene};
 
 /// The minimum scale in pixels per unit for partial updates. Below it, a line of the trail is
 /// thinner than a pixel and its pixels depend on the rest of the trail, so the small picture is
@@ -165,7 +166,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{Layers, Theme};
+    use crate::scene::Layers;
+    use crate::theme::Theme;
 
     /// A change from one picture to the next.
     #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@
 //! weight look equal. Lightness only falls (in the dark theme it only rises), so the ramp is
 //! readable without distinguishing hues. Its range keeps the numbers on top legible.
 
-use crate::Theme;
+use crate::theme::Theme;
 
 /// The number of colours in a ramp.
 pub(crate) const STEPS: usize = 64;

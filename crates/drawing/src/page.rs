@@ -1,8 +1,8 @@
 //! Tables for a page that updates the drawing itself.
 
-use crate::Theme;
 use crate::digits::{ADVANCE, DIGITS, decimals};
 use crate::heat::ramp;
+use crate::theme::Theme;
 
 /// Returns the tables that a page needs to draw numbers and heat colours as this crate does, as JSON:
 ///

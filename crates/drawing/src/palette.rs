@@ -7,7 +7,8 @@ use resvg::tiny_skia::PremultipliedColorU8;
 
 use crate::geometry::units;
 use crate::heat::{Rgb, ramp};
-use crate::{PictureError, Scene};
+use crate::pixels::PictureError;
+use crate::scene::Scene;
 
 /// The maximum number of colours in a GIF palette, besides the index for unchanged pixels.
 const MOST: usize = 255;
@@ -150,7 +151,8 @@ impl Sheet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Layers, Theme};
+    use crate::scene::Layers;
+    use crate::theme::Theme;
 
     #[test]
     fn the_nearest_colour_is_found() {

@@ -4,8 +4,8 @@ use mmsim_maze::MazeSize;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-use crate::Scene;
 use crate::geometry::units;
+use crate::scene::Scene;
 use crate::svg::{Svg, View};
 
 /// The minimum and maximum width of a picture, in pixels.
@@ -126,7 +126,8 @@ mod tests {
     use super::*;
     use crate::heat::{Rgb, ramp};
     use crate::palette::rgb;
-    use crate::{Layers, Theme};
+    use crate::scene::Layers;
+    use crate::theme::Theme;
 
     fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()

@@ -2,8 +2,8 @@
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 
-use crate::Theme;
 use crate::svg::{Svg, View};
+use crate::theme::Theme;
 
 /// The maximum number of cells drawn of a trail: the most recent ones.
 pub const TRAIL_CELLS: usize = 500;
@@ -76,7 +76,7 @@ impl<'a> Scene<'a> {
     /// Creates a scene of a client's map. Its walls count as real unless the
     /// [true maze](Self::with_truth) says otherwise.
     pub fn from_map(map: &'a KnownMaze) -> Self {
-        let scene = Self::empty(map.size(), map.start(), map.goals());
+        let scene = Self::empty(map.size(), map.start().cell, map.goals());
         Self { map: Some(map), ..scene }
     }
 

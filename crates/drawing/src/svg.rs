@@ -9,9 +9,9 @@ use crate::digits::{decimals, digits};
 use crate::geometry::{Area, MARGIN, PITCH, around, cell_area, centre, corner, units};
 use crate::heat::{self, Rgb};
 use crate::marks::{LETTER_G, LETTER_S, MOUSE, frame};
+use crate::scene::{Layers, Scene};
 use crate::theme::file_style;
 use crate::walls::{BelievedWall, WallClass, places};
-use crate::{Layers, Scene};
 
 /// The purpose of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,7 +163,7 @@ impl<'a> Svg<'a> {
         let starts: CellSet = [start].into_iter().filter(inside).collect();
         let goals: CellSet = goals.iter().filter(inside).collect();
         for (class, cells, letter) in [("start", starts, LETTER_S), ("goal", goals, LETTER_G)] {
-            for cell in cells.iter() {
+            for cell in &cells {
                 self.mark(class, cell, &cells, letter);
             }
         }
@@ -317,7 +317,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Theme;
+    use crate::theme::Theme;
 
     fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()

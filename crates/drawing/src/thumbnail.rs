@@ -17,7 +17,7 @@ pub fn thumbnail(maze: &Maze) -> String {
     let size = maze.size();
     let (width, height) = (size.width(), size.height());
     let mut goals = String::new();
-    for cell in maze.goals().iter() {
+    for cell in maze.goals() {
         let _ = write!(goals, "M{} {}h1v1h-1z", cell.x, row(height, cell));
     }
     format!(

@@ -1,8 +1,8 @@
 //! Collections of mazes, from a folder or built in.
 
 use std::borrow::Cow;
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use walkdir::{DirEntry, WalkDir};
 
@@ -35,24 +35,11 @@ pub struct Entry {
     text: Option<&'static str>,
 }
 
-/// A path that cannot be listed.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: cannot be read: {source}", path.display())]
-pub struct CatalogueError {
-    /// The file or folder.
-    pub path: PathBuf,
-    /// The error of the operating system.
-    pub source: io::Error,
-}
-
 impl Catalogue {
     /// Creates a collection of built-in mazes from pairs of name and content.
     pub fn from_texts(texts: &[(&'static str, &'static str)]) -> Self {
-        let entry = |&(name, text): &(&'static str, &'static str)| Entry {
-            path: name.into(),
-            text: Some(text),
-        };
-        Self { entries: texts.iter().map(entry).collect() }
+        let paths = texts.iter().map(|&(name, text)| (name.into(), Some(text)));
+        Self { entries: paths.map(|(path, text)| Entry { path, text }).collect() }
     }
 
     /// Lists the file `path`, or all files in the folder `path` and its subfolders. Hidden files and
@@ -61,8 +48,8 @@ impl Catalogue {
     ///
     /// # Errors
     /// Returns an error if `path` does not exist or cannot be listed.
-    pub fn from_path(path: &Path) -> Result<Self, CatalogueError> {
-        let error = |source| CatalogueError { path: path.into(), source };
+    pub fn from_path(path: &Path) -> Result<Self, ReadError> {
+        let error = |source| ReadError::Io { path: path.into(), source };
         let paths = if fs::metadata(path).map_err(error)?.is_dir() {
             fs::read_dir(path).map_err(error)?;
             list_folder(path)
@@ -200,6 +187,6 @@ mod tests {
         fs::write(&path, MAZE).unwrap();
         assert_eq!(names(Catalogue::from_path(&path).unwrap().entries()), ["one"]);
         let error = Catalogue::from_path(&folder.path().join("none")).unwrap_err().to_string();
-        assert!(error.contains("none: cannot be read: "), "{error}");
+        assert!(error.starts_with("cannot read ") && error.contains("none: "), "{error}");
     }
 }

@@ -13,17 +13,21 @@ pub(crate) struct CellRecord {
     pub(crate) found: String,
 }
 
+/// Returns the cells column by column from the west, each from the south.
+pub(crate) fn by_columns(size: MazeSize) -> impl Iterator<Item = Cell> {
+    (0..size.width()).flat_map(move |x| (0..size.height()).map(move |y| Cell { x, y }))
+}
+
 /// Returns the walls that all records agree on.
 ///
 /// # Errors
-/// Every contradiction and every gap in the outer wall, in the order of the cells: column by column
-/// from the west, each from the south.
+/// Returns every contradiction and every gap in the outer wall, in the order of [`by_columns`].
 pub(crate) fn walls<'a>(
     size: MazeSize,
     record: impl Fn(Cell) -> &'a CellRecord,
 ) -> Result<Walls, Vec<ParseError>> {
     let (mut walls, mut errors) = (Walls::open(size), Vec::new());
-    for cell in (0..size.width()).flat_map(|x| (0..size.height()).map(move |y| Cell { x, y })) {
+    for cell in by_columns(size) {
         let here = record(cell);
         for heading in Heading::ALL {
             let is_wall = here.sides.has(heading);
@@ -35,7 +39,7 @@ pub(crate) fn walls<'a>(
                 }
                 continue;
             };
-            // The neighbour has compared these already.
+            // Already compared from the neighbour.
             if matches!(heading, Heading::South | Heading::West) {
                 continue;
             }

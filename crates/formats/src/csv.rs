@@ -1,44 +1,22 @@
 //! The format of the Python simulators: rows from the north, a code from 1 to 16 for each cell.
 
-use mmsim_maze::{Maze, Sides};
+use mmsim_maze::{Cell, Maze, Sides};
 
 use crate::cell_record::{self, CellRecord};
 use crate::error::ParseError;
 use crate::parsed_maze::unmarked_maze;
 use crate::rows::{Item, items, table};
 
-/// The walls of the codes from 1 on, as the bits of [`Sides`].
-const CODES: [u8; 16] = {
-    const N: u8 = 1;
-    const E: u8 = 2;
-    const S: u8 = 4;
-    const W: u8 = 8;
-    [
-        W,
-        N,
-        E,
-        S,
-        S | W,
-        S | E,
-        N | E,
-        N | W,
-        W | E,
-        N | S,
-        S | W | E,
-        N | S | E,
-        N | W | E,
-        N | S | W,
-        0,
-        N | E | S | W,
-    ]
-};
+/// The walls of the codes from 1 on, as the bits of [`Sides`]: W, N, E, S, SW, SE, NE, NW, WE, NS,
+/// SWE, NSE, NWE, NSW, none, all.
+const CODES: [u8; 16] = [8, 1, 2, 4, 12, 6, 3, 9, 10, 5, 14, 7, 11, 13, 0, 15];
 
 pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     let (rows, size) = table(text, "numbers", items)?;
     let rows: Vec<Vec<CellRecord>> =
         rows.iter().map(|row| row.iter().map(parse_cell).collect()).collect::<Result<_, _>>()?;
     let from_north = |y: u8| usize::from(size.height() - 1 - y);
-    let record = |cell: mmsim_maze::Cell| &rows[from_north(cell.y)][usize::from(cell.x)];
+    let record = |Cell { x, y }| &rows[from_north(y)][usize::from(x)];
     unmarked_maze(cell_record::walls(size, record)?)
 }
 

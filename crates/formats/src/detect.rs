@@ -53,20 +53,15 @@ fn detect_table(text: &str, first: &str) -> Format {
         let required = if first.contains([',', ';']) { count.div_ceil(2) } else { count };
         return if numbers >= required { Format::Csv } else { Format::Text };
     }
-    let rows = || lines(text).take(usize::from(MazeSize::MAX_SIDE));
-    let any = |is: &dyn Fn(&Item) -> bool| {
-        rows().any(|(line, content)| items(line, content).iter().any(is))
-    };
-    if any(&|item| is_number(item) && !is_digit(item)) {
-        Format::Csv
-    } else if any(&|item| !is_number(item) || item.text.starts_with('0')) {
-        Format::Hex
-    } else if csv::parse(text).is_err() && hex::parse(text).is_ok() {
-        // The digits 1 to 9 are codes as well, so the format that makes a maze wins.
-        Format::Hex
-    } else {
-        Format::Csv
+    let rows = lines(text).take(usize::from(MazeSize::MAX_SIDE));
+    let all: Vec<Item> = rows.flat_map(|(line, content)| items(line, content)).collect();
+    if all.iter().any(|item| is_number(item) && !is_digit(item)) {
+        return Format::Csv;
     }
+    let is_only_hex = all.iter().any(|item| !is_number(item) || item.text.starts_with('0'));
+    // The digits 1 to 9 are also codes, so the format that makes a maze wins.
+    let makes_only_hex = || csv::parse(text).is_err() && hex::parse(text).is_ok();
+    if is_only_hex || makes_only_hex() { Format::Hex } else { Format::Csv }
 }
 
 /// Whether a line may be the side of a maze of the trial: one number of one or two digits.

@@ -13,7 +13,7 @@ pub struct ParseError {
     pub kind: ParseErrorKind,
     /// Where in the file.
     pub location: Location,
-    /// The cell it concerns, if the format tells.
+    /// The cell concerned, if known.
     pub cell: Option<Cell>,
     /// What was expected.
     pub expected: String,
@@ -68,13 +68,9 @@ impl ParseError {
         Self::at(Location::Text { line, column }, expected, found)
     }
 
-    pub(crate) fn at(
-        location: Location,
-        expected: impl Into<String>,
-        found: impl Into<String>,
-    ) -> Self {
+    pub(crate) fn at(at: Location, expected: impl Into<String>, found: impl Into<String>) -> Self {
         let (kind, expected, found) = (ParseErrorKind::Unreadable, expected.into(), found.into());
-        Self { kind, location, cell: None, expected, found }
+        Self { kind, location: at, cell: None, expected, found }
     }
 
     pub(crate) fn with_kind(self, kind: ParseErrorKind) -> Self {

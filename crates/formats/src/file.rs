@@ -12,16 +12,16 @@ use crate::read::parse_maze;
 /// The maximum size of a maze file, in bytes. A 32×32 maze drawn as text takes 8,385.
 pub const MAX_FILE_BYTES: u64 = 1 << 20;
 
-/// A file from which no maze could be read.
+/// A file or folder that could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// The file could not be opened or read.
-    #[error("{}: cannot be read: {source}", path.display())]
+    /// The file or folder could not be opened or read, or the file is too large.
+    #[error("cannot read {}: {source}", path.display())]
     Io {
-        /// The file.
+        /// The file or folder.
         path: PathBuf,
-        /// The error of the operating system.
+        /// The cause.
         source: io::Error,
     },
     /// The content is not a maze.
@@ -63,18 +63,10 @@ pub fn read_content_from(reader: impl Read, path: &Path) -> Result<Vec<u8>, Read
     let read = reader.take(MAX_FILE_BYTES + 1).read_to_end(&mut content);
     read.map_err(|source| ReadError::Io { path: path.into(), source })?;
     if content.len() as u64 > MAX_FILE_BYTES {
-        let source = too_large(&content);
-        return Err(ReadError::Parse { path: path.into(), source });
+        let source = io::Error::other(format!("larger than {MAX_FILE_BYTES} bytes"));
+        return Err(ReadError::Io { path: path.into(), source });
     }
     Ok(content)
-}
-
-/// The error for a file that continues after this content.
-fn too_large(content: &[u8]) -> ParseError {
-    let lines = content.split(|&byte| byte == b'\n');
-    let column = lines.clone().next_back().map_or(0, <[u8]>::len) + 1;
-    let expected = format!("the end of the file before byte {}", content.len());
-    ParseError::new(lines.count(), column, expected, "more")
 }
 
 #[cfg(test)]
@@ -93,8 +85,8 @@ mod tests {
         fs::write(folder.path().join("maze.txt"), "o---o\n| S |\no-- o\n").unwrap();
         fs::write(folder.path().join("large"), vec![b' '; (1 << 20) + 1]).unwrap();
         insta::assert_snapshot!(error("maze.txt"), @r#"FOLDER/maze.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
-        insta::assert_snapshot!(error("large"), @"FOLDER/large: line 1, column 1048578: expected the end of the file before byte 1048577, found more");
-        assert!(error("missing").starts_with("FOLDER/missing: cannot be read: "));
-        assert!(error("").contains("cannot be read: "), "a folder is not a file");
+        insta::assert_snapshot!(error("large"), @"cannot read FOLDER/large: larger than 1048576 bytes");
+        assert!(error("missing").starts_with("cannot read FOLDER/missing: "));
+        assert!(error("").starts_with("cannot read "), "a folder is not a file");
     }
 }

@@ -79,6 +79,7 @@ pub enum Format {
 /// A name that belongs to no [`Format`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected one of {}, found {found:?}", Format::ALL.map(Format::name).join(", "))]
+#[non_exhaustive]
 pub struct FormatNameError {
     /// The name.
     pub found: String,
@@ -86,29 +87,14 @@ pub struct FormatNameError {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 8] = [
-        Self::Text,
-        Self::Maze,
-        Self::Oshwdem,
-        Self::Trial,
-        Self::Maz,
-        Self::Num,
-        Self::Csv,
-        Self::Hex,
-    ];
+    pub const ALL: [Self; 8] = {
+        use Format::{Csv, Hex, Maz, Maze, Num, Oshwdem, Text, Trial};
+        [Text, Maze, Oshwdem, Trial, Maz, Num, Csv, Hex]
+    };
 
     /// Returns the name, which [`str::parse`] accepts.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Text => "text",
-            Self::Maze => "maze",
-            Self::Oshwdem => "oshwdem",
-            Self::Trial => "trial",
-            Self::Maz => "maz",
-            Self::Num => "num",
-            Self::Csv => "csv",
-            Self::Hex => "hex",
-        }
+        ["text", "maze", "oshwdem", "trial", "maz", "num", "csv", "hex"][self as usize]
     }
 
     /// Returns whether mazes can also be written in this format.

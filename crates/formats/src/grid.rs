@@ -4,7 +4,10 @@ use mmsim_maze::MazeSize;
 
 use crate::error::{Location, ParseError, ParseErrorKind, quoted};
 
+type Result<T = (), E = ParseError> = std::result::Result<T, E>;
+
 /// A drawn maze. Rows count from the top, columns from the left.
+#[derive(Default)]
 pub(crate) struct Grid {
     pub(crate) rows: usize,
     pub(crate) columns: usize,
@@ -18,9 +21,6 @@ pub(crate) struct Grid {
     pub(crate) post_marks: Vec<Mark>,
     /// Walls marked as unknown.
     pub(crate) unknown: Vec<Location>,
-    /// Missing outer walls.
-    gaps: Vec<ParseError>,
-    dots: Dots,
 }
 
 /// The meaning of a dot in place of an inner wall.
@@ -38,13 +38,12 @@ pub(crate) struct Mark {
     pub(crate) column: usize,
     /// The mark without blanks around it.
     pub(crate) text: String,
-    line: usize,
-    at: usize,
+    location: Location,
 }
 
 impl Mark {
     pub(crate) fn error(&self, expected: &str) -> ParseError {
-        ParseError::new(self.line, self.at, expected, quoted(&self.text))
+        ParseError::at(self.location, expected, quoted(&self.text))
     }
 }
 
@@ -63,7 +62,7 @@ pub(crate) fn has_unknown(text: &str) -> bool {
 }
 
 /// Reads the drawing up to the first error other than a gap, and returns it with all errors.
-fn read(text: &str, first_line: usize, dots: Dots) -> Result<(Grid, Vec<ParseError>), ParseError> {
+fn read(text: &str, first_line: usize, dots: Dots) -> Result<(Grid, Vec<ParseError>)> {
     let lines = drawing_lines(text, first_line)?;
     let pitches = pitches(&lines[0])?;
     // If posts or outer walls are dots, so may be known inner walls.
@@ -84,22 +83,10 @@ fn read_with(
     (pitch, columns): (usize, usize),
     dots: Dots,
 ) -> (Grid, Vec<ParseError>) {
-    let rows = lines.len() / 2;
-    let mut grid = Grid {
-        rows,
-        columns,
-        below: Vec::new(),
-        right: Vec::new(),
-        cell_marks: Vec::new(),
-        post_marks: Vec::new(),
-        unknown: Vec::new(),
-        gaps: Vec::new(),
-        dots,
-    };
-    let post = lines[0].at(0);
-    let read = (0..).zip(lines).try_for_each(|(index, line)| grid.read(line, index, pitch, post));
-    let errors = grid.gaps.drain(..).chain(read.err()).collect();
-    (grid, errors)
+    let grid = Grid { rows: lines.len() / 2, columns, ..Grid::default() };
+    let mut reader = Reader { grid, gaps: Vec::new(), pitch, post: lines[0].at(0), dots };
+    let read = (0..).zip(lines).try_for_each(|(index, line)| reader.read_line(line, index));
+    (reader.grid, reader.gaps.into_iter().chain(read.err()).collect())
 }
 
 impl Grid {
@@ -108,116 +95,97 @@ impl Grid {
         let columns = self.columns;
         (0..self.rows).flat_map(move |row| (0..columns).map(move |column| (row, column)))
     }
+}
 
-    /// Reads a line of the drawing.
-    fn read(
-        &mut self,
-        line: &Line,
-        index: usize,
-        pitch: usize,
-        post: char,
-    ) -> Result<(), ParseError> {
+struct Reader {
+    grid: Grid,
+    /// Missing outer walls.
+    gaps: Vec<ParseError>,
+    /// The distance between two posts, in characters.
+    pitch: usize,
+    post: char,
+    dots: Dots,
+}
+
+impl Reader {
+    fn read_line(&mut self, line: &Line, index: usize) -> Result {
+        let row = index / 2;
         if index.is_multiple_of(2) {
-            let walls = self.read_posts(line, index / 2, pitch, post)?;
-            if index > 0 {
-                self.below.push(walls);
+            let walls = self.read_posts(line, row)?;
+            if row > 0 {
+                self.grid.below.push(walls);
             }
         } else {
-            let walls = self.read_cells(line, index / 2, pitch)?;
-            self.right.push(walls);
+            let walls = self.read_cells(line, row)?;
+            self.grid.right.push(walls);
         }
-        let width = self.columns * pitch + 1;
+        let width = self.grid.columns * self.pitch + 1;
         if line.characters.len() > width {
-            let expected = format!("the end of the line after {} cells", self.columns);
+            let expected = format!("the end of the line after {} cells", self.grid.columns);
             return Err(line.error(width, &expected, &quoted(&line.rest(width))));
         }
         Ok(())
     }
 
     /// Reads the posts above row `row` and the walls between them.
-    fn read_posts(
-        &mut self,
-        line: &Line,
-        row: usize,
-        pitch: usize,
-        post: char,
-    ) -> Result<Vec<bool>, ParseError> {
-        let outer = row == 0 || row == self.rows;
-        for column in 0..=self.columns {
-            let at = column * pitch;
+    fn read_posts(&mut self, line: &Line, row: usize) -> Result<Vec<bool>> {
+        for column in 0..=self.grid.columns {
+            let at = column * self.pitch;
             match line.at(at) {
-                found if found == post => {}
+                found if found == self.post => {}
                 ' ' | '-' | '|' => {
-                    let expected = format!("a post {post:?}");
+                    let expected = format!("a post {:?}", self.post);
                     return Err(line.error(at, &expected, &quoted(&line.rest(at))));
                 }
                 mark => {
-                    let text = mark.into();
-                    self.post_marks.push(Mark { row, column, text, line: line.number, at: at + 1 });
+                    let (text, location) = (mark.into(), line.location(at));
+                    self.grid.post_marks.push(Mark { row, column, text, location });
                 }
             }
         }
-        (0..self.columns)
-            .map(|column| self.read_wall(line, column * pitch + 1, pitch - 1, outer))
+        let (length, outer) = (self.pitch - 1, row == 0 || row == self.grid.rows);
+        (0..self.grid.columns)
+            .map(|column| self.read_wall(line, column * self.pitch + 1, length, outer))
             .collect()
     }
 
     /// Reads the cells of row `row` and the walls to the right of each.
-    fn read_cells(
-        &mut self,
-        line: &Line,
-        row: usize,
-        pitch: usize,
-    ) -> Result<Vec<bool>, ParseError> {
+    fn read_cells(&mut self, line: &Line, row: usize) -> Result<Vec<bool>> {
         self.read_wall(line, 0, 1, true)?;
-        (0..self.columns)
-            .map(|column| {
-                let at = column * pitch + 1;
-                let written: String = line.text(at, pitch - 1).trim().into();
-                if !written.is_empty() {
-                    let mark = Mark { row, column, text: written, line: line.number, at: at + 1 };
-                    self.cell_marks.push(mark);
-                }
-                self.read_wall(line, at + pitch - 1, 1, column + 1 == self.columns)
-            })
-            .collect()
+        let columns = self.grid.columns;
+        let mut read_cell = |column| {
+            let (at, right) = (column * self.pitch + 1, (column + 1) * self.pitch);
+            let text: String = line.text(at, self.pitch - 1).trim().into();
+            if !text.is_empty() {
+                self.grid.cell_marks.push(Mark { row, column, text, location: line.location(at) });
+            }
+            self.read_wall(line, right, 1, column + 1 == columns)
+        };
+        (0..columns).map(&mut read_cell).collect()
     }
 
-    /// Returns whether there is a wall at the `length` characters from `from`: all of them blank, none
-    /// of them, or all but a dot in the middle. Records outer walls that are missing.
-    fn read_wall(
-        &mut self,
-        line: &Line,
-        from: usize,
-        length: usize,
-        outer: bool,
-    ) -> Result<bool, ParseError> {
-        let place = line.text(from, length);
-        let middle = from + length / 2;
-        let is_unknown = self.dots == Dots::Unknown
-            && length % 2 == 1
-            && line.at(middle) == '.'
-            && place.trim().len() == 1;
-        let blanks = place.chars().filter(|&c| c == ' ').count();
-        let gap = || {
-            let found = line.rest(from).chars().take(length).collect::<String>();
-            let error = line.error(from, "the outer wall", &quoted(&found));
-            error.with_kind(ParseErrorKind::OpenPerimeter)
-        };
-        if is_unknown && outer {
-            self.gaps.push(gap());
-        } else if is_unknown {
-            self.unknown.push(Location::Text { line: line.number, column: middle + 1 });
-        } else if blanks > 0 && blanks < length && from < line.characters.len() {
+    /// Returns whether there is a wall at the `length` characters from `from`. No blanks are a wall,
+    /// only blanks are none, and a dot between blanks is unknown. Records missing outer walls.
+    fn read_wall(&mut self, line: &Line, from: usize, length: usize, outer: bool) -> Result<bool> {
+        let drawn = line.text(from, length);
+        let is_unknown = self.dots == Dots::Unknown && [".", " . "].contains(&&drawn[..]);
+        let blanks = drawn.matches(' ').count();
+        if !is_unknown && (1..length).contains(&blanks) && from < line.characters.len() {
             let expected = match length {
                 2 => r#""--" or two spaces between posts"#,
                 _ => r#""---" or three spaces between posts"#,
             };
-            return Err(line.error(from, expected, &quoted(&place)));
-        } else if blanks > 0 && outer {
-            self.gaps.push(gap());
+            return Err(line.error(from, expected, &quoted(&drawn)));
         }
-        Ok(blanks == 0 && !is_unknown)
+        let is_wall = blanks == 0 && !is_unknown;
+        if outer && !is_wall {
+            let found: String = line.characters.iter().skip(from).take(length).collect();
+            let gap = line.error(from, "the outer wall", &quoted(&found));
+            self.gaps.push(gap.with_kind(ParseErrorKind::OpenPerimeter));
+        } else if is_unknown {
+            self.grid.unknown.push(line.location(from + length / 2));
+        }
+        Ok(is_wall)
     }
 }
 
@@ -242,14 +210,18 @@ impl Line {
         self.characters.iter().skip(from).collect()
     }
 
+    const fn location(&self, index: usize) -> Location {
+        Location::Text { line: self.number, column: index + 1 }
+    }
+
     fn error(&self, index: usize, expected: &str, found: &str) -> ParseError {
-        ParseError::new(self.number, index + 1, expected, found)
+        ParseError::at(self.location(index), expected, found)
     }
 }
 
 /// Returns the lines of the drawing: posts and cells alternate, posts come first and last. Lines
 /// after the drawing are ignored.
-fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>, ParseError> {
+fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
     let mut following = (first_line..)
         .zip(text.lines())
         .map(|(number, content)| Line { number, characters: content.trim_end().chars().collect() })
@@ -305,7 +277,7 @@ fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
 
 /// Infers from the first line the distance between two posts, in characters, with the number of cells
 /// side by side. Returns several candidates if posts and walls look alike, and at least one.
-fn pitches(line: &Line) -> Result<Vec<(usize, usize)>, ParseError> {
+fn pitches(line: &Line) -> Result<Vec<(usize, usize)>> {
     let post = line.at(0);
     let pitches = match line.characters.iter().skip(1).position(|&c| c == post) {
         Some(0) if line.characters.iter().all(|&c| c == post) => vec![4, 2, 3],
@@ -321,7 +293,7 @@ fn pitches(line: &Line) -> Result<Vec<(usize, usize)>, ParseError> {
 }
 
 /// Returns the number of cells side by side, according to the first line.
-fn measure(line: &Line, pitch: usize) -> Result<usize, ParseError> {
+fn measure(line: &Line, pitch: usize) -> Result<usize> {
     const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
     let last = line.characters.len() - 1;
     if !last.is_multiple_of(pitch) || last == 0 {

@@ -6,9 +6,7 @@ use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Sides, Walls};
 use crate::cell_record::{self, CellRecord};
 use crate::error::{ParseError, quoted};
 use crate::parsed_maze::{ParsedMaze, unmarked_maze};
-use crate::rows::{Item, MAX_ITEMS, items, table};
-
-const SIDE: usize = MazeSize::MAX_SIDE as usize;
+use crate::rows::{Item, MAX_ITEMS, MAX_SIDE, items, table};
 
 /// The usual headings of the bits 1, 2, 4 and 8: clockwise from the north, and counter-clockwise
 /// from the east.
@@ -17,64 +15,52 @@ const BIT_ORDERS: [[Heading; 4]; 2] = {
     [[North, East, South, West], [East, North, West, South]]
 };
 
-/// How the lines of the file lie in the maze.
+/// Where the lines of the file are in the maze.
 #[derive(Clone, Copy)]
 struct Layout {
-    /// Whether a line is a column of the maze instead of a row.
-    columns: bool,
-    /// Whether the first line is at the north or east edge.
-    lines_reversed: bool,
-    /// Whether the first digit of a line is at the north or east edge.
-    digits_reversed: bool,
+    /// The edge at which the first line is.
+    lines_from: Heading,
+    /// The edge at which the first digit of each line is.
+    digits_from: Heading,
 }
 
 impl Layout {
     /// All layouts, the usual ones first: as a maze is drawn, and as in `.maz` files.
-    const ALL: [Self; 8] = {
-        const fn layout(columns: bool, lines_reversed: bool, digits_reversed: bool) -> Layout {
-            Layout { columns, lines_reversed, digits_reversed }
-        }
-        [
-            layout(false, true, false),
-            layout(true, false, false),
-            layout(false, true, true),
-            layout(false, false, false),
-            layout(false, false, true),
-            layout(true, false, true),
-            layout(true, true, false),
-            layout(true, true, true),
-        ]
-    };
+    fn all() -> impl Iterator<Item = Self> {
+        use Heading::{East, North, South, West};
+        let usual = [(North, West), (West, South)];
+        let rows = [(North, East), (South, West), (South, East)];
+        let columns = [(West, North), (East, South), (East, North)];
+        let edges = usual.into_iter().chain(rows).chain(columns);
+        edges.map(|(lines_from, digits_from)| Self { lines_from, digits_from })
+    }
+
+    /// Returns whether each line is a column of the maze instead of a row.
+    const fn has_columns(self) -> bool {
+        matches!(self.lines_from, Heading::East | Heading::West)
+    }
 
     fn words(self) -> String {
-        let (lines, far, near, across, from) = if self.columns {
-            ("columns", "east", "west", "north", "south")
-        } else {
-            ("rows", "north", "south", "east", "west")
-        };
-        let lines_from = if self.lines_reversed { far } else { near };
-        let digits_from = if self.digits_reversed { across } else { from };
-        format!("{lines} from the {lines_from}, each from the {digits_from}")
+        let lines = if self.has_columns() { "columns" } else { "rows" };
+        format!("{lines} from the {}, each from the {}", self.lines_from, self.digits_from)
     }
 
     /// Returns the size of the maze of a table whose width is the length of a line.
     fn maze_size(self, table: MazeSize) -> MazeSize {
         let (digits, lines) = (usize::from(table.width()), usize::from(table.height()));
-        let (width, height) = if self.columns { (lines, digits) } else { (digits, lines) };
+        let (width, height) = if self.has_columns() { (lines, digits) } else { (digits, lines) };
         MazeSize::new(width, height).unwrap_or(table)
     }
 
     /// Returns the line of a cell, and the digit in that line.
     fn position(self, size: MazeSize, Cell { x, y }: Cell) -> (usize, usize) {
-        let (line, lines, digit, digits) = if self.columns {
-            (x, size.width(), y, size.height())
-        } else {
-            (y, size.height(), x, size.width())
+        let cells_from = |edge| match edge {
+            Heading::North => size.height() - 1 - y,
+            Heading::East => size.width() - 1 - x,
+            Heading::South => y,
+            Heading::West => x,
         };
-        let at = |index: u8, count: u8, reversed: bool| {
-            usize::from(if reversed { count - 1 - index } else { index })
-        };
-        (at(line, lines, self.lines_reversed), at(digit, digits, self.digits_reversed))
+        (cells_from(self.lines_from).into(), cells_from(self.digits_from).into())
     }
 }
 
@@ -83,13 +69,17 @@ struct Digits {
     layout: Layout,
     size: MazeSize,
     /// Bit x of `planes[bit][y]` is that bit of the digit of (x, y).
-    planes: [[u32; SIDE]; 4],
+    planes: [[u32; MAX_SIDE]; 4],
 }
 
 impl Digits {
+    fn in_all_layouts(values: &[Vec<u8>], table: MazeSize) -> Vec<Self> {
+        Layout::all().map(|layout| Self::new(values, table, layout)).collect()
+    }
+
     fn new(values: &[Vec<u8>], table: MazeSize, layout: Layout) -> Self {
         let size = layout.maze_size(table);
-        let mut planes = [[0; SIDE]; 4];
+        let mut planes = [[0; MAX_SIDE]; 4];
         for cell in size.cells() {
             let (line, digit) = layout.position(size, cell);
             for (bit, plane) in planes.iter_mut().enumerate() {
@@ -128,8 +118,8 @@ impl<'a> Encoding<'a> {
     }
 
     /// Returns which cells have a wall towards `heading`: bit x of row y.
-    fn walls_towards(self, heading: Heading) -> [u32; SIDE] {
-        let bit = self.bits.iter().position(|&of_bit| of_bit == heading).unwrap_or(0);
+    fn walls_towards(self, heading: Heading) -> [u32; MAX_SIDE] {
+        let bit = self.bits.iter().position(|&side| side == heading).unwrap_or(0);
         let columns = u32::MAX >> (u32::BITS - u32::from(self.digits.size.width()));
         let open = if self.set_is_open { columns } else { 0 };
         self.digits.planes[bit].map(|row| row ^ open)
@@ -207,7 +197,7 @@ pub(crate) fn parse(text: &str) -> Result<ParsedMaze, Vec<ParseError>> {
     let (rows, table) = table(text, "hex digits", digits)?;
     let row = |row: &Vec<Item>| row.iter().map(parse_digit).collect::<Result<Vec<_>, _>>();
     let values: Vec<Vec<u8>> = rows.iter().map(row).collect::<Result<_, _>>()?;
-    let layouts = Layout::ALL.map(|layout| Digits::new(&values, table, layout));
+    let layouts = Digits::in_all_layouts(&values, table);
     let mut nearest: Option<(u32, Encoding)> = None;
     let mut mazes: Vec<(Encoding, Maze)> = Vec::new();
     for encoding in Encoding::all(&layouts) {
@@ -292,9 +282,9 @@ mod tests {
     }
 
     #[test]
-    fn there_are_32_encodings() {
+    fn all_32_encodings_differ() {
         let table = MazeSize::new(1, 1).unwrap();
-        let layouts = Layout::ALL.map(|layout| Digits::new(&[vec![0]], table, layout));
+        let layouts = Digits::in_all_layouts(&[vec![0]], table);
         let encodings: BTreeSet<String> = Encoding::all(&layouts).map(Encoding::words).collect();
         assert_eq!((encodings.len(), Encoding::all(&layouts).count()), (32, 32));
         let first = Encoding::all(&layouts).next().map(Encoding::words);
@@ -320,7 +310,7 @@ mod tests {
     fn every_encoding_is_inferred() {
         let maze = parse(MAZE).unwrap();
         let blank = vec![vec![0; 4]; 4];
-        let layouts = Layout::ALL.map(|layout| Digits::new(&blank, maze.size(), layout));
+        let layouts = Digits::in_all_layouts(&blank, maze.size());
         for encoding in Encoding::all(&layouts) {
             let text = text(&written(maze.walls(), encoding));
             assert_eq!(parse(&text).as_ref(), Ok(&maze), "{}:\n{text}", encoding.words());
@@ -408,7 +398,7 @@ mod tests {
         ) {
             let layouts = |values: &[Vec<u8>]| {
                 let table = MazeSize::new(values[0].len(), values.len()).unwrap();
-                Layout::ALL.map(|layout| Digits::new(values, table, layout))
+                Digits::in_all_layouts(values, table)
             };
             let side = usize::from(walls.size().width().max(walls.size().height()));
             let blank = layouts(&vec![vec![0; side]; side]);

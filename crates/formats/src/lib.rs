@@ -33,7 +33,6 @@ mod format;
 mod grid;
 mod hex;
 mod maz;
-mod maze;
 mod num;
 mod oshwdem;
 mod parsed_maze;
@@ -43,7 +42,7 @@ mod text;
 mod trial;
 mod write;
 
-pub use catalogue::{Catalogue, CatalogueError, Entry};
+pub use catalogue::{Catalogue, Entry};
 pub use error::{Location, ParseError, ParseErrorKind};
 pub use file::{MAX_FILE_BYTES, ReadError, read_content, read_content_from, read_maze};
 pub use format::{Format, FormatNameError};

@@ -32,11 +32,7 @@ pub(crate) fn parse(content: &[u8]) -> Result<Maze, Vec<ParseError>> {
 }
 
 pub(crate) fn write(maze: &Maze) -> Vec<u8> {
-    let columns = 0..SIZE.width();
-    columns
-        .flat_map(|x| (0..SIZE.height()).map(move |y| Cell { x, y }))
-        .map(|cell| maze.walls().sides(cell).bits())
-        .collect()
+    cell_record::by_columns(SIZE).map(|cell| maze.walls().sides(cell).bits()).collect()
 }
 
 fn index(cell: Cell) -> usize {
@@ -91,9 +87,9 @@ mod tests {
         assert_eq!(Format::Maz.write(&maze).as_ref(), Ok(&seed));
     }
 
-    /// No byte is taken for a line end: 10 is a corridor to the north and 13 a dead end.
+    /// Bytes 10 and 13 are cells, not line ends: a north-south corridor and a dead end.
     #[test]
-    fn bytes_that_are_blanks_in_a_text_are_cells() {
+    fn whitespace_bytes_are_cells() {
         let walls = Walls::closed(SIZE);
         let closed = Format::Maz.write(&Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap());
         assert_eq!(closed.as_deref(), Ok(&[15; 256][..]));
@@ -111,7 +107,7 @@ mod tests {
 
     #[test]
     fn errors_name_the_byte_and_the_cells() {
-        let told = |content: &[u8]| {
+        let message = |content: &[u8]| {
             let error = Format::Maz.parse(content).unwrap_err();
             let cell = error.cell.map_or("no cell".into(), |cell| cell.to_string());
             format!("{error}; {cell}")
@@ -119,14 +115,14 @@ mod tests {
         let error = |index: usize, byte: u8| {
             let mut bytes = seed();
             bytes[index] = byte;
-            told(&bytes)
+            message(&bytes)
         };
         insta::assert_snapshot!(error(16, 4), @"byte 17: expected (1, 0) closed to the west, as (0, 0) is to the east at byte 1, found 4; (1, 0)");
         insta::assert_snapshot!(error(255, 1), @"byte 256: expected (15, 15) closed to the east, an outer wall, found 1; (15, 15)");
         insta::assert_snapshot!(error(7, 24), @"byte 8: expected a byte from 0 to 15, found 24; (0, 7)");
         let cut = |length: usize| {
             let bytes = [seed(), vec![b'\n']].concat();
-            told(&bytes[..length])
+            message(&bytes[..length])
         };
         insta::assert_snapshot!(cut(255), @"byte 256: expected 256 bytes, one for each cell of 16x16, found 255; (15, 15)");
         insta::assert_snapshot!(cut(257), @"byte 257: expected 256 bytes, one for each cell of 16x16, found 257; no cell");

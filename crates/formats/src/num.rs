@@ -44,10 +44,7 @@ pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
 }
 
 pub(crate) fn write(maze: &Maze) -> String {
-    let size = maze.size();
-    let columns = 0..size.width();
-    let cells = columns.flat_map(|x| (0..size.height()).map(move |y| Cell { x, y }));
-    cells.fold(String::new(), |mut text, cell| {
+    cell_record::by_columns(maze.size()).fold(String::new(), |mut text, cell| {
         let sides = maze.walls().sides(cell);
         let [north, east, south, west] = Heading::ALL.map(|heading| u8::from(sides.has(heading)));
         // Writing to a string cannot fail.
@@ -58,11 +55,14 @@ pub(crate) fn write(maze: &Maze) -> String {
 
 fn parse_line(line: usize, content: &str) -> Result<(Cell, CellRecord), ParseError> {
     let items = items(line, content);
-    let [x, y, sides @ ..] = items.as_slice() else { return Err(not_six(line, content, &items)) };
-    let [_, _, _, _] = sides else { return Err(not_six(line, content, &items)) };
-    let cell = cell(coordinate(x)?, coordinate(y)?);
+    let &[x, y, north, east, south, west] = &items[..] else {
+        let column = items.get(6).map_or_else(|| end(content), |item| item.column);
+        let (expected, found) = ("six numbers, x y north east south west", items.len());
+        return Err(ParseError::new(line, column, expected, found.to_string()));
+    };
+    let cell = cell(coordinate(&x)?, coordinate(&y)?);
     let mut bits = 0;
-    for (bit, side) in sides.iter().enumerate() {
+    for (bit, side) in [north, east, south, west].iter().enumerate() {
         match side.text {
             "0" => {}
             "1" => bits |= 1 << bit,
@@ -71,12 +71,6 @@ fn parse_line(line: usize, content: &str) -> Result<(Cell, CellRecord), ParseErr
     }
     let (location, found) = (x.location(), quoted(content.trim()));
     Ok((cell, CellRecord { sides: Sides::from_bits(bits), location, found }))
-}
-
-fn not_six(line: usize, content: &str, items: &[Item]) -> ParseError {
-    let column = items.get(6).map_or_else(|| end(content), |item| item.column);
-    let found = items.len().to_string();
-    ParseError::new(line, column, "six numbers, x y north east south west", found)
 }
 
 fn coordinate(item: &Item) -> Result<usize, ParseError> {

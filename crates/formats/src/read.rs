@@ -4,9 +4,10 @@ use mmsim_maze::Maze;
 
 use crate::error::ParseError;
 use crate::format::Format;
+use crate::grid::Dots;
 use crate::parsed_maze::ParsedMaze;
 use crate::rows::decode_text;
-use crate::{csv, hex, maz, maze, num, oshwdem, text, trial};
+use crate::{csv, hex, maz, num, oshwdem, text, trial};
 
 impl Format {
     /// Reads a maze in this format, with the assumptions made.
@@ -26,8 +27,8 @@ impl Format {
             return Err(ParseError::new(1, 1, "a maze", found).into());
         }
         match self {
-            Self::Text => text::parse(text),
-            Self::Maze => maze::parse(text),
+            Self::Text => text::parse(text, Dots::Wall),
+            Self::Maze => text::parse(text, Dots::Unknown),
             Self::Oshwdem => oshwdem::parse(text).map(ParsedMaze::from),
             Self::Trial => trial::parse(text).map(ParsedMaze::from),
             Self::Num => num::parse(text).map(ParsedMaze::from),
@@ -152,7 +153,9 @@ mod tests {
                 }
                 Err(errors) => {
                     assert_eq!(format.parse(content).as_ref().err(), errors.first());
-                    errors.iter().for_each(|error| check_error(format, error, content));
+                    for error in &errors {
+                        check_error(format, error, content);
+                    }
                 }
             }
         }

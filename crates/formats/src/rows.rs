@@ -4,7 +4,7 @@ use mmsim_maze::MazeSize;
 
 use crate::error::{Location, ParseError, quoted};
 
-const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
+pub(crate) const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// The limit for the items of a line: one more than a valid line has.
 pub(crate) const MAX_ITEMS: usize = MAX_SIDE + 1;

@@ -1,18 +1,14 @@
-//! Drawings with north on top.
+//! Drawings with north on top, with or without unknown walls.
 
 use mmsim_maze::{CellSet, Heading, Walls};
 
 use crate::error::ParseError;
-use crate::grid::{self, Dots, Grid};
+use crate::grid::{self, Dots};
 use crate::parsed_maze::{ParsedMaze, cell, maze, size};
 
-/// Reads a drawing in which dots are walls.
-pub(crate) fn parse(text: &str) -> Result<ParsedMaze, Vec<ParseError>> {
-    to_maze(&grid::parse(text, 1, Dots::Wall)?)
-}
-
-/// Builds the maze of a drawing with north on top.
-pub(crate) fn to_maze(grid: &Grid) -> Result<ParsedMaze, Vec<ParseError>> {
+/// Reads a drawing. Unknown walls are open.
+pub(crate) fn parse(text: &str, dots: Dots) -> Result<ParsedMaze, Vec<ParseError>> {
+    let grid = grid::parse(text, 1, dots)?;
     if let Some(mark) = grid.post_marks.first() {
         return Err(mark.error("posts of one character").into());
     }
@@ -36,14 +32,14 @@ pub(crate) fn to_maze(grid: &Grid) -> Result<ParsedMaze, Vec<ParseError>> {
         }
     }
     let maze = maze(walls, start, goals)?;
-    Ok(ParsedMaze { unknown_walls: grid.unknown.clone(), ..maze.into() })
+    Ok(ParsedMaze { unknown_walls: grid.unknown, ..maze.into() })
 }
 
 #[cfg(test)]
 mod tests {
     use mmsim_maze::{Cell, Maze, MazeSize};
 
-    use crate::error::ParseError;
+    use crate::error::{Location, ParseError};
     use crate::format::Format;
 
     const MAZE: &str = "\
@@ -179,5 +175,72 @@ o---o---o---o
         insta::assert_snapshot!(error(&wide), @"line 1, column 130: expected at most 32 cells side by side, found 33 cells");
         let high = "o---o\n|   |\n".repeat(33) + "o---o\n";
         insta::assert_snapshot!(error(&high), @"line 66, column 1: expected at most 32 rows of cells, found one more");
+    }
+
+    const PARTLY_KNOWN: &str = "\
++---+---+---+
+|   .   . G |
++   + . +   +
+| S |   |   |
++---+---+---+
+";
+
+    #[test]
+    fn unknown_walls_are_open_and_located() {
+        assert_eq!(Format::detect(PARTLY_KNOWN.as_bytes()), Format::Maze);
+        let parsed = Format::Maze.read(PARTLY_KNOWN.as_bytes()).unwrap();
+        insta::assert_snapshot!(parsed.maze, @"
+        o---o---o---o
+        |         G |
+        o   o   o   o
+        | S |   |   |
+        o---o---o---o
+        ");
+        let location = |line, column| Location::Text { line, column };
+        assert_eq!(parsed.unknown_walls, [location(2, 5), location(2, 9), location(3, 7)]);
+        let narrow = "+-+-+-+\n|S. .G|\n+ +.+ +\n| | | |\n+-+-+-+\n";
+        assert_eq!(Format::detect(narrow.as_bytes()), Format::Maze);
+        assert_eq!(Format::Maze.read(narrow.as_bytes()).unwrap().unknown_walls.len(), 3);
+    }
+
+    #[test]
+    fn a_drawing_without_unknown_walls_is_text() {
+        let known = PARTLY_KNOWN.replace('.', " ");
+        assert_eq!(Format::detect(known.as_bytes()), Format::Text);
+        assert_eq!(Format::Maze.parse(known.as_bytes()), Format::Text.parse(known.as_bytes()));
+    }
+
+    #[test]
+    fn dots_that_are_posts_or_walls_are_known() {
+        for text in [
+            redrawn(|c| if c == '+' { '.' } else { c }),
+            redrawn(|c| if c == '|' { '.' } else { c }),
+            redrawn(|c| if "+-|".contains(c) { '.' } else { c }),
+        ] {
+            assert_eq!(Format::detect(text.as_bytes()), Format::Text, "{text}");
+            let plain = redrawn(|c| c);
+            assert_eq!(Format::Text.parse(text.as_bytes()), Format::Text.parse(plain.as_bytes()));
+        }
+    }
+
+    fn redrawn(drawn: impl Fn(char) -> char) -> String {
+        PARTLY_KNOWN.replace('.', " ").chars().map(drawn).collect()
+    }
+
+    #[test]
+    fn a_dot_is_a_wall_in_the_text_format() {
+        let wall = "o---o---o\n| S . G |\no---o---o\n";
+        assert_eq!(
+            Format::Text.parse(wall.as_bytes()),
+            Ok(wall.replace('.', "|").parse().unwrap())
+        );
+        assert_eq!(Format::detect(wall.as_bytes()), Format::Maze);
+    }
+
+    #[test]
+    fn an_outer_wall_cannot_be_unknown() {
+        let text = PARTLY_KNOWN.replacen("|   |\n", "|   .\n", 1);
+        let error = Format::Maze.parse(text.as_bytes()).unwrap_err();
+        insta::assert_snapshot!(error, @r#"line 4, column 13: expected the outer wall, found ".""#);
     }
 }

@@ -28,10 +28,8 @@ pub(crate) fn write(maze: &Maze) -> String {
 /// Reads the records, `[x][y]`. The first line gives the number of columns and the length of each.
 fn parse_columns(text: &str) -> Result<Vec<Vec<CellRecord>>, ParseError> {
     let mut lines = lines(text);
-    let (mut last, side) = match lines.next() {
-        Some((line, content)) => (line, parse_side(line, content)?),
-        None => return Err(ParseError::new(1, 1, "the side of the maze", "the end of the file")),
-    };
+    let (mut last, first) = lines.next().unwrap_or((1, ""));
+    let side = parse_side(last, first)?;
     let mut columns = Vec::new();
     for (line, content) in lines {
         if columns.len() == side {

@@ -1,6 +1,6 @@
 //! Writing mazes.
 
-use mmsim_maze::{Cell, CellSet, Maze, MazeSize};
+use mmsim_maze::{Cell, Maze, MazeSize};
 
 use crate::format::Format;
 use crate::{maz, num, trial};
@@ -10,13 +10,13 @@ use crate::{maz, num, trial};
 #[non_exhaustive]
 pub enum WriteError {
     /// The format is read-only.
-    #[error("expected a format that can be written, {}, found {format}", writable())]
+    #[error("the format {format} is read-only (use {})", writable())]
     ReadOnly {
         /// The format.
         format: Format,
     },
     /// The format cannot hold mazes of this size.
-    #[error("{format} holds mazes of {expected}, found one of {found}")]
+    #[error("the format {format} cannot hold a {found} maze, only {expected}")]
     Size {
         /// The format.
         format: Format,
@@ -25,8 +25,8 @@ pub enum WriteError {
         /// The size of the maze.
         found: MazeSize,
     },
-    /// The format cannot mark the start, and the maze starts elsewhere than at (0, 0).
-    #[error("{format} marks no start: expected it at (0, 0), found it at {found}")]
+    /// The format cannot mark the start cell, and the start is not (0, 0).
+    #[error("the format {format} cannot mark the start {found}, only (0, 0)")]
     Start {
         /// The format.
         format: Format,
@@ -34,12 +34,10 @@ pub enum WriteError {
         found: Cell,
     },
     /// The format cannot mark the goal, and the goal is not in the central cells.
-    #[error("{format} marks no goal: expected the central cells {expected}, found {found}")]
+    #[error("the format {format} cannot mark the goal {found}, only the central cells")]
     Goal {
         /// The format.
         format: Format,
-        /// The central cells.
-        expected: String,
         /// The goal cells of the maze.
         found: String,
     },
@@ -59,17 +57,17 @@ impl Format {
     /// let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY)?;
     /// assert_eq!(Format::Num.write(&maze)?, b"0 0 1 0 1 1\n1 0 1 1 1 0\n");
     /// let error = Format::Maz.write(&maze).unwrap_err();
-    /// assert_eq!(error.to_string(), "maz holds mazes of 16x16 cells, found one of 2x1");
+    /// assert_eq!(error.to_string(), "the format maz cannot hold a 2x1 maze, only 16x16 mazes");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn write(self, maze: &Maze) -> Result<Vec<u8>, WriteError> {
         let size = maze.size();
         let (holds, expected) = match self {
             Self::Text => return Ok(maze.to_string().into()),
-            Self::Maz => (size == MazeSize::CLASSIC, "16x16 cells"),
+            Self::Maz => (size == MazeSize::CLASSIC, "16x16 mazes"),
             Self::Trial => (
                 size.width() == size.height() && size.width().is_multiple_of(2),
-                "as many cells each way, an even number",
+                "square mazes with an even side",
             ),
             Self::Num => (true, "any size"),
             Self::Maze | Self::Oshwdem | Self::Csv | Self::Hex => {
@@ -79,13 +77,13 @@ impl Format {
         if !holds {
             return Err(WriteError::Size { format: self, expected, found: size });
         }
-        let (start, centre) = (maze.start().cell, size.central_cells());
+        let start = maze.start().cell;
         if start != Cell::new(0, 0) {
             return Err(WriteError::Start { format: self, found: start });
         }
-        if *maze.goals() != centre {
-            let (expected, found) = (listed(&centre), listed(maze.goals()));
-            return Err(WriteError::Goal { format: self, expected, found });
+        if *maze.goals() != size.central_cells() {
+            let found: Vec<String> = maze.goals().iter().map(|cell| cell.to_string()).collect();
+            return Err(WriteError::Goal { format: self, found: found.join(" ") });
         }
         Ok(match self {
             Self::Maz => maz::write(maze),
@@ -93,10 +91,6 @@ impl Format {
             _ => num::write(maze).into(),
         })
     }
-}
-
-fn listed(cells: &CellSet) -> String {
-    cells.iter().map(|cell| cell.to_string()).collect::<Vec<_>>().join(" ")
 }
 
 /// The names of the writable formats.
@@ -110,17 +104,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_name_what_the_format_cannot_hold() {
+    fn errors_name_the_limit_of_the_format() {
         let written = |format: Format, text: &str| {
             let maze: Maze = text.parse().unwrap();
             format.write(&maze).map_or_else(|error| error.to_string(), |_| "written".into())
         };
         let row = "o---o---o\n|       |\no---o---o\n";
         insta::assert_snapshot!(written(Format::Num, row), @"written");
-        insta::assert_snapshot!(written(Format::Maz, row), @"maz holds mazes of 16x16 cells, found one of 2x1");
-        insta::assert_snapshot!(written(Format::Trial, row), @"trial holds mazes of as many cells each way, an even number, found one of 2x1");
-        insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"num marks no start: expected it at (0, 0), found it at (1, 0)");
-        insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"num marks no goal: expected the central cells (0, 0) (1, 0), found (0, 0)");
-        insta::assert_snapshot!(written(Format::Hex, row), @"expected a format that can be written, text, trial, maz, num, found hex");
+        insta::assert_snapshot!(written(Format::Maz, row), @"the format maz cannot hold a 2x1 maze, only 16x16 mazes");
+        insta::assert_snapshot!(written(Format::Trial, row), @"the format trial cannot hold a 2x1 maze, only square mazes with an even side");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"the format num cannot mark the start (1, 0), only (0, 0)");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"the format num cannot mark the goal (0, 0), only the central cells");
+        insta::assert_snapshot!(written(Format::Hex, row), @"the format hex is read-only (use text, trial, maz, num)");
     }
 }

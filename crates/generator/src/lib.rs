@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(MazeFacts::new(maze).reachable_cells, size.area(), "{maze}");
         assert_eq!(*maze.goals(), size.central_cells());
         let room = maze.goals();
-        for cell in room.iter() {
+        for cell in room {
             let inside = |&heading: &Heading| {
                 cell.neighbour(heading).is_some_and(|next| room.contains(next))
             };

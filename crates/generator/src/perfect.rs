@@ -39,7 +39,7 @@ pub(crate) fn open(size: MazeSize, rng: &mut SplitMix64) -> Walls {
 /// Returns a maze with all walls except those inside the goal room.
 pub(crate) fn closed_around(size: MazeSize, room: &CellSet) -> Walls {
     let mut walls = Walls::closed(size);
-    for cell in room.iter() {
+    for cell in room {
         for heading in Heading::ALL {
             if cell.neighbour(heading).is_some_and(|next| room.contains(next)) {
                 walls.set(cell, heading, false);

@@ -14,7 +14,7 @@ pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, rng:
     let size = walls.size();
     let mut exits = [Heading::North; MazeSize::MAX_AREA];
     let index = |cell: Cell| usize::from(cell.y) * usize::from(size.width()) + usize::from(cell.x);
-    for from in free.iter() {
+    for from in free {
         let mut cell = from;
         while !tree.contains(cell) {
             let heading = Heading::ALL[rng.below(4) as usize];

@@ -7,7 +7,7 @@ use crate::heading::Heading;
 
 /// A cell, counted from the south-west corner: x grows east, y grows north.
 ///
-/// Any two bytes are a cell. [`MazeSize::contains`] tells whether it is inside a maze.
+/// Any two bytes are a cell. [`MazeSize::contains`] returns whether it is inside a maze.
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Cell {
@@ -61,6 +61,7 @@ pub struct MazeSize {
 /// A size that a maze cannot have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a maze of 1x1 to {max}x{max} cells, found {width}x{height}", max = MazeSize::MAX_SIDE)]
+#[non_exhaustive]
 pub struct SizeError {
     /// The requested width, in cells.
     pub width: usize,
@@ -167,7 +168,7 @@ mod tests {
 
     #[cfg(feature = "serde")]
     #[test]
-    fn sizes_are_checked_when_they_are_deserialized() {
+    fn deserialized_sizes_are_checked() {
         let size = MazeSize::new(3, 2).unwrap();
         assert_eq!(serde_json::to_string(&size).unwrap(), "[3,2]");
         assert_eq!(serde_json::from_str::<MazeSize>("[3,2]").unwrap(), size);
@@ -189,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_neighbour_stays_inside() {
+    fn neighbours_are_inside_the_maze() {
         let size = MazeSize::new(3, 2).unwrap();
         assert_eq!(size.neighbour(Cell::new(2, 1), Heading::East), None);
         assert_eq!(size.neighbour(Cell::new(2, 1), Heading::North), None);

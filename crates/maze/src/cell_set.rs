@@ -86,6 +86,7 @@ impl CellSet {
 
 /// An iterator over the cells of a [`CellSet`].
 #[derive(Clone, Debug)]
+#[must_use]
 pub struct CellSetIter<'a> {
     rows: &'a [u32; SIDE],
     y: u8,
@@ -210,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_is_added_once_and_never_beyond_32() {
+    fn only_new_cells_within_32x32_are_inserted() {
         let mut set = CellSet::EMPTY;
         assert!(set.insert(Cell::new(31, 31)));
         assert!(!set.insert(Cell::new(31, 31)));

@@ -1,5 +1,6 @@
-//! Escaping of control characters in untrusted text.
+//! Untrusted text and bytes in messages.
 
+use core::array::from_fn;
 use core::fmt::{self, Display, Formatter, Write};
 
 /// Displays untrusted text, such as a file name, on one line. Control characters and characters that
@@ -12,6 +13,7 @@ use core::fmt::{self, Display, Formatter, Write};
 /// assert_eq!(Escaped("ä\n\u{1b}[2J.txt").to_string(), r"ä\n\u{1b}[2J.txt");
 /// ```
 #[derive(Clone, Copy, Debug)]
+#[must_use]
 pub struct Escaped<T>(pub T);
 
 impl<T: Display> Display for Escaped<T> {
@@ -40,6 +42,45 @@ pub fn needs_escape(c: char) -> bool {
         '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
     );
     c.is_control() || ends_line || turns_text
+}
+
+/// The first `MAX` bytes of a message, displayed in quotes with escapes, and with the length of the
+/// message if it is longer.
+///
+/// ```
+/// use mmsim_maze::Excerpt;
+/// assert_eq!(Excerpt::<8>::new(b"ping\n").to_string(), r#""ping\n""#);
+/// assert_eq!(Excerpt::<8>::new(&[b'x'; 100]).to_string(), r#""xxxxxxxx"… of 100 bytes"#);
+/// assert_eq!(Excerpt::<8>::new(b"").to_string(), "an empty message");
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Excerpt<const MAX: usize> {
+    start: [u8; MAX],
+    length: usize,
+}
+
+impl<const MAX: usize> Excerpt<MAX> {
+    /// Copies the start of a message.
+    pub fn new(message: &[u8]) -> Self {
+        let start = from_fn(|at| message.get(at).copied().unwrap_or(0));
+        Self { start, length: message.len() }
+    }
+}
+
+impl<const MAX: usize> fmt::Display for Excerpt<MAX> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.start.get(..self.length) {
+            Some([]) => f.write_str("an empty message"),
+            Some(all) => write!(f, "\"{}\"", all.escape_ascii()),
+            None => write!(f, "\"{}\"… of {} bytes", self.start.escape_ascii(), self.length),
+        }
+    }
+}
+
+impl<const MAX: usize> fmt::Debug for Excerpt<MAX> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
 }
 
 #[cfg(test)]

@@ -37,6 +37,7 @@ impl Heading {
 
     /// Returns the heading of a mouse after `step`.
     // No branch on the heading: the turns of a mouse are unpredictable.
+    #[must_use]
     pub const fn turned(self, step: Step) -> Self {
         const CLOCKWISE: &[Heading; 4] = &Heading::ALL;
         const RIGHT_TURNS: &[usize; 4] = &[0, 3, 1, 2];
@@ -50,14 +51,8 @@ impl Heading {
     /// assert_eq!(Heading::from_letter('W'), Some(Heading::West));
     /// assert_eq!(Heading::from_letter('w'), None);
     /// ```
-    pub const fn from_letter(letter: char) -> Option<Self> {
-        match letter {
-            'N' => Some(Self::North),
-            'E' => Some(Self::East),
-            'S' => Some(Self::South),
-            'W' => Some(Self::West),
-            _ => None,
-        }
+    pub fn from_letter(letter: char) -> Option<Self> {
+        Self::ALL.into_iter().find(|heading| heading.letter() == letter)
     }
 
     /// Returns the letter `N`, `E`, `S` or `W`.

@@ -14,10 +14,11 @@ use crate::walls::{Sides, Walls, WallsAround};
 /// search run, or as closed for a fast run.
 ///
 /// ```
-/// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Unknown, WallState, WallsAround};
+/// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Unknown, WallState, WallsAround};
 ///
-/// let start = Pose::new(Cell::new(0, 0), Heading::North);
-/// let mut map = KnownMaze::new(MazeSize::CLASSIC, start.cell, MazeSize::CLASSIC.central_cells());
+/// let size = MazeSize::CLASSIC;
+/// let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
+/// let start = map.start();
 /// map.observe(start, WallsAround { left: true, front: false, right: true })?;
 /// assert_eq!(map.wall(start.cell, Heading::East), WallState::Present);
 /// assert_eq!(map.wall(Cell::new(5, 5), Heading::East), WallState::Unknown);
@@ -47,6 +48,17 @@ pub enum WallState {
     Unknown,
 }
 
+impl WallState {
+    /// Returns the state of a wall that is present for certain, possibly present, or neither.
+    pub(crate) const fn from_bounds(certain: bool, possible: bool) -> Self {
+        match (certain, possible) {
+            (true, _) => Self::Present,
+            (false, true) => Self::Unknown,
+            (false, false) => Self::Absent,
+        }
+    }
+}
+
 /// How a planner treats unknown walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unknown {
@@ -62,6 +74,7 @@ pub enum Unknown {
     "expected {} at the {heading} side of {cell}, as known before, found {}",
     wall(!found), wall(*found)
 )]
+#[non_exhaustive]
 pub struct Contradiction {
     /// The observed cell.
     pub cell: Cell,
@@ -93,9 +106,9 @@ impl KnownMaze {
         self.certain.size()
     }
 
-    /// Returns the start cell.
-    pub const fn start(&self) -> Cell {
-        self.start
+    /// Returns the start pose: in the start cell, heading north.
+    pub const fn start(&self) -> Pose {
+        Pose::new(self.start, Heading::North)
     }
 
     /// Returns the goal cells.
@@ -110,11 +123,7 @@ impl KnownMaze {
 
     /// Returns what is known about the wall at the side of `cell` towards `heading`.
     pub fn wall(&self, cell: Cell, heading: Heading) -> WallState {
-        match (self.certain.has(cell, heading), self.possible.has(cell, heading)) {
-            (true, _) => WallState::Present,
-            (false, true) => WallState::Unknown,
-            (false, false) => WallState::Absent,
-        }
+        WallState::from_bounds(self.certain.has(cell, heading), self.possible.has(cell, heading))
     }
 
     /// Returns all walls, with unknown walls as open or closed.
@@ -205,7 +214,7 @@ mod tests {
         assert_eq!(
             map.wall(Cell::new(0, 1), Heading::East),
             WallState::Unknown,
-            "nothing looks back"
+            "the wall behind is not observed"
         );
         assert!(map.visited().contains(Cell::new(1, 1)));
         assert_eq!(map.visited().len(), 1);

@@ -39,11 +39,12 @@
 //! The crate is `no_std` and allocates nothing. Files are read by the crate `mmsim-formats`.
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), no_std)]
+// Marks the items of optional features on docs.rs.
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod cell;
 mod cell_set;
 mod escaped;
-mod excerpt;
 mod heading;
 mod known;
 mod maze;
@@ -54,8 +55,7 @@ mod walls;
 
 pub use cell::{Cell, MazeSize, SizeError};
 pub use cell_set::{CellSet, CellSetIter};
-pub use escaped::{Escaped, needs_escape};
-pub use excerpt::Excerpt;
+pub use escaped::{Escaped, Excerpt, needs_escape};
 pub use heading::{Heading, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};
 pub use maze::{Maze, MazeError};

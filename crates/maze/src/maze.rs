@@ -20,6 +20,7 @@ pub struct Maze {
 /// A start or goal outside the maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected the {what} inside a maze of {size} cells, found it at {cell}")]
+#[non_exhaustive]
 pub struct MazeError {
     /// `start` or `goal`.
     pub what: &'static str,
@@ -89,14 +90,12 @@ impl Maze {
         let is_middle = move |cell: Cell| (2 * cell.x, 2 * cell.y) == (size.width(), size.height());
         size.cells().filter(inside).filter(move |&north_east| {
             let south_west = Cell::new(north_east.x - 1, north_east.y - 1);
-            let walls = [
-                (north_east, Heading::South),
-                (north_east, Heading::West),
-                (south_west, Heading::North),
-                (south_west, Heading::East),
-            ];
+            let has_wall = |cell, headings: [Heading; 2]| {
+                headings.into_iter().any(|heading| self.walls.has(cell, heading))
+            };
             !is_middle(north_east)
-                && !walls.into_iter().any(|(cell, heading)| self.walls.has(cell, heading))
+                && !has_wall(north_east, [Heading::South, Heading::West])
+                && !has_wall(south_west, [Heading::North, Heading::East])
         })
     }
 }
@@ -106,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn start_and_goals_lie_inside() {
+    fn start_and_goals_must_be_inside() {
         let walls = Walls::open(MazeSize::new(4, 3).unwrap());
         let goals = |x, y| [Cell::new(x, y)].into_iter().collect();
         let maze = Maze::new(walls.clone(), Cell::new(3, 2), goals(0, 2)).unwrap();
@@ -120,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn the_post_in_the_middle_alone_needs_no_wall() {
+    fn only_the_central_post_needs_no_wall() {
         let posts = |width, height| -> Vec<Cell> {
             let walls = Walls::open(MazeSize::new(width, height).unwrap());
             let goals = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(x, y)| Cell::new(x, y));
@@ -133,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_goal_the_centre_is_one() {
+    fn the_default_goal_is_the_centre() {
         let walls = Walls::open(MazeSize::CLASSIC);
         let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
         assert_eq!(*maze.goals(), MazeSize::CLASSIC.central_cells());

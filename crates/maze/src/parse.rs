@@ -1,4 +1,4 @@
-//! Mazes from their text picture.
+//! Parses mazes drawn as text.
 
 use core::str::FromStr;
 
@@ -21,6 +21,8 @@ pub struct ParseMazeError {
     pub expected: &'static str,
 }
 
+type Result<T = ()> = core::result::Result<T, ParseMazeError>;
+
 /// Reads a maze from text as its [`Display`](core::fmt::Display) writes it. Blank lines and trailing
 /// blanks are ignored. The crate `mmsim-formats` reads other drawings and file formats.
 ///
@@ -32,31 +34,27 @@ pub struct ParseMazeError {
 impl FromStr for Maze {
     type Err = ParseMazeError;
 
-    fn from_str(text: &str) -> Result<Self, ParseMazeError> {
+    fn from_str(text: &str) -> Result<Self> {
         let lines = || {
-            let lines =
-                (1..).zip(text.lines()).map(|(line, text)| Line { line, text: text.trim_end() });
+            let lines = (1..).zip(text.lines());
+            let lines = lines.map(|(number, text)| Line { number, text: text.trim_end() });
             lines.filter(|line| !line.text.is_empty())
         };
-        let first = lines().next().unwrap_or(Line { line: 1, text: "" });
-        let (width, height) = (first.text.len() / 4, lines().count() / 2);
-        let size = MazeSize::new(width, height)
+        let end = Line { number: lines().last().map_or(1, |last| last.number + 1), text: "" };
+        let first = lines().next().unwrap_or(end);
+        let rows = lines().filter(|line| line.text.starts_with('|')).count();
+        let size = MazeSize::new(first.text.len() / 4, rows)
             .map_err(|_| first.error(0, "the picture of a maze of 1x1 to 32x32 cells"))?;
-        let (mut walls, mut start, mut goals) = (Walls::open(size), None, CellSet::EMPTY);
+        let mut parts = Parts { walls: Walls::open(size), start: None, goals: CellSet::EMPTY };
         let mut lines = lines();
-        let mut last = first;
+        let mut next = || lines.next().unwrap_or(end);
         for y in (0..size.height()).rev() {
-            let posts = lines.next().unwrap_or(last);
-            posts.read_walls(size, y, Heading::North, &mut walls)?;
-            last = lines.next().unwrap_or(last);
-            last.read_cells(size, y, &mut walls, &mut start, &mut goals)?;
+            parts.read_posts(next(), y, Heading::North)?;
+            parts.read_cells(next(), y)?;
         }
-        let end = Line { line: last.line + 1, text: "" };
-        lines.next().unwrap_or(end).read_walls(size, 0, Heading::South, &mut walls)?;
-        if let Some(rest) = lines.next() {
-            return Err(rest.error(0, "the end of the picture"));
-        }
-        Maze::new(walls, start.unwrap_or(Cell::new(0, 0)), goals)
+        parts.read_posts(next(), 0, Heading::South)?;
+        next().expect_end(0, "the end of the picture")?;
+        Maze::new(parts.walls, parts.start.unwrap_or(Cell::new(0, 0)), parts.goals)
             .map_err(|_| first.error(0, "a start and goals inside the maze"))
     }
 }
@@ -64,83 +62,78 @@ impl FromStr for Maze {
 /// A line of the picture without trailing blanks.
 #[derive(Clone, Copy)]
 struct Line<'a> {
-    line: usize,
+    number: usize,
     text: &'a str,
 }
 
 impl Line<'_> {
     const fn error(self, at: usize, expected: &'static str) -> ParseMazeError {
-        ParseMazeError { line: self.line, column: at + 1, expected }
+        ParseMazeError { line: self.number, column: at + 1, expected }
     }
 
-    /// Returns which of `choices` the line has at this byte.
-    fn choice(
-        self,
-        at: usize,
-        choices: &[&str],
-        expected: &'static str,
-    ) -> Result<usize, ParseMazeError> {
+    /// Returns which of `choices` the line has at byte `at`.
+    fn choice(self, at: usize, choices: &[&str], expected: &'static str) -> Result<usize> {
         let rest = self.text.get(at..).unwrap_or("");
         let found = choices.iter().position(|choice| rest.starts_with(choice));
         found.ok_or(self.error(at, expected))
     }
 
+    fn expect_end(self, at: usize, expected: &'static str) -> Result {
+        if self.text.len() > at { Err(self.error(at, expected)) } else { Ok(()) }
+    }
+}
+
+/// The parts of a maze that have been read.
+struct Parts {
+    walls: Walls,
+    start: Option<Cell>,
+    goals: CellSet,
+}
+
+impl Parts {
     /// Reads a row of posts and the walls towards `heading` of the cells in row `y`.
-    fn read_walls(
-        self,
-        size: MazeSize,
-        y: u8,
-        heading: Heading,
-        walls: &mut Walls,
-    ) -> Result<(), ParseMazeError> {
-        const CHOICES: &[&str] = &["---", "   "];
-        for x in 0..size.width() {
-            let (cell, at) = (Cell::new(x, y), 4 * usize::from(x));
-            self.choice(at, &["o"], r#"a post "o""#)?;
-            if size.neighbour(cell, heading).is_none() {
-                self.choice(at + 1, &CHOICES[..1], r#"the outer wall, "---""#)?;
-            } else {
-                let choice = self.choice(at + 1, CHOICES, r#""---" or three blanks"#)?;
-                walls.set(cell, heading, choice == 0);
-            }
+    fn read_posts(&mut self, line: Line, y: u8, heading: Heading) -> Result {
+        const POST: &str = r#"a post "o""#;
+        for x in 0..self.walls.size().width() {
+            let at = 4 * usize::from(x);
+            line.choice(at, &["o"], POST)?;
+            self.read_wall(line, at + 1, Cell::new(x, y), heading)?;
         }
-        let end = 4 * usize::from(size.width());
-        self.choice(end, &["o"], r#"a post "o""#)?;
-        self.ends_at(end + 1)
+        let end = 4 * usize::from(self.walls.size().width());
+        line.choice(end, &["o"], POST)?;
+        line.expect_end(end + 1, "the end of the line")
     }
 
     /// Reads the cells in row `y` and the walls between them.
-    fn read_cells(
-        self,
-        size: MazeSize,
-        y: u8,
-        walls: &mut Walls,
-        start: &mut Option<Cell>,
-        goals: &mut CellSet,
-    ) -> Result<(), ParseMazeError> {
-        self.choice(0, &["|"], r#"the outer wall, "|""#)?;
-        for x in 0..size.width() {
+    fn read_cells(&mut self, line: Line, y: u8) -> Result {
+        const MARKS: &[&str] = &["   ", " S ", " G ", "SG "];
+        self.read_wall(line, 0, Cell::new(0, y), Heading::West)?;
+        for x in 0..self.walls.size().width() {
             let (cell, at) = (Cell::new(x, y), 4 * usize::from(x) + 1);
-            let mark =
-                self.choice(at, &["   ", " S ", " G ", "SG "], "a cell, empty or with S, G or SG")?;
-            if mark % 2 == 1 && start.replace(cell).is_some() {
-                return Err(self.error(at, "one start"));
+            let mark = line.choice(at, MARKS, "a cell, empty or with S, G or SG")?;
+            if mark % 2 == 1 && self.start.replace(cell).is_some() {
+                return Err(line.error(at, "one start"));
             }
             if mark >= 2 {
-                goals.insert(cell);
+                self.goals.insert(cell);
             }
-            if x + 1 == size.width() {
-                self.choice(at + 3, &["|"], r#"the outer wall, "|""#)?;
-            } else {
-                let choice = self.choice(at + 3, &["|", " "], r#""|" or a blank"#)?;
-                walls.set(cell, Heading::East, choice == 0);
-            }
+            self.read_wall(line, at + 3, cell, Heading::East)?;
         }
-        self.ends_at(4 * usize::from(size.width()) + 1)
+        line.expect_end(4 * usize::from(self.walls.size().width()) + 1, "the end of the line")
     }
 
-    fn ends_at(self, end: usize) -> Result<(), ParseMazeError> {
-        if self.text.len() > end { Err(self.error(end, "the end of the line")) } else { Ok(()) }
+    /// Reads the wall of `cell` towards `heading`.
+    fn read_wall(&mut self, line: Line, at: usize, cell: Cell, heading: Heading) -> Result {
+        use Heading::{East, North, South, West};
+        let is_inner = self.walls.size().neighbour(cell, heading).is_some();
+        let (choices, expected): (&[&str], _) = match (heading, is_inner) {
+            (North | South, true) => (&["---", "   "], r#""---" or three spaces"#),
+            (North | South, false) => (&["---"], r#"the outer wall, "---""#),
+            (East | West, true) => (&["|", " "], r#""|" or a space"#),
+            (East | West, false) => (&["|"], r#"the outer wall, "|""#),
+        };
+        self.walls.set(cell, heading, line.choice(at, choices, expected)? == 0);
+        Ok(())
     }
 }
 
@@ -165,12 +158,13 @@ mod tests {
         let error = |from: &str, to: &str| {
             MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err().to_string()
         };
-        insta::assert_snapshot!(error("o   o", "o - o"), @r#"line 3, column 2: expected "---" or three blanks"#);
+        insta::assert_snapshot!(error("o   o", "o - o"), @r#"line 3, column 2: expected "---" or three spaces"#);
         insta::assert_snapshot!(error(" G |", " S |"), @"line 2, column 6: expected one start");
         insta::assert_snapshot!(error("       |", "        "), @"line 4, column 2: expected a cell, empty or with S, G or SG");
         insta::assert_snapshot!(error(" G ", " X "), @"line 2, column 2: expected a cell, empty or with S, G or SG");
         insta::assert_snapshot!(error("o---o---o\n|", "o---o---o-\n|"), @"line 1, column 10: expected the end of the line");
-        insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "x\n")), @r#"line 6, column 1: expected the outer wall, "|""#);
+        insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "x\n")), @"line 6, column 1: expected the end of the picture");
+        insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "o---o---o\n")), @"line 6, column 1: expected the end of the picture");
         insta::assert_snapshot!(error("|       |\no---o---o\n", "|       |\n"), @r#"line 5, column 1: expected a post "o""#);
         insta::assert_snapshot!(error(MAZE, ""), @"line 1, column 1: expected the picture of a maze of 1x1 to 32x32 cells");
     }

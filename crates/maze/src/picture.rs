@@ -1,13 +1,14 @@
 //! Mazes as text.
 
-use core::fmt::{self, Write};
+use core::fmt::{self, Formatter, Result, Write};
 
 use crate::cell::{Cell, MazeSize};
 use crate::cell_set::CellSet;
 use crate::heading::Heading;
-use crate::known::{KnownMaze, WallState};
+use crate::known::{KnownMaze, Unknown, WallState};
 use crate::maze::Maze;
 use crate::pose::Pose;
+use crate::walls::Walls;
 
 /// A maze, or what a mouse knows of it, as text with north on top.
 ///
@@ -36,43 +37,45 @@ use crate::pose::Pose;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy)]
+#[must_use]
 pub struct TextPicture<'a> {
-    drawn: Drawn<'a>,
+    /// The walls that are present for certain.
+    certain: &'a Walls,
+    /// The walls that may be present.
+    possible: &'a Walls,
+    start: Cell,
+    goals: &'a CellSet,
     numbers: Option<&'a dyn Fn(Cell) -> Option<u16>>,
     letters: Option<&'a dyn Fn(Cell) -> Option<char>>,
     mouse: Option<Pose>,
     compact: bool,
 }
 
-#[derive(Clone, Copy)]
-enum Drawn<'a> {
-    Truth(&'a Maze),
-    Known(&'a KnownMaze),
-}
-
 impl Maze {
     /// Returns the maze as text, to which numbers, letters and a mouse can be added.
     pub const fn picture(&self) -> TextPicture<'_> {
-        TextPicture::new(Drawn::Truth(self))
+        TextPicture::new(self.walls(), self.walls(), self.start().cell, self.goals())
     }
 }
 
 impl KnownMaze {
     /// Returns the map as text, to which numbers, letters and the mouse can be added.
     pub const fn picture(&self) -> TextPicture<'_> {
-        TextPicture::new(Drawn::Known(self))
+        let (certain, possible) = (self.walls(Unknown::Open), self.walls(Unknown::Closed));
+        TextPicture::new(certain, possible, self.start().cell, self.goals())
     }
 }
 
 impl fmt::Display for Maze {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         self.picture().fmt(f)
     }
 }
 
 impl<'a> TextPicture<'a> {
-    const fn new(drawn: Drawn<'a>) -> Self {
-        Self { drawn, numbers: None, letters: None, mouse: None, compact: false }
+    const fn new(certain: &'a Walls, possible: &'a Walls, start: Cell, goals: &'a CellSet) -> Self {
+        let (numbers, letters, mouse) = (None, None, None);
+        Self { certain, possible, start, goals, numbers, letters, mouse, compact: false }
     }
 
     /// Writes numbers, such as distances in steps, into cells.
@@ -106,26 +109,12 @@ impl<'a> TextPicture<'a> {
         self
     }
 
-    fn size(&self) -> MazeSize {
-        match self.drawn {
-            Drawn::Truth(maze) => maze.size(),
-            Drawn::Known(map) => map.size(),
-        }
-    }
-
-    fn start_and_goals(&self) -> (Cell, &CellSet) {
-        match self.drawn {
-            Drawn::Truth(maze) => (maze.start().cell, maze.goals()),
-            Drawn::Known(map) => (map.start(), map.goals()),
-        }
+    const fn size(&self) -> MazeSize {
+        self.certain.size()
     }
 
     fn wall(&self, cell: Cell, heading: Heading) -> WallState {
-        match self.drawn {
-            Drawn::Truth(maze) if maze.walls().has(cell, heading) => WallState::Present,
-            Drawn::Truth(_) => WallState::Absent,
-            Drawn::Known(map) => map.wall(cell, heading),
-        }
+        WallState::from_bounds(self.certain.has(cell, heading), self.possible.has(cell, heading))
     }
 
     fn number(&self, cell: Cell) -> Option<u16> {
@@ -151,13 +140,7 @@ impl<'a> TextPicture<'a> {
     }
 
     /// Writes a row of posts and the walls towards `heading` of the cells in row `y`.
-    fn write_posts(
-        &self,
-        f: &mut fmt::Formatter<'_>,
-        y: u8,
-        heading: Heading,
-        width: usize,
-    ) -> fmt::Result {
+    fn write_posts(&self, f: &mut Formatter<'_>, y: u8, heading: Heading, width: usize) -> Result {
         for x in 0..self.size().width() {
             match self.wall(Cell::new(x, y), heading) {
                 WallState::Present => write!(f, "o{:-<width$}", "")?,
@@ -168,7 +151,7 @@ impl<'a> TextPicture<'a> {
         f.write_str("o\n")
     }
 
-    fn write_cells(&self, f: &mut fmt::Formatter<'_>, y: u8, width: usize) -> fmt::Result {
+    fn write_cells(&self, f: &mut Formatter<'_>, y: u8, width: usize) -> Result {
         f.write_char(self.side(Cell::new(0, y), Heading::West))?;
         for x in 0..self.size().width() {
             let cell = Cell::new(x, y);
@@ -182,7 +165,7 @@ impl<'a> TextPicture<'a> {
         f.write_char('\n')
     }
 
-    fn write_compact(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn write_compact(&self, f: &mut Formatter<'_>) -> Result {
         for _ in 0..self.size().width() {
             f.write_str(" ___")?;
         }
@@ -223,8 +206,7 @@ impl<'a> TextPicture<'a> {
                 Heading::West => "<",
             };
         }
-        let (start, goals) = self.start_and_goals();
-        match (start == cell, goals.contains(cell)) {
+        match (self.start == cell, self.goals.contains(cell)) {
             (true, true) => "SG",
             (true, false) => "S",
             (false, true) => "G",
@@ -234,7 +216,7 @@ impl<'a> TextPicture<'a> {
 }
 
 impl fmt::Display for TextPicture<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         if self.compact {
             return self.write_compact(f);
         }
@@ -248,7 +230,7 @@ impl fmt::Display for TextPicture<'_> {
 }
 
 impl fmt::Debug for TextPicture<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         fmt::Display::fmt(self, f)
     }
 }
@@ -256,7 +238,7 @@ impl fmt::Debug for TextPicture<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::walls::{Walls, WallsAround};
+    use crate::walls::WallsAround;
 
     fn maze() -> Maze {
         let mut walls = Walls::open(MazeSize::new(3, 2).unwrap());
@@ -309,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn a_compact_drawing_has_a_line_for_each_row() {
+    fn a_compact_picture_has_one_line_per_row() {
         let maze = maze();
         let mut map = KnownMaze::unexplored(&maze);
         map.observe(maze.start(), maze.walls().around(maze.start())).unwrap();
@@ -346,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_that_is_a_goal_shows_both() {
+    fn a_start_in_the_goal_shows_both_marks() {
         let walls = Walls::open(MazeSize::new(1, 1).unwrap());
         let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
         assert_eq!(maze.to_string(), "o---o\n|SG |\no---o\n");

@@ -23,6 +23,7 @@ impl Pose {
 
     /// Returns the pose after `step`, regardless of walls, or `None` if a coordinate would leave 0 to
     /// 255.
+    #[must_use]
     pub fn after(self, step: Step) -> Option<Self> {
         let heading = self.heading.turned(step);
         self.cell.neighbour(heading).map(|cell| Self { cell, heading })

@@ -86,7 +86,7 @@ impl Walls {
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
         let is_outer = Sides::outer(self.size, cell).has(heading);
         if !is_outer && self.has(cell, heading) != present {
-            self.toggle(cell, Sides::from_heading(heading));
+            self.toggle(cell, Sides(1 << heading as u8));
         }
     }
 
@@ -172,10 +172,6 @@ impl Sides {
         self.0
     }
 
-    pub(crate) const fn from_heading(heading: Heading) -> Self {
-        Self(1 << heading as u8)
-    }
-
     /// Returns the sides at which a mouse with this heading observes a wall.
     // Rotates the bits instead of branching: the turns of a mouse are unpredictable.
     pub(crate) const fn from_walls_around(heading: Heading, walls: WallsAround) -> Self {
@@ -231,7 +227,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn outer_walls_stand_and_outside_is_a_wall() {
+    fn outer_walls_are_fixed_and_outside_is_walled() {
         let mut walls = Walls::open(MazeSize::new(3, 2).unwrap());
         walls.set(Cell::new(0, 0), Heading::South, false);
         walls.set(Cell::new(2, 1), Heading::East, false);
@@ -285,7 +281,7 @@ mod tests {
                     prop_assert_eq!(walls.has(cell, heading), present);
                     prop_assert_eq!(walls.has(neighbour, heading.back()), present);
                     walls.set(neighbour, heading.back(), before.has(cell, heading));
-                    prop_assert_eq!(&walls, &before, "no other wall was touched");
+                    prop_assert_eq!(&walls, &before, "other walls are unchanged");
                     walls.set(cell, heading, present);
                 } else {
                     prop_assert_eq!(&walls, &before);

@@ -130,7 +130,7 @@ impl SimulatedMouse {
             }
             Command::WasReset => Ok(Some(Response::Bool(self.is_reset_pressed))),
             Command::AckReset => {
-                self.point = GridPoint::centre(self.map.start());
+                self.point = GridPoint::centre(self.map.start().cell);
                 self.direction = CompassDirection::NORTH;
                 self.is_reset_pressed = false;
                 self.scores.reset();
@@ -163,7 +163,7 @@ impl SimulatedMouse {
         half_steps: u64,
         environment: &mut E,
     ) -> Result<Response, E::Error> {
-        let is_at_start = self.point.cell() == self.map.start();
+        let is_at_start = self.point.cell() == self.map.start().cell;
         let mut moved = 0;
         while moved < half_steps
             && let Some(point) = self.free_point_ahead(self.point, self.direction, environment)?
@@ -190,7 +190,7 @@ impl SimulatedMouse {
         let cell = self.point.cell();
         if self.map.goals().contains(cell) {
             self.scores.complete_run();
-        } else if cell == self.map.start() {
+        } else if cell == self.map.start().cell {
             self.scores.cancel_run();
         }
     }

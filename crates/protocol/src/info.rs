@@ -17,6 +17,7 @@ use crate::version::PROTOCOL_VERSION;
 /// # Ok::<(), serde_json::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Info {
     /// Name of the maze.
     pub name: String,

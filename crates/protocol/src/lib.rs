@@ -51,6 +51,8 @@
 //! ```
 #![forbid(unsafe_code)]
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
+// Marks the items of optional features on docs.rs.
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 #[cfg(feature = "info")]
 extern crate alloc;

@@ -10,20 +10,19 @@ use crate::motion_count::MotionCount;
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), still compressed.
 #[derive(Clone, Debug)]
 pub struct Block {
-    pub(crate) first: usize,
-    pub(crate) motion: MotionCount,
-    pub(crate) size: MazeSize,
-    pub(crate) states: Vec<u8>,
+    /// The states, whose bytes may be compressed.
+    pub(crate) states: States,
     pub(crate) packed: bool,
 }
 
 /// Up to 256 consecutive states, uncompressed.
 #[derive(Clone, Debug)]
 pub struct States {
-    first: usize,
-    motion: MotionCount,
-    size: MazeSize,
-    bytes: Vec<u8>,
+    pub(crate) first: usize,
+    /// Motion from the first state of the history to the first of these.
+    pub(crate) motion: MotionCount,
+    pub(crate) size: MazeSize,
+    pub(crate) bytes: Vec<u8>,
 }
 
 impl Block {
@@ -32,14 +31,14 @@ impl Block {
 
     /// Decompresses the states; `None` if out of memory.
     pub fn unpack(self) -> Option<States> {
-        let Self { first, motion, size, states, packed } = self;
+        let Self { states, packed } = self;
         if !packed {
-            return Some(States { first, motion, size, bytes: states });
+            return Some(states);
         }
         let mut bytes = Vec::new();
-        reserve(&mut bytes, Self::STATES * state_bytes(size)).ok()?;
-        Decompressor::new().ok()?.decompress_to_buffer(&states, &mut bytes).ok()?;
-        Some(States { first, motion, size, bytes })
+        reserve(&mut bytes, Self::STATES * state_bytes(states.size)).ok()?;
+        Decompressor::new().ok()?.decompress_to_buffer(&states.bytes, &mut bytes).ok()?;
+        Some(States { bytes, ..states })
     }
 }
 
@@ -81,7 +80,7 @@ impl States {
         let mut motion = self.motion;
         for index in self.first..index {
             let pose = |index| self.message(index)?.pose().ok();
-            motion += MotionCount::between(pose(index)?, pose(index + 1)?);
+            motion.add(pose(index)?, pose(index + 1)?);
         }
         Some(motion)
     }
@@ -127,7 +126,8 @@ mod tests {
                 let states = history.block(index / Block::STATES).and_then(Block::unpack);
                 let got = states.as_ref().and_then(|states| states.get(index)).map(<[u8]>::to_vec);
                 prop_assert_eq!(&got, &history.get(index));
-                prop_assert_eq!(history.motion_count(index), motions.get(index).copied());
+                let motion = states.as_ref().and_then(|states| states.motion_count(index));
+                prop_assert_eq!(motion, motions.get(index).copied());
                 if let Some(states) = states.filter(|_| got.is_some()) {
                     let end = (index + count).min(poses.len()).min(states.first + states.len());
                     let expected: Vec<u8> = poses[index..end].iter().flat_map(state).collect();

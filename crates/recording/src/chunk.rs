@@ -22,17 +22,13 @@ pub(crate) fn unpack(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> 
             .map(Cow::Owned)
             .map_err(|error| format!("a chunk that cannot be decompressed: {error}"))?,
         other => {
-            return Err(format!(
-                "a chunk with the unknown compression \"{}\"",
-                other.escape_ascii()
-            ));
+            let other = other.escape_ascii();
+            return Err(format!("a chunk with the unknown compression \"{other}\""));
         }
     };
-    if records.len() != length {
-        return Err(format!(
-            "a chunk of {} bytes with the length {length} in its header",
-            records.len()
-        ));
+    let found = records.len();
+    if found != length {
+        return Err(format!("a chunk of {found} bytes with the length {length} in its header"));
     }
     match crc32fast::hash(&records) {
         found if checksum != 0 && found != checksum => {

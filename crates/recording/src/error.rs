@@ -5,24 +5,12 @@ use std::path::{Path, PathBuf};
 
 /// A file that could not be opened as a recording.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum OpenError {
-    /// The file could not be opened or read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
-    /// The content is not a recording that can be read.
-    #[error("{}: {source}", path.display())]
-    Content {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with the content.
-        source: ReadError,
-    },
+#[error("{}: {source}", path.display())]
+pub struct OpenError {
+    /// The file.
+    pub path: PathBuf,
+    /// Why it could not be read.
+    pub source: ReadError,
 }
 
 /// Bytes that could not be read as a recording.

@@ -7,7 +7,7 @@ use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::{StateMessage, state_bytes};
 use zstd::bulk::{Compressor, Decompressor};
 
-use crate::block::Block;
+use crate::block::{Block, States};
 use crate::memory::reserve;
 use crate::motion_count::MotionCount;
 use crate::slabs::Slabs;
@@ -42,7 +42,8 @@ pub struct History {
     packed: Slabs,
     /// The newest states, uncompressed.
     open: Vec<u8>,
-    packer: Packer,
+    /// A compressor and its output buffer, both created for the first block.
+    packer: Option<(Compressor<'static>, Vec<u8>)>,
     /// Motion from the first state of the history to the first state of each block.
     motions: Vec<MotionCount>,
     newest: Newest,
@@ -51,24 +52,10 @@ pub struct History {
 }
 
 /// Pose of the newest state, if valid, and the motion from the first state to it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Newest {
     pose: Option<Pose>,
     motion: MotionCount,
-}
-
-/// A history that has reached its memory limit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "cannot store another state: history limit of {} MiB reached after {states} states (reset, or \
-     raise --history-limit)",
-    limit >> 20
-)]
-pub struct HistoryFull {
-    /// The limit in bytes.
-    pub limit: usize,
-    /// Number of states in the history.
-    pub states: usize,
 }
 
 /// A state that was not added to a history.
@@ -84,8 +71,17 @@ pub enum PushError {
         found: usize,
     },
     /// The history has reached its memory limit.
-    #[error(transparent)]
-    Full(#[from] HistoryFull),
+    #[error(
+        "cannot store another state: history limit of {} MiB reached after {states} states (reset, \
+         or raise --history-limit)",
+        limit >> 20
+    )]
+    Full {
+        /// The limit in bytes.
+        limit: usize,
+        /// Number of states in the history.
+        states: usize,
+    },
     /// The system is out of memory.
     #[error("cannot store another state: out of memory after {states} states (reset)")]
     OutOfMemory {
@@ -96,23 +92,23 @@ pub enum PushError {
 
 impl History {
     /// Creates an empty history for a maze of this size, without a memory limit.
-    pub const fn new(size: MazeSize) -> Self {
+    pub fn new(size: MazeSize) -> Self {
         Self::with_limit(size, usize::MAX)
     }
 
     /// Creates an empty history that uses at most `limit` bytes, not counting about one MiB of
     /// working memory for compression.
-    pub const fn with_limit(size: MazeSize, limit: usize) -> Self {
+    pub fn with_limit(size: MazeSize, limit: usize) -> Self {
         Self {
             size,
             state_bytes: state_bytes(size),
             limit,
-            packed: Slabs::new(),
+            packed: Slabs::default(),
             open: Vec::new(),
-            packer: Packer(None),
+            packer: None,
             motions: Vec::new(),
-            newest: Newest::START,
-            previous: Newest::START,
+            newest: Newest::default(),
+            previous: Newest::default(),
         }
     }
 
@@ -128,7 +124,7 @@ impl History {
 
     /// Returns the memory in use, in bytes.
     pub const fn bytes(&self) -> usize {
-        self.packed.bytes() + self.open.len() + self.motions.len() * size_of::<MotionCount>()
+        self.packed.bytes + self.open.len() + self.motions.len() * size_of::<MotionCount>()
     }
 
     /// Returns the memory limit in bytes.
@@ -153,14 +149,18 @@ impl History {
         let starts_block = self.open.is_empty();
         let bytes = if starts_block { size_of::<MotionCount>() } else { 0 } + state.len();
         if self.bytes().saturating_add(bytes) > self.limit {
-            return Err(HistoryFull { limit: self.limit, states }.into());
+            return Err(PushError::Full { limit: self.limit, states });
         }
         let room = self.block_bytes() - self.open.len();
         reserve(&mut self.open, room).map_err(out_of_memory)?;
         reserve(&mut self.motions, 1).map_err(out_of_memory)?;
         self.open.extend_from_slice(state);
         self.previous = self.newest;
-        self.newest.follow(StateMessage::new(state, self.size).and_then(|state| state.pose()).ok());
+        let pose = StateMessage::new(state, self.size).and_then(|state| state.pose()).ok();
+        if let (Some(before), Some(after)) = (self.newest.pose, pose) {
+            self.newest.motion.add(before, after);
+        }
+        self.newest.pose = pose;
         if starts_block {
             self.motions.push(self.newest.motion);
         }
@@ -180,11 +180,6 @@ impl History {
         self.reader().get(index).map(<[u8]>::to_vec)
     }
 
-    /// Returns the motion from the first state to the one with this index.
-    pub fn motion_count(&self, index: usize) -> Option<MotionCount> {
-        self.block(index / Block::STATES)?.unpack()?.motion_count(index)
-    }
-
     /// Copies the block with this index, which contains state `n` if the index is `n / 256`.
     ///
     /// The copy is fast because it stays compressed: the caller decompresses it, on any thread.
@@ -198,13 +193,8 @@ impl History {
         let mut copy = Vec::new();
         reserve(&mut copy, states.len()).ok()?;
         copy.extend_from_slice(states);
-        Some(Block {
-            first: index * Block::STATES,
-            motion: *self.motions.get(index)?,
-            size: self.size,
-            states: copy,
-            packed,
-        })
+        let (first, motion) = (index * Block::STATES, *self.motions.get(index)?);
+        Some(Block { states: States { first, motion, size: self.size, bytes: copy }, packed })
     }
 
     /// Returns a reader for many states. It decompresses each block once if read in order.
@@ -220,19 +210,20 @@ impl History {
 
     /// Removes all states and frees their memory.
     pub fn clear(&mut self) {
-        self.packed = Slabs::new();
-        self.open = Vec::new();
-        self.motions = Vec::new();
-        (self.newest, self.previous) = (Newest::START, Newest::START);
+        let packer = self.packer.take();
+        *self = Self { packer, ..Self::with_limit(self.size, self.limit) };
     }
 
     const fn block_bytes(&self) -> usize {
         Block::STATES * self.state_bytes
     }
 
-    /// Compresses the open states into a block.
+    /// Compresses the open states into a block. If that fails or gains nothing, the block is stored as
+    /// it is.
     fn pack(&mut self) -> Result<(), TryReserveError> {
-        self.packed.push(self.packer.pack(&self.open))?;
+        let packed = compress(&mut self.packer, &self.open);
+        let packed = packed.filter(|packed| packed.len() < self.open.len());
+        self.packed.push(packed.unwrap_or(&self.open))?;
         self.open.clear();
         Ok(())
     }
@@ -245,38 +236,18 @@ impl fmt::Debug for History {
     }
 }
 
-impl Newest {
-    const START: Self = Self { pose: None, motion: MotionCount { steps: 0, turns: 0 } };
-
-    /// Updates to the pose of the next state.
-    fn follow(&mut self, pose: Option<Pose>) {
-        if let (Some(before), Some(after)) = (self.pose, pose) {
-            self.motion += MotionCount::between(before, after);
-        }
-        self.pose = pose;
+fn compress<'p>(
+    packer: &'p mut Option<(Compressor<'static>, Vec<u8>)>,
+    block: &[u8],
+) -> Option<&'p [u8]> {
+    if packer.is_none() {
+        let mut buffer = Vec::new();
+        reserve(&mut buffer, zstd::zstd_safe::compress_bound(block.len())).ok()?;
+        *packer = Some((Compressor::new(LEVEL).ok()?, buffer));
     }
-}
-
-/// A compressor and its output buffer, both created for the first block.
-struct Packer(Option<(Compressor<'static>, Vec<u8>)>);
-
-impl Packer {
-    /// Compresses a block. Returns the block itself if that fails or gains nothing, so that no state
-    /// is lost.
-    fn pack<'p>(&'p mut self, block: &'p [u8]) -> &'p [u8] {
-        self.try_pack(block).filter(|packed| packed.len() < block.len()).unwrap_or(block)
-    }
-
-    fn try_pack(&mut self, block: &[u8]) -> Option<&[u8]> {
-        if self.0.is_none() {
-            let mut buffer = Vec::new();
-            reserve(&mut buffer, zstd::zstd_safe::compress_bound(block.len())).ok()?;
-            self.0 = Some((Compressor::new(LEVEL).ok()?, buffer));
-        }
-        let (compressor, buffer) = self.0.as_mut()?;
-        compressor.compress_to_buffer(block, buffer).ok()?;
-        Some(buffer)
-    }
+    let (compressor, buffer) = packer.as_mut()?;
+    compressor.compress_to_buffer(block, buffer).ok()?;
+    Some(buffer)
 }
 
 /// Reads states of a history and caches one decompressed block.
@@ -385,8 +356,8 @@ mod tests {
         };
         let states = history.len();
         assert!((2000..=limit / 518).contains(&states), "{states} states");
-        assert_eq!(error, HistoryFull { limit, states }.into());
-        insta::assert_snapshot!(HistoryFull { limit, states: 7 }, @"cannot store another state: history limit of 1 MiB reached after 7 states (reset, or raise --history-limit)");
+        assert_eq!(error, PushError::Full { limit, states });
+        insta::assert_snapshot!(PushError::Full { limit, states: 7 }, @"cannot store another state: history limit of 1 MiB reached after 7 states (reset, or raise --history-limit)");
         assert!(history.push(&noise(0)).is_err());
         assert!(history.iter().enumerate().all(|(index, kept)| kept == noise(index as u64)));
         assert_eq!(history.len(), states);

@@ -11,9 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod block;
-mod budget;
 mod chunk;
-mod clock;
 mod error;
 mod history;
 mod layout;
@@ -30,16 +28,15 @@ mod times;
 mod writer;
 
 pub use block::{Block, States};
-pub use budget::MemoryBudget;
-pub use clock::Clock;
 pub use error::{OpenError, ReadError, RecordError};
-pub use history::{History, HistoryFull, HistoryReader, PushError};
+pub use history::{History, HistoryReader, PushError};
+pub use memory::MemoryBudget;
 pub use motion_count::MotionCount;
 pub use reader::Integrity;
 pub use recorder::Recorder;
 pub use recording::Recording;
 pub use save::save;
-pub use times::Times;
+pub use times::{Clock, Times};
 pub use writer::RecordingWriter;
 
 /// Compiles and runs the code in the README of this crate.

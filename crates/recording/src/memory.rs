@@ -1,7 +1,9 @@
-//! Fallible allocation of memory for states.
+//! Memory for states: fallible allocation, and a limit shared by several recordings.
 
 use std::collections::TryReserveError;
 use std::hint::black_box;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Memory in bytes that must remain free after an allocation for states.
 ///
@@ -31,6 +33,83 @@ pub(crate) fn is_available(bytes: usize) -> bool {
     reserved.is_ok()
 }
 
+/// A memory limit for all recordings that are open together. Dropping a recording frees its share.
+///
+/// ```
+/// use std::sync::Arc;
+/// use mmsim_recording::{MemoryBudget, Recording};
+/// let budget = Arc::new(MemoryBudget::new(100 << 20));
+/// let error = Recording::open_within("no-such.mcap".as_ref(), &budget).unwrap_err();
+/// assert!(error.to_string().starts_with("no-such.mcap: cannot be read: "));
+/// ```
+#[derive(Debug)]
+pub struct MemoryBudget {
+    limit: usize,
+    used: AtomicUsize,
+}
+
+impl MemoryBudget {
+    /// Creates a budget of `limit` bytes.
+    pub const fn new(limit: usize) -> Self {
+        Self { limit, used: AtomicUsize::new(0) }
+    }
+
+    /// Returns the limit in bytes.
+    pub const fn limit(&self) -> usize {
+        self.limit
+    }
+
+    /// Returns the number of bytes in use.
+    pub fn used(&self) -> usize {
+        self.used.load(Ordering::Relaxed)
+    }
+}
+
+impl Default for MemoryBudget {
+    /// Returns a budget without a limit.
+    fn default() -> Self {
+        Self::new(usize::MAX)
+    }
+}
+
+/// Memory taken from a budget. Dropping the share returns it.
+#[derive(Debug)]
+pub(crate) struct Share {
+    budget: Arc<MemoryBudget>,
+    bytes: usize,
+}
+
+impl Share {
+    /// Creates an empty share.
+    pub(crate) fn new(budget: &Arc<MemoryBudget>) -> Self {
+        Self { budget: Arc::clone(budget), bytes: 0 }
+    }
+
+    /// Grows the share to `bytes` if the budget allows; returns whether it does. A share never
+    /// shrinks.
+    pub(crate) fn grow_to(&mut self, bytes: usize) -> bool {
+        let more = bytes.saturating_sub(self.bytes);
+        let grow = |used: usize| used.checked_add(more).filter(|&used| used <= self.budget.limit);
+        let used = &self.budget.used;
+        let has_room = used.fetch_update(Ordering::Relaxed, Ordering::Relaxed, grow).is_ok();
+        if has_room {
+            self.bytes += more;
+        }
+        has_room
+    }
+
+    /// Returns the number of bytes in other shares.
+    pub(crate) fn others(&self) -> usize {
+        self.budget.used().saturating_sub(self.bytes)
+    }
+}
+
+impl Drop for Share {
+    fn drop(&mut self) {
+        self.budget.used.fetch_sub(self.bytes, Ordering::Relaxed);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -42,5 +121,19 @@ mod tests {
         assert_eq!(list, [7; 3]);
         assert!(reserve(&mut list, 1000).is_ok() && list.capacity() >= 1003);
         assert!(is_available(1 << 20) && !is_available(usize::MAX / 4));
+    }
+
+    #[test]
+    fn dropped_shares_free_the_budget() {
+        let budget = Arc::new(MemoryBudget::new(100));
+        let (mut one, mut other) = (Share::new(&budget), Share::new(&budget));
+        assert!(one.grow_to(60) && one.grow_to(50), "a share never shrinks");
+        assert!(!other.grow_to(41) && other.grow_to(40));
+        assert!(!one.grow_to(61) && !one.grow_to(usize::MAX));
+        assert_eq!((budget.used(), one.others(), other.others()), (100, 40, 60));
+        drop(one);
+        assert!(other.grow_to(100));
+        drop(other);
+        assert_eq!((budget.used(), budget.limit()), (0, 100));
     }
 }

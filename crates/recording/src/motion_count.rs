@@ -1,8 +1,6 @@
 //! Steps and turns between states.
 
-use std::ops::AddAssign;
-
-use mmsim_maze::{Heading, Pose};
+use mmsim_maze::Pose;
 
 /// Steps and turns from the first state of a history to one of its states.
 ///
@@ -11,7 +9,8 @@ use mmsim_maze::{Heading, Pose};
 /// let mut history = History::new(mmsim_maze::MazeSize::new(2, 1)?);
 /// history.push(b"S\x00\x00NC\x01\x00C\x0d\x00")?;
 /// history.push(b"S\x01\x00EC\x01\x00C\x0d\x17")?;
-/// assert_eq!(history.motion_count(1), Some(MotionCount { steps: 1, turns: 1 }));
+/// let states = history.block(0).and_then(|block| block.unpack()).expect("a block");
+/// assert_eq!(states.motion_count(1), Some(MotionCount { steps: 1, turns: 1 }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,36 +21,23 @@ pub struct MotionCount {
     pub turns: u64,
 }
 
-impl AddAssign for MotionCount {
-    fn add_assign(&mut self, other: Self) {
-        self.steps += other.steps;
-        self.turns += other.turns;
-    }
-}
-
 impl MotionCount {
-    /// Returns the motion between the poses of two consecutive states.
-    pub(crate) const fn between(from: Pose, to: Pose) -> Self {
+    /// Adds the motion between the poses of two consecutive states.
+    pub(crate) fn add(&mut self, from: Pose, to: Pose) {
         let (dx, dy) = (from.cell.x.abs_diff(to.cell.x), from.cell.y.abs_diff(to.cell.y));
-        let quarters = (4 + quarter(to.heading) - quarter(from.heading)) % 4;
-        Self { steps: dx as u64 + dy as u64, turns: [0, 1, 2, 1][quarters] }
-    }
-}
-
-/// Returns the quarter turns clockwise from north.
-const fn quarter(heading: Heading) -> usize {
-    match heading {
-        Heading::North => 0,
-        Heading::East => 1,
-        Heading::South => 2,
-        Heading::West => 3,
+        self.steps += u64::from(dx) + u64::from(dy);
+        self.turns += match to.heading {
+            heading if heading == from.heading => 0,
+            heading if heading == from.heading.back() => 2,
+            _ => 1,
+        };
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::Cell;
     use mmsim_maze::Heading::{East, North, West};
+    use mmsim_maze::{Cell, Heading};
 
     use super::*;
 
@@ -59,8 +45,9 @@ mod tests {
     fn steps_are_manhattan_distances_and_turns_are_quarters() {
         let motion = |from: (u8, u8, Heading), to: (u8, u8, Heading)| {
             let [from, to] = [from, to].map(|(x, y, heading)| Pose::new(Cell::new(x, y), heading));
-            let MotionCount { steps, turns } = MotionCount::between(from, to);
-            (steps, turns)
+            let mut motion = MotionCount { steps: 10, turns: 20 };
+            motion.add(from, to);
+            (motion.steps - 10, motion.turns - 20)
         };
         assert_eq!(motion((0, 0, North), (0, 1, North)), (1, 0));
         assert_eq!(motion((3, 5, North), (1, 9, West)), (6, 1));

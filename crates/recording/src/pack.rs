@@ -13,14 +13,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use mcap::McapError;
 use tempfile::{Builder, NamedTempFile};
 use tracing::debug;
 
 use crate::error::ReadError;
 use crate::memory;
-use crate::reader::{Integrity, STEP_BYTES, read_states};
-use crate::save::{PackedWriter, io_error};
+use crate::reader::{Description, Integrity, STEP_BYTES, read_states};
+use crate::save::{RecordWriter, compressed, io_error};
 use crate::sink::{Identity, identity};
 
 /// State shared by the packer and a server that shuts down.
@@ -36,8 +35,8 @@ impl Packing {
     fn start(&self, path: &Path) -> io::Result<NamedTempFile> {
         let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         self.check()?;
-        let name = path.file_name().unwrap_or_default();
-        let file = Builder::new().prefix(name).suffix(SUFFIX).tempfile_in(folder(path))?;
+        let (name, folder) = (path.file_name().unwrap_or_default(), path.with_file_name("."));
+        let file = Builder::new().prefix(name).suffix(SUFFIX).tempfile_in(folder)?;
         *unfinished = Some(file.path().into());
         Ok(file)
     }
@@ -45,10 +44,6 @@ impl Packing {
     fn check(&self) -> io::Result<()> {
         let is_cancelled = self.is_cancelled.load(Ordering::SeqCst);
         if is_cancelled { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
-    }
-
-    fn cancel(&self) {
-        self.is_cancelled.store(true, Ordering::SeqCst);
     }
 
     /// Removes the temporary file if the packer cannot do so before the process ends.
@@ -74,6 +69,10 @@ const FINISH_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// How long shutdown waits after that for the current recording to be cancelled.
 const CANCEL_TIMEOUT: Duration = Duration::from_millis(100);
+
+/// Priority of the background thread.
+#[cfg(target_os = "linux")]
+const NICE: i32 = 10;
 
 /// Suffix of the temporary file.
 const SUFFIX: &str = ".packing";
@@ -101,33 +100,30 @@ impl Unpacked {
         let target = packing.start(path)?;
         // The lock keeps another server that starts in this folder from removing the file.
         target.as_file().try_lock()?;
-        let (mut writer, mut count) = (None, 0);
+        let mut writer = None;
         let original = BufReader::with_capacity(STEP_BYTES, original);
         let read = read_states(original, |description, state, time| {
             packing.check()?;
-            let mut add = || -> Result<(), McapError> {
-                let writer = match &mut writer {
-                    Some(writer) => writer,
-                    none => none.insert(PackedWriter::new(
-                        BufWriter::new(target.as_file()),
-                        &description.info,
-                        description.maze.as_ref(),
-                    )?),
-                };
-                writer.write(time, state)
+            let writer = match &mut writer {
+                Some(writer) => writer,
+                none => {
+                    let Description { info, maze, .. } = description;
+                    let to = BufWriter::new(target.as_file());
+                    none.insert(RecordWriter::new(compressed(), to, info, maze.as_ref(), time)?)
+                }
             };
-            count += 1;
-            add().map_err(|error| io_error(error).into())
+            Ok(writer.write(time, state).map_err(io_error)?)
         });
         let (_, integrity) = read.map_err(|error| match error {
             ReadError::Io(error) => error,
-            error => io::Error::other(error.to_string()),
+            error => io::Error::other(error),
         })?;
-        let is_complete = count == *states && !matches!(integrity, Integrity::Damaged { .. });
+        let found = writer.as_ref().map_or(0, |writer| writer.states);
+        let is_complete = found == *states && !matches!(integrity, Integrity::Damaged { .. });
         let Some(writer) = writer.filter(|_| is_complete) else {
-            return Err(io::Error::other(format!("expected {states} states, found {count}")));
+            return Err(io::Error::other(format!("expected {states} states, found {found}")));
         };
-        drop(writer.finish().map_err(io_error)?);
+        writer.finish()?;
         target.as_file().set_permissions(metadata.permissions())?;
         // The page shows the modification time as the time of the recording.
         let times = FileTimes::new().set_modified(metadata.modified()?);
@@ -162,7 +158,10 @@ impl Packer {
         let shared = Arc::clone(&packing);
         thread::Builder::new().name("packer".into()).spawn(move || {
             let _busy: mpsc::Sender<()> = busy;
-            lower_priority();
+            // Not the lowest priority: shutdown waits only a second for this thread. Only Linux has
+            // priorities for threads.
+            #[cfg(target_os = "linux")]
+            let _ = rustix::process::setpriority_process(None, NICE);
             for unpacked in next {
                 if let Err(error) = unpacked.pack(&shared) {
                     debug!("{} stays uncompressed: {error}", unpacked.path.display());
@@ -184,7 +183,7 @@ impl Packer {
         let Self { queue, packing, done } = self;
         drop(queue);
         if done.recv_timeout(FINISH_TIMEOUT) == Err(RecvTimeoutError::Timeout) {
-            packing.cancel();
+            packing.is_cancelled.store(true, Ordering::SeqCst);
             let _ = done.recv_timeout(CANCEL_TIMEOUT);
             packing.abandon();
         }
@@ -204,21 +203,6 @@ pub(crate) fn remove_unfinished(folder: &Path) -> io::Result<()> {
     }
     Ok(())
 }
-
-/// Returns the folder of a file.
-fn folder(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// Lowers the priority of this thread, but not to the minimum because shutdown waits only a second for
-/// it. Only Linux has priorities for threads.
-fn lower_priority() {
-    #[cfg(target_os = "linux")]
-    let _ = rustix::process::setpriority_process(None, NICE);
-}
-
-#[cfg(target_os = "linux")]
-const NICE: i32 = 10;
 
 #[cfg(test)]
 mod tests {
@@ -359,7 +343,7 @@ mod tests {
         let packing = Packing::default();
         let target = packing.start(&recording).unwrap();
         assert_eq!(files(folder.path()), 2);
-        packing.cancel();
+        packing.is_cancelled.store(true, Ordering::SeqCst);
         packing.abandon();
         assert_eq!(files(folder.path()), 1);
         assert!(packing.start(&recording).is_err());

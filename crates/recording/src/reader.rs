@@ -117,10 +117,8 @@ pub(crate) fn read_states(
     };
     let Some(description) = records.description else {
         let (at, found) = match integrity {
-            Integrity::Closed | Integrity::Truncated { .. } => {
-                (length, "the end of the file".into())
-            }
             Integrity::Damaged { intact, reason } => (intact, reason),
+            _ => (length, "the end of the file".into()),
         };
         return Err(ReadError::MissingDescription { at, found });
     };
@@ -249,7 +247,7 @@ fn after_string(bytes: &[u8]) -> Option<&[u8]> {
 fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadError> {
     let invalid = |what: String| ReadError::InvalidDescription(what);
     let info = info.ok_or_else(|| invalid("info is missing".into()))?;
-    let info: Info = serde_json::from_str(info)
+    let mut info: Info = serde_json::from_str(info)
         .map_err(|error| invalid(format!("info is not valid JSON: {error}")))?;
     let sides = (info.width, info.height);
     let size = info.size().ok_or_else(|| {
@@ -259,7 +257,7 @@ fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadE
         return Err(invalid(format!("the start is not in the maze of {size} cells")));
     }
     let maze = maze.map(|text| read_maze(text.as_bytes(), size)).transpose()?;
-    let info = Info { name: Escaped(&info.name).to_string(), ..info };
+    info.name = Escaped(&info.name).to_string();
     Ok(Description { info, size, maze })
 }
 

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use mmsim_maze::Maze;
 use mmsim_protocol::{Info, MazeSize};
 
-use crate::budget::{MemoryBudget, Share};
 use crate::error::{OpenError, ReadError};
 use crate::history::{History, PushError};
+use crate::memory::{MemoryBudget, Share};
 use crate::reader::{Description, Integrity, STEP_BYTES, read_states};
 use crate::times::Times;
 
@@ -40,16 +40,11 @@ pub struct Recording {
     info: Info,
     size: MazeSize,
     maze: Option<Maze>,
-    states: RecordedStates,
-    integrity: Integrity,
-}
-
-/// The states of a recording, their times, and the memory that both use.
-#[derive(Debug)]
-struct RecordedStates {
     history: History,
     times: Times,
-    share: Share,
+    integrity: Integrity,
+    /// The memory that the states and times use.
+    _share: Share,
 }
 
 impl Recording {
@@ -68,13 +63,9 @@ impl Recording {
     /// As for [`open`](Self::open), or the states do not fit into the budget. A recording is never
     /// opened in part.
     pub fn open_within(path: &Path, budget: &Arc<MemoryBudget>) -> Result<Self, OpenError> {
-        let file =
-            File::open(path).map_err(|source| OpenError::Io { path: path.into(), source })?;
-        let read = Self::read_within(BufReader::with_capacity(STEP_BYTES, file), budget);
-        read.map_err(|error| match error {
-            ReadError::Io(source) => OpenError::Io { path: path.into(), source },
-            source => OpenError::Content { path: path.into(), source },
-        })
+        let file = File::open(path).map_err(ReadError::Io);
+        file.and_then(|file| Self::read_within(BufReader::with_capacity(STEP_BYTES, file), budget))
+            .map_err(|source| OpenError { path: path.into(), source })
     }
 
     /// Reads a recording from bytes, without a memory limit. Makes many small reads, so a file should
@@ -92,16 +83,27 @@ impl Recording {
     /// # Errors
     /// As for [`open_within`](Self::open_within).
     pub fn read_within(source: impl Read, budget: &Arc<MemoryBudget>) -> Result<Self, ReadError> {
-        let mut states = None;
-        let (description, integrity) = read_states(source, |description, message, time| {
-            states
-                .get_or_insert_with(|| RecordedStates::new(description.size, budget))
-                .push(message, time)
+        let (mut kept, mut share) = (None, Share::new(budget));
+        let (description, integrity) = read_states(source, |description, state, time| {
+            let (history, times) =
+                kept.get_or_insert_with(|| (History::new(description.size), Times::new(1)));
+            let states = history.len();
+            history.push(state).map_err(|error| match error {
+                PushError::OutOfMemory { .. } => ReadError::OutOfMemory,
+                // Cannot happen: the reader checked the length, and this history has no limit.
+                error => ReadError::InvalidDescription(error.to_string()),
+            })?;
+            times.push(time).map_err(|_| ReadError::OutOfMemory)?;
+            if !share.grow_to(history.bytes() + times.bytes()) {
+                let (limit, others) = (budget.limit(), share.others());
+                return Err(ReadError::TooLarge { states, limit, others });
+            }
+            Ok(())
         })?;
-        let Description { info, size, maze } = description;
-        let states = states.unwrap_or_else(|| RecordedStates::new(size, budget));
-        let info = Info { states: states.history.len(), ..info };
-        Ok(Self { info, size, maze, states, integrity })
+        let Description { mut info, size, maze } = description;
+        let (history, times) = kept.unwrap_or_else(|| (History::new(size), Times::new(1)));
+        info.states = history.len();
+        Ok(Self { info, size, maze, history, times, integrity, _share: share })
     }
 
     /// Returns the simulation's reply to `info`, with the number of recorded states.
@@ -121,40 +123,16 @@ impl Recording {
 
     /// Returns the states.
     pub const fn history(&self) -> &History {
-        &self.states.history
+        &self.history
     }
 
     /// Returns the time of each state.
     pub const fn times(&self) -> &Times {
-        &self.states.times
+        &self.times
     }
 
     /// Returns whether the file is complete.
     pub const fn integrity(&self) -> &Integrity {
         &self.integrity
-    }
-}
-
-impl RecordedStates {
-    fn new(size: MazeSize, budget: &Arc<MemoryBudget>) -> Self {
-        let (history, times) = (History::new(size), Times::new(1));
-        Self { history, times, share: Share::new(budget) }
-    }
-
-    /// Appends a state, recorded at `time` in nanoseconds since 1970 (UTC).
-    fn push(&mut self, state: &[u8], time: u64) -> Result<(), ReadError> {
-        let Self { history, times, share } = self;
-        let states = history.len();
-        history.push(state).map_err(|error| match error {
-            PushError::OutOfMemory { .. } => ReadError::OutOfMemory,
-            // Cannot happen: the reader checked the length, and this history has no limit.
-            error => ReadError::InvalidDescription(error.to_string()),
-        })?;
-        times.push(time).map_err(|_| ReadError::OutOfMemory)?;
-        if !share.grow_to(history.bytes() + times.bytes()) {
-            let (limit, others) = (share.budget().limit(), share.others());
-            return Err(ReadError::TooLarge { states, limit, others });
-        }
-        Ok(())
     }
 }

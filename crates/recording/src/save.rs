@@ -1,4 +1,4 @@
-//! Writes a compressed recording of states that are stored elsewhere until it is complete.
+//! Writes the records of a recording.
 
 use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
@@ -16,56 +16,62 @@ const CHUNK_BYTES: u64 = 1 << 20;
 /// zstd level. Higher levels take much longer for little gain; level 3 takes a tenth more bytes.
 const LEVEL: u32 = 8;
 
-/// A writer of compressed recordings. States may be missing from the file until it is finished.
-pub(crate) struct PackedWriter<W: Write + Seek> {
-    mcap: mcap::Writer<W>,
-    /// Text of the true maze, until it is written before the first state.
-    maze: Option<String>,
+/// A writer of the records of a recording. Without compression, `mcap.flush` writes all of them.
+pub(crate) struct RecordWriter<W: Write + Seek> {
+    pub(crate) mcap: mcap::Writer<W>,
     channel_id: u16,
-    states: u32,
+    pub(crate) states: u32,
 }
 
-impl<W: Write + Seek> PackedWriter<W> {
-    pub(crate) fn new(to: W, info: &Info, maze: Option<&Maze>) -> Result<Self, McapError> {
-        let options = options()
-            .chunk_size(Some(CHUNK_BYTES))
-            .compression(Some(Compression::Zstd))
-            .compression_level(LEVEL)
-            // Indexes would take as much space as the states. With neither of the two, readers read
-            // the file from start to end.
-            .emit_message_indexes(false)
-            .emit_chunk_indexes(false);
-        // Extra threads would slow down a search.
-        let mut mcap = options.compression_threads(0).create(to)?;
-        let channel_id = describe(&mut mcap, info)?;
-        Ok(Self { mcap, maze: maze.map(Maze::to_string), channel_id, states: 0 })
+impl<W: Write + Seek> RecordWriter<W> {
+    /// Writes the description of the simulation and its true maze, if known. The recording starts at
+    /// `start` in nanoseconds since 1970 (UTC).
+    pub(crate) fn new(
+        options: WriteOptions,
+        to: W,
+        info: &Info,
+        maze: Option<&Maze>,
+        start: u64,
+    ) -> io::Result<Self> {
+        let mut info = info.clone();
+        info.states = 0;
+        let json = serde_json::to_string(&info).map_err(io::Error::other)?;
+        let metadata =
+            BTreeMap::from([(INFO.into(), json), (PROTOCOL.into(), info.protocol.to_string())]);
+        let create = || {
+            let library = concat!("mmsim ", env!("CARGO_PKG_VERSION"));
+            let mut mcap = options.library(library).create(to)?;
+            mcap.write_metadata(&Metadata { name: METADATA.into(), metadata })?;
+            let [topic, encoding] = STATES;
+            let channel_id = mcap.add_channel(0, topic, encoding, &BTreeMap::new())?;
+            if let Some(maze) = maze {
+                let [topic, encoding] = MAZES;
+                let channel_id = mcap.add_channel(0, topic, encoding, &BTreeMap::new())?;
+                let header = header(channel_id, 0, start);
+                mcap.write_to_known_channel(&header, maze.to_string().as_bytes())?;
+            }
+            Ok(Self { mcap, channel_id, states: 0 })
+        };
+        create().map_err(io_error)
     }
 
     /// Appends a state, received at `time` in nanoseconds since 1970 (UTC).
     pub(crate) fn write(&mut self, time: u64, state: &[u8]) -> Result<(), McapError> {
-        self.write_maze(time)?;
-        let Self { mcap, channel_id, states, .. } = self;
-        let header = MessageHeader {
-            channel_id: *channel_id,
-            sequence: *states,
-            log_time: time,
-            publish_time: time,
-        };
-        *states = states.wrapping_add(1);
-        mcap.write_to_known_channel(&header, state)
+        let header = header(self.channel_id, self.states, time);
+        self.mcap.write_to_known_channel(&header, state)?;
+        self.states = self.states.wrapping_add(1);
+        Ok(())
     }
 
-    fn write_maze(&mut self, time: u64) -> Result<(), McapError> {
-        self.maze.take().map_or(Ok(()), |maze| write_maze(&mut self.mcap, &maze, time))
+    /// Writes the summary.
+    pub(crate) fn finish(mut self) -> io::Result<()> {
+        self.mcap.finish().map_err(io_error)?;
+        self.mcap.into_inner().flush()
     }
+}
 
-    pub(crate) fn finish(mut self) -> Result<W, McapError> {
-        self.write_maze(0)?;
-        self.mcap.finish()?;
-        let mut to = self.mcap.into_inner();
-        to.flush()?;
-        Ok(to)
-    }
+const fn header(channel_id: u16, sequence: u32, time: u64) -> MessageHeader {
+    MessageHeader { channel_id, sequence, log_time: time, publish_time: time }
 }
 
 /// Writes a compressed recording, about 20 bytes per state.
@@ -81,46 +87,28 @@ pub fn save<S: AsRef<[u8]>>(
     maze: Option<&Maze>,
     states: impl IntoIterator<Item = (u64, S)>,
 ) -> io::Result<()> {
-    let written = || {
-        let mut writer = PackedWriter::new(to, info, maze)?;
-        for (time, state) in states {
-            writer.write(time, state.as_ref())?;
-        }
-        writer.finish()
-    };
-    written().map(|_| ()).map_err(io_error)
+    let mut states = states.into_iter().peekable();
+    let start = states.peek().map_or(0, |&(time, _)| time);
+    let mut writer = RecordWriter::new(compressed(), to, info, maze, start)?;
+    for (time, state) in states {
+        writer.write(time, state.as_ref()).map_err(io_error)?;
+    }
+    writer.finish()
 }
 
-/// Returns the options shared by all recordings.
-pub(crate) fn options() -> WriteOptions {
-    WriteOptions::new().library(concat!("mmsim ", env!("CARGO_PKG_VERSION")))
-}
-
-/// Writes the description of the simulation; returns the ID of the channel of states.
-pub(crate) fn describe(
-    mcap: &mut mcap::Writer<impl Write + Seek>,
-    info: &Info,
-) -> Result<u16, McapError> {
-    let json = serde_json::to_string(&Info { states: 0, ..info.clone() });
-    let metadata = BTreeMap::from([
-        (INFO.into(), json.map_err(io::Error::other)?),
-        (PROTOCOL.into(), info.protocol.to_string()),
-    ]);
-    mcap.write_metadata(&Metadata { name: METADATA.into(), metadata })?;
-    let [topic, encoding] = STATES;
-    mcap.add_channel(0, topic, encoding, &BTreeMap::new())
-}
-
-/// Writes the true maze as text, with the time at which the recording starts.
-pub(crate) fn write_maze(
-    mcap: &mut mcap::Writer<impl Write + Seek>,
-    maze: &str,
-    time: u64,
-) -> Result<(), McapError> {
-    let [topic, encoding] = MAZES;
-    let channel_id = mcap.add_channel(0, topic, encoding, &BTreeMap::new())?;
-    let header = MessageHeader { channel_id, sequence: 0, log_time: time, publish_time: time };
-    mcap.write_to_known_channel(&header, maze.as_bytes())
+/// Returns the options of a compressed recording. States may be missing from the file until it is
+/// finished.
+pub(crate) fn compressed() -> WriteOptions {
+    WriteOptions::new()
+        .chunk_size(Some(CHUNK_BYTES))
+        .compression(Some(Compression::Zstd))
+        .compression_level(LEVEL)
+        // Extra threads would slow down a search.
+        .compression_threads(0)
+        // Indexes would take as much space as the states. With neither of the two, readers read the
+        // file from start to end.
+        .emit_message_indexes(false)
+        .emit_chunk_indexes(false)
 }
 
 /// Extracts the error of the operating system, if there is one.

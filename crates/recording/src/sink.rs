@@ -20,7 +20,10 @@ pub(crate) fn identity(_: &Metadata) -> Identity {
 }
 
 /// A file that can be appended to and truncated.
-pub(crate) trait Storage: Write {
+pub(crate) trait Storage {
+    /// Appends some of the bytes; returns how many.
+    fn append(&mut self, bytes: &[u8]) -> io::Result<usize>;
+
     /// Returns the length in bytes. Fails if the file is no longer at its path.
     fn length(&self) -> io::Result<u64>;
 
@@ -33,7 +36,7 @@ pub(crate) struct RecordingFile {
     file: File,
     path: PathBuf,
     /// Identity of the file when it was created.
-    identity: Identity,
+    pub(crate) identity: Identity,
 }
 
 impl RecordingFile {
@@ -48,23 +51,13 @@ impl RecordingFile {
         let identity = identity(&file.metadata()?);
         Ok(Self { file, path: path.into(), identity })
     }
-
-    pub(crate) const fn identity(&self) -> Identity {
-        self.identity
-    }
-}
-
-impl Write for RecordingFile {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.file.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
 }
 
 impl Storage for RecordingFile {
+    fn append(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
     fn length(&self) -> io::Result<u64> {
         // Writing to a deleted file succeeds, but nobody can read what was written.
         match fs::metadata(&self.path) {
@@ -100,21 +93,10 @@ impl<S> Sink<S> {
 }
 
 impl<S: Storage> Sink<S> {
-    fn write_buffer(&mut self) -> io::Result<()> {
-        self.cut_torn()?;
-        let written = self.append().and_then(|()| self.check());
-        match written {
-            Ok(()) => (self.whole, self.torn) = (self.whole + self.torn, 0),
-            // If this fails, the next write tries again first.
-            Err(_) => drop(self.cut_torn()),
-        }
-        written
-    }
-
     fn append(&mut self) -> io::Result<()> {
         let mut rest = &self.buffer[..];
         while !rest.is_empty() {
-            match self.storage.write(rest) {
+            match self.storage.append(rest) {
                 Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
                 Ok(count) => {
                     rest = &rest[count..];
@@ -155,7 +137,12 @@ impl<S: Storage> Write for Sink<S> {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        let written = self.write_buffer();
+        let written = self.cut_torn().and_then(|()| self.append()).and_then(|()| self.check());
+        match written {
+            Ok(()) => (self.whole, self.torn) = (self.whole + self.torn, 0),
+            // If this fails, the next flush tries again first.
+            Err(_) => drop(self.cut_torn()),
+        }
         self.buffer.clear();
         written
     }
@@ -182,8 +169,8 @@ mod tests {
         stuck: bool,
     }
 
-    impl Write for Disk {
-        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+    impl Storage for Disk {
+        fn append(&mut self, bytes: &[u8]) -> io::Result<usize> {
             let count = bytes.len().min(self.room - self.bytes.len());
             if count == 0 {
                 return Err(io::ErrorKind::StorageFull.into());
@@ -192,12 +179,6 @@ mod tests {
             Ok(count)
         }
 
-        fn flush(&mut self) -> io::Result<()> {
-            Ok(())
-        }
-    }
-
-    impl Storage for Disk {
         fn length(&self) -> io::Result<u64> {
             Ok(self.bytes.len() as u64)
         }

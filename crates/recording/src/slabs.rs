@@ -19,7 +19,8 @@ const MIN_SLAB_BYTES: usize = 64 * 1024;
 pub(crate) struct Slabs {
     buffers: Vec<Vec<u8>>,
     locations: Vec<Location>,
-    bytes: usize,
+    /// The memory used by the strings and their locations, in bytes.
+    pub(crate) bytes: usize,
 }
 
 /// Location of a string.
@@ -31,18 +32,9 @@ struct Location {
 }
 
 impl Slabs {
-    pub(crate) const fn new() -> Self {
-        Self { buffers: Vec::new(), locations: Vec::new(), bytes: 0 }
-    }
-
     /// Returns the number of strings.
     pub(crate) const fn len(&self) -> usize {
         self.locations.len()
-    }
-
-    /// Returns the memory used by the strings and their locations, in bytes.
-    pub(crate) const fn bytes(&self) -> usize {
-        self.bytes
     }
 
     /// Appends a string. Existing strings do not move.
@@ -75,13 +67,10 @@ impl Slabs {
 fn new_slab(least: usize) -> Result<Vec<u8>, TryReserveError> {
     let mut slab = Vec::new();
     let sizes = iter::successors(Some(SLAB_BYTES), |size| Some(size / 2));
-    let sizes = sizes.take_while(|&size| size >= least.max(MIN_SLAB_BYTES));
-    for size in sizes {
-        if reserve(&mut slab, size).is_ok() {
-            return Ok(slab);
-        }
+    let mut sizes = sizes.take_while(|&size| size >= least.max(MIN_SLAB_BYTES));
+    if !sizes.any(|size| reserve(&mut slab, size).is_ok()) {
+        reserve(&mut slab, least)?;
     }
-    reserve(&mut slab, least)?;
     Ok(slab)
 }
 
@@ -91,7 +80,7 @@ mod tests {
 
     #[test]
     fn strings_survive_across_slabs() {
-        let mut slabs = Slabs::new();
+        let mut slabs = Slabs::default();
         let strings = [vec![1; SLAB_BYTES - 10], vec![2; 10], vec![], vec![3; 11], vec![4; 1]];
         for (count, string) in strings.iter().enumerate() {
             assert_eq!((slabs.len(), slabs.get(count)), (count, None));
@@ -101,7 +90,7 @@ mod tests {
         for (index, string) in strings.iter().enumerate() {
             assert!(slabs.get(index) == Some(string));
         }
-        assert_eq!(slabs.bytes(), SLAB_BYTES + 12 + 5 * size_of::<Location>());
+        assert_eq!(slabs.bytes, SLAB_BYTES + 12 + 5 * size_of::<Location>());
         slabs.push(&vec![5; SLAB_BYTES + 1]).unwrap();
         assert_eq!(slabs.get(5).map(<[u8]>::len), Some(SLAB_BYTES + 1));
     }

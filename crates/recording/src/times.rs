@@ -1,8 +1,9 @@
-//! The time of each state, in one or two bytes.
+//! The time of each state, in one or two bytes, and the clock that times are read from.
 
 use std::collections::TryReserveError;
 use std::mem;
 use std::sync::Arc;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use crate::memory::reserve;
 
@@ -16,7 +17,7 @@ const GAP_BYTES: usize = 10;
 ///
 /// Each is stored as a variable-length gap since the previous one, which takes one or two bytes in a
 /// search at full speed. Cloning is cheap.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Times {
     /// Nanoseconds per tick. Times are rounded down to whole ticks.
     tick_ns: u64,
@@ -34,16 +35,8 @@ pub struct Times {
 
 impl Times {
     /// Creates an empty list with a resolution of `tick_ns` nanoseconds; 0 counts as 1.
-    pub const fn new(tick_ns: u64) -> Self {
-        let tick_ns = if tick_ns == 0 { 1 } else { tick_ns };
-        Self {
-            tick_ns,
-            count: 0,
-            newest: 0,
-            previous: (0, 0),
-            chunks: Vec::new(),
-            gaps: Vec::new(),
-        }
+    pub fn new(tick_ns: u64) -> Self {
+        Self { tick_ns: tick_ns.max(1), ..Self::default() }
     }
 
     /// Returns the number of times.
@@ -120,6 +113,30 @@ impl Times {
     }
 }
 
+/// A clock that returns nanoseconds since 1970 (UTC) and never goes back, even if the system clock
+/// is set.
+#[derive(Clone, Copy, Debug)]
+pub struct Clock {
+    started: Instant,
+    /// Nanoseconds since 1970 at `started`.
+    since_epoch: u64,
+}
+
+impl Clock {
+    /// Creates a clock that agrees with the system clock now.
+    pub fn start() -> Self {
+        let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let since_epoch = u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX);
+        Self { started: Instant::now(), since_epoch }
+    }
+
+    /// Returns the current time in nanoseconds since 1970 (UTC).
+    pub fn now(&self) -> u64 {
+        let elapsed = u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        self.since_epoch.saturating_add(elapsed)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -157,5 +174,14 @@ mod tests {
         assert!(times.chunks.iter().all(|chunk| chunk.capacity() == CHUNK_BYTES));
         assert!((times.bytes() as u64).abs_diff(count) < 100, "a byte each");
         assert!(times.clone().iter().eq((0..count).map(|micros| micros * 1000)));
+    }
+
+    #[test]
+    fn now_is_the_time_of_day() {
+        let clock = Clock::start();
+        let (first, second) = (clock.now(), clock.now());
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_nanos();
+        assert!(first <= second && u128::from(second) <= now + 1_000_000_000);
+        assert!(u128::from(first) + 60_000_000_000 > now);
     }
 }

@@ -1,20 +1,19 @@
 //! Writes a recording, one state at a time.
 
 use std::fs;
-use std::io::Write;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use mcap::McapError;
-use mcap::records::MessageHeader;
+use mcap::WriteOptions;
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use tracing::debug;
 
-use crate::clock::Clock;
 use crate::error::RecordError;
 use crate::pack::{Packing, Unpacked};
-use crate::save::{describe, io_error, options, write_maze};
+use crate::save::{RecordWriter, io_error};
 use crate::sink::{Identity, RecordingFile, Sink};
+use crate::times::Clock;
 
 /// Writes a recording.
 ///
@@ -26,11 +25,9 @@ use crate::sink::{Identity, RecordingFile, Sink};
 pub struct RecordingWriter {
     path: PathBuf,
     identity: Identity,
-    /// `None` once closed.
-    mcap: Option<mcap::Writer<Sink<RecordingFile>>>,
-    channel_id: u16,
     clock: Clock,
-    states: u32,
+    /// `None` once closed.
+    records: Option<RecordWriter<Sink<RecordingFile>>>,
     /// Whether a state could not be written. The summary's counts would then be wrong, so none is
     /// written.
     has_failed: bool,
@@ -43,30 +40,21 @@ impl RecordingWriter {
     /// # Errors
     /// The file exists, or cannot be created or written.
     pub fn create(path: &Path, info: &Info, maze: Option<&Maze>) -> Result<Self, RecordError> {
-        let file = RecordingFile::create(path).map_err(|error| RecordError::new(path, error))?;
-        Self::start(file, path, info, maze).map_err(|error| {
-            let _ = fs::remove_file(path);
-            RecordError::new(path, io_error(error))
-        })
-    }
-
-    fn start(
-        file: RecordingFile,
-        path: &Path,
-        info: &Info,
-        maze: Option<&Maze>,
-    ) -> Result<Self, McapError> {
+        let failed = |error| RecordError::new(path, error);
+        let file = RecordingFile::create(path).map_err(failed)?;
+        let (identity, clock) = (file.identity, Clock::start());
         // A chunk would stay in memory until it is full.
-        let options = options().use_chunks(false).compression(None);
-        let identity = file.identity();
-        let mut mcap = options.create(Sink::new(file))?;
-        let (channel_id, clock) = (describe(&mut mcap, info)?, Clock::start());
-        if let Some(maze) = maze {
-            write_maze(&mut mcap, &maze.to_string(), clock.now())?;
-        }
-        mcap.flush()?;
-        let (path, mcap) = (path.into(), Some(mcap));
-        Ok(Self { path, identity, mcap, channel_id, clock, states: 0, has_failed: false })
+        let options = WriteOptions::new().use_chunks(false).compression(None);
+        let started = RecordWriter::new(options, Sink::new(file), info, maze, clock.now());
+        let flushed = started.and_then(|mut records| {
+            records.mcap.flush().map_err(io_error)?;
+            Ok(records)
+        });
+        let records = flushed.map_err(|error| {
+            let _ = fs::remove_file(path);
+            failed(error)
+        })?;
+        Ok(Self { path: path.into(), identity, clock, records: Some(records), has_failed: false })
     }
 
     /// Appends a state, the bytes of its message, with the current time.
@@ -75,19 +63,13 @@ impl RecordingWriter {
     /// The file cannot be written, or another program removed or changed it. The file does not
     /// contain the state then. Later states may succeed again.
     pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
-        let time = self.clock.now();
-        let header = MessageHeader {
-            channel_id: self.channel_id,
-            sequence: self.states,
-            log_time: time,
-            publish_time: time,
-        };
-        let Some(mcap) = &mut self.mcap else { return Ok(()) };
-        let written = mcap.write_to_known_channel(&header, state).and_then(|()| mcap.flush());
-        self.has_failed |= written.is_err();
-        written.map_err(|error| RecordError::new(&self.path, io_error(error)))?;
-        self.states = self.states.wrapping_add(1);
-        Ok(())
+        let Some(records) = &mut self.records else { return Ok(()) };
+        let sequence = records.states;
+        let written = records.write(self.clock.now(), state).and_then(|()| records.mcap.flush());
+        written.map_err(|error| {
+            (self.has_failed, records.states) = (true, sequence);
+            RecordError::new(&self.path, io_error(error))
+        })
     }
 
     /// Closes the recording with a summary and compresses it, which takes about a second for a
@@ -105,20 +87,17 @@ impl RecordingWriter {
 
     /// Closes the recording without compressing it.
     pub(crate) fn close_unpacked(mut self) -> (Unpacked, Result<(), RecordError>) {
-        let closed = self.finish().map_err(|error| RecordError::new(&self.path, io_error(error)));
-        let (path, identity) = (self.path.clone(), self.identity);
-        (Unpacked { path, identity, states: self.states }, closed)
+        let states = self.records.as_ref().map_or(0, |records| records.states);
+        let closed = self.finish().map_err(|error| RecordError::new(&self.path, error));
+        (Unpacked { path: self.path.clone(), identity: self.identity, states }, closed)
     }
 
-    fn finish(&mut self) -> Result<(), McapError> {
-        match self.mcap.take() {
-            Some(mut mcap) if !self.has_failed => {
-                mcap.finish()?;
-                Ok(mcap.into_inner().flush()?)
-            }
+    fn finish(&mut self) -> io::Result<()> {
+        match self.records.take() {
+            Some(records) if !self.has_failed => records.finish(),
             // Dropping the MCAP writer would write the summary.
-            Some(mcap) => {
-                mcap.into_inner();
+            Some(records) => {
+                records.mcap.into_inner();
                 Ok(())
             }
             None => Ok(()),

@@ -1,6 +1,6 @@
-//! Stopping and waking a server from other threads.
+//! What a server shares with other threads: its status, and the handle that stops it.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -11,25 +11,22 @@ const MAX_STOP_TIME: Duration = Duration::from_secs(1);
 
 /// The state that a server shares with its monitors and stop handles.
 pub(crate) struct Control {
-    waker: Waker,
+    pub(crate) waker: Waker,
+    pub(crate) status: StatusCell,
     is_stopping: AtomicBool,
     has_ended: Mutex<bool>,
     ended: Condvar,
 }
 
 impl Control {
-    pub(crate) const fn new(waker: Waker) -> Self {
+    pub(crate) fn new(waker: Waker) -> Self {
         Self {
             waker,
+            status: StatusCell::default(),
             is_stopping: AtomicBool::new(false),
             has_ended: Mutex::new(false),
             ended: Condvar::new(),
         }
-    }
-
-    /// Wakes the server. Does nothing if it has ended.
-    pub(crate) fn wake(&self) {
-        self.waker.wake();
     }
 
     pub(crate) fn is_stopping(&self) -> bool {
@@ -45,22 +42,67 @@ impl Control {
 
 /// Stops a [`Server`](crate::Server).
 #[derive(Clone)]
-pub struct StopHandle {
-    control: Arc<Control>,
-}
+pub struct StopHandle(pub(crate) Arc<Control>);
 
 impl StopHandle {
-    pub(crate) const fn new(control: Arc<Control>) -> Self {
-        Self { control }
-    }
-
     /// Stops the server after it has answered the requests that have arrived. Waits for it, but at
     /// most one second. Does nothing if the server has ended.
     pub fn stop(self) {
-        let control = &*self.control;
+        let control = &*self.0;
         control.is_stopping.store(true, Ordering::Release);
-        control.wake();
+        control.waker.wake();
         let has_ended = control.has_ended.lock().unwrap_or_else(PoisonError::into_inner);
         let _ = control.ended.wait_timeout_while(has_ended, MAX_STOP_TIME, |ended| !*ended);
+    }
+}
+
+/// The number of states and of the run they belong to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Status {
+    /// The number of the run: the first is 1; each reset and each new maze begins another. 0 before
+    /// the server runs.
+    pub run: u32,
+    /// The number of states in this run.
+    pub states: usize,
+}
+
+/// Bits for the number of states; the other 24 are for the number of the run.
+const STATES_BITS: u32 = 40;
+
+/// The largest number of a run. The run after it is 1 again.
+pub(crate) const MAX_RUN: u32 = (1 << (64 - STATES_BITS)) - 1;
+
+/// The current [`Status`] in one atomic word: the server writes it, any thread reads it.
+#[derive(Debug, Default)]
+pub(crate) struct StatusCell(AtomicU64);
+
+impl StatusCell {
+    pub(crate) fn read(&self) -> Status {
+        let word = self.0.load(Ordering::Acquire);
+        let states = word & ((1 << STATES_BITS) - 1);
+        Status {
+            run: u32::try_from(word >> STATES_BITS).unwrap_or(MAX_RUN),
+            states: usize::try_from(states).unwrap_or(usize::MAX),
+        }
+    }
+
+    pub(crate) fn write(&self, Status { run, states }: Status) {
+        self.0.store((u64::from(run) << STATES_BITS) | states as u64, Ordering::Release);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cell_returns_the_status_written() {
+        let cell = StatusCell::default();
+        assert_eq!(cell.read(), Status { run: 0, states: 0 });
+        for (run, states) in [(1, 0), (7, 412), (MAX_RUN, (1 << STATES_BITS) - 1)] {
+            let status = Status { run, states };
+            cell.write(status);
+            assert_eq!(cell.read(), status);
+        }
     }
 }

@@ -20,21 +20,17 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod background;
 mod control;
 mod monitor;
 mod server;
 mod service;
 mod simulation;
-mod status;
 
-pub use background::Background;
-pub use control::StopHandle;
+pub use control::{Status, StopHandle};
 pub use mmsim_zmtp::{BindError, limits, listen};
 pub use monitor::{Monitor, MonitorError, Served};
-pub use server::{ServeError, Server};
+pub use server::{Background, ServeError, Server};
 pub use simulation::{Change, ReplyBuffer, Simulation};
-pub use status::Status;
 
 /// Compiles the code in the README of this crate.
 #[cfg(doctest)]

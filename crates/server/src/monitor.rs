@@ -7,9 +7,8 @@ use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use mmsim_recording::{Block, Times};
 
-use crate::control::Control;
+use crate::control::{Control, Status};
 use crate::service::SimulationService;
-use crate::status::{Status, StatusCell};
 
 /// A query of a monitor. The server's thread runs it between two requests.
 pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
@@ -21,9 +20,8 @@ pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
 /// for the caller.
 #[derive(Clone)]
 pub struct Monitor {
-    status: Arc<StatusCell>,
-    queries: Sender<Query>,
-    control: Arc<Control>,
+    pub(crate) queries: Sender<Query>,
+    pub(crate) control: Arc<Control>,
 }
 
 /// The simulation that is served.
@@ -52,18 +50,10 @@ pub enum MonitorError {
 }
 
 impl Monitor {
-    pub(crate) const fn new(
-        status: Arc<StatusCell>,
-        queries: Sender<Query>,
-        control: Arc<Control>,
-    ) -> Self {
-        Self { status, queries, control }
-    }
-
     /// Returns the current number of states and of their run. Run 0 means that the server does not run
     /// yet.
     pub fn status(&self) -> Status {
-        self.status.read()
+        self.control.status.read()
     }
 
     /// Returns the simulation that is served.
@@ -72,9 +62,8 @@ impl Monitor {
     /// The server has ended.
     pub fn served(&self) -> Result<Served, MonitorError> {
         self.query(|service| {
-            let simulation = service.simulation();
-            let (info, maze) = (simulation.info(), simulation.maze().clone());
-            Served { run: service.status().run, info, maze }
+            let (info, maze) = (service.simulation.info(), service.simulation.maze().clone());
+            Served { run: service.run, info, maze }
         })
     }
 
@@ -83,7 +72,7 @@ impl Monitor {
     /// # Errors
     /// The run or the server has ended.
     pub fn block(&self, run: u32, index: usize) -> Result<Option<Block>, MonitorError> {
-        self.query_run(run, move |service| service.simulation().history().block(index))
+        self.query_run(run, move |service| service.simulation.history().block(index))
     }
 
     /// Returns the times at which the states of a run arrived.
@@ -91,7 +80,7 @@ impl Monitor {
     /// # Errors
     /// The run or the server has ended.
     pub fn times(&self, run: u32) -> Result<Times, MonitorError> {
-        self.query_run(run, |service| service.times().clone())
+        self.query_run(run, |service| service.times.clone())
     }
 
     /// Serves another maze from now on, with an empty history.
@@ -108,7 +97,7 @@ impl Monitor {
         run: u32,
         query: impl FnOnce(&mut SimulationService<'_>) -> T + Send + 'static,
     ) -> Result<T, MonitorError> {
-        self.query(move |service| (service.status().run == run).then(|| query(service)))?
+        self.query(move |service| (service.run == run).then(|| query(service)))?
             .ok_or(MonitorError::RunEnded { run })
     }
 
@@ -121,7 +110,7 @@ impl Monitor {
             let _ = sender.send(query(service));
         });
         self.queries.send(query).map_err(|_| MonitorError::Ended)?;
-        self.control.wake();
+        self.control.waker.wake();
         receiver.recv().map_err(|_| MonitorError::Ended)
     }
 }

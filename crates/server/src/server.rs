@@ -1,22 +1,17 @@
 //! The server around a simulation.
 
 use std::io;
-use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread::{self, JoinHandle};
 
 use mmsim_recording::Recorder;
-use mmsim_zmtp::codec::ProtocolError;
-use mmsim_zmtp::{BindError, RepServer, Service, listen};
+use mmsim_zmtp::{BindError, RepServer, listen};
 
 use crate::control::{Control, StopHandle};
 use crate::monitor::{Monitor, Query};
 use crate::service::SimulationService;
 use crate::simulation::Simulation;
-use crate::status::StatusCell;
-
-/// The maximum number of queries answered before clients have their turn again.
-const MAX_QUERIES_AT_ONCE: usize = 4;
 
 /// A bound REP socket that serves a simulation until it is stopped.
 #[must_use = "a server does nothing until it runs"]
@@ -24,10 +19,9 @@ pub struct Server {
     socket: RepServer,
     address: String,
     is_loopback: bool,
-    control: Arc<Control>,
+    pub(crate) control: Arc<Control>,
     recorder: Option<Recorder>,
-    status: Arc<StatusCell>,
-    queries: (Sender<Query>, Receiver<Query>),
+    pub(crate) queries: (Sender<Query>, Receiver<Query>),
 }
 
 /// A server that could not continue.
@@ -48,21 +42,17 @@ impl Server {
     /// The port is in use, the host cannot be resolved, its address does not belong to this machine, or
     /// the operating system refuses for another reason.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
+        let listener = listen(host, port)?;
         let failed = |source| BindError::Listen { host: host.into(), port, source };
-        Self::from_listener(listen(host, port)?).map_err(failed)
-    }
-
-    fn from_listener(listener: TcpListener) -> io::Result<Self> {
-        let socket = RepServer::new(listener)?;
-        let local = socket.local_address()?;
+        let socket = RepServer::new(listener).map_err(failed)?;
+        let address = socket.local_address().map_err(failed)?;
         let control = Arc::new(Control::new(socket.waker()));
         Ok(Self {
             socket,
-            address: format!("tcp://{local}"),
-            is_loopback: local.ip().to_canonical().is_loopback(),
+            address: format!("tcp://{address}"),
+            is_loopback: address.ip().to_canonical().is_loopback(),
             control,
             recorder: None,
-            status: Arc::default(),
             queries: mpsc::channel(),
         })
     }
@@ -86,27 +76,31 @@ impl Server {
 
     /// Returns a handle that stops the server from another thread.
     pub fn stop_handle(&self) -> StopHandle {
-        StopHandle::new(Arc::clone(&self.control))
+        StopHandle(Arc::clone(&self.control))
     }
 
     /// Returns a monitor, which reads the simulation from other threads.
     pub fn monitor(&self) -> Monitor {
-        let (status, control) = (Arc::clone(&self.status), Arc::clone(&self.control));
-        Monitor::new(status, self.queries.0.clone(), control)
+        Monitor { queries: self.queries.0.clone(), control: Arc::clone(&self.control) }
+    }
+
+    /// Serves the simulation on a background thread.
+    pub fn spawn(self, mut simulation: Simulation) -> Background {
+        let (address, stop) = (self.address().to_string(), self.stop_handle());
+        let thread = thread::spawn(move || self.run(&mut simulation).map(|()| simulation));
+        Background { address, stop, thread }
     }
 
     /// Serves the simulation until it is stopped. Every request gets exactly one reply, and no request
     /// stops the server.
     ///
     /// # Errors
-    /// The operating system can no longer report which connection has sent something.
+    /// Polling the connections failed.
     pub fn run(mut self, simulation: &mut Simulation) -> Result<(), ServeError> {
-        let status = Arc::clone(&self.status);
-        let simulation = SimulationService::new(simulation, self.recorder.take(), status);
-        let (queries, control) = (&self.queries.1, &*self.control);
-        let mut event_loop = EventLoop { simulation, queries, control };
-        let result = self.socket.run(&mut event_loop, || control.is_stopping());
-        event_loop.simulation.finish();
+        let (recorder, queries, control) = (self.recorder.take(), &self.queries.1, &*self.control);
+        let mut service = SimulationService::new(simulation, recorder, queries, control);
+        let result = self.socket.run(&mut service, || control.is_stopping());
+        service.finish();
         result.map_err(|source| ServeError { address: self.address.clone(), source })
     }
 }
@@ -117,37 +111,45 @@ impl Drop for Server {
     }
 }
 
-/// Answers clients, and between their turns the queries of monitors.
-struct EventLoop<'s> {
-    simulation: SimulationService<'s>,
-    queries: &'s Receiver<Query>,
-    control: &'s Control,
+/// A server on a background thread. It runs until it is stopped or the process ends.
+///
+/// ```
+/// use mmsim_server::{Server, Simulation};
+/// let maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+/// let server = Server::bind("127.0.0.1", 0)?.spawn(Simulation::new("small", maze));
+/// println!("listening on {}", server.address());
+/// let simulation = server.stop()?;
+/// assert!(simulation.history().is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Background {
+    address: String,
+    stop: StopHandle,
+    thread: JoinHandle<Result<Simulation, ServeError>>,
 }
 
-impl Service for EventLoop<'_> {
-    fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
-        self.simulation.answer(request, frames, reply)
+impl Background {
+    /// Returns the address for clients, such as `tcp://127.0.0.1:6574`.
+    pub fn address(&self) -> &str {
+        &self.address
     }
 
-    fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
-        self.simulation.refuse(reason, reply);
-    }
-
-    fn after_round(&mut self) {
-        for (count, query) in (1..).zip(self.queries.try_iter().take(MAX_QUERIES_AT_ONCE)) {
-            query(&mut self.simulation);
-            if count == MAX_QUERIES_AT_ONCE {
-                // More queries may wait, for which nobody would wake the server again.
-                self.control.wake();
-            }
-        }
+    /// Stops the server and returns the simulation with its history.
+    ///
+    /// # Errors
+    /// The server had already failed.
+    ///
+    /// # Panics
+    /// The server's thread panicked, which is a bug in this crate.
+    pub fn stop(self) -> Result<Simulation, ServeError> {
+        self.stop.stop();
+        // Propagates a panic of the server's thread.
+        self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::thread;
-
     use mmsim_maze::Maze;
     use mmsim_tests::{PATIENCE_MS, connect_to, within};
 

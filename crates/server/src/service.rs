@@ -1,60 +1,56 @@
 //! The simulation as a server serves it: with times, a recording, and a status for other threads.
 
-use std::sync::Arc;
+use std::sync::mpsc::Receiver;
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, RequestError};
-use mmsim_recording::{Clock, HistoryFull, PushError, Recorder, Times};
+use mmsim_recording::{Clock, PushError, Recorder, Times};
 use mmsim_zmtp::Service;
 use mmsim_zmtp::codec::ProtocolError;
 use tracing::{debug, info, warn};
 
+use crate::control::{Control, MAX_RUN, Status};
+use crate::monitor::Query;
 use crate::simulation::{Change, ReplyBuffer, Simulation, refuse};
-use crate::status::{MAX_RUN, Status, StatusCell};
 
 /// The resolution of the times of live states, in nanoseconds.
 const TICK_NS: u64 = 1000;
 
-/// A simulation that is being served.
+/// The maximum number of queries answered before clients have their turn again.
+const MAX_QUERIES_AT_ONCE: usize = 4;
+
+/// A simulation that is being served. It answers clients, and between their turns the queries of
+/// monitors.
 pub(crate) struct SimulationService<'s> {
-    simulation: &'s mut Simulation,
+    pub(crate) simulation: &'s mut Simulation,
+    pub(crate) times: Times,
+    pub(crate) run: u32,
     recorder: Option<Recorder>,
     clock: Clock,
-    times: Times,
-    run: u32,
-    status: Arc<StatusCell>,
     refused: u64,
+    queries: &'s Receiver<Query>,
+    control: &'s Control,
 }
 
 impl<'s> SimulationService<'s> {
     pub(crate) fn new(
         simulation: &'s mut Simulation,
         recorder: Option<Recorder>,
-        status: Arc<StatusCell>,
+        queries: &'s Receiver<Query>,
+        control: &'s Control,
     ) -> Self {
         let (clock, times) = (Clock::start(), Times::new(TICK_NS));
-        let service = Self { simulation, recorder, clock, times, run: 1, status, refused: 0 };
+        let service =
+            Self { simulation, times, run: 1, recorder, clock, refused: 0, queries, control };
         service.publish_status();
         service
     }
 
-    /// Serves this maze from now on.
+    /// Serves this maze from now on. The limit of the history stays.
     pub(crate) fn replace_maze(&mut self, name: &str, maze: Maze) -> Status {
-        self.simulation.replace(name, maze);
-        self.begin_run();
-        self.status()
-    }
-
-    pub(crate) fn simulation(&self) -> &Simulation {
-        self.simulation
-    }
-
-    pub(crate) fn times(&self) -> &Times {
-        &self.times
-    }
-
-    pub(crate) fn status(&self) -> Status {
-        Status { run: self.run, states: self.simulation.history().len() }
+        let limit = self.simulation.history.limit();
+        *self.simulation = Simulation::new(name, maze).with_history_limit(limit);
+        self.begin_run()
     }
 
     /// Closes the recording and waits for its recorder.
@@ -67,50 +63,32 @@ impl<'s> SimulationService<'s> {
         info!(states, refused = self.refused, "stopped");
     }
 
-    /// Applies a change to the times, the recording and the status. A state that cannot be kept
-    /// everywhere is removed from the history and refused.
-    fn apply(&mut self, change: Change, request: &[u8], reply: &mut ReplyBuffer) {
-        match change {
-            Change::Nothing => {}
-            Change::Reset => self.begin_run(),
-            Change::State => {
-                if let Err(reason) = self.keep_state(request) {
-                    self.simulation.take_back();
-                    refuse(reply, reason);
-                }
-                self.publish_status();
-            }
-        }
-    }
-
     /// Keeps the time of the newest state and records the state. Returns the reason if it cannot.
     fn keep_state(&mut self, request: &[u8]) -> Result<(), String> {
-        let history = self.simulation.history();
-        let (states, limit) = (history.len() - 1, history.limit());
-        if self.times.push(self.clock.now()).is_err() {
-            return Err(PushError::OutOfMemory { states }.to_string());
-        }
-        let result = if history.bytes() + self.times.bytes() > limit {
-            Err(HistoryFull { limit, states }.to_string())
+        let (simulation, times) = (&*self.simulation, &mut self.times);
+        let (states, limit) = (simulation.history.len() - 1, simulation.history.limit());
+        let out_of_memory = |_| PushError::OutOfMemory { states }.to_string();
+        times.push(self.clock.now()).map_err(out_of_memory)?;
+        let result = if simulation.history.bytes() + times.bytes() > limit {
+            Err(PushError::Full { limit, states }.to_string())
+        } else if let Some(recorder) = &mut self.recorder {
+            let describe = || (simulation.info(), simulation.maze());
+            recorder.write(request, describe).map_err(|error| error.to_string())
         } else {
-            let record = |recorder: &mut Recorder| {
-                let describe = || (self.simulation.info(), self.simulation.maze());
-                recorder.write(request, describe).map_err(|e| e.to_string())
-            };
-            self.recorder.as_mut().map_or(Ok(()), record)
+            Ok(())
         };
         if result.is_err() {
-            self.times.undo_push();
+            times.undo_push();
         }
         result
     }
 
-    fn begin_run(&mut self) {
+    fn begin_run(&mut self) -> Status {
         self.close_recording();
         self.times = Times::new(TICK_NS);
         self.run = if self.run == MAX_RUN { 1 } else { self.run + 1 };
         info!(run = self.run, "reset");
-        self.publish_status();
+        self.publish_status()
     }
 
     fn close_recording(&mut self) {
@@ -119,8 +97,10 @@ impl<'s> SimulationService<'s> {
         }
     }
 
-    fn publish_status(&self) {
-        self.status.write(self.status());
+    fn publish_status(&self) -> Status {
+        let status = Status { run: self.run, states: self.simulation.history.len() };
+        self.control.status.write(status);
+        status
     }
 }
 
@@ -129,44 +109,65 @@ impl Service for SimulationService<'_> {
     /// for ever without searching the maze.
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut ReplyBuffer) -> bool {
         if frames == 1 {
-            let change = self.simulation.handle(request, reply);
-            self.apply(change, request, reply);
+            match self.simulation.handle(request, reply) {
+                Change::Nothing => {}
+                Change::Reset => {
+                    self.begin_run();
+                }
+                Change::State => {
+                    // A state that cannot be kept everywhere is not kept at all.
+                    if let Err(reason) = self.keep_state(request) {
+                        self.simulation.history.undo_push();
+                        refuse(reply, reason);
+                    }
+                    self.publish_status();
+                }
+            }
         } else {
             refuse(reply, RequestError::Frames { found: frames });
         }
-        if let Some(reason) = reply.strip_prefix(ERROR_PREFIX.as_bytes()) {
-            self.refused += 1;
-            log_refusal(&String::from_utf8_lossy(reason), self.refused);
-            return false;
+        let Some(reason) = reply.strip_prefix(ERROR_PREFIX.as_bytes()) else {
+            return *reply != *b"pong";
+        };
+        let reason = String::from_utf8_lossy(reason);
+        self.refused += 1;
+        // A faulty client cannot fill the log.
+        if self.refused == 1 {
+            warn!("refused a request: {reason} (further refusals are logged at level debug)");
+        } else {
+            debug!("refused a request: {reason}");
         }
-        *reply != *b"pong"
+        false
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut ReplyBuffer) {
         refuse(reply, reason);
     }
-}
 
-/// Logs the first refusal as a warning and the others at level debug, so that a faulty client cannot
-/// fill the log.
-fn log_refusal(reason: &str, refused: u64) {
-    if refused == 1 {
-        warn!("refused a request: {reason} (further refusals are logged at level debug)");
-    } else {
-        debug!("refused a request: {reason}");
+    fn after_round(&mut self) {
+        for count in 1..=MAX_QUERIES_AT_ONCE {
+            let Ok(query) = self.queries.try_recv() else { break };
+            query(self);
+            if count == MAX_QUERIES_AT_ONCE {
+                // More queries may wait, for which nobody would wake the server again.
+                self.control.waker.wake();
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::server::Server;
 
     #[test]
     fn times_count_toward_the_history_limit() {
         let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
         let mut simulation = Simulation::new("small", maze).with_history_limit(100_000);
-        let status: Arc<StatusCell> = Arc::default();
-        let mut service = SimulationService::new(&mut simulation, None, Arc::clone(&status));
+        let server = Server::bind("127.0.0.1", 0).unwrap();
+        let (status, queries) = (&server.control.status, &server.queries.1);
+        let mut service = SimulationService::new(&mut simulation, None, queries, &server.control);
         let (state, mut reply) = (b"S\x00\x00NC\x01\x00C\x0d\x00", ReplyBuffer::new());
         let kept = (0..200_000).take_while(|_| {
             service.answer(state, 1, &mut reply);
@@ -178,7 +179,7 @@ mod tests {
             b"error: cannot store another state: history limit of 0 MiB reached after "
         ));
         assert_eq!(status.read(), Status { run: 1, states: kept });
-        assert_eq!(service.times().len(), kept);
+        assert_eq!(service.times.len(), kept);
         service.answer(b"reset", 1, &mut reply);
         service.answer(state, 1, &mut reply);
         assert_eq!(reply, b"ok");
@@ -187,20 +188,22 @@ mod tests {
     #[test]
     fn each_reset_and_each_maze_begins_a_run() {
         let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
-        let (mut simulation, status) = (Simulation::new("small", maze.clone()), Arc::default());
-        let mut service = SimulationService::new(&mut simulation, None, Arc::clone(&status));
+        let mut simulation = Simulation::new("small", maze.clone());
+        let server = Server::bind("127.0.0.1", 0).unwrap();
+        let (status, queries) = (&server.control.status, &server.queries.1);
+        let mut service = SimulationService::new(&mut simulation, None, queries, &server.control);
         let (state, mut reply) = (b"S\x00\x00NC\x01\x00C\x0d\x00", ReplyBuffer::new());
         service.answer(state, 1, &mut reply);
         service.answer(b"ping", 1, &mut reply);
         service.answer(state, 2, &mut reply);
         assert_eq!(status.read(), Status { run: 1, states: 1 });
-        assert_eq!(service.times().len(), 1);
+        assert_eq!(service.times.len(), 1);
         service.answer(b"reset", 1, &mut reply);
         assert_eq!(status.read(), Status { run: 2, states: 0 });
-        assert_eq!(service.times().len(), 0);
+        assert_eq!(service.times.len(), 0);
         service.answer(state, 1, &mut reply);
         assert_eq!(service.replace_maze("other", maze), Status { run: 3, states: 0 });
-        assert_eq!(service.simulation().name(), "other");
+        assert_eq!(service.simulation.name(), "other");
         service.run = MAX_RUN;
         service.answer(b"reset", 1, &mut reply);
         assert_eq!(status.read().run, 1);

@@ -12,7 +12,7 @@ use mmsim_recording::History;
 pub struct Simulation {
     name: String,
     maze: Maze,
-    history: History,
+    pub(crate) history: History,
 }
 
 impl Simulation {
@@ -77,17 +77,6 @@ impl Simulation {
     pub fn info(&self) -> Info {
         let Self { name, maze, history } = self;
         Info::new(name, maze.size(), maze.start(), maze.goals(), history.len())
-    }
-
-    /// Replaces the maze and clears the history, whose limit stays.
-    pub(crate) fn replace(&mut self, name: &str, maze: Maze) {
-        let limit = self.history.limit();
-        *self = Self::new(name, maze).with_history_limit(limit);
-    }
-
-    /// Removes the newest state.
-    pub(crate) fn take_back(&mut self) {
-        self.history.undo_push();
     }
 }
 

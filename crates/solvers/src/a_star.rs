@@ -1,16 +1,16 @@
-//! A*: a shortest way between two cells.
+//! A*: a shortest path between two cells.
 
 use core::array::from_fn;
 
 use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 
-/// The most words that the cells of a maze take, a bit a cell.
+/// The words that a maze needs at one bit per cell.
 const WORDS: usize = MazeSize::MAX_AREA / 64;
 
-/// A shortest way between two cells, found by A* with the heuristic |dx| + |dy|.
+/// A shortest path between two cells, found by A* with the heuristic |dx| + |dy|.
 ///
 /// # Ties
-/// Of several shortest ways it takes in each cell the first of west, south, east and north.
+/// Of several shortest paths it takes, in each cell, the first of west, south, east and north.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, Maze};
@@ -25,38 +25,39 @@ const WORDS: usize = MazeSize::MAX_AREA / 64;
 pub struct ShortestPath {
     from: Cell,
     length: u16,
-    /// How many bits there are from a cell to the one north of it.
+    /// The number of bits from a cell to its northern neighbour.
     stride: usize,
-    /// Two bits a cell: where the way goes on, a place in [`PREFERENCE`].
+    /// Two bits per cell: the index in [`PREFERENCE`] of the next heading.
     towards: [[u64; WORDS]; 2],
 }
 
-/// Which of several ways a path takes.
+/// The order in which ties are broken.
 const PREFERENCE: [Heading; 4] = [Heading::West, Heading::South, Heading::East, Heading::North];
 
 impl ShortestPath {
-    /// A shortest way between the cells; `None` where there is none and where a cell lies outside
-    /// of the maze.
+    /// Finds a shortest path between two cells; returns `None` if there is none or a cell is outside
+    /// the maze.
+    #[must_use]
     pub fn find(walls: &Walls, from: Cell, to: Cell) -> Option<Self> {
         let size = walls.size();
         if !size.contains(from) || !size.contains(to) {
             None
         } else if size.width() <= 16 && size.height() <= 16 {
-            Search::<4, 16>::new(walls, from).run(to)
+            LayeredSearch::<4, 16>::new(walls, from).run(to)
         } else {
-            Search::<WORDS, 32>::new(walls, from).run(to)
+            LayeredSearch::<WORDS, 32>::new(walls, from).run(to)
         }
     }
 
-    /// Its length in steps.
+    /// Returns the length in steps.
     pub const fn length(&self) -> u16 {
         self.length
     }
 
-    /// Where each step goes, from the first to the last.
+    /// Returns the heading of each step, from the first to the last.
     pub fn headings(&self) -> impl Iterator<Item = Heading> + '_ {
         let mut bit = usize::from(self.from.y) * self.stride + usize::from(self.from.x);
-        // How far it is to the next cell's bit. A table, since where a way goes is hard to predict.
+        // Offsets to the bit of the next cell. A table, because branches would be unpredictable.
         let offsets = [usize::MAX, self.stride.wrapping_neg(), 1, self.stride];
         (0..self.length).map(move |_| {
             let [low, high] = self.towards.map(|plane| (plane[bit / 64 % WORDS] >> (bit % 64)) & 1);
@@ -67,25 +68,24 @@ impl ShortestPath {
     }
 }
 
-/// A set of cells, a bit a cell: x + `STRIDE` y.
-type Bits<const N: usize> = [u64; N];
+/// A set of cells; the bit of a cell is x + `STRIDE` y.
+type CellBits<const N: usize> = [u64; N];
 
-/// The search, from the target back to where the way begins, so that a path is read off forwards.
+/// An A* search from the target back to the start of the path, so that the path is read forwards.
 ///
-/// With a consistent heuristic and steps of 1, a step either comes nearer to the end by the guess,
-/// and the length of the way through it stays what it was, or it does not, and the way becomes
-/// longer by 2. So what others keep in a heap are layers here, the cells on ways of one length, and
-/// a layer grows by all its cells at once, as bits.
-struct Search<const N: usize, const STRIDE: usize> {
+/// The heuristic is consistent and every step costs 1. So a step either moves nearer to the end by
+/// the heuristic, and the estimated length stays the same, or it does not, and the estimate grows by
+/// 2. Instead of a heap it uses layers, the cells with the same estimate, and bit operations grow
+/// a layer by all its cells at once.
+struct LayeredSearch<const N: usize, const STRIDE: usize> {
     end: Cell,
-    /// Sides without a wall, each to the north or east of its cell: those through which a step to
-    /// the north or east comes nearer to the end, and those through which one to the south or west
-    /// does.
-    north: [Bits<N>; 2],
-    east: [Bits<N>; 2],
+    /// Open northern or eastern sides of cells: first those through which a step north or east
+    /// moves nearer to the end, then those through which a step south or west does.
+    north: [CellBits<N>; 2],
+    east: [CellBits<N>; 2],
 }
 
-impl<const N: usize, const STRIDE: usize> Search<N, STRIDE> {
+impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
     fn new(walls: &Walls, end: Cell) -> Self {
         let (width, height) = (u32::from(walls.size().width()), usize::from(walls.size().height()));
         let columns = u32::MAX >> (32 - width);
@@ -136,14 +136,14 @@ impl<const N: usize, const STRIDE: usize> Search<N, STRIDE> {
         None
     }
 
-    /// The cells next to these: each way through those sides only.
+    /// Returns the neighbours of `cells`, reached in each direction through these sides only.
     fn step(
-        cells: &Bits<N>,
-        north: &Bits<N>,
-        south: &Bits<N>,
-        east: &Bits<N>,
-        west: &Bits<N>,
-    ) -> Bits<N> {
+        cells: &CellBits<N>,
+        north: &CellBits<N>,
+        south: &CellBits<N>,
+        east: &CellBits<N>,
+        west: &CellBits<N>,
+    ) -> CellBits<N> {
         let (to_north, to_south) = (up::<N, STRIDE>(&and(cells, north)), down::<N, STRIDE>(cells));
         from_fn(|i| {
             to_north[i]
@@ -153,12 +153,12 @@ impl<const N: usize, const STRIDE: usize> Search<N, STRIDE> {
         })
     }
 
-    /// Where to go on from each settled cell, given those in odd layers.
+    /// Returns where the path goes from each settled cell, given the cells in odd layers.
     ///
-    /// A step away from the end lies on a shortest way if its way is as long as the one so far, a
-    /// step nearer to it if its way is shorter by 2. Neighbours are in the same layer or in
-    /// successive ones, so that odd and even say as much.
-    fn towards(&self, settled: &Bits<N>, odd: &Bits<N>) -> [[u64; WORDS]; 2] {
+    /// A step away from the end is on a shortest path if both cells are in the same layer, a step
+    /// nearer to the end if their layers differ. Neighbours are in the same layer or in successive
+    /// ones, so the parity of their layers suffices.
+    fn towards(&self, settled: &CellBits<N>, odd: &CellBits<N>) -> [[u64; WORDS]; 2] {
         let Self { north: [north, south], east: [east, west], .. } = self;
         let (south_odd, south_settled) = (up::<N, STRIDE>(odd), up::<N, STRIDE>(settled));
         let (south_near, south_away) = (up::<N, STRIDE>(south), up::<N, STRIDE>(north));
@@ -182,17 +182,17 @@ impl<const N: usize, const STRIDE: usize> Search<N, STRIDE> {
     }
 }
 
-fn and<const N: usize>(cells: &Bits<N>, others: &Bits<N>) -> Bits<N> {
+fn and<const N: usize>(cells: &CellBits<N>, others: &CellBits<N>) -> CellBits<N> {
     from_fn(|i| cells[i] & others[i])
 }
 
-/// Each cell's bit at the place of its northern neighbour.
-fn up<const N: usize, const STRIDE: usize>(cells: &Bits<N>) -> Bits<N> {
+/// Moves the bit of each cell to its northern neighbour.
+fn up<const N: usize, const STRIDE: usize>(cells: &CellBits<N>) -> CellBits<N> {
     from_fn(|i| cells[i] << STRIDE | if i > 0 { cells[i - 1] >> (64 - STRIDE) } else { 0 })
 }
 
-/// Each cell's bit at the place of its southern neighbour.
-fn down<const N: usize, const STRIDE: usize>(cells: &Bits<N>) -> Bits<N> {
+/// Moves the bit of each cell to its southern neighbour.
+fn down<const N: usize, const STRIDE: usize>(cells: &CellBits<N>) -> CellBits<N> {
     from_fn(|i| cells[i] >> STRIDE | if i + 1 < N { cells[i + 1] << (64 - STRIDE) } else { 0 })
 }
 
@@ -201,9 +201,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Distances;
+    use crate::flood::Distances;
 
-    /// The length of the way, followed cell by cell.
+    /// Follows the path cell by cell and returns its length.
     fn follow(walls: &Walls, from: Cell, to: Cell) -> Option<u16> {
         let path = ShortestPath::find(walls, from, to)?;
         let mut here = from;
@@ -217,7 +217,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_way_is_as_long_as_the_flood_says(
+        fn a_path_is_as_long_as_the_flood_says(
             (width, height) in (1usize..=32, 1usize..=32),
             present in prop::collection::vec(prop::bool::weighted(0.35), 2 * MazeSize::MAX_AREA),
             (from, to) in ((0u8..32, 0u8..32), (0u8..32, 0u8..32)),
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_way_of_a_32x32_maze_is_found() {
+    fn finds_the_longest_path_of_a_32x32_maze() {
         let size = MazeSize::HALF_SIZE;
         let mut walls = Walls::open(size);
         for y in 0..31 {
@@ -251,14 +251,14 @@ mod tests {
     #[test]
     fn ties_are_broken_as_documented() {
         let walls = Walls::open(MazeSize::new(3, 3).unwrap());
-        let way = |from, to| {
+        let path = |from, to| {
             let path = ShortestPath::find(&walls, from, to).unwrap();
             path.headings().map(Heading::letter).collect::<String>()
         };
         let (south_west, north_east) = (Cell::new(0, 0), Cell::new(2, 2));
-        assert_eq!(way(south_west, north_east), "EENN");
-        assert_eq!(way(north_east, south_west), "WWSS");
-        assert_eq!(way(south_west, south_west), "");
+        assert_eq!(path(south_west, north_east), "EENN");
+        assert_eq!(path(north_east, south_west), "WWSS");
+        assert_eq!(path(south_west, south_west), "");
         let outside = Cell::new(3, 0);
         assert!(ShortestPath::find(&walls, south_west, outside).is_none());
         assert!(ShortestPath::find(&walls, outside, outside).is_none());

@@ -1,4 +1,4 @@
-//! The strategies that come with this crate, by name.
+//! The bundled strategies by name.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,16 +10,17 @@ use crate::strategy::Strategy;
 use crate::swing::Swing;
 use crate::weight_increment::WeightIncrement;
 
-/// A strategy that comes with this crate.
+/// A strategy of this crate, selected by name.
 ///
 /// ```
 /// use mmsim_solvers::BundledStrategy;
 /// let strategy: BundledStrategy = "flood-fill".parse()?;
 /// assert_eq!(strategy, BundledStrategy::FloodFill);
-/// let ready_to_search = strategy.strategy();
+/// let new_search = strategy.strategy();
 /// # Ok::<(), mmsim_solvers::UnknownStrategy>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum BundledStrategy {
     /// [`FloodFill`]
     FloodFill,
@@ -33,17 +34,18 @@ pub enum BundledStrategy {
     ShortestPathSearch,
 }
 
-/// A name that no strategy here has.
+/// The name of no bundled strategy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected one of {names}, found {name:?}", names = BundledStrategy::ALL.map(BundledStrategy::name).join(", "))]
+#[error("expected one of {}, found {name:?}", names())]
+#[non_exhaustive]
 pub struct UnknownStrategy {
-    /// The name.
+    /// The unknown name.
     pub name: String,
 }
 
 impl BundledStrategy {
-    /// All of them.
-    pub const ALL: [Self; 5] = [
+    /// All bundled strategies.
+    pub const ALL: &'static [Self] = &[
         Self::FloodFill,
         Self::WeightIncrement,
         Self::LeftWall,
@@ -51,7 +53,7 @@ impl BundledStrategy {
         Self::ShortestPathSearch,
     ];
 
-    /// Its name, as on the command line.
+    /// Returns the name, as used on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::FloodFill => "flood-fill",
@@ -62,24 +64,24 @@ impl BundledStrategy {
         }
     }
 
-    /// What it does, in a few words.
+    /// Returns a one-line description.
     pub const fn about(self) -> &'static str {
         match self {
             Self::FloodFill => {
-                "go to the neighbour nearest to the goal, unknown walls taken as open"
+                "go to the neighbour nearest to the goal, treating unknown walls as open"
             }
             Self::WeightIncrement => "go to the neighbour visited least",
-            Self::LeftWall => "keep the left hand on the wall",
-            Self::Swing => "go to centre and corners and back, then run the shortest way known",
+            Self::LeftWall => "follow the wall on the left",
+            Self::Swing => "visit centre and corners, return, and run the shortest known path",
             Self::ShortestPathSearch => {
-                "explore until a shortest way is proven, return, and run it"
+                "explore until the shortest path is proven, return, and run it"
             }
         }
     }
 
-    /// After how many states its search is given up unless somebody says otherwise. A swing visits
-    /// far corners and comes back before it runs fast: that took at most 1,531 states in 281
-    /// real mazes of up to 32×32 cells.
+    /// Returns the default limit on the states of its search. A swing visits far corners and
+    /// returns before its fast run, which takes up to 1,531 states in 281 real mazes of up to 32×32
+    /// cells.
     pub const fn max_states(self) -> u32 {
         match self {
             Self::FloodFill | Self::WeightIncrement | Self::LeftWall => 1000,
@@ -87,7 +89,8 @@ impl BundledStrategy {
         }
     }
 
-    /// The strategy itself, its search not begun yet.
+    /// Creates the strategy for a new search.
+    #[must_use]
     pub fn strategy(self) -> Box<dyn Strategy + Send> {
         match self {
             Self::FloodFill => Box::new(FloodFill::new()),
@@ -97,6 +100,11 @@ impl BundledStrategy {
             Self::ShortestPathSearch => Box::new(ShortestPathSearch::new()),
         }
     }
+}
+
+fn names() -> String {
+    let names: Vec<_> = BundledStrategy::ALL.iter().map(|strategy| strategy.name()).collect();
+    names.join(", ")
 }
 
 impl fmt::Display for BundledStrategy {
@@ -109,7 +117,7 @@ impl FromStr for BundledStrategy {
     type Err = UnknownStrategy;
 
     fn from_str(name: &str) -> Result<Self, UnknownStrategy> {
-        let named = Self::ALL.into_iter().find(|strategy| strategy.name() == name);
+        let named = Self::ALL.iter().copied().find(|strategy| strategy.name() == name);
         named.ok_or_else(|| UnknownStrategy { name: name.into() })
     }
 }
@@ -119,9 +127,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_read_back() {
+    fn names_parse_back() {
         for strategy in BundledStrategy::ALL {
-            assert_eq!(strategy.to_string().parse(), Ok(strategy));
+            assert_eq!(strategy.to_string().parse(), Ok(*strategy));
         }
         insta::assert_snapshot!("floodfill".parse::<BundledStrategy>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, swing, shortest-path-search, found "floodfill""#);
     }

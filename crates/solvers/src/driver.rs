@@ -30,6 +30,7 @@ use crate::strategy::{Move, Phase, SearchError, Strategy};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
+#[must_use = "a driver does nothing until it advances"]
 pub struct SearchDriver<'m, S> {
     mouse: &'m mut Mouse<S>,
     max_states: u32,
@@ -59,7 +60,6 @@ pub enum DriveError<E> {
 
 impl<'m, S: Strategy> SearchDriver<'m, S> {
     /// Creates a driver that ends the search after `max_states` decisions.
-    #[must_use]
     pub fn new(mouse: &'m mut Mouse<S>, max_states: u32) -> Self {
         let (phase, stats) = (Phase::SearchRun, SearchStats::default());
         Self { mouse, max_states, states: 0, decision: None, phase, stats }

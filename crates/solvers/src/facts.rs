@@ -1,10 +1,10 @@
-//! What there is to know of a maze before anybody runs in it.
+//! Facts of a maze that do not depend on a strategy.
 
 use mmsim_maze::{CellSet, Maze};
 
 use crate::flood::Distances;
 
-/// What there is to know of a maze before anybody runs in it.
+/// Facts of a maze that do not depend on a strategy.
 ///
 /// ```
 /// use mmsim_solvers::MazeFacts;
@@ -14,15 +14,17 @@ use crate::flood::Distances;
 /// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct MazeFacts {
-    /// Steps from the start to the nearest goal cell, `None` where none can be reached.
+    /// Steps from the start to the nearest goal cell, `None` if none can be reached.
     pub shortest_path: Option<u16>,
-    /// Cells that can be reached from the start, itself included.
+    /// Number of cells that can be reached from the start, including the start.
     pub reachable_cells: usize,
 }
 
 impl MazeFacts {
-    /// The facts of this maze.
+    /// Computes the facts of a maze.
+    #[must_use]
     pub fn new(maze: &Maze) -> Self {
         let start = maze.start().cell;
         let from_start: CellSet = [start].into_iter().collect();

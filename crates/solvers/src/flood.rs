@@ -1,33 +1,36 @@
-//! Flood: the distance of every cell to the nearest target.
+//! Floods: the distance of every cell to the nearest target.
 
-// What a wave does is compiled anew for each kind of processor, and for that into its loop.
+// The operations of a wave are compiled for each instruction set, inlined into its loop.
 #![allow(clippy::inline_always)]
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Unknown, Walls};
 
-mod between;
-mod board;
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "avx512"))]
+mod avx512;
+mod bitboard;
 mod bytes;
+mod distance;
 mod downhill;
-mod half;
+mod exploration;
+mod plane;
 mod processor;
-mod to_see;
+mod transpose;
 mod update;
 mod waves;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod x86;
 
-pub use between::steps_between;
-use board::{Board, Chequered};
+use bitboard::{Bitboard, CellPlanes};
+pub use distance::steps_between;
 pub use downhill::Downhill;
-use half::Half;
+pub(crate) use exploration::ExplorationTarget;
+use plane::{ParityPlane, SIDE, SMALL_SIDE, is_small};
 pub use processor::Instructions;
-use processor::{Task, run};
-pub(crate) use to_see::{ToSee, cell_to_see};
+use processor::{Task, run, run_with};
+use transpose::Line;
 use waves::Flooded;
 
-/// Distances in steps from each cell to the nearest of some target cells, along ways without a
-/// wall.
+/// The distances in steps from all cells to the nearest of some target cells.
 ///
 /// ```
 /// use mmsim_maze::{Cell, MazeSize, Walls};
@@ -43,76 +46,89 @@ pub struct Distances {
     steps: Steps,
 }
 
-// Both in place, since there may be no allocator.
+// Not boxed, because there may be no allocator.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, PartialEq, Eq, Debug)]
 enum Steps {
-    /// Of a maze of up to 16×16 cells: row by row from the south, 16 to a row.
+    /// A maze of up to 16×16 cells: rows of 16 cells from the south.
     Small(SmallSteps),
-    /// Of a larger one, 32 to a row.
+    /// A larger maze: rows of 32 cells.
     Large([u16; MazeSize::MAX_AREA]),
 }
 
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct SmallSteps {
-    bytes: [u8; SMALL_SIDE * SMALL_SIDE],
-    /// Whether `UNREACHABLE_BYTE` is a distance: where one is so long, the way passes through all
-    /// cells.
+    lines: SmallLines,
+    /// Whether all cells can reach a target. Only then is `UNREACHABLE_BYTE` a distance: a path of
+    /// this length passes through all cells.
     all_reached: bool,
 }
 
-const SMALL_SIDE: usize = 16;
-const SIDE: usize = MazeSize::MAX_SIDE as usize;
+/// One byte per cell of a small maze.
+type SmallLines = [[Line; 8]; SMALL_SIDE / 8];
 
-/// The distance of a cell from which no target can be reached.
+/// The internal distance of a cell that cannot reach a target.
 pub(crate) const UNREACHABLE: u16 = u16::MAX;
 const UNREACHABLE_BYTE: u8 = u8::MAX;
 
 impl Distances {
-    /// Distances nowhere known: no target can be reached from any cell.
+    /// Creates the distances of a maze in which no cell can reach a target.
+    #[must_use]
     pub const fn unreachable(size: MazeSize) -> Self {
         let steps = if is_small(size) {
-            let bytes = [UNREACHABLE_BYTE; SMALL_SIDE * SMALL_SIDE];
-            Steps::Small(SmallSteps { bytes, all_reached: false })
+            let lines = [[[UNREACHABLE_BYTE; SMALL_SIDE]; 8]; SMALL_SIDE / 8];
+            Steps::Small(SmallSteps { lines, all_reached: false })
         } else {
             Steps::Large([UNREACHABLE; MazeSize::MAX_AREA])
         };
         Self { size, steps }
     }
 
-    /// Floods the maze from its targets outwards, a breadth-first search. Targets outside of the
-    /// maze do not count.
+    /// Floods the maze from the targets, which is a breadth-first search. Targets outside the maze are
+    /// ignored.
+    #[must_use]
     pub fn flood(walls: &Walls, targets: &CellSet) -> Self {
-        run(Flood { walls, targets }, walls.size())
+        run(FloodTask { walls, targets }, walls.size())
     }
 
-    /// Floods what a mouse knows from some targets outwards, with unknown walls taken as open and as
-    /// closed, in this order. These are two floods one after the other: the closed one soon ends, so
-    /// that a wave of both together would only cost more.
+    /// Floods what a mouse knows from the targets. Returns the optimistic distances, with unknown
+    /// walls open, and the pessimistic distances, with unknown walls closed.
     ///
     /// ```
     /// use mmsim_maze::{Cell, KnownMaze, MazeSize};
     /// use mmsim_solvers::Distances;
     /// let (start, goals) = (Cell::new(0, 0), MazeSize::CLASSIC.central_cells());
     /// let map = KnownMaze::new(MazeSize::CLASSIC, start, goals);
-    /// let [open, closed] = Distances::flood_both(&map, map.goals());
-    /// assert_eq!((open.at(start), closed.at(start)), (Some(14), None));
+    /// let [optimistic, pessimistic] = Distances::flood_both(&map, map.goals());
+    /// assert_eq!((optimistic.at(start), pessimistic.at(start)), (Some(14), None));
     /// ```
+    #[must_use]
     pub fn flood_both(map: &KnownMaze, targets: &CellSet) -> [Self; 2] {
+        // Two floods, because the pessimistic one ends early.
         [Unknown::Open, Unknown::Closed].map(|unknown| Self::flood(map.walls(unknown), targets))
     }
 
-    /// Floods anew, in the same place: an assignment would copy 2 KiB.
-    pub(crate) fn refill(&mut self, walls: &Walls, targets: &CellSet) {
+    /// Does the same as [`flood`](Self::flood) with these instructions, or with lesser ones if they are
+    /// not available.
+    #[must_use]
+    pub fn flood_with(instructions: Instructions, walls: &Walls, targets: &CellSet) -> Self {
+        run_with(instructions, FloodTask { walls, targets }, walls.size())
+    }
+
+    /// Floods again in place. An assignment would copy 2 KiB.
+    pub(crate) fn reflood(&mut self, walls: &Walls, targets: &CellSet) {
         if self.size == walls.size() {
-            run(Refill { flood: Flood { walls, targets }, steps: &mut self.steps }, self.size);
+            run(
+                RefloodTask { flood: FloodTask { walls, targets }, steps: &mut self.steps },
+                self.size,
+            );
         } else {
             *self = Self::flood(walls, targets);
         }
     }
 
-    /// Steps from `cell` to the nearest target, `None` where there is no way and outside of the
-    /// maze. To read all cells, [`rows`](Self::rows) is faster.
+    /// Returns the steps from `cell` to the nearest target, `None` if it cannot reach one or is outside
+    /// the maze. To read all cells, [`rows`](Self::rows) is faster.
     #[inline]
     pub fn at(&self, cell: Cell) -> Option<u16> {
         Some(self.raw(cell)).filter(|&steps| steps != UNREACHABLE)
@@ -137,14 +153,14 @@ impl Distances {
     pub fn rows(
         &self,
     ) -> impl DoubleEndedIterator<Item = impl DoubleEndedIterator<Item = Option<u16>>> {
-        // An index in place of a slice of either kind: the compiler moves the question which kind it
-        // is out of a loop over the row.
+        // With an index in place of a slice the compiler moves the check of the variant out of a loop
+        // over the row.
         let steps = move |y, x| Some(self.raw_inside(x, y)).filter(|&steps| steps != UNREACHABLE);
         (0..self.size.height())
             .map(move |y| (0..self.size.width()).map(move |x| steps(y.into(), x.into())))
     }
 
-    /// The same as [`at`](Self::at), but [`UNREACHABLE`] for `None`.
+    /// Does the same as [`at`](Self::at), with [`UNREACHABLE`] for `None`.
     #[inline]
     pub(crate) fn raw(&self, cell: Cell) -> u16 {
         if self.size.contains(cell) {
@@ -154,7 +170,7 @@ impl Distances {
         }
     }
 
-    /// The same for a cell inside the maze.
+    /// Does the same as [`raw`](Self::raw) for a cell inside the maze.
     #[inline]
     fn raw_inside(&self, x: usize, y: usize) -> u16 {
         match &self.steps {
@@ -163,22 +179,22 @@ impl Distances {
         }
     }
 
-    /// The same of a cell's neighbours, in the order of [`Heading::ALL`](mmsim_maze::Heading::ALL).
-    /// Beyond the edge of the maze, where nobody can go, it may be anything.
-    // Without asking for each whether it is there.
+    /// Returns the distances of a cell's neighbours, in the order of
+    /// [`Heading::ALL`](mmsim_maze::Heading::ALL). A neighbour outside the maze has any value, so that
+    /// no bounds need to be checked.
     pub(crate) fn raw_around(&self, cell: Cell) -> [u16; 4] {
         let (x, y) = (usize::from(cell.x), usize::from(cell.y));
         match &self.steps {
             Steps::Small(steps) => {
-                around(y * SMALL_SIDE + x, SMALL_SIDE).map(|place| steps.raw(place))
+                neighbours(y * SMALL_SIDE + x, SMALL_SIDE).map(|index| steps.raw(index))
             }
             Steps::Large(steps) => {
-                around(y * SIDE + x, SIDE).map(|place| steps[place % steps.len()])
+                neighbours(y * SIDE + x, SIDE).map(|index| steps[index % steps.len()])
             }
         }
     }
 
-    /// How many cells have a way to a target.
+    /// Returns the number of cells that can reach a target, including the targets.
     pub fn reachable_cells(&self) -> usize {
         self.rows().map(|row| row.flatten().count()).sum()
     }
@@ -186,51 +202,48 @@ impl Distances {
 
 impl SmallSteps {
     #[inline(always)]
-    fn of<const N: usize, H: Half<N>>(flooded: &Flooded<H>) -> Self {
-        let mut bytes = [0; SMALL_SIDE * SMALL_SIDE];
-        bytes::write(flooded, 0, &mut bytes);
-        Self { bytes, all_reached: flooded.is_full() }
+    fn from_flooded<const N: usize, H: ParityPlane<N>>(flooded: &Flooded<H>) -> Self {
+        let mut lines = [[[0; SMALL_SIDE]; 8]; SMALL_SIDE / 8];
+        bytes::write(flooded, 0, &mut lines);
+        Self { lines, all_reached: flooded.is_full() }
     }
 
-    /// Of the cell at this place, counted row by row: steps, or [`UNREACHABLE`].
+    /// Returns the distance of the cell at this index, or [`UNREACHABLE`].
     #[inline]
-    fn raw(&self, place: usize) -> u16 {
-        let steps = self.bytes[place % self.bytes.len()];
+    fn raw(&self, index: usize) -> u16 {
+        let bytes = self.lines.as_flattened().as_flattened();
+        let steps = bytes[index % bytes.len()];
         let is_reached = steps != UNREACHABLE_BYTE || self.all_reached;
         if is_reached { steps.into() } else { UNREACHABLE }
     }
 }
 
-/// The places of a cell's neighbours where a row takes so many.
-fn around(place: usize, row: usize) -> [usize; 4] {
-    [place + row, place + 1, place.wrapping_sub(row), place.wrapping_sub(1)]
+/// Returns the indices of a cell's neighbours in rows of `row` cells.
+fn neighbours(index: usize, row: usize) -> [usize; 4] {
+    [index + row, index + 1, index.wrapping_sub(row), index.wrapping_sub(1)]
 }
 
-const fn is_small(size: MazeSize) -> bool {
-    size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
-}
-
-struct Flood<'a> {
+struct FloodTask<'a> {
     walls: &'a Walls,
     targets: &'a CellSet,
 }
 
-impl Flood<'_> {
+impl FloodTask<'_> {
     #[inline(always)]
-    fn waves<const N: usize, H: Half<N>>(&self) -> Flooded<H> {
-        let targets = Chequered::of(self.targets).inside(self.walls.size());
-        waves::flood(&Board::of(self.walls), targets)
+    fn waves<const N: usize, H: ParityPlane<N>>(&self) -> Flooded<H> {
+        let targets = CellPlanes::from_cells(self.targets).inside(self.walls.size());
+        waves::flood(&Bitboard::from_walls(self.walls), targets)
     }
 }
 
-impl Task for Flood<'_> {
+impl Task for FloodTask<'_> {
     type Output = Distances;
 
     #[inline(always)]
-    fn run<const N: usize, H: Half<N>>(self) -> Distances {
+    fn run<const N: usize, H: ParityPlane<N>>(self) -> Distances {
         let flooded = self.waves::<N, H>();
         let steps = if N == 2 {
-            Steps::Small(SmallSteps::of(&flooded))
+            Steps::Small(SmallSteps::from_flooded(&flooded))
         } else {
             Steps::Large(large_steps(&flooded))
         };
@@ -238,32 +251,36 @@ impl Task for Flood<'_> {
     }
 }
 
-struct Refill<'a> {
-    flood: Flood<'a>,
-    /// Those of a maze of the same size.
+struct RefloodTask<'a> {
+    flood: FloodTask<'a>,
+    /// The distances of a maze of the same size.
     steps: &'a mut Steps,
 }
 
-impl Task for Refill<'_> {
+impl Task for RefloodTask<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<const N: usize, H: Half<N>>(self) {
+    fn run<const N: usize, H: ParityPlane<N>>(self) {
         let flooded = self.flood.waves::<N, H>();
         match self.steps {
-            Steps::Small(steps) => *steps = SmallSteps::of(&flooded),
+            Steps::Small(steps) => *steps = SmallSteps::from_flooded(&flooded),
             Steps::Large(steps) => *steps = large_steps(&flooded),
         }
     }
 }
 
 #[inline(always)]
-fn large_steps<const N: usize, H: Half<N>>(flooded: &Flooded<H>) -> [u16; MazeSize::MAX_AREA] {
-    let (mut low, mut high) = ([0; MazeSize::MAX_AREA], [0; MazeSize::MAX_AREA]);
+fn large_steps<const N: usize, H: ParityPlane<N>>(
+    flooded: &Flooded<H>,
+) -> [u16; MazeSize::MAX_AREA] {
+    let lines: [[Line; 8]; MazeSize::MAX_AREA / 128] = [[[0; 16]; 8]; MazeSize::MAX_AREA / 128];
+    let (mut low, mut high) = (lines, lines);
     bytes::write(flooded, 0, &mut low);
     bytes::write(flooded, 8, &mut high);
+    let (low, high) = (low.as_flattened().as_flattened(), high.as_flattened().as_flattened());
     let mut steps = [0; MazeSize::MAX_AREA];
-    for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(&high)) {
+    for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(high)) {
         *steps = u16::from_le_bytes([low, high]);
     }
     steps
@@ -278,7 +295,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn distances_go_round_walls() {
+    fn distances_go_around_walls() {
         let maze: Maze = "\
 o---o---o---o
 |     G |   |
@@ -302,7 +319,7 @@ o---o---o---o
     }
 
     #[test]
-    fn the_longest_ways_are_counted() {
+    fn the_longest_paths_are_measured() {
         for side in [15, 16, 31, 32] {
             let size = MazeSize::new(side.into(), side.into()).unwrap();
             let mut walls = Walls::open(size);
@@ -323,7 +340,7 @@ o---o---o---o
                 (vec![end, before_end.unwrap()], begin, longest - 1),
             ] {
                 let targets = targets.into_iter().collect();
-                let flood = || Flood { walls: &walls, targets: &targets };
+                let flood = || FloodTask { walls: &walls, targets: &targets };
                 with_each(flood, size, |distances| {
                     assert_eq!(distances.at(from), Some(expected));
                     assert_eq!(distances.reachable_cells(), size.area());
@@ -333,13 +350,13 @@ o---o---o---o
     }
 
     #[test]
-    fn targets_outside_do_not_count() {
+    fn targets_outside_the_maze_are_ignored() {
         let walls = Walls::open(MazeSize::new(2, 2).unwrap());
         let targets = [Cell::new(2, 0)].into_iter().collect();
         assert_eq!(Distances::flood(&walls, &targets).reachable_cells(), 0);
     }
 
-    /// The naive twin: relax every way until nothing changes.
+    /// Floods naively: relaxes every step until nothing changes.
     fn naive(walls: &Walls, targets: &CellSet) -> Vec<Option<u16>> {
         let size = walls.size();
         let mut steps: Vec<Option<u16>> =
@@ -363,7 +380,7 @@ o---o---o---o
         }
     }
 
-    /// Walls of a maze of any size; how probable they are differs from maze to maze.
+    /// Walls of a maze of any size, with one of three densities.
     pub(super) fn any_walls() -> impl Strategy<Value = Walls> {
         let bits = || prop::collection::vec(any::<[u32; 3]>(), 32);
         let size = prop_oneof![(1usize..=16, 1usize..=16), (1usize..=32, 1usize..=32)];
@@ -380,7 +397,7 @@ o---o---o---o
         })
     }
 
-    /// A few targets, some of them next to each other, some outside.
+    /// A few targets, some adjacent, some outside the maze.
     pub(super) fn any_targets() -> impl Strategy<Value = CellSet> {
         let block = (0u8..32, 0u8..32, 0u8..3, 0u8..3);
         prop::collection::vec(block, 0..4).prop_map(|blocks| {
@@ -394,13 +411,13 @@ o---o---o---o
 
     proptest! {
         #[test]
-        fn a_flood_equals_its_naive_twin(
+        fn a_flood_equals_a_naive_one(
             walls in any_walls(),
             targets in any_targets(),
             seen in prop::collection::vec((0u8..32, 0u8..32), 0..60),
         ) {
             let (size, expected) = (walls.size(), naive(&walls, &targets));
-            let of = |distances: &Distances| -> Vec<_> {
+            let all_of = |distances: &Distances| -> Vec<_> {
                 let cells: Vec<_> = size.cells().map(|cell| distances.at(cell)).collect();
                 let width = usize::from(size.width());
                 assert!(distances.rows().map(Vec::from_iter).eq(cells.chunks(width)));
@@ -409,9 +426,9 @@ o---o---o---o
                 assert_eq!(distances.reachable_cells(), cells.iter().flatten().count());
                 cells
             };
-            prop_assert_eq!(of(&Distances::flood(&walls, &targets)), expected.clone());
-            let flood = || Flood { walls: &walls, targets: &targets };
-            with_each(flood, size, |distances| assert_eq!(of(&distances), expected));
+            prop_assert_eq!(all_of(&Distances::flood(&walls, &targets)), expected.clone());
+            let flood = || FloodTask { walls: &walls, targets: &targets };
+            with_each(flood, size, |distances| assert_eq!(all_of(&distances), expected));
             let distances = Distances::flood(&walls, &targets);
             for cell in size.cells() {
                 for (heading, steps) in Heading::ALL.into_iter().zip(distances.raw_around(cell)) {
@@ -428,7 +445,7 @@ o---o---o---o
             let both = Distances::flood_both(&map, &targets);
             let alone = [Unknown::Open, Unknown::Closed]
                 .map(|unknown| naive(map.walls(unknown), &targets));
-            prop_assert_eq!([of(&both[0]), of(&both[1])], alone);
+            prop_assert_eq!([all_of(&both[0]), all_of(&both[1])], alone);
             let inside = targets.iter().filter(|&cell| size.contains(cell)).collect();
             prop_assert_eq!(Distances::flood(&walls, &targets), Distances::flood(&walls, &inside));
         }

@@ -1,25 +1,25 @@
-//! Flood fill: always downhill towards the goal.
+//! Flood fill: go to the neighbour nearest to the goal.
 
 use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose, Unknown};
 
 use crate::flood::{Distances, UNREACHABLE};
 use crate::strategy::{Move, SearchError, Strategy, step_to_least};
 
-/// Flood fill: takes unknown walls as open, floods the maze from the goal whenever new walls change anything, and goes
-/// to the neighbour nearest to the goal.
+/// Flood fill: goes to the neighbour with the shortest optimistic distance to the goal. It floods
+/// the maze again only when new walls change a distance.
 ///
-/// Its weights are distances to the goal in steps. It reaches the goal wherever there is a way,
-/// and says so where there is none.
+/// Its weights are the distances to the goal in steps. It reaches every reachable goal and reports
+/// an unreachable one.
 #[derive(Clone, Debug)]
 pub struct FloodFill {
     distances: Distances,
-    begun: bool,
+    has_begun: bool,
 }
 
 impl FloodFill {
-    /// A search that has not begun yet.
+    /// Creates a new search.
     pub const fn new() -> Self {
-        Self { distances: Distances::unreachable(MazeSize::CLASSIC), begun: false }
+        Self { distances: Distances::unreachable(MazeSize::CLASSIC), has_begun: false }
     }
 }
 
@@ -32,11 +32,11 @@ impl Default for FloodFill {
 impl Strategy for FloodFill {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
         let open = map.walls(Unknown::Open);
-        if self.begun {
+        if self.has_begun {
             self.distances.update(open, map.goals(), pose.cell);
         } else {
-            self.distances.refill(open, map.goals());
-            self.begun = true;
+            self.distances.reflood(open, map.goals());
+            self.has_begun = true;
         }
         if map.goals().contains(pose.cell) {
             return Ok(Move::Stop);
@@ -47,8 +47,8 @@ impl Strategy for FloodFill {
             .ok_or(SearchError::GoalUnreachable { cell: pose.cell })
     }
 
-    fn weight(&self, cell: Cell) -> u16 {
-        self.distances.raw(cell)
+    fn weight(&self, cell: Cell) -> Option<u16> {
+        self.distances.at(cell)
     }
 }
 
@@ -58,7 +58,7 @@ mod tests {
     use crate::testing::{Outcome, search};
 
     #[test]
-    fn it_goes_to_the_goal_and_learns_from_dead_ends() {
+    fn learns_from_dead_ends_and_reaches_the_goal() {
         let maze = "\
 o---o---o---o
 |       | G |
@@ -86,7 +86,7 @@ o---o---o---o
     }
 
     #[test]
-    fn a_goal_without_a_way_is_reported() {
+    fn reports_an_unreachable_goal() {
         let maze = "\
 o---o---o
 |   | G |
@@ -96,6 +96,6 @@ o---o---o
 ";
         let Outcome { result, steps, .. } = search(FloodFill::new(), maze, 100);
         assert!(matches!(result, Err(SearchError::GoalUnreachable { .. })), "{result:?}");
-        assert!(steps <= 3, "it knows after {steps} steps");
+        assert!(steps <= 3, "it reports this after {steps} steps");
     }
 }

@@ -1,12 +1,12 @@
-//! A tour: key points that a mouse visits one after another to learn its maze.
+//! A route over key points, which a mouse visits to explore its maze.
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
 use crate::a_star::ShortestPath;
 use crate::flood::Distances;
 
-/// Cells that a mouse visits one after another: the swing over centre and corners of the robot
-/// that published it ("plot and navigate a virtual maze").
+/// Key points that a mouse visits in turn: the goal and the corners, in the order published with the
+/// robot of "plot and navigate a virtual maze".
 ///
 /// ```text
 ///  2. top left ┌───────┐ 5. top right
@@ -16,24 +16,24 @@ use crate::flood::Distances;
 ///     7. start └───────┘ 3. bottom right
 /// ```
 ///
-/// A key point that is cut off is given up. The centre is the [goal cell nearest to the
-/// middle](centre); where that is cut off, it is the next one.
+/// Unreachable key points are skipped. The centre is the [reachable goal cell nearest to the
+/// middle](centre).
 ///
 /// ```
 /// use mmsim_maze::{Cell, MazeSize, Walls};
 /// use mmsim_solvers::KeyPointRoute;
 /// let goals = MazeSize::CLASSIC.central_cells();
 /// let walls = Walls::open(MazeSize::CLASSIC);
-/// let mut tour = KeyPointRoute::swing(MazeSize::CLASSIC, Cell::new(0, 0), goals, 3);
-/// assert_eq!(tour.target(&walls, Cell::new(0, 0)), Some(Cell::new(7, 8)));
-/// assert_eq!(tour.target(&walls, Cell::new(7, 8)), Some(Cell::new(0, 15)));
+/// let mut route = KeyPointRoute::swing(MazeSize::CLASSIC, Cell::new(0, 0), goals, 3);
+/// assert_eq!(route.target(&walls, Cell::new(0, 0)), Some(Cell::new(7, 8)));
+/// assert_eq!(route.target(&walls, Cell::new(7, 8)), Some(Cell::new(0, 15)));
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct KeyPointRoute {
     goals: CellSet,
     passed: CellSet,
     points: [KeyPoint; 8],
-    /// The first is where it goes now.
+    /// The indices of the points still to visit.
     ahead: core::ops::Range<usize>,
 }
 
@@ -45,21 +45,24 @@ enum KeyPoint {
 }
 
 impl KeyPointRoute {
-    /// The most corners there are in a tour.
+    /// The number of corners in the full route.
     pub const CORNERS: usize = 3;
 
-    /// To the centre, no further.
+    /// Creates a route to the centre.
+    #[must_use]
     pub fn just_arrive(goals: CellSet) -> Self {
-        Self::of(goals, [KeyPoint::Centre])
+        Self::new(goals, [KeyPoint::Centre])
     }
 
-    /// To the centre and back to the start.
+    /// Creates a route to the centre and back to the start.
+    #[must_use]
     pub fn arrive_and_back(start: Cell, goals: CellSet) -> Self {
-        Self::of(goals, [KeyPoint::Centre, KeyPoint::Start(start)])
+        Self::new(goals, [KeyPoint::Centre, KeyPoint::Start(start)])
     }
 
-    /// The whole swing, with the first few of its three corners: centre, top left, bottom right,
-    /// centre, top right, centre, start, centre.
+    /// Creates the full route, with the first `corners` of its three corners: centre, top left,
+    /// bottom right, centre, top right, centre, start, centre.
+    #[must_use]
     pub fn swing(size: MazeSize, start: Cell, goals: CellSet, corners: usize) -> Self {
         let (east, north) = (size.width() - 1, size.height() - 1);
         let all = [Cell::new(0, north), Cell::new(east, 0), Cell::new(east, north)];
@@ -75,18 +78,19 @@ impl KeyPointRoute {
             Some(KeyPoint::Start(start)),
             centre,
         ];
-        Self::of(goals, points.into_iter().flatten())
+        Self::new(goals, points.into_iter().flatten())
     }
 
-    /// The same without the last way to the centre: it ends at the start, for who does not get
-    /// there by a reset.
+    /// Creates the full route with all three corners, but ends it at the start. The mouse goes to
+    /// the centre once more on its fast run.
+    #[must_use]
     pub fn there_and_back(size: MazeSize, start: Cell, goals: CellSet) -> Self {
         let mut route = Self::swing(size, start, goals, Self::CORNERS);
         route.ahead.end -= 1;
         route
     }
 
-    /// A corner that was passed on the way need not be visited again.
+    /// Marks a cell as passed. A corner that was passed is not visited again.
     pub fn pass(&mut self, cell: Cell) {
         self.passed.insert(cell);
     }
@@ -96,7 +100,7 @@ impl KeyPointRoute {
         matches!(self.points[self.ahead.clone()].first(), Some(KeyPoint::Start(_)))
     }
 
-    fn of(goals: CellSet, points: impl IntoIterator<Item = KeyPoint>) -> Self {
+    fn new(goals: CellSet, points: impl IntoIterator<Item = KeyPoint>) -> Self {
         let mut route =
             Self { goals, passed: CellSet::EMPTY, points: [KeyPoint::Centre; 8], ahead: 0..0 };
         for (place, point) in route.points.iter_mut().zip(points) {
@@ -106,8 +110,8 @@ impl KeyPointRoute {
         route
     }
 
-    /// Where a mouse in this cell goes, now that it knows these walls; `None` once the tour is
-    /// over. What has been reached is left behind, and so is what is cut off.
+    /// Returns the key point to go to from this cell, given the known walls; `None` once the route
+    /// is complete. Drops key points that have been reached or are unreachable.
     pub fn target(&mut self, walls: &Walls, from: Cell) -> Option<Cell> {
         while !self.ahead.is_empty() {
             let target = match self.points[self.ahead.start] {
@@ -126,13 +130,14 @@ impl KeyPointRoute {
     }
 }
 
-/// The goal cell nearest to the middle of the maze that can be reached from a cell; of several the
-/// northernmost, and of those the westernmost. `None` where none can be reached.
+/// Returns the goal cell nearest to the middle of the maze that can be reached from a cell, `None`
+/// if there is none. Of equally near cells it is the northernmost, and of these the westernmost.
 ///
-/// In a trial's maze of n×n cells that is (n/2 - 1, n/2), unless that is cut off.
+/// In a trial's maze of n×n cells this is (n/2 - 1, n/2) if reachable.
+#[must_use]
 pub fn centre(goals: &CellSet, walls: &Walls, from: Cell) -> Option<Cell> {
     let size = walls.size();
-    // Twice the distance from the middle, which may lie between cells.
+    // Twice the distance from the middle, because the middle may lie between cells.
     let off = |coordinate: u8, side: u8| (2 * coordinate + 1).abs_diff(side);
     let reached = Distances::flood(walls, &[from].into_iter().collect());
     goals.iter().filter(|&cell| reached.at(cell).is_some()).min_by_key(|cell| {
@@ -150,7 +155,7 @@ mod tests {
     const SIZE: MazeSize = MazeSize::CLASSIC;
     const START: Cell = Cell::new(0, 0);
 
-    /// The cells of the tour in an empty maze.
+    /// The cells of the route with these walls.
     fn cells(mut route: KeyPointRoute, walls: &Walls) -> Vec<(u8, u8)> {
         let mut here = START;
         let next = || {
@@ -161,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn tours_are_the_published_ones() {
+    fn routes_match_the_published_ones() {
         let (goals, walls) = (SIZE.central_cells(), Walls::open(SIZE));
         let swing = |corners| cells(KeyPointRoute::swing(SIZE, START, goals, corners), &walls);
         let centre = (7, 8);
@@ -174,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cut_off_is_given_up() {
+    fn skips_unreachable_key_points() {
         let mut walls = Walls::open(SIZE);
         for cell in [Cell::new(0, 15), Cell::new(7, 8)] {
             for heading in Heading::ALL {
@@ -188,15 +193,15 @@ mod tests {
     }
 
     #[test]
-    fn the_centre_is_the_goal_cell_nearest_to_the_middle() {
-        let of = |width, height, cells: &[(u8, u8)]| {
+    fn centre_is_the_goal_cell_nearest_to_the_middle() {
+        let centre_of = |width, height, cells: &[(u8, u8)]| {
             let goals = cells.iter().map(|&(x, y)| Cell::new(x, y)).collect();
             let walls = Walls::open(MazeSize::new(width, height).unwrap());
             centre(&goals, &walls, START).map(|cell| (cell.x, cell.y))
         };
-        assert_eq!(of(5, 5, &[(0, 4), (4, 2), (2, 0)]), Some((4, 2)));
-        assert_eq!(of(32, 32, &[(31, 31), (30, 31), (9, 40)]), Some((30, 31)));
-        assert_eq!(of(1, 1, &[(0, 0)]), Some((0, 0)));
-        assert_eq!(of(4, 4, &[]), None);
+        assert_eq!(centre_of(5, 5, &[(0, 4), (4, 2), (2, 0)]), Some((4, 2)));
+        assert_eq!(centre_of(32, 32, &[(31, 31), (30, 31), (9, 40)]), Some((30, 31)));
+        assert_eq!(centre_of(1, 1, &[(0, 0)]), Some((0, 0)));
+        assert_eq!(centre_of(4, 4, &[]), None);
     }
 }

@@ -1,19 +1,18 @@
-//! Left wall: the left hand on the wall.
+//! Left-wall follower.
 
 use mmsim_maze::{Cell, KnownMaze, Pose, Step};
 
-use crate::strategy::{Move, SearchError, Strategy, steps_from};
+use crate::strategy::{Move, SearchError, Strategy, open_steps};
 
-/// Left wall: keeps the left hand on the wall, that is, takes the first open way of left, front,
-/// right, back.
+/// Left-wall follower: takes the first open step of left, front, right, back.
 ///
-/// Its weights are all 0. It never reaches a goal that stands on an island of walls, which contest
-/// mazes see to; it is here as the simplest mouse there is.
+/// Its weights are all 0. It never reaches a goal that is not connected to the outer wall, as is
+/// usual in contest mazes; it serves as the simplest example of a strategy.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LeftWall;
 
 impl LeftWall {
-    /// A search that has not begun yet.
+    /// Creates a new search.
     pub const fn new() -> Self {
         Self
     }
@@ -24,7 +23,7 @@ impl Strategy for LeftWall {
         if map.goals().contains(pose.cell) {
             return Ok(Move::Stop);
         }
-        let is_open = |wanted: &Step| steps_from(map, pose).any(|(step, _)| step == *wanted);
+        let is_open = |wanted: &Step| open_steps(map, pose).any(|(step, _)| step == *wanted);
         [Step::Left, Step::Front, Step::Right, Step::Back]
             .into_iter()
             .find(is_open)
@@ -32,8 +31,8 @@ impl Strategy for LeftWall {
             .ok_or(SearchError::BoxedIn { cell: pose.cell })
     }
 
-    fn weight(&self, _: Cell) -> u16 {
-        0
+    fn weight(&self, _: Cell) -> Option<u16> {
+        Some(0)
     }
 }
 
@@ -43,7 +42,7 @@ mod tests {
     use crate::testing::search;
 
     #[test]
-    fn it_follows_the_wall_to_the_goal() {
+    fn reaches_a_goal_on_the_outer_wall() {
         let maze = "\
 o---o---o---o
 |         G |
@@ -56,7 +55,7 @@ o---o---o---o
     }
 
     #[test]
-    fn it_circles_an_island_for_ever() {
+    fn circles_an_island_until_the_limit() {
         let maze = "\
 o---o---o---o---o
 |               |

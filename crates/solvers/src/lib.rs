@@ -1,8 +1,8 @@
-//! How a micromouse finds its way: flood fill and the strategies built on what a mouse knows.
+//! Search strategies of a micromouse, and the floods that they use.
 //!
-//! A [`Strategy`] is pure: it is shown what the mouse knows and where it stands, and says what to
-//! do next. It knows no socket, clock or thread, so the same one runs in memory, against a
-//! simulator, and on a mouse. A [`Mouse`] joins a strategy with a map and a pose:
+//! A [`Strategy`] is pure: given what the mouse knows and its pose, it returns the next move. It uses
+//! no socket, clock or thread, so the same strategy runs in memory, against a simulator, and on a
+//! real mouse. A [`Mouse`] combines a strategy with a map and a pose:
 //!
 //! ```
 //! use mmsim_maze::{KnownMaze, Maze};
@@ -23,16 +23,18 @@
 //! ```
 //!
 //! # Floods
-//! [`Distances`] are the distances of all cells to the nearest target, [`Downhill`] says where to go
-//! without them, [`steps_between`] how far it is from one cell. They work on bits, with what the
-//! processor has ([`Instructions`]).
+//! [`Distances`] holds the distance from each cell to the nearest target. [`Downhill`] finds the next
+//! step without computing distances, [`steps_between`] the distance of a single cell. All of them
+//! operate on bit sets, with the vector [`Instructions`] that the processor supports.
 //!
 //! # Ties
 //! Where several neighbours are equally good, a mouse prefers front, left, right, back, in this
 //! order, as the reference simulator's example clients do.
 //!
-//! The crate is `no_std` and allocates nothing unless its feature `std` (on by default) is there.
+//! The crate is `no_std` and allocates nothing unless its feature `std` (on by default) is enabled.
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
+// Marks the items of optional features on docs.rs.
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod a_star;
 #[cfg(feature = "std")]
@@ -66,11 +68,11 @@ pub use mouse::{Crash, Mouse};
 pub use proof::{PathBounds, steps_until_proven};
 pub use shortest_path_search::ShortestPathSearch;
 pub use stats::{PhaseStats, SearchStats};
-pub use strategy::{Move, Phase, SearchError, Strategy, steps_from};
+pub use strategy::{Move, Phase, SearchError, Strategy, open_steps};
 pub use swing::Swing;
 pub use weight_increment::WeightIncrement;
 
-/// The code in the README of this crate runs.
+/// Tests the code in the README of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,4 +1,4 @@
-//! A mouse: a strategy, what it knows, and where it stands.
+//! A mouse: a strategy, a map and a pose.
 
 use mmsim_maze::{
     Cell, Contradiction, Heading, KnownMaze, Pose, Step, Unknown, WallState, WallsAround,
@@ -6,9 +6,10 @@ use mmsim_maze::{
 
 use crate::strategy::{Move, Phase, SearchError, Strategy};
 
-/// A mouse on its search run: a strategy, what the mouse knows, and where it stands.
+/// A mouse in a maze: a strategy, what the mouse knows, and where it is.
 ///
-/// Whoever drives it repeats [`see`](Self::see), [`decide`](Self::decide) and [`go`](Self::go).
+/// A [`SearchDriver`](crate::SearchDriver) repeats [`see`](Self::see), [`decide`](Self::decide) and
+/// [`go`](Self::go). Firmware calls them itself.
 #[derive(Clone, Debug)]
 pub struct Mouse<S> {
     strategy: S,
@@ -18,11 +19,12 @@ pub struct Mouse<S> {
 
 /// A step through a side that is not known to be open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected a step through an open side, found the {heading} side of {cell} {}", describe(*state))]
+#[error("cannot leave {cell} to the {heading}: {}", describe(*state))]
+#[non_exhaustive]
 pub struct Crash {
-    /// Where the mouse stands.
+    /// Where the mouse is.
     pub cell: Cell,
-    /// The side it would have gone through.
+    /// The side that it would have gone through.
     pub heading: Heading,
     /// What is known of that side.
     pub state: WallState,
@@ -30,56 +32,62 @@ pub struct Crash {
 
 fn describe(state: WallState) -> &'static str {
     match state {
-        WallState::Present => "closed by a wall",
-        WallState::Absent => "at the edge of the map",
-        WallState::Unknown => "unknown",
+        WallState::Present => "there is a wall",
+        WallState::Absent => "the map ends there",
+        WallState::Unknown => "the wall there is unknown",
     }
 }
 
 impl<S: Strategy> Mouse<S> {
-    /// A mouse that knows `map` and stands at `pose`.
+    /// Creates a mouse that knows `map` and is at `pose`.
+    #[must_use]
     pub const fn new(strategy: S, map: KnownMaze, pose: Pose) -> Self {
         Self { strategy, map, pose }
     }
 
-    /// What it knows.
+    /// Returns what the mouse knows.
     pub const fn map(&self) -> &KnownMaze {
         &self.map
     }
 
-    /// Where it stands.
+    /// Returns where the mouse is.
     pub const fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// The strategy's number for `cell`, see [`Strategy::weight`].
-    pub fn weight(&self, cell: Cell) -> u16 {
+    /// Returns the strategy.
+    pub const fn strategy(&self) -> &S {
+        &self.strategy
+    }
+
+    /// Returns the strategy's number for `cell`, see [`Strategy::weight`].
+    pub fn weight(&self, cell: Cell) -> Option<u16> {
         self.strategy.weight(cell)
     }
 
-    /// The phase to which the last decision belongs, see [`Strategy::phase`].
+    /// Returns the phase to which the last decision belongs, see [`Strategy::phase`].
     pub fn phase(&self) -> Phase {
         self.strategy.phase()
     }
 
-    /// Notes the walls around the mouse.
+    /// Adds the walls around the mouse to its map.
     ///
     /// # Errors
-    /// A reading that contradicts an earlier one; the map is left as it was.
+    /// A reading that contradicts an earlier one. The map stays as it was.
     pub fn see(&mut self, around: WallsAround) -> Result<(), Contradiction> {
         self.map.observe(self.pose, around)
     }
 
-    /// Notes the walls that the mouse senses with its nose turned round: at the start nothing may
-    /// be known of the side behind it. The mouse itself heads on as before.
+    /// Adds the walls that the mouse reads while it faces backwards. This is for the start, where
+    /// the side behind the mouse may be unknown. The pose of the mouse stays as it was.
     ///
     /// # Errors
-    /// A reading that contradicts an earlier one; the map is left as it was.
+    /// A reading that contradicts an earlier one. The map stays as it was.
     pub fn see_behind(&mut self, around: WallsAround) -> Result<(), Contradiction> {
         self.map.observe(self.turned_round(), around)
     }
 
-    /// Its pose after half a turn on the spot.
+    /// Returns the pose of the mouse after a half turn on the spot.
     pub const fn turned_round(&self) -> Pose {
         Pose::new(self.pose.cell, self.pose.heading.back())
     }
@@ -87,7 +95,7 @@ impl<S: Strategy> Mouse<S> {
     /// Lets the strategy decide what to do here.
     ///
     /// # Errors
-    /// The strategy says that the search cannot go on.
+    /// The strategy cannot go on.
     pub fn decide(&mut self) -> Result<Move, SearchError> {
         self.strategy.next_move(&self.map, self.pose)
     }
@@ -114,16 +122,16 @@ mod tests {
     use mmsim_maze::MazeSize;
 
     use super::*;
-    use crate::LeftWall;
+    use crate::left_wall::LeftWall;
 
     #[test]
-    fn a_mouse_goes_only_where_it_knows_the_way_is_open() {
+    fn a_mouse_only_takes_steps_known_to_be_open() {
         let pose = Pose::new(Cell::new(1, 1), Heading::North);
         let map = KnownMaze::new(MazeSize::CLASSIC, pose.cell, MazeSize::CLASSIC.central_cells());
         let mut mouse = Mouse::new(LeftWall::new(), map, pose);
         mouse.see(WallsAround { left: true, front: false, right: false }).unwrap();
-        insta::assert_snapshot!(mouse.go(Step::Left).unwrap_err(), @"expected a step through an open side, found the west side of (1, 1) closed by a wall");
-        insta::assert_snapshot!(mouse.go(Step::Back).unwrap_err(), @"expected a step through an open side, found the south side of (1, 1) unknown");
+        insta::assert_snapshot!(mouse.go(Step::Left).unwrap_err(), @"cannot leave (1, 1) to the west: there is a wall");
+        insta::assert_snapshot!(mouse.go(Step::Back).unwrap_err(), @"cannot leave (1, 1) to the south: the wall there is unknown");
         assert_eq!(mouse.pose(), pose);
         mouse.go(Step::Right).unwrap();
         assert_eq!(mouse.pose(), Pose::new(Cell::new(2, 1), Heading::East));

@@ -31,7 +31,7 @@ impl PathBounds {
     #[must_use]
     pub fn new(map: &KnownMaze) -> Self {
         let [optimistic, pessimistic] = [Unknown::Open, Unknown::Closed]
-            .map(|unknown| steps_between(map.walls(unknown), map.start(), map.goals()));
+            .map(|unknown| steps_between(map.walls(unknown), map.start().cell, map.goals()));
         Self { optimistic, pessimistic }
     }
 

@@ -1,69 +1,68 @@
-//! Shortest-path search: explores until a shortest way is proven, and no longer.
+//! Shortest-path search: explore until the shortest path is proven.
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown};
 
-use crate::flood::Distances;
-use crate::flood::{ToSee, UNREACHABLE, cell_to_see};
+use crate::flood::{Distances, ExplorationTarget, UNREACHABLE};
 use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 
-/// Shortest-path search: goes to the goal, explores until it is proven that no unknown wall can
-/// hide a shorter way than the known one, returns to the start, and runs fast.
+/// Shortest-path search: goes to the goal, explores until no unknown wall can hide a shorter path
+/// than the known one, returns to the start, and runs to the goal.
 ///
-/// - To the goal it goes by flood fill, unknown walls taken as open; of neighbours equally near the
-///   one that is least far off as the crow flies, so that it keeps most ways open.
-/// - Then it looks at the shortest ways from the start to the goal, unknown walls open, layer by
-///   layer: all cells at the same distance from the start. Each way crosses each layer, so where it
-///   has seen nothing of a layer yet, a few walls may close all of them at once. It goes to the
-///   nearest cell of the narrowest such layers.
-/// - It stops exploring as soon as one of those ways is known to be open all along: then the cost
-///   with unknown walls open equals the one with unknown walls closed. (Where it knows that one step
-///   before the goal, it takes that step.)
-/// - It comes home over unknown walls where that may be shorter.
+/// - It goes to the goal by flood fill. Of equally near neighbours it takes the one nearest to the
+///   goal as the crow flies, which keeps the most paths open.
+/// - Then it explores the optimistic shortest paths from the start to the goal. The cells on these
+///   paths at one distance from the start are a layer. Every path crosses every layer, so a few
+///   walls in an unvisited layer may close all paths. The mouse goes to the nearest cell of the
+///   narrowest unvisited layers.
+/// - It stops exploring as soon as one of these paths is known to be open: then the optimistic
+///   distance equals the pessimistic one. If it knows this one step before the goal, it still takes
+///   that step.
+/// - It returns to the start through unknown walls if that may be shorter.
 ///
-/// Its weights are distances to where it goes, in steps. It proves a shortest way wherever there is
-/// one; where there is none it comes back to the start and says so there.
+/// Its weights are the distances to its target in steps. It always proves the shortest path, or
+/// returns to the start and reports an unreachable goal.
 #[derive(Clone, Debug)]
 pub struct ShortestPathSearch {
     leg: Leg,
-    /// Where it has been. A cell that it comes back to tells nothing new.
-    been: CellSet,
-    /// Where it goes to see what, while it explores.
-    to_see: Option<ToSee>,
+    /// The cells in which it has made a decision. Coming back to one shows no new walls.
+    visited: CellSet,
+    /// Where it goes while it explores.
+    target: Option<ExplorationTarget>,
     distances: Distances,
-    /// The south-western and the north-eastern corner of the box around the goal cells, kept from the
-    /// first step on, since each step asks.
+    /// The south-western and the north-eastern corner of the box around the goal cells, computed at
+    /// the first step.
     goal_corners: Option<[Cell; 2]>,
 }
 
-/// What the mouse is about.
+/// What the mouse currently does.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Leg {
     ToGoal,
     Explore,
     Return,
-    /// No goal can be reached: it returns to say so.
+    /// The goal is unreachable: it returns to the start and reports that.
     GiveUp,
     FastRun,
 }
 
 impl ShortestPathSearch {
-    /// A search that has not begun yet.
+    /// Creates a new search.
     pub const fn new() -> Self {
         Self {
             leg: Leg::ToGoal,
-            been: CellSet::EMPTY,
-            to_see: None,
+            visited: CellSet::EMPTY,
+            target: None,
             distances: Distances::unreachable(MazeSize::CLASSIC),
             goal_corners: None,
         }
     }
 
-    /// Plans the way on, and starts the next leg where one is over.
+    /// Plans the next steps, and starts the next leg if the current one is complete.
     fn plan(&mut self, map: &KnownMaze, cell: Cell) {
         let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
         if self.leg == Leg::ToGoal {
-            if !self.distances.lead_on(open, cell) {
-                self.distances.refill(open, map.goals());
+            if !self.distances.is_downhill_open(open, cell) {
+                self.distances.reflood(open, map.goals());
             }
             if map.goals().contains(cell) {
                 self.leg = Leg::Explore;
@@ -71,38 +70,38 @@ impl ShortestPathSearch {
                 self.leg = Leg::GiveUp;
             }
         }
-        // Away from the shortest ways nothing that it sees changes them, and new walls make only ways
-        // longer, if not its own.
+        // A new plan is only needed if a wall cuts off the current one, or on a shortest path: walls
+        // seen elsewhere do not change the shortest paths.
         if self.leg == Leg::Explore {
-            let leads_on = self.to_see.is_some() && self.distances.lead_on(open, cell);
-            if !leads_on || self.to_see.is_some_and(|to_see| to_see.ways.contains(cell)) {
-                let before = self.to_see.map(|to_see| to_see.cell);
-                self.to_see = cell_to_see(map, cell);
-                match self.to_see {
-                    Some(to_see) if leads_on && before == Some(to_see.cell) => {}
-                    Some(to_see) => self.distances.refill(open, &only(to_see.cell)),
+            let is_valid = self.target.is_some() && self.distances.is_downhill_open(open, cell);
+            if !is_valid || self.target.is_some_and(|target| target.paths.contains(cell)) {
+                let before = self.target.map(|target| target.cell);
+                self.target = ExplorationTarget::find(map, cell);
+                match self.target {
+                    Some(target) if is_valid && before == Some(target.cell) => {}
+                    Some(target) => self.distances.reflood(open, &only(target.cell)),
                     None => self.leg = Leg::Return,
                 }
             }
         }
         if matches!(self.leg, Leg::Return | Leg::GiveUp) {
-            let known = Distances::flood(closed, &only(map.start()));
-            self.distances.refill(open, &only(map.start()));
+            let known = Distances::flood(closed, &only(map.start().cell));
+            self.distances.reflood(open, &only(map.start().cell));
             if self.distances.at(cell) >= known.at(cell) {
                 self.distances = known;
             }
         }
-        if self.leg == Leg::Return && cell == map.start() {
+        if self.leg == Leg::Return && cell == map.start().cell {
             self.leg = Leg::FastRun;
-            self.distances.refill(closed, map.goals());
+            self.distances.reflood(closed, map.goals());
         }
     }
 
-    /// Whether the mouse is where this leg ends.
+    /// Whether this leg ends at `cell`.
     fn has_arrived(&self, map: &KnownMaze, cell: Cell) -> bool {
         match self.leg {
             Leg::ToGoal => map.goals().contains(cell),
-            Leg::Return => cell == map.start(),
+            Leg::Return => cell == map.start().cell,
             Leg::Explore | Leg::GiveUp | Leg::FastRun => false,
         }
     }
@@ -117,13 +116,13 @@ impl Default for ShortestPathSearch {
 impl Strategy for ShortestPathSearch {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
         let cell = pose.cell;
-        let is_new = self.been.insert(cell) || cell == map.start();
+        let is_new = self.visited.insert(cell) || cell == map.start().cell;
         if self.leg != Leg::FastRun && (is_new || self.has_arrived(map, cell)) {
             self.plan(map, cell);
         }
         match self.leg {
             Leg::FastRun if map.goals().contains(cell) => return Ok(Move::Stop),
-            Leg::GiveUp if map.start() == cell => {
+            Leg::GiveUp if map.start().cell == cell => {
                 return Err(SearchError::GoalUnreachable { cell });
             }
             _ => {}
@@ -141,8 +140,8 @@ impl Strategy for ShortestPathSearch {
             .ok_or(SearchError::BoxedIn { cell })
     }
 
-    fn weight(&self, cell: Cell) -> u16 {
-        self.distances.raw(cell)
+    fn weight(&self, cell: Cell) -> Option<u16> {
+        self.distances.at(cell)
     }
 
     fn phase(&self) -> Phase {
@@ -154,7 +153,7 @@ impl Strategy for ShortestPathSearch {
     }
 }
 
-/// The south-western and the north-eastern corner of the box around some cells.
+/// Returns the south-western and the north-eastern corner of the box around some cells.
 fn corners(cells: &CellSet) -> [Cell; 2] {
     let mut cells = cells.iter();
     let first = cells.next().unwrap_or(Cell::new(0, 0));
@@ -166,8 +165,8 @@ fn corners(cells: &CellSet) -> [Cell; 2] {
     })
 }
 
-/// How far a cell's neighbours are off a box, walls or not: the larger of columns and rows. In the
-/// order of [`Heading::ALL`](mmsim_maze::Heading::ALL).
+/// Returns the distances of a cell's neighbours from a box, regardless of walls: the larger of
+/// columns and rows. They are in the order of [`Heading::ALL`](mmsim_maze::Heading::ALL).
 fn crow_flies_around(cell: Cell, [south_west, north_east]: [Cell; 2]) -> [u8; 4] {
     let off = |from: u8, at: u8, to: u8| from.saturating_sub(at).max(at.saturating_sub(to));
     let columns = |x| off(south_west.x, x, north_east.x);
@@ -201,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn it_proves_the_shortest_way_and_runs_it() {
+    fn proves_the_shortest_path_and_runs_it() {
         let maze = "\
 o---o---o---o---o
 |               |
@@ -229,7 +228,7 @@ o---o---o---o---o
     }
 
     #[test]
-    fn a_goal_without_a_way_is_reported_at_the_start() {
+    fn reports_an_unreachable_goal_at_the_start() {
         let unreachable = Err(SearchError::GoalUnreachable { cell: Cell::new(0, 0) });
         let maze = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";
         assert_eq!(steps(maze), (unreachable, 4));
@@ -237,7 +236,7 @@ o---o---o---o---o
     }
 
     #[test]
-    fn a_start_in_the_goal_is_no_trap() {
+    fn stops_if_the_start_is_a_goal() {
         for maze in ["o---o\n|SG |\no---o\n", "o---o---o\n| G |SG |\no---o---o\n"] {
             assert_eq!(steps(maze), (Ok(Move::Stop), 0));
         }
@@ -245,7 +244,7 @@ o---o---o---o---o
 
     proptest! {
         #[test]
-        fn it_proves_a_shortest_way_or_says_that_there_is_none(
+        fn proves_the_shortest_path_or_reports_an_unreachable_goal(
             (width, height) in (1usize..=32, 1usize..=32),
             density in 0.0..0.7,
             rolls in prop::collection::vec(0.0..1.0, 2 * MazeSize::MAX_AREA),
@@ -263,7 +262,7 @@ o---o---o---o---o
             let maze = Maze::new(walls, inside(start), goals).unwrap();
             let mut mouse =
                 Mouse::new(ShortestPathSearch::new(), KnownMaze::unexplored(&maze), maze.start());
-            // It plans anew only in cells that it has not seen yet.
+            // It plans again only in unvisited cells.
             let max_states = u32::try_from((size.area() + 3) * size.area()).unwrap();
             let mut driver = SearchDriver::new(&mut mouse, max_states);
             while driver.advance_in(&maze) == Ok(true) {}

@@ -10,7 +10,7 @@ use crate::strategy::Phase;
 pub struct SearchStats {
     /// The search run, up to the return run or the fast run.
     pub search_run: PhaseStats,
-    /// The way back to the start.
+    /// The return run, back to the start.
     pub return_run: PhaseStats,
     /// The fast run.
     pub fast_run: PhaseStats,

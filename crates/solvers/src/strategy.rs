@@ -1,18 +1,17 @@
-//! What a strategy is.
+//! The [`Strategy`] trait: what is known and a pose go in, a move comes out.
 
 use mmsim_maze::{Cell, KnownMaze, Pose, Step, Unknown};
 
-/// A way to search a maze: shown what the mouse knows and where it stands, it says what to do
-/// next.
+/// A search strategy. Given what the mouse knows and where it is, it decides what to do next.
 ///
-/// It is pure: no socket, clock or thread. To write one, decide in
-/// [`next_move`](Self::next_move); [`weight`](Self::weight) is for those who watch.
+/// A strategy is pure: it uses no socket, clock or thread. The only method to implement is
+/// [`next_move`](Self::next_move).
 ///
 /// ```
-/// use mmsim_maze::{Cell, KnownMaze, Pose};
-/// use mmsim_solvers::{Move, SearchError, Strategy, steps_from};
+/// use mmsim_maze::{KnownMaze, Pose};
+/// use mmsim_solvers::{Move, SearchError, Strategy, open_steps};
 ///
-/// /// Goes straight on as long as it can, else left, else right, else back.
+/// /// Goes straight on if it can, else left, right or back.
 /// struct Straight;
 ///
 /// impl Strategy for Straight {
@@ -20,32 +19,30 @@ use mmsim_maze::{Cell, KnownMaze, Pose, Step, Unknown};
 ///         if map.goals().contains(pose.cell) {
 ///             return Ok(Move::Stop);
 ///         }
-///         let mut steps = steps_from(map, pose);
+///         let mut steps = open_steps(map, pose);
 ///         let (step, _) = steps.next().ok_or(SearchError::BoxedIn { cell: pose.cell })?;
 ///         Ok(Move::Step(step))
-///     }
-///
-///     fn weight(&self, _: Cell) -> u16 {
-///         0
 ///     }
 /// }
 /// ```
 pub trait Strategy {
-    /// What to do in this pose, once the walls around it are noted in the map.
+    /// Decides what to do in this pose. The map already holds the walls around it.
     ///
-    /// It is called once for each reading, in the order of the search.
+    /// It is called exactly once for each reading, in the order of the search.
     ///
     /// # Errors
     /// The search cannot go on.
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError>;
 
-    /// The number that the strategy has for `cell` after the last [`next_move`](Self::next_move),
-    /// for a viewer to show: a distance in steps, a count of visits. `u16::MAX` says that there is
-    /// none.
-    fn weight(&self, cell: Cell) -> u16;
+    /// Returns a number for a viewer to show in `cell`, as of the last
+    /// [`next_move`](Self::next_move): a distance in steps, a count of visits. `None` shows
+    /// nothing.
+    fn weight(&self, _cell: Cell) -> Option<u16> {
+        None
+    }
 
-    /// The phase to which the last [`next_move`](Self::next_move) belongs. A strategy that stops in
-    /// the goal stays in its search run.
+    /// Returns the phase to which the last [`next_move`](Self::next_move) belongs. A strategy that
+    /// stops in the goal stays in its search run.
     fn phase(&self) -> Phase {
         Phase::SearchRun
     }
@@ -56,7 +53,7 @@ impl<S: Strategy + ?Sized> Strategy for &mut S {
         (**self).next_move(map, pose)
     }
 
-    fn weight(&self, cell: Cell) -> u16 {
+    fn weight(&self, cell: Cell) -> Option<u16> {
         (**self).weight(cell)
     }
 
@@ -71,7 +68,7 @@ impl<S: Strategy + ?Sized> Strategy for Box<S> {
         (**self).next_move(map, pose)
     }
 
-    fn weight(&self, cell: Cell) -> u16 {
+    fn weight(&self, cell: Cell) -> Option<u16> {
         (**self).weight(cell)
     }
 
@@ -80,48 +77,57 @@ impl<S: Strategy + ?Sized> Strategy for Box<S> {
     }
 }
 
-/// A phase of a mouse's time in the maze.
+/// A phase of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Phase {
-    /// The search for the goal, and exploration after it.
+    /// Finding the goal, and exploring after that.
     #[default]
     SearchRun,
-    /// The way back to the start.
+    /// Going back to the start.
     ReturnRun,
-    /// The run from the start to the goal over known cells.
+    /// Running from the start to the goal over known cells.
     FastRun,
 }
 
 /// What a mouse does next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Move {
-    /// Nothing more: the search run is over.
+    /// Stop: the search is over.
     Stop,
-    /// A turn and one cell.
+    /// Turn, then move one cell.
     Step(Step),
 }
 
-/// Why a search cannot go on.
+/// Why a strategy cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SearchError {
-    /// Known walls close every way from the mouse to the goal.
-    #[error("expected a way from {cell} to the goal, found all of them closed by walls")]
+    /// Known walls close every path from the mouse to the goal.
+    #[error("goal unreachable from {cell}")]
     GoalUnreachable {
-        /// Where the mouse stands.
+        /// Where the mouse is.
         cell: Cell,
     },
-    /// There are walls on all four sides of the mouse.
-    #[error("expected a way out of {cell}, found walls all round")]
+    /// The mouse has walls on all four sides.
+    #[error("the mouse is boxed in at {cell}")]
     BoxedIn {
-        /// Where the mouse stands.
+        /// Where the mouse is.
         cell: Cell,
+    },
+    /// An error of the strategy's own.
+    #[error("search failed at {cell}: {reason}")]
+    Failed {
+        /// Where the mouse is.
+        cell: Cell,
+        /// What went wrong.
+        reason: &'static str,
     },
 }
 
-/// The steps that a mouse in `pose` can take through sides known to be open, with the cell each
-/// leads to, in the order front, left, right, back.
-pub fn steps_from(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Cell)> + '_ {
+/// Returns the steps that a mouse in `pose` can take through sides known to be open, each with the
+/// cell it leads to, in the order front, left, right, back.
+pub fn open_steps(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Cell)> + '_ {
     let possible = map.walls(Unknown::Closed).sides(pose.cell);
     Step::ALL.into_iter().filter_map(move |step| {
         let next = pose.after(step).filter(|next| !possible.has(next.heading))?;
@@ -129,10 +135,9 @@ pub fn steps_from(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Ce
     })
 }
 
-/// The first of the possible steps that leads to the neighbour with the least number, and that
-/// number; `None` where there is no step. Numbers are in the order of
-/// [`Heading::ALL`](mmsim_maze::Heading::ALL).
-// Without a branch for a wall or a number, since nobody can predict them.
+/// Returns the first open step to the neighbour with the least number, and that number; `None` if
+/// no step is open. `numbers` are in the order of [`Heading::ALL`](mmsim_maze::Heading::ALL).
+// No branches on walls or numbers: they are unpredictable.
 pub(crate) fn step_to_least(map: &KnownMaze, pose: Pose, numbers: [u32; 4]) -> Option<(Step, u32)> {
     const CLOSED: u64 = 1 << 63;
     let possible = map.walls(Unknown::Closed).sides(pose.cell);

@@ -1,4 +1,4 @@
-//! Swing: over centre and corners, back to the start, and then fast to the goal.
+//! Swing: visit the centre and the corners, return, and run to the goal.
 
 use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose, Step, Unknown, Walls};
 
@@ -7,27 +7,26 @@ use crate::flood::Distances;
 use crate::key_point_route::{KeyPointRoute, centre};
 use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 
-/// Swing: explores on a [`KeyPointRoute`] from key point to key point, each time by the shortest way with
-/// unknown walls taken as open, planned anew with A* whenever a wall shows up; then it runs from
-/// the start to the goal by the shortest way that it knows.
+/// Swing: visits the key points of a [`KeyPointRoute`], then runs from the start to the goal on the
+/// shortest known path. To each key point it takes an optimistic shortest path, found with A*, and
+/// plans again when it sees a new wall.
 ///
-/// Its weights are distances to the current key point over what is known, in steps, and on the fast
-/// run those to the goal. It reaches the goal wherever there is a way, and says so where there is
-/// none.
+/// Its weights are the distances to the current key point in steps; on the fast run, to the goal. It
+/// reaches every reachable goal and reports an unreachable one.
 #[derive(Clone, Debug)]
 pub struct Swing {
-    /// From the first decision on.
+    /// `None` before the first decision.
     route: Option<KeyPointRoute>,
-    /// The way to the key point and how many steps of it are done.
+    /// The path to the key point, and how many of its steps are done.
     plan: Option<(ShortestPath, usize)>,
-    /// The walls for which it was planned.
+    /// The walls for which the path was planned.
     walls: Walls,
     distances: Distances,
     phase: Phase,
 }
 
 impl Swing {
-    /// A search that has not begun yet.
+    /// Creates a new search.
     pub const fn new() -> Self {
         Self {
             route: None,
@@ -38,17 +37,18 @@ impl Swing {
         }
     }
 
-    /// Plans the way to the next key point; without one the fast run begins.
+    /// Plans the path to the next key point. If there is none, the fast run begins.
     fn plan(&mut self, map: &KnownMaze, cell: Cell) -> Result<(), SearchError> {
         let walls = map.walls(Unknown::Open);
         centre(map.goals(), walls, cell).ok_or(SearchError::GoalUnreachable { cell })?;
         let target = self.route.as_mut().and_then(|route| route.target(walls, cell));
         self.plan = target.and_then(|target| Some((ShortestPath::find(walls, cell, target)?, 0)));
         self.walls = walls.clone();
-        self.phase = match &self.route {
-            Some(route) if target.is_some() && !route.is_returning() => Phase::SearchRun,
-            Some(_) if target.is_some() => Phase::ReturnRun,
-            _ => Phase::FastRun,
+        let is_returning = self.route.as_ref().is_some_and(KeyPointRoute::is_returning);
+        self.phase = match target {
+            None => Phase::FastRun,
+            Some(_) if is_returning => Phase::ReturnRun,
+            Some(_) => Phase::SearchRun,
         };
         self.distances = match target {
             Some(target) => Distances::flood(walls, &[target].into_iter().collect()),
@@ -67,7 +67,7 @@ impl Default for Swing {
 impl Strategy for Swing {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
         let Pose { cell, heading } = pose;
-        let route = || KeyPointRoute::there_and_back(map.size(), map.start(), *map.goals());
+        let route = || KeyPointRoute::there_and_back(map.size(), map.start().cell, *map.goals());
         self.route.get_or_insert_with(route).pass(cell);
         let is_done = |(path, done): &(ShortestPath, usize)| *done >= path.length().into();
         let is_stale = self.walls != *map.walls(Unknown::Open);
@@ -89,8 +89,8 @@ impl Strategy for Swing {
         step.map(Move::Step).ok_or(SearchError::BoxedIn { cell })
     }
 
-    fn weight(&self, cell: Cell) -> u16 {
-        self.distances.raw(cell)
+    fn weight(&self, cell: Cell) -> Option<u16> {
+        self.distances.at(cell)
     }
 
     fn phase(&self) -> Phase {
@@ -104,7 +104,7 @@ mod tests {
     use crate::testing::{Outcome, search};
 
     #[test]
-    fn it_swings_over_the_maze_and_runs_fast() {
+    fn visits_the_key_points_and_runs_to_the_goal() {
         let maze = "\
 o---o---o---o
 |           |
@@ -128,14 +128,14 @@ o---o---o---o
     }
 
     #[test]
-    fn a_goal_without_a_way_is_reported() {
+    fn reports_an_unreachable_goal() {
         let maze = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";
         let Outcome { result, .. } = search(Swing::new(), maze, 100);
         assert!(matches!(result, Err(SearchError::GoalUnreachable { .. })), "{result:?}");
     }
 
     #[test]
-    fn a_start_in_the_goal_is_no_trap() {
+    fn stops_if_the_start_is_a_goal() {
         for maze in ["o---o\n|SG |\no---o\n", "o---o---o\n| G |SG |\no---o---o\n"] {
             assert_eq!(search(Swing::new(), maze, 100).result, Ok(Move::Stop));
         }

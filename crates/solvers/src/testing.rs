@@ -1,4 +1,4 @@
-//! A search in memory, for the strategies' tests.
+//! A search in memory, for the tests of the strategies.
 
 use mmsim_maze::{KnownMaze, Maze};
 
@@ -16,14 +16,14 @@ pub(crate) struct Outcome {
     pub(crate) drawing: String,
 }
 
-/// Searches the maze drawn in `text` until the strategy stops, but takes `max_steps` at most.
+/// Searches the maze drawn in `text` until the strategy stops, in at most `max_steps` steps.
 pub(crate) fn search(strategy: impl Strategy, text: &str, max_steps: u32) -> Outcome {
     let maze: Maze = text.parse().unwrap();
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(&maze), maze.start());
     let mut driver = SearchDriver::new(&mut mouse, max_steps + 1);
     while driver.advance_in(&maze) == Ok(true) {}
     let (result, steps) = (driver.decision().unwrap(), driver.stats().steps());
-    let weight = |cell| Some(mouse.weight(cell)).filter(|&weight| weight != u16::MAX);
+    let weight = |cell| mouse.weight(cell);
     let drawing = mouse.map().picture().with_numbers(&weight).with_mouse(mouse.pose()).to_string();
     Outcome { result, steps, drawing }
 }

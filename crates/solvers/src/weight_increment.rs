@@ -1,4 +1,4 @@
-//! Weight increment: where it has been least.
+//! Weight increment: go to the neighbour visited least.
 
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
 
@@ -6,22 +6,21 @@ use crate::strategy::{Move, SearchError, Strategy, step_to_least};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// Weight increment: counts its visits to each cell and goes to the neighbour it has visited
-/// least.
+/// Weight increment: counts its visits to each cell and goes to the neighbour visited least.
 ///
-/// Its weights are those counts; the start counts one visit more, as in the reference simulator's
-/// example client. It reaches the goal wherever there is a way, but makes detours.
+/// Its weights are these counts. The start counts one extra visit, as in the reference simulator's
+/// example client. It reaches every reachable goal, with detours.
 #[derive(Clone, Debug)]
 pub struct WeightIncrement {
     /// `visits[x][y]`
     visits: [[u16; SIDE]; SIDE],
-    begun: bool,
+    has_begun: bool,
 }
 
 impl WeightIncrement {
-    /// A search that has not begun yet.
+    /// Creates a new search.
     pub const fn new() -> Self {
-        Self { visits: [[0; SIDE]; SIDE], begun: false }
+        Self { visits: [[0; SIDE]; SIDE], has_begun: false }
     }
 }
 
@@ -33,8 +32,8 @@ impl Default for WeightIncrement {
 
 impl Strategy for WeightIncrement {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
-        let more = if self.begun { 1 } else { 2 };
-        self.begun = true;
+        let more = if self.has_begun { 1 } else { 2 };
+        self.has_begun = true;
         let column = self.visits.get_mut(usize::from(pose.cell.x));
         if let Some(visits) = column.and_then(|column| column.get_mut(usize::from(pose.cell.y))) {
             *visits = visits.saturating_add(more);
@@ -45,17 +44,17 @@ impl Strategy for WeightIncrement {
         // `map` of arrays is not always inlined.
         let mut visits = [0; 4];
         for heading in Heading::ALL {
-            let neighbour = pose.cell.neighbour(heading);
-            visits[heading as usize] = neighbour.map_or(0, |cell| self.weight(cell).into());
+            let neighbour = pose.cell.neighbour(heading).and_then(|cell| self.weight(cell));
+            visits[heading as usize] = neighbour.unwrap_or(0).into();
         }
         step_to_least(map, pose, visits)
             .map(|(step, _)| Move::Step(step))
             .ok_or(SearchError::BoxedIn { cell: pose.cell })
     }
 
-    fn weight(&self, cell: Cell) -> u16 {
-        let column = self.visits.get(usize::from(cell.x));
-        column.and_then(|column| column.get(usize::from(cell.y))).copied().unwrap_or(0)
+    fn weight(&self, cell: Cell) -> Option<u16> {
+        let column = self.visits.get(usize::from(cell.x))?;
+        column.get(usize::from(cell.y)).copied()
     }
 }
 
@@ -75,7 +74,7 @@ o---o---o---o
 ";
 
     #[test]
-    fn it_prefers_where_it_has_been_least() {
+    fn goes_to_the_neighbour_visited_least() {
         let outcome = search(WeightIncrement::new(), MAZE, 100);
         assert_eq!(outcome.result, Ok(Move::Stop));
         insta::assert_snapshot!(outcome.drawing, @"
@@ -90,7 +89,7 @@ o---o---o---o
     }
 
     #[test]
-    fn without_a_way_out_it_says_so() {
+    fn reports_that_it_is_boxed_in() {
         let outcome = search(WeightIncrement::new(), "o---o---o\n| S | G |\no---o---o\n", 100);
         assert_eq!(outcome.result, Err(SearchError::BoxedIn { cell: Cell::new(0, 0) }));
         assert_eq!(outcome.steps, 0);

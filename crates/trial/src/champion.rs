@@ -164,12 +164,12 @@ struct RaceBounds {
 impl RaceBounds {
     fn new(map: &KnownMaze, here: Cell) -> Self {
         let from = |cell| RaceSteps::flood_from(map.walls(Unknown::Closed), cell);
-        let (from_here, from_start) = (from(here), from(map.start()));
+        let (from_here, from_start) = (from(here), from(map.start().cell));
         let to_goal = RaceSteps::flood(map.walls(Unknown::Open), map.goals());
         let upper = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
         // A race takes at least one step, even if it starts in the goal.
         let [upper, lower] =
-            [upper, to_goal.at(map.start())].map(|steps| steps.map(|steps| steps.max(1)));
+            [upper, to_goal.at(map.start().cell)].map(|steps| steps.map(|steps| steps.max(1)));
         Self { from_here, to_goal, upper, lower }
     }
 
@@ -198,7 +198,7 @@ impl RaceBounds {
     /// Returns the nearest cell at the edge of the known part through which a race may take fewer
     /// than `upper` steps or, if there is none, exactly `upper` steps.
     fn nearest_improving(&self, map: &KnownMaze, upper: u16) -> Option<Cell> {
-        let from_start = RaceSteps::flood_from(map.walls(Unknown::Open), map.start());
+        let from_start = RaceSteps::flood_from(map.walls(Unknown::Open), map.start().cell);
         let race_through = |cell| Some(from_start.at(cell)? + self.to_goal.at(cell)?);
         let nearest = |max_steps: u16| {
             let is_target = |&cell: &Cell| {

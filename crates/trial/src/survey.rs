@@ -26,7 +26,7 @@ pub struct Survey {
 impl Survey {
     /// Creates a survey with this map and the pose at the start, heading north.
     pub const fn new(map: KnownMaze) -> Self {
-        let pose = Pose::new(map.start(), Heading::North);
+        let pose = map.start();
         Self { map, pose }
     }
 
@@ -109,7 +109,7 @@ impl Survey {
                     }
                 }
             }
-            Action::Reset => self.pose = Pose::new(self.map.start(), Heading::North),
+            Action::Reset => self.pose = self.map.start(),
             Action::GiveUp => {}
         }
     }

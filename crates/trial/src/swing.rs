@@ -12,7 +12,7 @@ use crate::robot::Robot;
 use crate::survey::Survey;
 
 /// Swing, the published explorer: it visits key points one after another along optimistic shortest
-/// paths, and plans anew whenever it sees a wall. The cells of a straight are joined to steps of up
+/// paths, and plans again whenever it sees a wall. The cells of a straight are joined to steps of up
 /// to 3 cells. Then it resets and races along the shortest path known to be open.
 ///
 /// It moves backwards only through sides known to be open. It skips unreachable
@@ -101,7 +101,8 @@ impl Swing {
         variant: Variant,
         key_points: KeyPoints,
     ) -> Self {
-        let (size, start, goals) = (unexplored.size(), unexplored.start(), *unexplored.goals());
+        let (size, start, goals) =
+            (unexplored.size(), unexplored.start().cell, *unexplored.goals());
         let route = match variant {
             Variant::JustArrive => KeyPointRoute::just_arrive(goals),
             Variant::ArriveAndBack => KeyPointRoute::arrive_and_back(start, goals),

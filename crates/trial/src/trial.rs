@@ -9,8 +9,8 @@ use crate::action::Action;
 /// The two-run trial of a robot in a maze, by the rules of the published tester.
 ///
 /// In each step the robot gets its [`readings`](Self::readings) and [acts](Self::act). The first
-/// run explores; it ends with a reset after a visit to the goal. The second run races; it ends with
-/// the first step that ends in a goal cell. Crossing a goal cell within a step does not count.
+/// run explores; it ends with a reset after a visit to the goal. The second run is the race; it is over
+/// once a step ends in a goal cell. Crossing a goal cell within a step does not count.
 ///
 /// ```
 /// use mmsim_trial::{Action, Rotation, Trial, TrialOutcome};

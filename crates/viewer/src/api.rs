@@ -97,8 +97,9 @@ async fn page_info(State(state): SharedState) -> Json<PageInfo> {
         version: env!("CARGO_PKG_VERSION"),
         zmq: state.live.as_ref().map(|live| live.address.clone()),
         strategies: BundledStrategy::ALL
+            .iter()
             .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
-            .into(),
+            .collect(),
         opened: recordings.map(|(id, title)| OpenRecording { id, title }).collect(),
     })
 }

@@ -20,7 +20,8 @@ pub(crate) struct DistanceBounds {
 
 impl DistanceBounds {
     pub(crate) fn new(map: &KnownMaze) -> Self {
-        let distance = |unknown| Distances::flood(map.walls(unknown), map.goals()).at(map.start());
+        let distance =
+            |unknown| Distances::flood(map.walls(unknown), map.goals()).at(map.start().cell);
         Self { optimistic: distance(Unknown::Open), pessimistic: distance(Unknown::Closed) }
     }
 

@@ -15,7 +15,7 @@ pub(crate) struct MazeList {
     entries: OnceLock<Vec<MazeEntry>>,
 }
 
-/// A maze as the page lists it.
+/// A maze in the list on the page.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct MazeEntry {
     path: String,

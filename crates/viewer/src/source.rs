@@ -75,7 +75,7 @@ impl RunDescription {
         let message = states.get(index).unwrap_or_default();
         let state = State::decode(message, self.size)
             .map_err(|_| ApiError::internal(format!("cannot decode state {index}")))?;
-        let map = state.map(self.unexplored.start(), *self.unexplored.goals());
+        let map = state.map(self.unexplored.start().cell, *self.unexplored.goals());
         Ok(DecodedState { message, state, map })
     }
 }

@@ -156,7 +156,7 @@ fn only_listed_mazes_can_be_loaded() {
         (&json!("closed"), &json!(0), &json!(null))
     );
     stop_viewer(watched.viewer);
-    assert_eq!(stop(watched.server).name(), "closed");
+    assert_eq!(stop(watched.server).info().name, "closed");
 }
 
 #[test]

@@ -8,16 +8,12 @@
 //! request    the frames of the envelope, an empty frame, the frames of the body
 //! ```
 
-mod command;
-mod decoder;
-mod error;
-mod event;
-mod frame;
-mod handshake;
+pub(crate) mod decoder;
+pub(crate) mod event;
+pub(crate) mod frame;
+pub(crate) mod handshake;
 
-pub use command::push_pong;
-pub use decoder::Decoder;
-pub use error::ProtocolError;
-pub use event::Event;
-pub use frame::push_last_frame;
+pub use decoder::{Decoder, Phase};
+pub use event::{Event, ProtocolError};
+pub use frame::{push_last_frame, push_pong};
 pub use handshake::{GREETING, READY, SIGNATURE};

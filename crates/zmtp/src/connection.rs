@@ -2,7 +2,10 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 
-use crate::codec::{Decoder, Event, ProtocolError, SIGNATURE, push_last_frame, push_pong};
+use crate::codec::decoder::{Decoder, Phase};
+use crate::codec::event::{Event, ProtocolError};
+use crate::codec::frame::{push_last_frame, push_pong};
+use crate::codec::handshake::SIGNATURE;
 use crate::limits::MAX_WAITING_REPLY_BYTES;
 use crate::service::Service;
 
@@ -35,6 +38,7 @@ pub struct Connection<S> {
 /// The outcome of a [`Connection::turn`].
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Turn {
     /// Whether the connection has more to do now, rather than waiting for its stream.
     pub has_more: bool,
@@ -49,12 +53,6 @@ pub enum DisconnectReason {
     /// The peer has closed the connection.
     #[error("closed by the peer")]
     Closed,
-    /// The connection made room for another.
-    #[error("replaced by another connection")]
-    Evicted,
-    /// A deadline has passed.
-    #[error("handshake too slow, or no request after a frame over the limit")]
-    TimedOut,
     /// The peer violates the protocol.
     #[error(transparent)]
     Protocol(#[from] ProtocolError),
@@ -89,10 +87,9 @@ impl<S: Read + Write> Connection<S> {
         self.is_writable |= is_writable;
     }
 
-    /// Returns whether the handshake is complete and no frame over the limit has arrived since the
-    /// last request.
-    pub fn is_ready(&self) -> bool {
-        self.decoder.is_ready()
+    /// Returns the phase of the connection.
+    pub const fn phase(&self) -> Phase {
+        self.decoder.phase()
     }
 
     /// Returns whether bytes wait to be sent.
@@ -135,7 +132,6 @@ impl<S: Read + Write> Connection<S> {
                 }
             }
             let (consumed, event) = self.decoder.decode(&self.input[self.consumed..])?;
-            let mut is_request = false;
             match event {
                 Event::Incomplete => {
                     // A reply need not wait for the bytes after its request.
@@ -148,12 +144,9 @@ impl<S: Read + Write> Connection<S> {
                 Event::Send(bytes) => self.output.extend_from_slice(bytes),
                 Event::Ping { context } => push_pong(&mut self.output, context),
                 Event::Request { last, frames } => {
-                    *has_activity |= service.answer(last, frames, reply);
-                    is_request = true;
-                }
-                Event::LongRequest { last, frames } => {
                     *has_activity |= service.answer(&last, frames, reply);
-                    is_request = true;
+                    self.push_reply(reply);
+                    requests_left = requests_left.saturating_sub(1);
                 }
                 Event::Oversized(error) => {
                     service.refuse(&error, reply);
@@ -161,13 +154,9 @@ impl<S: Read + Write> Connection<S> {
                 }
             }
             self.consumed += consumed;
-            if is_request {
-                self.push_reply(reply);
-                requests_left = requests_left.saturating_sub(1);
-                if requests_left == 0 {
-                    self.send()?;
-                    return Ok(self.consumed < self.input.len() || self.receive()?);
-                }
+            if requests_left == 0 {
+                self.send()?;
+                return Ok(self.consumed < self.input.len() || self.receive()?);
             }
         }
         Ok(true)
@@ -236,7 +225,7 @@ impl<S: Read + Write> Connection<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::codec::{GREETING, READY};
+    use crate::codec::handshake::{GREETING, READY};
     use crate::limits::MAX_REQUEST_BYTES;
     use crate::testing::{Echo, Wire};
 
@@ -270,7 +259,8 @@ mod tests {
         assert_eq!(replies(&wire), requests(0..8));
         run_until_idle(&mut connection).unwrap();
         assert_eq!(replies(&wire), requests(0..100));
-        assert!(connection.is_ready() && !connection.has_output() && !connection.is_readable);
+        assert_eq!(connection.phase(), Phase::Ready);
+        assert!(!connection.has_output() && !connection.is_readable);
         wire.push(&requests(100..101));
         run_until_idle(&mut connection).unwrap();
         assert_eq!(replies(&wire), requests(0..100), "the stream is not reported as readable");
@@ -327,14 +317,14 @@ mod tests {
             [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; MAX_REQUEST_BYTES + 1]].concat();
         let (mut connection, wire) = connect(&frame);
         run_until_idle(&mut connection).unwrap();
-        assert!(!connection.is_ready());
+        assert_eq!(connection.phase(), Phase::Oversized);
         let error = b"error: expected a frame of at most 65536 bytes, found 65537";
         let refused = [b"\x01\0\0\x3b", &error[..]].concat();
         assert_eq!(replies(&wire), refused);
         wire.push(b"\x01\0\0\x01a");
         connection.set_ready(true, false);
         run_until_idle(&mut connection).unwrap();
-        assert!(connection.is_ready());
+        assert_eq!(connection.phase(), Phase::Ready);
         assert_eq!(replies(&wire), [&refused[..], b"\x01\0\0\x01a"].concat());
     }
 

@@ -2,13 +2,16 @@
 //! argument.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::fmt;
 use std::io::{Read, Write};
+use std::mem;
 use std::net::IpAddr;
 use std::time::Instant;
 
 use tracing::debug;
 
-use crate::connection::{Connection, DisconnectReason};
+use crate::codec::decoder::Phase;
+use crate::connection::Connection;
 use crate::eviction::{Activity, choose_evicted};
 use crate::limits::{HANDSHAKE_TIME, OVERSIZED_TIME};
 use crate::service::Service;
@@ -24,8 +27,8 @@ pub(crate) struct Connections<S> {
     queue: VecDeque<usize>,
     /// The deadlines of all connections that have one.
     deadlines: BTreeSet<(Instant, usize)>,
-    /// The streams of closed connections.
-    closed: Vec<S>,
+    /// The streams of closed connections, until the server takes them.
+    pub(crate) closed: Vec<S>,
     /// A buffer for the reply of the service.
     reply: Vec<u8>,
 }
@@ -33,6 +36,8 @@ pub(crate) struct Connections<S> {
 struct Entry<S> {
     connection: Connection<S>,
     activity: Activity,
+    /// The phase after its latest turn.
+    phase: Phase,
     /// When it is closed, unless it becomes ready before.
     deadline: Option<Instant>,
     is_queued: bool,
@@ -66,6 +71,7 @@ impl<S: Read + Write> Connections<S> {
         let entry = Entry {
             connection: Connection::new(stream),
             activity: Activity::new(address, now),
+            phase: Phase::Handshake,
             deadline: Some(deadline),
             is_queued: true,
         };
@@ -100,7 +106,7 @@ impl<S: Read + Write> Connections<S> {
     /// Returns whether any connection is in its handshake, or has sent a frame over the limit and no
     /// request since.
     pub(crate) fn has_unready(&self) -> bool {
-        self.entries.values().any(|entry| !entry.connection.is_ready())
+        self.entries.values().any(|entry| entry.connection.phase() != Phase::Ready)
     }
 
     /// Gives each queued connection one turn, then closes those whose deadline has passed.
@@ -115,7 +121,7 @@ impl<S: Read + Write> Connections<S> {
         while let Some(&(deadline, id)) = self.deadlines.first().filter(|(time, _)| *time <= now) {
             self.give_last_turn(id, service, now);
             if self.deadlines.contains(&(deadline, id)) {
-                self.close(id, &DisconnectReason::TimedOut);
+                self.close(id, "handshake too slow, or no request after a frame over the limit");
             }
         }
     }
@@ -135,7 +141,7 @@ impl<S: Read + Write> Connections<S> {
             // Activity in its last turn may save a connection, but only once, or the clients of one
             // network that send all the time could keep everybody else waiting.
             if previous == Some(id) || !self.give_last_turn(id, service, now) {
-                self.close(id, &DisconnectReason::Evicted);
+                self.close(id, "replaced by another connection");
             }
             previous = Some(id);
         }
@@ -149,11 +155,6 @@ impl<S: Read + Write> Connections<S> {
         self.entries.values().any(|entry| entry.connection.has_output())
     }
 
-    /// Returns the streams of the connections closed since the last call.
-    pub(crate) fn take_closed(&mut self) -> impl Iterator<Item = S> {
-        self.closed.drain(..)
-    }
-
     /// Returns whether the connection has shown activity.
     fn give_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
         let Some(entry) = self.entries.get_mut(&id) else { return false };
@@ -161,20 +162,20 @@ impl<S: Read + Write> Connections<S> {
         let turn = match entry.connection.turn(max_requests, service, &mut self.reply) {
             Ok(turn) => turn,
             Err(reason) => {
-                self.close(id, &reason);
+                self.close(id, reason);
                 return false;
             }
         };
         if turn.has_activity {
             entry.activity.record_request(now);
         }
-        if entry.connection.is_ready() {
+        let phase = entry.connection.phase();
+        if phase != mem::replace(&mut entry.phase, phase) {
             if let Some(deadline) = entry.deadline.take() {
                 self.deadlines.remove(&(deadline, id));
             }
-        } else if entry.deadline.is_none() {
-            entry.deadline = Some(now + OVERSIZED_TIME);
-            self.deadlines.insert((now + OVERSIZED_TIME, id));
+            entry.deadline = (phase == Phase::Oversized).then(|| now + OVERSIZED_TIME);
+            self.deadlines.extend(entry.deadline.map(|deadline| (deadline, id)));
         }
         if turn.has_more && !entry.is_queued {
             entry.is_queued = true;
@@ -192,7 +193,7 @@ impl<S: Read + Write> Connections<S> {
         self.give_turn(id, service, now)
     }
 
-    fn close(&mut self, id: usize, reason: &DisconnectReason) {
+    fn close(&mut self, id: usize, reason: impl fmt::Display) {
         if let Some(Entry { connection, deadline, .. }) = self.entries.remove(&id) {
             if let Some(deadline) = deadline {
                 self.deadlines.remove(&(deadline, id));
@@ -231,7 +232,7 @@ mod tests {
     }
 
     fn closed(connections: &mut Connections<Wire>) -> usize {
-        connections.take_closed().count()
+        connections.closed.drain(..).count()
     }
 
     fn send(
@@ -294,6 +295,23 @@ mod tests {
         assert_eq!((connections.len(), connections.deadline()), (1, None));
         send(&mut connections, id, &active, REQUEST, start + 100 * OVERSIZED_TIME);
         assert_eq!(connections.len(), 1);
+    }
+
+    #[test]
+    fn oversized_frame_right_after_the_handshake_has_its_own_deadline() {
+        let (start, mut connections) = (Instant::now(), Connections::new());
+        let header = [&b"\x01\0\x02"[..], &(MAX_REQUEST_BYTES as u64 + 1).to_be_bytes()].concat();
+        add(&mut connections, &Wire::new(&header), start);
+        let late = Wire::silent();
+        let id = add(&mut connections, &late, start);
+        serve(&mut connections, start);
+        assert_eq!(connections.deadline(), Some(start + OVERSIZED_TIME));
+        serve(&mut connections, start + OVERSIZED_TIME);
+        assert_eq!((connections.len(), connections.deadline()), (1, Some(start + HANDSHAKE_TIME)));
+        late.push_handshake();
+        let now = start + HANDSHAKE_TIME.saturating_sub(MS);
+        send(&mut connections, id, &late, &header, now);
+        assert_eq!(connections.deadline(), Some(now + OVERSIZED_TIME));
     }
 
     #[test]

@@ -69,18 +69,17 @@
 //! For clients libzmq is a fine choice: they choose whom to trust.
 #![forbid(unsafe_code)]
 
-mod accept;
 mod bind;
 pub mod codec;
 pub mod connection;
 mod connections;
-mod drain;
 mod eviction;
 pub mod limits;
 mod server;
 mod service;
 #[cfg(test)]
 mod testing;
+mod timers;
 
 pub use bind::{BindError, listen};
 pub use server::{RepServer, Waker};

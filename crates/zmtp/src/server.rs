@@ -1,21 +1,20 @@
 //! The server: a listening socket, all connections, one thread.
 
 use std::io::{self, ErrorKind};
-use std::net::{SocketAddr, TcpListener};
+use std::mem;
+use std::net::{IpAddr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use mio::event::Event;
 use mio::net::TcpStream;
 use mio::{Events, Interest, Poll, Token};
 use socket2::{SockRef, TcpKeepalive};
 use tracing::{debug, warn};
 
-use crate::accept::AcceptBackoff;
 use crate::connections::Connections;
-use crate::drain::Drain;
 use crate::limits::MAX_CONNECTIONS;
 use crate::service::Service;
+use crate::timers::{AcceptBackoff, Drain};
 
 const LISTENER: Token = Token(0);
 const WAKER: Token = Token(1);
@@ -114,7 +113,7 @@ impl RepServer {
         let mut drain = Drain::new(Instant::now());
         while let Some(left) = drain.time_left(self.connections.has_unready(), Instant::now()) {
             if self.wait(Some(left))? {
-                drain.record_input(Instant::now());
+                drain.last_input = Instant::now();
             }
             self.serve_round(service);
         }
@@ -124,7 +123,16 @@ impl RepServer {
     /// Waits for an event, for the waker, or for the next deadline, at most for this time. Returns
     /// whether there was an event or a connection has something to do.
     fn wait(&mut self, max: Option<Duration>) -> io::Result<bool> {
-        let timeout = self.time_to_next_deadline(Instant::now()).into_iter().chain(max).min();
+        let (now, is_busy) = (Instant::now(), self.connections.is_busy());
+        let timeout = if is_busy || self.accept.is_due(now) {
+            Some(Duration::ZERO)
+        } else {
+            let next = self.connections.deadline().into_iter().chain(self.accept.deadline()).min();
+            // The system counts in milliseconds and could otherwise return too early.
+            let left =
+                next.map(|time| time.saturating_duration_since(now) + Duration::from_millis(1));
+            left.into_iter().chain(max).min()
+        };
         match self.poll.poll(&mut self.events, timeout) {
             // A signal: the caller checks whether to stop.
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(true),
@@ -134,11 +142,18 @@ impl RepServer {
         for event in &self.events {
             match event.token() {
                 WAKER => {}
-                LISTENER => self.accept.set_pending(),
+                LISTENER => self.accept.is_pending = true,
                 Token(token) => {
-                    let (is_readable, is_writable) = readiness(event);
+                    // Errors show when the stream is read or written.
+                    let is_closed = event.is_error() || event.is_read_closed();
+                    let (readable, writable) = (event.is_readable(), event.is_writable());
                     let id = token - FIRST_CONNECTION;
-                    self.connections.set_ready(id, is_readable, is_writable, now);
+                    self.connections.set_ready(
+                        id,
+                        readable || is_closed,
+                        writable || is_closed,
+                        now,
+                    );
                 }
             }
         }
@@ -162,19 +177,10 @@ impl RepServer {
             if left.is_zero() {
                 break;
             }
-            self.accept.clear_pending();
+            self.accept.is_pending = false;
             self.wait(Some(left))?;
         }
         Ok(())
-    }
-
-    fn time_to_next_deadline(&self, now: Instant) -> Option<Duration> {
-        if self.connections.is_busy() || self.accept.is_due(now) {
-            return Some(Duration::ZERO);
-        }
-        let next = self.connections.deadline().into_iter().chain(self.accept.deadline()).min()?;
-        // The system counts in milliseconds and could otherwise return too early.
-        Some(next.saturating_duration_since(now) + Duration::from_millis(1))
     }
 
     fn accept(&mut self, now: Instant, service: &mut impl Service) {
@@ -186,15 +192,16 @@ impl RepServer {
             match self.listener.accept() {
                 Ok((stream, address)) => {
                     let is_full = self.connections.len() >= MAX_CONNECTIONS;
-                    if is_full && !self.make_room(Some(address), now, service) {
+                    let newcomer = Some(address.ip());
+                    if is_full && !self.connections.make_room(newcomer, service, now) {
                         has_turned_away = true;
                         debug!(%address, "connection turned away: every place is taken");
-                    } else if let Err(error) = self.add(stream, address, now) {
+                    } else if let Err(error) = self.add(stream, address.ip(), now) {
                         debug!(%error, %address, "cannot accept a connection");
                     }
                 }
                 Err(error) => match error.kind() {
-                    ErrorKind::WouldBlock => self.accept.clear_pending(),
+                    ErrorKind::WouldBlock => self.accept.is_pending = false,
                     // The client has gone already.
                     ErrorKind::ConnectionAborted
                     | ErrorKind::ConnectionReset
@@ -204,17 +211,17 @@ impl RepServer {
                     | ErrorKind::Interrupted => {}
                     _ => {
                         // The system has no descriptor or memory for another connection.
-                        if !self.has_warned {
-                            self.has_warned = true;
+                        if !mem::replace(&mut self.has_warned, true) {
                             let count = self.connections.len();
                             warn!("cannot accept more than {count} connections: {error}");
                         }
-                        if !self.make_room(None, now, service) {
+                        if !self.connections.make_room(None, service, now) {
                             self.accept.back_off(now);
                         }
                     }
                 },
             }
+            self.deregister_closed();
         }
         if has_turned_away {
             // Clients that are turned away reconnect at once, which must not keep the server busy.
@@ -222,41 +229,23 @@ impl RepServer {
         }
     }
 
-    fn make_room(
-        &mut self,
-        newcomer: Option<SocketAddr>,
-        now: Instant,
-        service: &mut impl Service,
-    ) -> bool {
-        let newcomer = newcomer.map(|address| address.ip());
-        let has_room = self.connections.make_room(newcomer, service, now);
-        self.deregister_closed();
-        has_room
-    }
-
-    fn add(&mut self, mut stream: TcpStream, address: SocketAddr, now: Instant) -> io::Result<()> {
+    fn add(&mut self, mut stream: TcpStream, address: IpAddr, now: Instant) -> io::Result<()> {
         stream.set_nodelay(true)?;
         // Detects clients whose machine has gone without closing the connection.
         SockRef::from(&stream).set_tcp_keepalive(&TcpKeepalive::new().with_time(KEEPALIVE))?;
         let token = Token(self.connections.next_id() + FIRST_CONNECTION);
         let interest = Interest::READABLE | Interest::WRITABLE;
         self.poll.registry().register(&mut stream, token, interest)?;
-        self.connections.add(stream, address.ip(), now);
+        self.connections.add(stream, address, now);
         Ok(())
     }
 
     /// Closes the streams of closed connections, which makes room for others.
     fn deregister_closed(&mut self) {
-        for mut stream in self.connections.take_closed() {
+        for mut stream in self.connections.closed.drain(..) {
             // Dropping the stream closes it even if this fails.
             let _ = self.poll.registry().deregister(&mut stream);
-            self.accept.end_delay();
+            self.accept.retry_at = None;
         }
     }
-}
-
-/// Returns whether a stream may be readable and writable. Errors show when it is read or written.
-fn readiness(event: &Event) -> (bool, bool) {
-    let is_closed = event.is_error() || event.is_read_closed();
-    (event.is_readable() || is_closed, event.is_writable() || is_closed)
 }

@@ -1,8 +1,8 @@
 //! What a server asks of its user.
 
-use crate::codec::ProtocolError;
+use crate::codec::event::ProtocolError;
 
-/// Answers the requests of all clients of a [`Server`](crate::Server).
+/// Answers the requests of all clients of a [`RepServer`](crate::RepServer).
 pub trait Service {
     /// Answers a request: writes the reply into `reply`, which holds an earlier one.
     ///
@@ -19,7 +19,7 @@ pub trait Service {
     /// earlier reply.
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>);
 
-    /// Does other work of the server's thread. [`Server::run`](crate::Server::run) calls it
+    /// Does other work of the server's thread. [`RepServer::run`](crate::RepServer::run) calls it
     /// whenever each client has had a turn, and after a [`Waker`](crate::Waker) was used.
     fn after_round(&mut self) {}
 }

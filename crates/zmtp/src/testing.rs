@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
 use std::rc::Rc;
 
-use crate::codec::{GREETING, ProtocolError};
+use crate::codec::event::ProtocolError;
+use crate::codec::handshake::GREETING;
 use crate::service::Service;
 
 /// READY of a REQ socket.

@@ -50,7 +50,7 @@ pub extern "C" fn mouse_next_step(mouse: &mut Mouse) -> u8 {
         Ok(Move::Step(Step::Right)) => b'R',
         Ok(Move::Step(Step::Back)) => b'B',
         Ok(Move::Stop) => b'G',
-        Err(_) => 0,
+        _ => 0,
     }
 }
 
@@ -70,7 +70,7 @@ pub extern "C" fn mouse_stepped(mouse: &mut Mouse, step: u8) -> bool {
 /// Writes the message that reports the mouse's state to a simulator, for its viewer.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_encode_state(mouse: &Mouse, message: &mut [u8; STATE_BYTES]) {
-    let weight = |cell| mouse.weight(cell);
+    let weight = |cell| mouse.weight(cell).unwrap_or(u16::MAX);
     // Cannot fail: the buffer has the length of the message.
     let _ = MapState::new(mouse.pose(), mouse.map(), weight, Order::F).encode(message);
 }

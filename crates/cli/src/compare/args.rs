@@ -63,12 +63,12 @@ pub(crate) struct CompareArgs {
 impl CompareArgs {
     /// Returns the selected strategies, each once.
     pub(crate) fn strategies(&self) -> Vec<BundledStrategy> {
-        each_once(&self.strategies, &BundledStrategy::ALL)
+        each_once(&self.strategies, BundledStrategy::ALL)
     }
 }
 
 fn strategies() -> impl TypedValueParser<Value = Option<BundledStrategy>> {
-    one_of(BundledStrategy::ALL.map(Some).into_iter().chain([None]), |strategy| {
+    one_of(BundledStrategy::ALL.iter().copied().map(Some).chain([None]), |strategy| {
         strategy.map_or(PossibleValue::new("all").help("all strategies"), strategy_value)
     })
 }

@@ -14,7 +14,7 @@ use crate::args::{KnownMazeArgs, one_of};
 #[command(override_usage = "mmsim solve <STRATEGY> [OPTIONS]")]
 pub(crate) struct SolveArgs {
     /// Search strategy
-    #[arg(value_parser = one_of(BundledStrategy::ALL, strategy_value))]
+    #[arg(value_parser = one_of(BundledStrategy::ALL.iter().copied(), strategy_value))]
     pub(crate) strategy: BundledStrategy,
     /// Address of the simulator, as tcp://HOST:PORT; it may start later
     #[arg(long, value_name = "ENDPOINT", default_value_t = format!("tcp://127.0.0.1:{DEFAULT_PORT}"))]

@@ -201,7 +201,7 @@ impl Browser {
         self.run("return document.querySelector(arguments[0]).textContent", &[json!(selector)])
     }
 
-    /// Sends a command of the Chrome DevTools protocol.
+    /// Sends a command of the Chrome `DevTools` protocol.
     pub(crate) fn devtools(&self, command: &str, parameters: &Value) -> Value {
         self.command("goog/cdp/execute", &json!({ "cmd": command, "params": parameters }))
     }

@@ -26,8 +26,9 @@ fn each_strategy_runs_and_stops() {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();
-        assert_eq!(options(browser, live), BundledStrategy::ALL.map(BundledStrategy::name));
-        for strategy in BundledStrategy::ALL {
+        let names: Vec<_> = BundledStrategy::ALL.iter().map(|one| one.name()).collect();
+        assert_eq!(options(browser, live), names);
+        for &strategy in BundledStrategy::ALL {
             let name = strategy.name();
             // Slowly, then stop it.
             live.choose("[name=strategy]", name);

@@ -1,10 +1,10 @@
 //! A running `mmsim` with its page, and clients that connect to it over `ZeroMQ`.
 
-use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use mmsim_client::{Transport, TransportError, Zmq, search_run};
+use mmsim_formats::read_maze;
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::Info;
 use mmsim_solvers::{BundledStrategy, Mouse};
@@ -20,7 +20,7 @@ pub(crate) fn bundled(name: &str) -> Maze {
 }
 
 pub(crate) fn maze_at(path: &Path) -> Maze {
-    fs::read_to_string(path).unwrap().parse().unwrap()
+    read_maze(path).unwrap()
 }
 
 pub(crate) struct Simulator {

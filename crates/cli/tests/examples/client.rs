@@ -9,7 +9,7 @@ use mmsim_tests::{output, wait_for_exit};
 
 use crate::harness::Home;
 
-/// As strict as the compiler of a firmware.
+/// As strict as a firmware build.
 const FLAGS: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
 
 /// Returns the path of a file in this repository.
@@ -17,10 +17,15 @@ pub(crate) fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
 }
 
-/// The Rust client, run as in examples/README.md.
+/// Returns the command that runs the Rust client, as in examples/README.md.
 pub(crate) fn rust() -> Command {
+    rust_example("client")
+}
+
+/// An example in Rust, run as in examples/README.md.
+pub(crate) fn rust_example(name: &str) -> Command {
     let mut command = Command::new(env!("CARGO"));
-    command.args(["run", "--quiet", "-p", "mmsim-examples", "--example", "client", "--"]);
+    command.args(["run", "--quiet", "-p", "mmsim-examples", "--example", name, "--"]);
     command.current_dir(file(""));
     command
 }
@@ -43,7 +48,7 @@ pub(crate) fn python() -> Option<Command> {
 pub(crate) fn c(home: &Home) -> Option<Command> {
     let probe = home.write("probe.c", "#include <zmq.h>\nint main(void) { return zmq_errno(); }\n");
     if !succeeds(compiler("cc", &probe, home).arg("-lzmq")) {
-        missing("no C compiler cc, or no libzmq that it finds");
+        missing("no C compiler cc, or it does not find libzmq");
         return None;
     }
     let mut compiler = compiler("cc", &file("examples/c/flood_fill.c"), home);

@@ -1,5 +1,5 @@
-/* Does with mmsim.h what it reads from its input, one task after the other, and writes what comes
-   of it; see codec.rs. */
+/* Runs the tasks that it reads from stdin with mmsim.h, and writes the results to stdout; see
+   codec.rs. */
 #include <stdio.h>
 #ifdef _WIN32
 #include <fcntl.h>
@@ -19,7 +19,7 @@ static uint16_t number(void) {
     return (uint16_t)(high << 8 | byte());
 }
 
-/* The length of a request, its bytes, and whether those behind it are as they were. */
+/* Writes the length of a request, its bytes, and whether the rest of the buffer is unchanged. */
 static void write_request(size_t length) {
     int untouched = 1;
     putchar((int)(length >> 8)), putchar((int)(length & 255));

@@ -29,7 +29,7 @@ impl Tasks {
         self.input.extend(arguments);
         self.expected.extend(number(expected.len()));
         self.expected.extend(expected);
-        self.expected.push(1); // what is behind it is as it was
+        self.expected.push(1); // the rest of the buffer is unchanged
     }
 
     /// Encodes a request into a buffer of exactly its size, and of one byte less.
@@ -66,7 +66,7 @@ impl Tasks {
             let output =
                 wait_with_output(program.stdin(input).stdout(Stdio::piped()).spawn().unwrap());
             assert!(output.status.success());
-            assert!(output.stdout == self.expected, "other bytes by {name}");
+            assert!(output.stdout == self.expected, "different bytes with {name}");
         }
     }
 }

@@ -11,12 +11,12 @@ use crate::harness::Home;
 use crate::simulator::{Simulator, bundled};
 
 /// The output of a client and its requests.
-struct Searched {
+struct ClientRun {
     output: Output,
     requests: Vec<Vec<u8>>,
 }
 
-impl Searched {
+impl ClientRun {
     /// Runs a client with the endpoint as its last argument.
     fn new(client: &mut Command, simulator: Simulator) -> Self {
         let output = output(client.arg(&simulator.endpoint));
@@ -27,62 +27,73 @@ impl Searched {
         self.requests.iter().map(Vec::as_slice).filter(|request| request[0] == b'S').collect()
     }
 
-    fn said(&self) -> (Option<i32>, String, String) {
+    /// Returns the exit code, stdout and stderr.
+    fn exit(&self) -> (Option<i32>, String, String) {
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim_end().to_string();
         (self.output.status.code(), text(&self.output.stdout), text(&self.output.stderr))
     }
 }
 
-/// Mazes with a reachable goal: three bundled ones, and one with equally good ways left and right.
+/// Mazes with a reachable goal: three bundled ones, and one with equally short paths left and right.
 fn mazes() -> [PathBuf; 4] {
     let own = file("crates/cli/tests/examples/left-or-right.txt");
     [bundled("01-harbour.txt"), bundled("07-lighthouse.txt"), bundled("06-mirage.txt"), own]
 }
 
-/// Compares a client with the command, and tests its errors.
+/// Compares a client with the command, and checks its error messages.
 fn check(client: impl Fn() -> Command) {
     for maze in &mazes() {
-        let (steps, searched) = same_states(client(), maze);
-        let told = format!("goal reached after {steps} steps");
-        assert_eq!(searched.said(), (Some(0), told, String::new()), "{}", maze.display());
-        assert_eq!(searched.requests[..2], [b"ping".to_vec(), b"reset".to_vec()]);
+        let (steps, run) = same_states(client(), maze);
+        let message = format!("goal reached after {steps} steps");
+        assert_eq!(run.exit(), (Some(0), message, String::new()), "{}", maze.display());
+        assert_eq!(run.requests[..2], [b"ping".to_vec(), b"reset".to_vec()]);
     }
-    let (steps, searched) = same_states(client(), &bundled("unreachable-closed-garden.txt"));
-    let told = format!("no way to the goal is left after {steps} steps");
-    assert_eq!(searched.said(), (Some(1), String::new(), told));
+    let (steps, run) = same_states(client(), &bundled("unreachable-closed-garden.txt"));
+    let message = format!("goal unreachable after {steps} steps");
+    assert_eq!(run.exit(), (Some(1), String::new(), message));
 
     let larger = Simulator::serve(&bundled("half-size-old-quarter.txt"));
-    let told = "the simulator refuses that: expected S of 2054 bytes for a maze of 32x32 cells, found 518 bytes";
-    let said = Searched::new(&mut client(), larger).said();
-    assert_eq!(said, (Some(1), String::new(), told.into()));
+    let message = "the simulator refused the request: expected S of 2054 bytes for a maze of 32x32 cells, found 518 bytes";
+    let exit = ClientRun::new(&mut client(), larger).exit();
+    assert_eq!(exit, (Some(1), String::new(), message.into()));
 
-    let ended = Simulator::start(&bundled("01-harbour.txt"), |number| {
+    let stopping = Simulator::start(&bundled("01-harbour.txt"), |number| {
         (number < 20).then_some(Duration::ZERO)
     });
-    let told = format!("no reply from {} within 5 s; `mmsim` starts a simulator", ended.endpoint);
-    let searched = Searched::new(&mut client(), ended);
-    assert_eq!(searched.said(), (Some(1), String::new(), told));
-    assert_eq!(searched.requests.len(), 20);
+    let message =
+        format!("no reply from {} within 5 s (start a simulator with `mmsim`)", stopping.endpoint);
+    let run = ClientRun::new(&mut client(), stopping);
+    assert_eq!(run.exit(), (Some(1), String::new(), message));
+    assert_eq!(run.requests.len(), 20);
 
     let output = output(client().arg("nowhere"));
-    let said = String::from_utf8_lossy(&output.stderr);
+    let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
-    assert!(said.starts_with("cannot reach nowhere, expected tcp://HOST:PORT: "), "{said}");
+    assert!(stderr.starts_with("cannot reach nowhere: "), "{stderr}");
+    assert!(stderr.ends_with("(expected tcp://HOST:PORT)\n"), "{stderr}");
 }
 
 /// Asserts that a client sends the same bytes as the command. Returns the number of steps.
-fn same_states(mut client: Command, maze: &Path) -> (usize, Searched) {
+fn same_states(mut client: Command, maze: &Path) -> (usize, ClientRun) {
     let home = Home::new();
     let mut command = home.command(&["solve", "flood-fill", "--connect"]);
-    let solved = Searched::new(&mut command, Simulator::serve(maze));
-    let searched = Searched::new(&mut client, Simulator::serve(maze));
-    assert!(searched.states() == solved.states(), "other states in {}", maze.display());
-    (solved.states().len() - 1, searched)
+    let command_run = ClientRun::new(&mut command, Simulator::serve(maze));
+    let run = ClientRun::new(&mut client, Simulator::serve(maze));
+    assert!(run.states() == command_run.states(), "different states in {}", maze.display());
+    (command_run.states().len() - 1, run)
 }
 
 #[test]
 fn the_client_in_rust() {
     check(client::rust);
+}
+
+#[test]
+fn the_short_client_in_rust() {
+    let home = Home::new();
+    let serving = home.serve(&["--port", "0", "--maze", "lighthouse"]);
+    let output = output(client::rust_example("short-client").arg(&serving.address));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 #[test]
@@ -131,17 +142,17 @@ with Simulator(sys.argv[1], timeout=0.3) as simulator:
 #[test]
 fn the_python_class_survives_errors() {
     let Some(mut python) = client::python() else { return };
-    let slow = |number| Some(Duration::from_secs(u64::from(number == 0)));
-    let simulator = Simulator::start(&bundled("01-harbour.txt"), slow);
-    let searched = Searched::new(python.args(["-c", CLASS]), simulator);
-    let (code, stdout, stderr) = searched.said();
+    let slow_first_reply = |number| Some(Duration::from_secs(u64::from(number == 0)));
+    let simulator = Simulator::start(&bundled("01-harbour.txt"), slow_first_reply);
+    let run = ClientRun::new(python.args(["-c", CLASS]), simulator);
+    let (code, stdout, stderr) = run.exit();
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
     insta::assert_snapshot!(stdout, @"
     answers again: True
-    Refused: the simulator refuses that: expected S of 518 bytes for a maze of 16x16 cells, found 8 bytes
-    ValueError: expected weights and walls of the same cells
+    Refused: the simulator refused the request: expected S of 518 bytes for a maze of 16x16 cells, found 8 bytes
+    ValueError: weights and walls must have the same shape
     ");
-    let state = searched.states().pop().unwrap();
+    let state = run.states().pop().unwrap();
     assert_eq!(state[..11], *b"S\x01\x02WF\xfa\xfb\xfc\xfd\xfe\xff");
     assert_eq!(state[11..22], [[255; 10].as_slice(), &[250]].concat());
     assert_eq!(

@@ -1,18 +1,17 @@
-//! Which way is downhill, for all cells at once.
+//! The downhill headings of all cells.
 
 use mmsim_maze::{Cell, CellSet, Heading, Walls};
 
-use super::SIDE;
-use super::board::{Board, Chequered, columns, rows};
-use super::half::Half;
+use super::bitboard::{Bitboard, CellPlanes, rows};
+use super::plane::{ParityPlane, SIDE};
 use super::processor::{Task, run};
 use super::waves::{self, Marks};
 
-/// For each heading, the cells from which a step that way leads a step nearer to the targets.
+/// For each heading, the cells from which a step in that direction leads nearer to the targets.
 ///
-/// This is all that a mouse needs to go to its target, and takes less time than
-/// [`Distances`](crate::Distances), since no distance is ever written out: neighbours differ by at
-/// most 1, so that the last two bits of each distance say who is nearer.
+/// This is all that a mouse needs to reach its target. It is faster than
+/// [`Distances`](crate::Distances) because it needs only the last two bits of each distance:
+/// neighbours differ by at most 1.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -29,18 +28,19 @@ pub struct Downhill {
 }
 
 impl Downhill {
-    /// Floods the maze from its targets outwards. Targets outside of the maze do not count.
+    /// Floods the maze from the targets. Targets outside the maze are ignored.
+    #[must_use]
     pub fn flood(walls: &Walls, targets: &CellSet) -> Self {
         run(DownhillTask { walls, targets }, walls.size())
     }
 
-    /// The cells from which a step towards `heading` leads nearer to the targets.
+    /// Returns the cells from which a step towards `heading` leads nearer to the targets.
     pub const fn towards(&self, heading: Heading) -> &CellSet {
         &self.cells[heading as usize]
     }
 
-    /// Where it goes downhill from `cell`, in the order north, east, south, west: nowhere in a
-    /// target, where there is no way to one, and outside of the maze.
+    /// Returns the downhill headings of `cell`, in the order north, east, south, west. There are none
+    /// in a target, in a cell that cannot reach one, and outside the maze.
     pub fn headings(&self, cell: Cell) -> impl Iterator<Item = Heading> + '_ {
         Heading::ALL.into_iter().filter(move |&heading| self.towards(heading).contains(cell))
     }
@@ -55,22 +55,24 @@ impl Task for DownhillTask<'_> {
     type Output = Downhill;
 
     #[inline(always)]
-    fn run<const N: usize, H: Half<N>>(self) -> Downhill {
+    fn run<const N: usize, H: ParityPlane<N>>(self) -> Downhill {
         let Self { walls, targets } = self;
-        let flooded =
-            waves::flood(&Board::<H>::of(walls), Chequered::of(targets).inside(walls.size()));
-        let rows = |of: fn(&Marks<H>) -> H| rows(columns(&flooded, of));
+        let flooded = waves::flood(
+            &Bitboard::<H>::from_walls(walls),
+            CellPlanes::from_cells(targets).inside(walls.size()),
+        );
+        let rows = |plane: fn(&Marks<H>) -> H| rows(flooded.columns(plane));
         let (low, high) = (rows(|marks| marks.planes[0]), rows(|marks| marks.planes[1]));
-        let dry = rows(|marks| marks.dry);
+        let unvisited = rows(|marks| marks.unvisited);
         let size = walls.size();
-        // Whether b is a step further than a.
+        // The cells where b is one step farther than a.
         let is_further = |a: (u32, u32), b: (u32, u32)| (a.0 ^ b.0) & !(a.1 ^ b.1 ^ a.0);
         let at = |y: usize| (low[y], high[y]);
         let mut cells = [[0; SIDE]; 4];
         let [north, east, south, west] = &mut cells;
         let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
         for y in 0..usize::from(size.height()) {
-            let flooded = columns & !dry[y];
+            let flooded = columns & !unvisited[y];
             if y + 1 < usize::from(size.height()) {
                 let open = !walls.north_rows()[y] & flooded;
                 north[y] = is_further(at(y + 1), at(y)) & open;
@@ -90,13 +92,13 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Distances;
+    use crate::flood::Distances;
     use crate::flood::processor::with_each;
     use crate::flood::tests::{any_targets, any_walls};
 
     proptest! {
         #[test]
-        fn downhill_is_where_distances_are_less(walls in any_walls(), targets in any_targets()) {
+        fn downhill_leads_to_smaller_distances(walls in any_walls(), targets in any_targets()) {
             let distances = Distances::flood(&walls, &targets);
             let is_less = |cell: Cell, heading| {
                 let beyond = cell.neighbour(heading).and_then(|next| distances.at(next));

@@ -1,17 +1,18 @@
-//! After new walls: a flood only when it is needed.
+//! Updates of distances after new walls.
 
 use mmsim_maze::{Cell, CellSet, Heading, Walls};
 
 use super::{Distances, UNREACHABLE};
 
 impl Distances {
-    /// Brings these distances up to date after a mouse has learned the walls around a cell: floods
-    /// anew only if that changes anything, and says whether it did. For these distances to be right
-    /// afterwards they must have been so before for the same targets, and no wall may be another
-    /// now but those around this cell.
+    /// Updates the distances after the walls around `seen` have changed. Floods the maze only if a
+    /// distance changes, and returns whether it did.
     ///
-    /// Distances are right if each cell is one step further than its nearest neighbour. New walls
-    /// around a cell matter to that cell and its neighbours alone.
+    /// The distances must have been right before, for the same targets, and no other walls may have
+    /// changed. A maze of another size than before is flooded completely.
+    ///
+    /// Distances are right if each cell is one step farther than its nearest neighbour. New walls
+    /// around a cell affect only that cell and its neighbours.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -19,34 +20,33 @@ impl Distances {
     /// let (mut walls, goals) = (Walls::open(MazeSize::CLASSIC), MazeSize::CLASSIC.central_cells());
     /// let mut distances = Distances::flood(&walls, &goals);
     /// walls.set(Cell::new(0, 0), Heading::East, true);
-    /// assert!(!distances.update(&walls, &goals, Cell::new(0, 0)), "north is as good");
+    /// assert!(!distances.update(&walls, &goals, Cell::new(0, 0)), "north is as short");
     /// walls.set(Cell::new(0, 7), Heading::East, true);
-    /// assert!(distances.update(&walls, &goals, Cell::new(0, 7)), "a detour now");
+    /// assert!(distances.update(&walls, &goals, Cell::new(0, 7)), "now a detour");
     /// assert_eq!(distances, Distances::flood(&walls, &goals));
     /// ```
     pub fn update(&mut self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
         let changes = !self.stays_right(walls, seen);
         if changes {
-            self.refill(walls, targets);
+            self.reflood(walls, targets);
         }
         changes
     }
 
-    /// Whether a step leads from this cell to one that is nearer, or it is a target itself. As long as
-    /// a mouse that goes downhill learns of walls around itself alone, and none of them is gone, that
-    /// makes sure that its own distance is still right.
-    pub(crate) fn lead_on(&self, walls: &Walls, cell: Cell) -> bool {
+    /// Whether the cell is a target or has an open neighbour nearer to one. For a mouse that goes
+    /// downhill and only adds walls around itself, this means that its own distance is still right.
+    pub(crate) fn is_downhill_open(&self, walls: &Walls, cell: Cell) -> bool {
         let (steps, around, sides) = (self.raw(cell), self.raw_around(cell), walls.sides(cell));
-        // All asked at once, since nobody can predict the answers.
-        let leads_on = |any: u8, heading: Heading| {
+        // Without branches, because they would be unpredictable.
+        let is_downhill = |any: u8, heading: Heading| {
             let is_nearer = u8::from(around[heading as usize] < steps);
             any | u8::from(!sides.has(heading)) & is_nearer
         };
-        steps == 0 || Heading::ALL.into_iter().fold(0, leads_on) > 0
+        steps == 0 || Heading::ALL.into_iter().fold(0, is_downhill) > 0
     }
 
-    /// Returns whether the distances are right with the walls around `seen`: open neighbours differ by
-    /// at most one step, and `seen` and each cell behind a wall still have a nearer neighbour.
+    /// Whether the distances are right with the walls around `seen`: open neighbours differ by at most
+    /// one step, and `seen` and each cell behind a wall still have a nearer neighbour.
     fn stays_right(&self, walls: &Walls, seen: Cell) -> bool {
         if walls.size() != self.size {
             return false;
@@ -58,13 +58,13 @@ impl Distances {
         };
         let mut behind_walls = Heading::ALL.into_iter().filter(|&heading| sides.has(heading));
         Heading::ALL.into_iter().fold(0, differs) == 0
-            && (steps == UNREACHABLE || self.lead_on(walls, seen))
+            && (steps == UNREACHABLE || self.is_downhill_open(walls, seen))
             && behind_walls.all(|heading| {
                 around[heading as usize] != steps.wrapping_add(1)
                     || seen
                         .neighbour(heading)
                         .filter(|&neighbour| self.size.contains(neighbour))
-                        .is_none_or(|neighbour| self.lead_on(walls, neighbour))
+                        .is_none_or(|neighbour| self.is_downhill_open(walls, neighbour))
             })
     }
 }
@@ -79,7 +79,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn an_update_is_a_flood(
+        fn an_update_equals_a_flood(
             mut walls in any_walls(),
             targets in any_targets(),
             changes in prop::collection::vec((0u8..32, 0u8..32, any::<[bool; 4]>()), 0..60),
@@ -99,12 +99,12 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_reached_may_be_reached_later_and_the_other_way_round() {
+    fn cells_become_reachable_and_unreachable() {
         let mut walls = Walls::closed(MazeSize::new(3, 1).unwrap());
         let (cell, targets) = (Cell::new(1, 0), [Cell::new(2, 0)].into_iter().collect());
         let mut distances = Distances::flood(&walls, &targets);
         walls.set(cell, Heading::West, false);
-        assert!(!distances.update(&walls, &targets, cell), "both cannot be reached as before");
+        assert!(!distances.update(&walls, &targets, cell), "both are still unreachable");
         walls.set(cell, Heading::East, false);
         assert!(distances.update(&walls, &targets, cell));
         assert_eq!(distances.at(Cell::new(0, 0)), Some(2));

@@ -1,13 +1,13 @@
-//! Floods with what x86-64 processors offer: SSE2, which all of them have, AVX2 and AVX-512 where they
-//! are. This file is there only where the compiler may use SSE2.
+//! Floods with SSE2, which every x86-64 processor has, and with AVX2. This file is only compiled where
+//! the compiler may use SSE2.
 //!
-//! The only file with `unsafe`. Intrinsics ask for it outside of functions that name their feature,
-//! and methods of traits cannot name one. None of those here reads or writes memory through a
-//! pointer, so that all there is to see to is that the processor knows the instruction. SSE2 is there,
-//! see above. Values of the other types are made and used within the functions that are marked with
-//! their features, which [`run_with`] calls after it has asked the processor.
+//! This file and `avx512.rs` are the only ones with `unsafe`. Intrinsics need it outside of functions
+//! that enable their feature, and trait methods cannot enable one. None of the intrinsics used here
+//! accesses memory through a pointer, so the only requirement is that the processor has the
+//! instruction. SSE2 is always available, see above. Code for other features is only reached through
+//! functions that enable these features, which [`run_with`] calls after it has asked the processor.
 #![allow(unsafe_code)]
-// Intrinsics have long names, and are what this file is about.
+// Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
@@ -15,104 +15,89 @@ use core::mem::transmute;
 
 use mmsim_maze::MazeSize;
 
-use super::bytes::{Line, words_of};
-use super::half::{Bits, Half};
-use super::is_small;
+#[cfg(feature = "avx512")]
+use super::avx512::{large_avx512, small_avx512};
+use super::plane::{BitOps, ParityPlane, is_small};
 use super::processor::{Instructions, Task, large, small};
+use super::transpose::Line;
 
 /// 128 bits.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-struct Sse2(__m128i);
+pub(super) struct Sse2(pub(super) __m128i);
 
 /// Four times 128 bits.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 struct Sse2Large([__m128i; 4]);
 
-/// 128 bits with three-way logic, which takes the features F and VL.
-#[derive(Clone, Copy)]
-#[repr(transparent)]
-struct Avx512Small(Sse2);
-
-/// 512 bits, which take the features F and BW.
-#[derive(Clone, Copy)]
-#[repr(transparent)]
-struct Avx512Large(__m512i);
-
-/// Does this with these instructions, or with lesser ones if they are not there.
+/// Runs a task with these instructions, or with lesser ones if they are not available.
 pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
     use Instructions::{Avx2, Avx512, Portable, Sse2};
     let is_available = |some: Instructions| some.is_available();
-    // One call, so that what it gives is made where it goes.
+    // A single call, so that the result is written in place.
     let run: unsafe fn(T) -> T::Output = match (instructions, is_small(size)) {
         (Portable, true) => small,
         (Portable, false) => large,
+        #[cfg(feature = "avx512")]
         (Avx512, true) if is_available(Avx512) => small_avx512,
+        #[cfg(feature = "avx512")]
         (Avx512, false) if is_available(Avx512) => large_avx512,
         (Avx512 | Avx2, true) if is_available(Avx2) => small_avx2,
         (Avx512 | Avx2, false) if is_available(Avx2) => large_avx2,
         (Avx512 | Avx2 | Sse2, true) => T::run::<2, self::Sse2>,
         (Avx512 | Avx2 | Sse2, false) => T::run::<8, Sse2Large>,
     };
-    // SAFETY: the processor has what it needs, which was just seen for all but SSE2.
+    // SAFETY: the processor has the features of `run`: it was asked for all but SSE2.
     unsafe { run(task) }
 }
 
-/// With the same halves as SSE2: the compiler does the rest.
+/// Uses the planes of SSE2; the compiler selects the AVX2 instructions.
 #[target_feature(enable = "avx2,bmi1,popcnt")]
-fn small_avx2<T: Task>(task: T) -> T::Output {
+unsafe fn small_avx2<T: Task>(task: T) -> T::Output {
     task.run::<2, Sse2>()
 }
 
 #[target_feature(enable = "avx2,bmi1,popcnt")]
-fn large_avx2<T: Task>(task: T) -> T::Output {
+unsafe fn large_avx2<T: Task>(task: T) -> T::Output {
     task.run::<8, Sse2Large>()
 }
 
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,bmi1,popcnt")]
-fn small_avx512<T: Task>(task: T) -> T::Output {
-    task.run::<2, Avx512Small>()
-}
-
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,bmi1,popcnt")]
-fn large_avx512<T: Task>(task: T) -> T::Output {
-    task.run::<8, Avx512Large>()
-}
-
-/// An intrinsic, see the head of this file.
+/// Calls an intrinsic, see the head of this file.
 macro_rules! simd {
     ($call:expr) => {
         unsafe { $call }
     };
 }
+#[cfg(feature = "avx512")]
+pub(super) use simd;
 
-impl Half<2> for Sse2 {
+impl ParityPlane<2> for Sse2 {
     #[inline(always)]
-    fn of(words: [u64; 2]) -> Self {
+    fn from_words(words: [u64; 2]) -> Self {
         Self(simd!(transmute::<[u64; 2], __m128i>(words)))
     }
 
     #[inline(always)]
-    fn words(self) -> [u64; 2] {
+    fn to_words(self) -> [u64; 2] {
         simd!(transmute::<__m128i, [u64; 2]>(self.0))
     }
 
     #[inline(always)]
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
-        let parts = |halves| simd!(transmute::<[Self; 8], [[__m128i; 1]; 8]>(halves));
+        let parts = |planes| simd!(transmute::<[Self; 8], [[__m128i; 1]; 8]>(planes));
         interleave(&parts(*even), &parts(*odd), lines);
     }
 }
 
-/// As [`super::bytes::interleave`] does it, 16 lines at a time.
+/// Does the same as [`super::transpose::interleave`], 16 lines at a time.
 #[inline(always)]
 fn interleave<const PARTS: usize>(
     even: &[[__m128i; PARTS]; 8],
     odd: &[[__m128i; PARTS]; 8],
     lines: &mut [[Line; 8]],
 ) {
-    for (part, lines) in lines.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+    for (part, lines) in lines.chunks_exact_mut(2).enumerate() {
         let mut pairs = [[Sse2::NONE.0; 8]; 2];
         for (i, (even, odd)) in even.iter().zip(odd).enumerate() {
             pairs[0][i] = simd!(_mm_unpacklo_epi8(even[part], odd[part]));
@@ -124,7 +109,7 @@ fn interleave<const PARTS: usize>(
     }
 }
 
-/// Pair i of bytes of row k becomes pair k of row i.
+/// Moves byte pair i of row k to byte pair k of row i.
 #[inline(always)]
 fn transposed_pairs([a, b, c, d, e, f, g, h]: [__m128i; 8]) -> [__m128i; 8] {
     let twos = |a, b| simd!([_mm_unpacklo_epi16(a, b), _mm_unpackhi_epi16(a, b)]);
@@ -141,7 +126,7 @@ fn transposed_pairs([a, b, c, d, e, f, g, h]: [__m128i; 8]) -> [__m128i; 8] {
     [a, b, c, d, e, f, g, h]
 }
 
-impl Bits for Sse2 {
+impl BitOps for Sse2 {
     const NONE: Self = Self(simd!(transmute::<[u64; 2], __m128i>([0; 2])));
     const ALL: Self = Self(simd!(transmute::<[u64; 2], __m128i>([u64::MAX; 2])));
 
@@ -192,20 +177,20 @@ impl Bits for Sse2 {
     }
 }
 
-impl Half<8> for Sse2Large {
+impl ParityPlane<8> for Sse2Large {
     #[inline(always)]
-    fn of(words: [u64; 8]) -> Self {
+    fn from_words(words: [u64; 8]) -> Self {
         Self(simd!(transmute::<[u64; 8], [__m128i; 4]>(words)))
     }
 
     #[inline(always)]
-    fn words(self) -> [u64; 8] {
+    fn to_words(self) -> [u64; 8] {
         simd!(transmute::<[__m128i; 4], [u64; 8]>(self.0))
     }
 
     #[inline(always)]
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
-        let parts = |halves| simd!(transmute::<[Self; 8], [[__m128i; 4]; 8]>(halves));
+        let parts = |planes| simd!(transmute::<[Self; 8], [[__m128i; 4]; 8]>(planes));
         interleave(&parts(*even), &parts(*odd), lines);
     }
 }
@@ -220,7 +205,7 @@ impl Sse2Large {
     }
 }
 
-impl Bits for Sse2Large {
+impl BitOps for Sse2Large {
     const NONE: Self = Self([Sse2::NONE.0; 4]);
     const ALL: Self = Self([Sse2::ALL.0; 4]);
 
@@ -276,222 +261,5 @@ impl Bits for Sse2Large {
     fn is_empty(self) -> bool {
         let [a, b, c, d] = self.0.map(Sse2);
         a.or(b).or(c.or(d)).is_empty()
-    }
-}
-
-impl Half<2> for Avx512Small {
-    #[inline(always)]
-    fn of(words: [u64; 2]) -> Self {
-        Self(Sse2::of(words))
-    }
-
-    #[inline(always)]
-    fn words(self) -> [u64; 2] {
-        self.0.words()
-    }
-
-    #[inline(always)]
-    fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
-        spread_by_masks(&words_of(&even), &words_of(&odd), lines);
-    }
-}
-
-impl Bits for Avx512Small {
-    const NONE: Self = Self(Sse2::NONE);
-    const ALL: Self = Self(Sse2::ALL);
-
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        Self(self.0.and(other.0))
-    }
-
-    #[inline(always)]
-    fn or(self, other: Self) -> Self {
-        Self(self.0.or(other.0))
-    }
-
-    #[inline(always)]
-    fn xor(self, other: Self) -> Self {
-        Self(self.0.xor(other.0))
-    }
-
-    #[inline(always)]
-    fn without(self, other: Self) -> Self {
-        Self(self.0.without(other.0))
-    }
-
-    #[inline(always)]
-    fn up<const BITS: i32>(self) -> Self {
-        Self(self.0.up::<BITS>())
-    }
-
-    #[inline(always)]
-    fn down<const BITS: i32>(self) -> Self {
-        Self(self.0.down::<BITS>())
-    }
-
-    #[inline(always)]
-    fn north(self) -> Self {
-        Self(self.0.north())
-    }
-
-    #[inline(always)]
-    fn south(self) -> Self {
-        Self(self.0.south())
-    }
-
-    #[inline(always)]
-    fn is_empty(self) -> bool {
-        self.0.is_empty()
-    }
-
-    #[inline(always)]
-    fn and_or(self, mask: Self, others: Self) -> Self {
-        Self(Sse2(simd!(_mm_ternarylogic_epi64::<AND_OR>(self.0.0, mask.0.0, others.0.0))))
-    }
-
-    #[inline(always)]
-    fn or_and(self, others: Self, mask: Self) -> Self {
-        Self(Sse2(simd!(_mm_ternarylogic_epi64::<OR_AND>(self.0.0, others.0.0, mask.0.0))))
-    }
-
-    #[inline(always)]
-    fn or_without(self, others: Self, mask: Self) -> Self {
-        Self(Sse2(simd!(_mm_ternarylogic_epi64::<OR_WITHOUT>(self.0.0, others.0.0, mask.0.0))))
-    }
-}
-
-/// As [`super::bytes::spread`] does it, with a plane's word as the mask of 64 bytes.
-#[inline(always)]
-fn spread_by_masks<const N: usize>(
-    even: &[[u64; N]; 8],
-    odd: &[[u64; N]; 8],
-    lines: &mut [[Line; 8]],
-) {
-    // What unpacking has parted into first and second lines comes together again.
-    let order = simd!([
-        _mm512_set_epi64(11, 10, 3, 2, 9, 8, 1, 0),
-        _mm512_set_epi64(15, 14, 7, 6, 13, 12, 5, 4),
-    ]);
-    for (word, lines) in lines.iter_mut().enumerate() {
-        let (even, odd) = (bytes_of(even, word), bytes_of(odd, word));
-        let first = simd!(_mm512_unpacklo_epi8(even, odd));
-        let second = simd!(_mm512_unpackhi_epi8(even, odd));
-        let south = simd!(_mm512_permutex2var_epi64(first, order[0], second));
-        let north = simd!(_mm512_permutex2var_epi64(first, order[1], second));
-        *lines = simd!(transmute::<[__m512i; 2], [Line; 8]>([south, north]));
-    }
-}
-
-/// The bytes whose bits are those of this word of each plane.
-#[inline(always)]
-fn bytes_of<const N: usize>(planes: &[[u64; N]; 8], word: usize) -> __m512i {
-    let mut bytes = simd!(_mm512_setzero_si512());
-    for (i, plane) in planes.iter().enumerate() {
-        let bit = simd!(_mm512_set1_epi8(1 << i));
-        bytes = simd!(_mm512_mask_add_epi8(bytes, plane[word], bytes, bit));
-    }
-    bytes
-}
-
-/// What three bits a, b and c give: bit 4a + 2b + c.
-const AND_OR: i32 = 0b1110_1010;
-const OR_AND: i32 = 0b1010_1000;
-const OR_WITHOUT: i32 = 0b0101_0100;
-
-/// For each row of 32 the one so many rows further to the north, round and round.
-const fn neighbour_rows(further: u16) -> [u16; 32] {
-    let mut rows = [further; 32];
-    let mut row = 1;
-    while row < rows.len() {
-        rows[row] = (rows[row - 1] + 1) % 32;
-        row += 1;
-    }
-    rows
-}
-
-impl Half<8> for Avx512Large {
-    #[inline(always)]
-    fn of(words: [u64; 8]) -> Self {
-        Self(simd!(transmute::<[u64; 8], __m512i>(words)))
-    }
-
-    #[inline(always)]
-    fn words(self) -> [u64; 8] {
-        simd!(transmute::<__m512i, [u64; 8]>(self.0))
-    }
-
-    #[inline(always)]
-    fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
-        spread_by_masks(&words_of(&even), &words_of(&odd), lines);
-    }
-}
-
-impl Bits for Avx512Large {
-    const NONE: Self = Self(simd!(transmute::<[u64; 8], __m512i>([0; 8])));
-    const ALL: Self = Self(simd!(transmute::<[u64; 8], __m512i>([u64::MAX; 8])));
-
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        Self(simd!(_mm512_and_si512(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn or(self, other: Self) -> Self {
-        Self(simd!(_mm512_or_si512(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn xor(self, other: Self) -> Self {
-        Self(simd!(_mm512_xor_si512(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn without(self, other: Self) -> Self {
-        Self(simd!(_mm512_andnot_si512(other.0, self.0)))
-    }
-
-    #[inline(always)]
-    fn up<const BITS: i32>(self) -> Self {
-        let bits = simd!(_mm_cvtsi32_si128(BITS));
-        Self(simd!(_mm512_sll_epi64(self.0, bits)))
-    }
-
-    #[inline(always)]
-    fn down<const BITS: i32>(self) -> Self {
-        let bits = simd!(_mm_cvtsi32_si128(BITS));
-        Self(simd!(_mm512_srl_epi64(self.0, bits)))
-    }
-
-    #[inline(always)]
-    fn north(self) -> Self {
-        let rows = simd!(transmute::<[u16; 32], __m512i>(neighbour_rows(31)));
-        Self(simd!(_mm512_maskz_permutexvar_epi16(!1, rows, self.0)))
-    }
-
-    #[inline(always)]
-    fn south(self) -> Self {
-        let rows = simd!(transmute::<[u16; 32], __m512i>(neighbour_rows(1)));
-        Self(simd!(_mm512_maskz_permutexvar_epi16(!0 >> 1, rows, self.0)))
-    }
-
-    #[inline(always)]
-    fn is_empty(self) -> bool {
-        simd!(_mm512_test_epi64_mask(self.0, self.0)) == 0
-    }
-
-    #[inline(always)]
-    fn and_or(self, mask: Self, others: Self) -> Self {
-        Self(simd!(_mm512_ternarylogic_epi64::<AND_OR>(self.0, mask.0, others.0)))
-    }
-
-    #[inline(always)]
-    fn or_and(self, others: Self, mask: Self) -> Self {
-        Self(simd!(_mm512_ternarylogic_epi64::<OR_AND>(self.0, others.0, mask.0)))
-    }
-
-    #[inline(always)]
-    fn or_without(self, others: Self, mask: Self) -> Self {
-        Self(simd!(_mm512_ternarylogic_epi64::<OR_WITHOUT>(self.0, others.0, mask.0)))
     }
 }

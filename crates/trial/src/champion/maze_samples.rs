@@ -8,7 +8,7 @@ use super::wall_prior::WallPrior;
 
 /// Random mazes that agree with the known walls; the unknown ones are drawn from a [`WallPrior`].
 ///
-/// Each sample is a Markov chain: resampling draws every unknown wall anew, given the walls around
+/// Each sample is a Markov chain: resampling redraws every unknown wall, given the walls around
 /// it (Gibbs sampling, 64 mazes at once). The goal cells form a room with one entrance, as in
 /// contests, or with the known entrances.
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ impl MazeSamples {
         samples
     }
 
-    /// Updates all samples to the known walls and draws each unknown wall anew.
+    /// Updates all samples to the known walls and redraws each unknown wall.
     pub(super) fn resample(&mut self, map: &KnownMaze, prior: &WallPrior) {
         let state = |site: WallSite| map.wall(site.cell(), site.heading());
         let is_unknown = |site: &WallSite| state(*site) == WallState::Unknown;

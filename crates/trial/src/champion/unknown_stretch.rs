@@ -58,7 +58,7 @@ impl<'m> StretchFinder<'m> {
         straights: &Straights<ROWS, PADDED>,
         upper: u16,
     ) -> Option<UnknownStretch> {
-        let start = self.map.start();
+        let start = self.map.start().cell;
         // The cells at each distance from the goal, up to the distance of the start.
         let mut waves = Vec::with_capacity(upper.into());
         let mut wave = Wave::from_cells(self.map.goals());
@@ -141,9 +141,9 @@ mod tests {
     /// of unknown walls and the unknown stretch.
     fn reference(map: &KnownMaze, sample: &Walls) -> Vec<(usize, UnknownStretch)> {
         let race = RaceSteps::flood(sample, map.goals());
-        let Some(steps) = race.at(map.start()) else { return Vec::new() };
+        let Some(steps) = race.at(map.start().cell) else { return Vec::new() };
         // The last cell of each race, and its unknown walls: the step and the cells on either side.
-        let mut races = vec![(map.start(), Vec::<(u16, [Cell; 2])>::new())];
+        let mut races = vec![(map.start().cell, Vec::<(u16, [Cell; 2])>::new())];
         for step in 0..steps {
             let mut longer = Vec::new();
             for (cell, crossed) in races {

@@ -1,11 +1,11 @@
 //! Bytes to events.
 
-use crate::codec::command::decode_command;
-use crate::codec::error::ProtocolError;
-use crate::codec::event::Event;
-use crate::codec::frame::{Frame, Header};
+use std::borrow::Cow;
+
+use crate::codec::event::{Event, ProtocolError};
+use crate::codec::frame::{Frame, Header, decode_command};
 use crate::codec::handshake::Handshake;
-use crate::limits::{MAX_COMMAND_BYTES, MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_REQUEST_BYTES};
+use crate::limits::{MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_REQUEST_BYTES};
 
 /// Decodes what one peer sends, from the first byte of its greeting.
 ///
@@ -14,6 +14,7 @@ use crate::limits::{MAX_COMMAND_BYTES, MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_R
 /// pieces.
 #[derive(Debug, Default)]
 pub struct Decoder {
+    handshake: Handshake,
     stage: Stage,
     /// The encoded frames before the body of the current request.
     envelope: Vec<u8>,
@@ -23,43 +24,49 @@ pub struct Decoder {
     is_oversized: bool,
 }
 
+/// The phase of a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// The handshake is incomplete.
+    Handshake,
+    /// The peer may send requests.
+    Ready,
+    /// A frame over the limit has arrived, and no request since.
+    Oversized,
+}
+
 /// A frame of more than [`MAX_KEPT_BYTES`] bytes, whose end is not kept.
 #[derive(Debug)]
 struct LongFrame {
-    has_more: bool,
-    length: usize,
+    header: Header,
     /// The number of bytes that have not arrived yet.
     remaining: usize,
     /// The first bytes.
     kept: Vec<u8>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The part of a message that comes next, once the handshake is complete.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
-    Handshake(Handshake),
-    /// Between two messages. The envelope is that of the previous one.
+    /// A new message. The envelope is that of the previous one.
+    #[default]
     Idle,
     /// In the envelope of a message.
     Envelope,
     /// In the body of a message, after `frames` complete frames.
-    Body {
-        frames: usize,
-    },
+    Body { frames: usize },
     /// In the rest of a message that was refused.
     Refused,
 }
 
-impl Default for Stage {
-    fn default() -> Self {
-        Self::Handshake(Handshake::default())
-    }
-}
-
 impl Decoder {
-    /// Returns whether the handshake is complete and no frame over the limit has arrived since the
-    /// last request.
-    pub fn is_ready(&self) -> bool {
-        !matches!(self.stage, Stage::Handshake(_)) && !self.is_oversized
+    /// Returns the phase of the connection.
+    pub const fn phase(&self) -> Phase {
+        match self.handshake {
+            Handshake::Complete if self.is_oversized => Phase::Oversized,
+            Handshake::Complete => Phase::Ready,
+            _ => Phase::Handshake,
+        }
     }
 
     /// Returns the envelope of the request just decoded. Its reply begins with the same bytes.
@@ -72,38 +79,36 @@ impl Decoder {
     /// # Errors
     /// The peer violates the protocol or a limit: disconnect it.
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
-        if let Stage::Handshake(handshake) = self.stage {
-            let (consumed, next, event) = handshake.decode(input)?;
-            self.stage = next.map_or(Stage::Idle, Stage::Handshake);
+        if self.handshake != Handshake::Complete {
+            let (consumed, event);
+            (consumed, self.handshake, event) = self.handshake.decode(input)?;
             return Ok((consumed, event));
         }
         if let Some(long) = self.long.take() {
             return Ok(self.continue_long(long, input));
         }
-        let max = |is_command| if is_command { MAX_COMMAND_BYTES } else { usize::MAX };
-        let Some(header) = Header::read(input, max)? else { return Ok((0, Event::Incomplete)) };
+        let Some(header) = Header::read(input, usize::MAX)? else {
+            return Ok((0, Event::Incomplete));
+        };
         if !header.is_command() && header.length > MAX_KEPT_BYTES {
-            return Ok((header.bytes, self.begin_long(&header)?));
+            return Ok((header.bytes, self.begin_long(header)?));
         }
         let Some(frame) = Frame::split(input, header) else { return Ok((0, Event::Incomplete)) };
         let event = match self.stage {
-            _ if frame.is_command() => decode_command(frame.body)?,
-            Stage::Body { frames } => self.body_frame(&frame, frames.saturating_add(1)),
-            Stage::Envelope => self.envelope_frame(&frame)?,
-            Stage::Refused => {
-                self.end_message_unless(frame.has_more());
-                Event::Ignored
+            _ if frame.header.is_command() => decode_command(frame.body)?,
+            Stage::Body { .. } | Stage::Refused => {
+                self.end_frame(frame.header.has_more(), frame.body.into())
             }
-            Stage::Idle | Stage::Handshake(_) => {
-                self.envelope.clear();
-                self.envelope_frame(&frame)?
-            }
+            Stage::Idle | Stage::Envelope => self.envelope_frame(&frame)?,
         };
         Ok((frame.whole.len(), event))
     }
 
     fn envelope_frame<'i>(&mut self, frame: &Frame<'i>) -> Result<Event<'i>, ProtocolError> {
-        if !frame.has_more() {
+        if self.stage == Stage::Idle {
+            self.envelope.clear();
+        }
+        if !frame.header.has_more() {
             // Without an empty frame and a body there is no request and no reply is possible.
             self.stage = Stage::Idle;
             return Ok(Event::Ignored);
@@ -117,10 +122,9 @@ impl Decoder {
         Ok(Event::Ignored)
     }
 
-    fn begin_long(&mut self, header: &Header) -> Result<Event<'static>, ProtocolError> {
-        let (has_more, length) = (header.has_more(), header.length);
-        let is_oversized = length > MAX_REQUEST_BYTES;
-        let error = ProtocolError::FrameTooLong { max: MAX_REQUEST_BYTES, found: length as u64 };
+    fn begin_long(&mut self, header: Header) -> Result<Event<'static>, ProtocolError> {
+        let (remaining, is_oversized) = (header.length, header.length > MAX_REQUEST_BYTES);
+        let error = ProtocolError::FrameTooLong { max: MAX_REQUEST_BYTES, found: remaining as u64 };
         let event = match self.stage {
             Stage::Body { .. } if is_oversized => {
                 self.is_oversized = true;
@@ -129,10 +133,10 @@ impl Decoder {
             }
             Stage::Body { .. } | Stage::Refused => Event::Ignored,
             _ if is_oversized => return Err(error),
-            _ if has_more => return Err(ProtocolError::EnvelopeTooLong),
+            _ if header.has_more() => return Err(ProtocolError::EnvelopeTooLong),
             _ => Event::Ignored,
         };
-        self.long = Some(LongFrame { has_more, length, remaining: length, kept: Vec::new() });
+        self.long = Some(LongFrame { header, remaining, kept: Vec::new() });
         Ok(event)
     }
 
@@ -146,39 +150,24 @@ impl Decoder {
             self.long = Some(long);
             return (consumed, if consumed == 0 { Event::Incomplete } else { Event::Ignored });
         }
-        let Stage::Body { frames } = self.stage else {
-            // The request is refused already, or the message ends in its envelope.
-            self.end_message_unless(long.has_more);
-            return (consumed, Event::Ignored);
-        };
-        let frames = frames.saturating_add(1);
-        if long.has_more {
-            self.stage = Stage::Body { frames };
-            return (consumed, Event::Ignored);
-        }
-        self.end_request();
-        long.kept.resize(long.length, 0);
-        (consumed, Event::LongRequest { last: long.kept, frames })
+        long.kept.resize(long.header.length, 0);
+        // In the envelope, the message ends here.
+        (consumed, self.end_frame(long.header.has_more(), long.kept.into()))
     }
 
-    fn end_request(&mut self) {
-        self.stage = Stage::Idle;
-        self.is_oversized = false;
-    }
-
-    fn end_message_unless(&mut self, has_more: bool) {
-        if !has_more {
-            self.stage = Stage::Idle;
+    /// Ends a frame of a body, or of a message without one.
+    fn end_frame<'i>(&mut self, has_more: bool, last: Cow<'i, [u8]>) -> Event<'i> {
+        match &mut self.stage {
+            Stage::Body { frames } if has_more => *frames = frames.saturating_add(1),
+            Stage::Body { frames } => {
+                let frames = frames.saturating_add(1);
+                (self.stage, self.is_oversized) = (Stage::Idle, false);
+                return Event::Request { last, frames };
+            }
+            _ if has_more => {}
+            stage => *stage = Stage::Idle,
         }
-    }
-
-    fn body_frame<'i>(&mut self, frame: &Frame<'i>, frames: usize) -> Event<'i> {
-        if frame.has_more() {
-            self.stage = Stage::Body { frames };
-            return Event::Ignored;
-        }
-        self.end_request();
-        Event::Request { last: frame.body, frames }
+        Event::Ignored
     }
 }
 
@@ -187,8 +176,7 @@ pub(crate) mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::codec::command::push_pong;
-    use crate::codec::frame::{COMMAND, push_last_frame};
+    use crate::codec::frame::{COMMAND, push_last_frame, push_pong};
     use crate::codec::handshake::GREETING;
 
     const REQ: &[u8] = b"\x04\x26\x05READY\x0bSocket-Type\0\0\0\x03REQ\x08Identity\0\0\0\0";
@@ -251,7 +239,7 @@ pub(crate) mod tests {
     fn after_handshake(input: &[u8]) -> (Vec<String>, Decoder) {
         let mut decoder = Decoder::default();
         assert_eq!(events(&mut decoder, &handshake()).last().unwrap(), "Ready");
-        assert!(decoder.is_ready());
+        assert_eq!(decoder.phase(), Phase::Ready);
         (events(&mut decoder, input), decoder)
     }
 
@@ -259,17 +247,20 @@ pub(crate) mod tests {
     fn requests_keep_their_envelopes() {
         let (found, decoder) = after_handshake(b"\x01\0\0\x04ping");
         assert_eq!(found.len(), 2);
-        assert_eq!(found[1], format!("{:?}", Event::Request { last: b"ping", frames: 1 }));
+        assert_eq!(found[1], format!("{:?}", Event::Request { last: b"ping".into(), frames: 1 }));
         assert_eq!(decoder.envelope(), b"\x01\0");
         let (found, mut decoder) =
             after_handshake(b"\x01\x02ab\x01\x01c\x01\0\x01\0\x03\0\0\0\0\0\0\0\0\0\x01x");
-        assert_eq!(found.last(), Some(&format!("{:?}", Event::Request { last: b"x", frames: 3 })));
+        assert_eq!(
+            found.last(),
+            Some(&format!("{:?}", Event::Request { last: b"x".into(), frames: 3 }))
+        );
         assert_eq!(decoder.envelope(), b"\x01\x02ab\x01\x01c\x01\0");
         // A message without an empty frame or without a body gets no reply; the next one does.
         for ignored in [&b"\0\x04ping"[..], b"\x01\x04ping\0\x01x", b"\0\0", b"\x01\x01x\0\0"] {
             assert!(events(&mut decoder, ignored).iter().all(|event| event == "Ignored"));
             let found = events(&mut decoder, b"\x01\0\0\0");
-            assert_eq!(found[1], format!("{:?}", Event::Request { last: b"", frames: 1 }));
+            assert_eq!(found[1], format!("{:?}", Event::Request { last: b"".into(), frames: 1 }));
             assert_eq!(decoder.envelope(), b"\x01\0");
         }
     }
@@ -284,7 +275,10 @@ pub(crate) mod tests {
         let longest = [&b"\x01\0\x02"[..], &max, &vec![7; MAX_REQUEST_BYTES]].concat();
         let mut last = vec![7; MAX_KEPT_BYTES];
         last.resize(MAX_REQUEST_BYTES, 0);
-        assert_eq!(last_event(&longest), format!("{:?}", Event::LongRequest { last, frames: 1 }));
+        assert_eq!(
+            last_event(&longest),
+            format!("{:?}", Event::Request { last: last.into(), frames: 1 })
+        );
         let huge = last_event(b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff");
         assert_eq!(huge, "expected a frame of at most 65536 bytes, found 9223372036854775807");
         assert_eq!(
@@ -294,9 +288,15 @@ pub(crate) mod tests {
         let long = [&b"\x02\0\0\0\0\0\0\x10\x01"[..], &[7; 4097]].concat();
         // A long frame ends the message in the envelope, and is a frame like any other in the body.
         let ignored = [&long[..], b"\x01\0\0\x01x"].concat();
-        assert_eq!(last_event(&ignored), format!("{:?}", Event::Request { last: b"x", frames: 1 }));
+        assert_eq!(
+            last_event(&ignored),
+            format!("{:?}", Event::Request { last: b"x".into(), frames: 1 })
+        );
         let more = [b"\x01\0\x03", &long[1..], b"\0\x01x"].concat();
-        assert_eq!(last_event(&more), format!("{:?}", Event::Request { last: b"x", frames: 2 }));
+        assert_eq!(
+            last_event(&more),
+            format!("{:?}", Event::Request { last: b"x".into(), frames: 2 })
+        );
         let envelope = [&b"\x01\xff"[..], &[7; 255]].concat().repeat(16);
         assert_eq!(last_event(&envelope), ProtocolError::EnvelopeTooLong.to_string());
         let (found, decoder) = after_handshake(&[b"\x01\0".repeat(100_000), vec![0, 0]].concat());
@@ -320,14 +320,14 @@ pub(crate) mod tests {
             let message = [b"\x01\0", &long(more)[..], rest].concat();
             let (events, decoder) = run(&message);
             assert_eq!(events, [&*refused]);
-            assert!(!decoder.is_ready());
+            assert_eq!(decoder.phase(), Phase::Oversized);
             // It is refused before the rest of it has arrived.
             assert_eq!(run(&message[..11]).0, [&*refused]);
             // The next request is served as usual.
             let (events, decoder) = run(&[&message[..], b"\x01\0\0\x04ping"].concat());
-            let ping = format!("{:?}", Event::Request { last: b"ping", frames: 1 });
+            let ping = format!("{:?}", Event::Request { last: b"ping".into(), frames: 1 });
             assert_eq!(events, [&*refused, &*ping]);
-            assert!(decoder.is_ready());
+            assert_eq!(decoder.phase(), Phase::Ready);
         }
         let twice = [b"\x01\0", &long(3)[..], &long(2)].concat();
         assert_eq!(run(&twice).0, [&*refused]);

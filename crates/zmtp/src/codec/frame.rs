@@ -1,6 +1,8 @@
-//! ZMTP frames: flags, a length of 1 or 8 bytes, a body.
+//! ZMTP frames: flags, a length of 1 or 8 bytes, a body. The body of a command is a name, followed by
+//! data.
 
-use crate::codec::error::ProtocolError;
+use crate::codec::event::{Event, ProtocolError};
+use crate::limits::MAX_COMMAND_BYTES;
 
 /// Another frame of the same message follows.
 const MORE: u8 = 1;
@@ -8,6 +10,9 @@ const MORE: u8 = 1;
 const LONG: u8 = 2;
 /// The frame is a command, not part of a message.
 pub(crate) const COMMAND: u8 = 4;
+
+/// The maximum number of context bytes of a PING that the PONG returns.
+const MAX_CONTEXT_BYTES: usize = 16;
 
 /// The header of a frame: its flags and length.
 #[derive(Debug)]
@@ -20,12 +25,9 @@ pub(crate) struct Header {
 }
 
 impl Header {
-    /// Reads the header at the front, or returns `None` if it is incomplete. `max` returns the maximum
-    /// length in bytes of the body of a command (`true`) or of any other frame (`false`).
-    pub(crate) fn read(
-        input: &[u8],
-        max: impl FnOnce(bool) -> usize,
-    ) -> Result<Option<Self>, ProtocolError> {
+    /// Reads the header at the front, or returns `None` if it is incomplete. `max` is the maximum
+    /// length in bytes of a frame that is no command.
+    pub(crate) fn read(input: &[u8], max: usize) -> Result<Option<Self>, ProtocolError> {
         let Some((&flags, rest)) = input.split_first() else { return Ok(None) };
         if flags > (MORE | LONG | COMMAND) || flags & (MORE | COMMAND) == (MORE | COMMAND) {
             return Err(ProtocolError::Flags(flags));
@@ -37,7 +39,7 @@ impl Header {
             let Some(length) = rest.first_chunk() else { return Ok(None) };
             (u64::from_be_bytes(*length), 9)
         };
-        let max = max(flags & COMMAND != 0);
+        let max = if flags & COMMAND == 0 { max } else { MAX_COMMAND_BYTES };
         let length = usize::try_from(found).ok().filter(|&length| length <= max);
         let length = length.ok_or(ProtocolError::FrameTooLong { max, found })?;
         Ok(Some(Self { flags, bytes, length }))
@@ -55,26 +57,23 @@ impl Header {
 
 /// A complete frame at the front of the input.
 pub(crate) struct Frame<'i> {
-    header: Header,
+    pub(crate) header: Header,
     pub(crate) whole: &'i [u8],
     pub(crate) body: &'i [u8],
 }
 
 impl<'i> Frame<'i> {
+    /// Reads a frame of a handshake, or returns `None` if it is incomplete.
+    pub(crate) fn read(input: &'i [u8]) -> Result<Option<Self>, ProtocolError> {
+        let header = Header::read(input, MAX_COMMAND_BYTES)?;
+        Ok(header.and_then(|header| Self::split(input, header)))
+    }
+
     /// Returns the frame with this header, or `None` if it is incomplete.
     pub(crate) fn split(input: &'i [u8], header: Header) -> Option<Self> {
         let end = header.bytes.checked_add(header.length)?;
         let whole = input.get(..end)?;
         Some(Self { body: &whole[header.bytes..], header, whole })
-    }
-
-    /// Returns whether another frame of the same message follows.
-    pub(crate) const fn has_more(&self) -> bool {
-        self.header.has_more()
-    }
-
-    pub(crate) const fn is_command(&self) -> bool {
-        self.header.is_command()
     }
 }
 
@@ -87,4 +86,52 @@ pub fn push_last_frame(output: &mut Vec<u8>, body: &[u8]) {
         output.extend_from_slice(&(body.len() as u64).to_be_bytes());
     }
     output.extend_from_slice(body);
+}
+
+/// Returns the socket type in the properties of a READY command.
+pub(crate) fn socket_type(mut properties: &[u8]) -> Result<&[u8], ProtocolError> {
+    let mut socket_type = None;
+    while !properties.is_empty() {
+        let (name, value, rest) = split_property(properties).ok_or(ProtocolError::Ready)?;
+        if name.eq_ignore_ascii_case(b"Socket-Type") {
+            socket_type = Some(value);
+        }
+        properties = rest;
+    }
+    socket_type.ok_or(ProtocolError::Ready)
+}
+
+/// Splits off the first property: its name, its value, and the remaining properties.
+fn split_property(bytes: &[u8]) -> Option<(&[u8], &[u8], &[u8])> {
+    let (&length, rest) = bytes.split_first()?;
+    let (name, rest) = rest.split_at_checked(length.into())?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let (value, rest) = rest.split_at_checked(u32::from_be_bytes(*length).try_into().ok()?)?;
+    Some((name, value, rest))
+}
+
+/// Decodes a command received after the handshake. Unknown commands are ignored.
+pub(crate) fn decode_command(body: &[u8]) -> Result<Event<'_>, ProtocolError> {
+    let (&length, rest) = body.split_first().ok_or(ProtocolError::Command)?;
+    let (name, rest) = rest.split_at_checked(length.into()).ok_or(ProtocolError::Command)?;
+    match name {
+        b"" => Err(ProtocolError::Command),
+        b"ERROR" => Err(ProtocolError::Error),
+        // A time to live of two bytes, then the context.
+        b"PING" => {
+            let context = rest.get(2..).ok_or(ProtocolError::Command)?;
+            Ok(Event::Ping { context: &context[..context.len().min(MAX_CONTEXT_BYTES)] })
+        }
+        _ => Ok(Event::Ignored),
+    }
+}
+
+/// Appends a PONG command with this context.
+pub fn push_pong(output: &mut Vec<u8>, context: &[u8]) {
+    const NAME: &[u8] = b"\x04PONG";
+    let context = &context[..context.len().min(MAX_CONTEXT_BYTES)];
+    let length = u8::try_from(NAME.len() + context.len()).unwrap_or(u8::MAX);
+    output.extend_from_slice(&[COMMAND, length]);
+    output.extend_from_slice(NAME);
+    output.extend_from_slice(context);
 }

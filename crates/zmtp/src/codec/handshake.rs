@@ -5,27 +5,13 @@
 //! identity in a frame; the frames after that are those of ZMTP 3. So the server sends the rest of
 //! its greeting only after it has the version of the peer.
 
-use crate::codec::command::socket_type;
-use crate::codec::error::ProtocolError;
-use crate::codec::event::Event;
-use crate::codec::frame::{Frame, Header};
-use crate::limits::MAX_COMMAND_BYTES;
+use crate::codec::event::{Event, ProtocolError};
+use crate::codec::frame::{Frame, socket_type};
 
 /// The greeting of each side: version 3.1, no authentication.
-pub const GREETING: [u8; GREETING_BYTES] = {
-    let mut greeting = [0; GREETING_BYTES];
-    greeting[0] = 0xff;
-    greeting[8] = 1;
-    greeting[9] = 0x7f;
-    greeting[VERSION] = 3;
-    greeting[VERSION + 1] = 1;
-    let mut index = 0;
-    while index < NULL.len() {
-        greeting[MECHANISM + index] = NULL[index];
-        index += 1;
-    }
-    greeting
-};
+pub const GREETING: [u8; 64] =
+    *b"\xff\0\0\0\0\0\0\0\x01\x7f\x03\x01NULL\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
+    \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
 
 /// The first bytes of the greeting, up to the version.
 pub const SIGNATURE: &[u8] = GREETING.split_at(VERSION).0;
@@ -40,10 +26,10 @@ const TYPE_AND_IDENTITY: &[u8] = b"\x04\0\0";
 /// The READY command of a REP socket.
 pub const READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REP";
 
-const GREETING_BYTES: usize = 64;
+/// The position of the version in the greeting.
 const VERSION: usize = 10;
-const MECHANISM: usize = 12;
-const NULL: &[u8; 20] = b"NULL\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
+/// The position of the mechanism in [`REST`].
+const MECHANISM: std::ops::Range<usize> = 1..21;
 
 /// The part of the handshake that the peer sends next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,93 +45,77 @@ pub(crate) enum Handshake {
     SocketType,
     /// The identity, from a peer of ZMTP 2.0.
     Identity,
+    /// Nothing: the handshake is complete.
+    Complete,
 }
 
-/// The number of bytes consumed, the next part unless the handshake is complete, and the event.
-type Next<'i> = (usize, Option<Handshake>, Event<'i>);
+/// The number of bytes consumed, the next part, and the event.
+type Next<'i> = (usize, Handshake, Event<'i>);
 
 impl Handshake {
     /// Decodes the front of `input`.
     pub(crate) fn decode<'i>(self, input: &[u8]) -> Result<Next<'i>, ProtocolError> {
-        let next = match self {
-            Self::Signature => signature(input)?,
-            Self::Version => version(input)?,
-            Self::Greeting => greeting(input)?,
-            Self::Ready => ready(input)?,
-            Self::SocketType => old_socket_type(input)?,
-            Self::Identity => old_identity(input)?,
-        };
-        Ok(next.unwrap_or((0, Some(self), Event::Incomplete)))
+        let incomplete = Ok((0, self, Event::Incomplete));
+        match self {
+            Self::Signature => {
+                // Wrong bytes are refused without waiting for the rest.
+                let is_wrong = |index, mask| input.get(index).is_some_and(|byte| !byte & mask != 0);
+                if is_wrong(0, 0xff) || is_wrong(VERSION - 1, 1) {
+                    return Err(ProtocolError::Greeting);
+                }
+                if input.len() < VERSION {
+                    return incomplete;
+                }
+                Ok((VERSION, Self::Version, Event::Send(MAJOR_VERSION)))
+            }
+            Self::Version => match input.first() {
+                None => incomplete,
+                Some(1) => Ok((1, Self::SocketType, Event::Send(TYPE_AND_IDENTITY))),
+                Some(3..) => Ok((1, Self::Greeting, Event::Send(REST))),
+                Some(_) => Err(ProtocolError::Greeting),
+            },
+            Self::Greeting => match input.get(..REST.len()) {
+                None => incomplete,
+                Some(rest) if rest[MECHANISM] != REST[MECHANISM] => Err(ProtocolError::Mechanism),
+                Some(rest) => Ok((rest.len(), Self::Ready, Event::Send(READY))),
+            },
+            Self::Ready => {
+                let Some(frame) = Frame::read(input)? else { return incomplete };
+                let properties = frame.body.strip_prefix(b"\x05READY");
+                let properties = properties.filter(|_| frame.header.is_command());
+                match socket_type(properties.ok_or(ProtocolError::Ready)?)? {
+                    b"REQ" | b"DEALER" => Ok((frame.whole.len(), Self::Complete, Event::Ready)),
+                    _ => Err(ProtocolError::SocketType),
+                }
+            }
+            Self::SocketType => match input.first() {
+                None => incomplete,
+                // REQ and DEALER.
+                Some(3 | 5) => Ok((1, Self::Identity, Event::Ignored)),
+                Some(_) => Err(ProtocolError::SocketType),
+            },
+            Self::Identity => match Frame::read(input)? {
+                None => incomplete,
+                Some(Frame { header, .. }) if header.has_more() || header.is_command() => {
+                    Err(ProtocolError::Greeting)
+                }
+                Some(frame) => Ok((frame.whole.len(), Self::Complete, Event::Ready)),
+            },
+            Self::Complete => incomplete,
+        }
     }
-}
-
-fn signature<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
-    // Wrong bytes are refused without waiting for the rest.
-    let agrees = |index: usize, good: fn(u8) -> bool| input.get(index).is_none_or(|&b| good(b));
-    if !(agrees(0, |b| b == 0xff) && agrees(VERSION - 1, |b| b & 1 == 1)) {
-        return Err(ProtocolError::Greeting);
-    }
-    let next = (VERSION, Some(Handshake::Version), Event::Send(MAJOR_VERSION));
-    Ok((input.len() >= VERSION).then_some(next))
-}
-
-fn version<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
-    Ok(match input.first() {
-        None => None,
-        Some(1) => Some((1, Some(Handshake::SocketType), Event::Send(TYPE_AND_IDENTITY))),
-        Some(3..) => Some((1, Some(Handshake::Greeting), Event::Send(REST))),
-        Some(_) => return Err(ProtocolError::Greeting),
-    })
-}
-
-fn greeting<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
-    let Some(rest) = input.get(..REST.len()) else { return Ok(None) };
-    if &rest[MECHANISM - VERSION - 1..][..NULL.len()] != NULL {
-        return Err(ProtocolError::Mechanism);
-    }
-    Ok(Some((rest.len(), Some(Handshake::Ready), Event::Send(READY))))
-}
-
-fn ready<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
-    let Some(frame) = frame(input)? else { return Ok(None) };
-    let properties = frame.body.strip_prefix(b"\x05READY").filter(|_| frame.is_command());
-    match socket_type(properties.ok_or(ProtocolError::Ready)?)? {
-        b"REQ" | b"DEALER" => Ok(Some((frame.whole.len(), None, Event::Ready))),
-        _ => Err(ProtocolError::SocketType),
-    }
-}
-
-fn old_socket_type<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
-    match input.first() {
-        None => Ok(None),
-        // REQ and DEALER.
-        Some(3 | 5) => Ok(Some((1, Some(Handshake::Identity), Event::Ignored))),
-        Some(_) => Err(ProtocolError::SocketType),
-    }
-}
-
-fn old_identity<'i>(input: &[u8]) -> Result<Option<Next<'i>>, ProtocolError> {
-    match frame(input)? {
-        Some(frame) if frame.has_more() || frame.is_command() => Err(ProtocolError::Greeting),
-        frame => Ok(frame.map(|frame| (frame.whole.len(), None, Event::Ready))),
-    }
-}
-
-fn frame(input: &[u8]) -> Result<Option<Frame<'_>>, ProtocolError> {
-    let header = Header::read(input, |_| MAX_COMMAND_BYTES)?;
-    Ok(header.and_then(|header| Frame::split(input, header)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::codec::decoder::Decoder;
     use crate::codec::decoder::tests::events;
+    use crate::codec::decoder::{Decoder, Phase};
 
     #[test]
     fn handshake_sends_greeting_and_ready() {
         let mut decoder = Decoder::default();
-        assert!(!decoder.is_ready());
+        assert_eq!(decoder.phase(), Phase::Handshake);
         let sent = |bytes| format!("{:?}", Event::Send(bytes));
         let expected = [MAJOR_VERSION, REST, READY].map(sent);
         assert_eq!(events(&mut decoder, &GREETING), expected);
@@ -183,8 +153,8 @@ mod tests {
             let mut decoder = Decoder::default();
             let events = events(&mut decoder, &hello);
             assert_eq!(events[1], format!("{:?}", Event::Send(TYPE_AND_IDENTITY)));
-            assert_eq!(decoder.is_ready(), good);
-            let request = format!("{:?}", Event::Request { last: b"ping", frames: 1 });
+            assert_eq!(decoder.phase() == Phase::Ready, good);
+            let request = format!("{:?}", Event::Request { last: b"ping".into(), frames: 1 });
             let end = if good { request } else { ProtocolError::SocketType.to_string() };
             assert_eq!(events.last(), Some(&end));
         }
@@ -199,7 +169,7 @@ mod tests {
         let refused = |bytes: &[u8]| {
             let mut decoder = Decoder::default();
             let events = events(&mut decoder, &[&GREETING[..], bytes].concat());
-            assert!(!decoder.is_ready());
+            assert_eq!(decoder.phase(), Phase::Handshake);
             events.last().unwrap().clone()
         };
         let refused_type = |kind: &[u8]| {

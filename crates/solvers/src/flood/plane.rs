@@ -1,42 +1,56 @@
-//! Half of the cells of a maze, a bit each.
+//! Parity planes: the cells of one colour of the chessboard, one bit each.
 
-use super::bytes::{Line, interleave, spread};
+use mmsim_maze::MazeSize;
 
-/// Half of the cells of a maze, those of one colour of a chessboard, a bit each.
+use super::transpose::{Line, interleave, spread};
+
+/// The longest side of a maze in cells.
+pub(super) const SIDE: usize = MazeSize::MAX_SIDE as usize;
+
+/// The longest side of a maze whose planes take two words.
+pub(super) const SMALL_SIDE: usize = 16;
+
+/// Whether the planes of a maze of this size take two words, not eight.
+pub(super) const fn is_small(size: MazeSize) -> bool {
+    size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
+}
+
+/// The cells of one colour of the chessboard, one bit each.
 ///
 /// ```text
-///   y = 1 | light dark  light dark        A step always leads to the other colour, so one half
-///   y = 0 | dark  light dark  light       of the bits is all that a wave needs.
+///   y = 1 | light dark  light dark        A step always leads to the other colour, so a wave
+///   y = 0 | dark  light dark  light       needs only half of the bits.
 ///          -------------------------
 ///            x = 0   1     2     3
 /// ```
 ///
-/// The cells of a row follow each other from the west, so that bit x / 2 is the cell in column x;
-/// the rows follow each other from the south. A row takes 8 bits in mazes of up to 16×16 cells,
-/// which `N` = 2 words hold, and 16 bits in those of up to 32×32 cells, which takes 8 words.
+/// Rows are stored from the south, the cells of a row from the west: bit x / 2 of a row is the cell in
+/// column x. In mazes of up to 16×16 cells a row takes 8 bits and a plane `N` = 2 words; in mazes of
+/// up to 32×32 cells a row takes 16 bits and a plane 8 words.
 ///
-/// Shifts may carry a bit into another row. The masks of [`Board`](super::board::Board) see to that.
-pub(super) trait Half<const N: usize>: Bits {
-    /// The half with these words, the southernmost first.
-    fn of(words: [u64; N]) -> Self;
+/// Shifts may carry a bit into another row. The masks of [`Bitboard`](super::bitboard::Bitboard)
+/// remove such bits.
+pub(super) trait ParityPlane<const N: usize>: BitOps {
+    /// Creates a plane from its words, the southernmost first.
+    fn from_words(words: [u64; N]) -> Self;
 
-    fn words(self) -> [u64; N];
+    fn to_words(self) -> [u64; N];
 
-    /// See [`spread`], which some processors have instructions for.
+    /// Does the same as [`spread`], with special instructions where the processor has some.
     #[inline(always)]
     fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
         spread(even, odd, lines);
     }
 
-    /// See [`interleave`], the same.
+    /// Does the same as [`interleave`], with special instructions where the processor has some.
     #[inline(always)]
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
         interleave(even, odd, lines);
     }
 }
 
-/// What a wave does with half of the cells.
-pub(super) trait Bits: Copy {
+/// The bit operations of a wave.
+pub(super) trait BitOps: Copy {
     /// No cell.
     const NONE: Self;
     /// All bits.
@@ -48,19 +62,19 @@ pub(super) trait Bits: Copy {
 
     fn xor(self, other: Self) -> Self;
 
-    /// Those that are not among the others.
+    /// self & !other
     fn without(self, other: Self) -> Self;
 
-    /// Each bit moved up by a few within its word.
+    /// Shifts each word to higher bits.
     fn up<const BITS: i32>(self) -> Self;
 
-    /// Each bit moved down by a few within its word.
+    /// Shifts each word to lower bits.
     fn down<const BITS: i32>(self) -> Self;
 
-    /// Each cell's bit a row further to the north.
+    /// Moves all bits one row to the north.
     fn north(self) -> Self;
 
-    /// Each cell's bit a row further to the south.
+    /// Moves all bits one row to the south.
     fn south(self) -> Self;
 
     fn is_empty(self) -> bool;
@@ -84,25 +98,25 @@ pub(super) trait Bits: Copy {
     }
 }
 
-/// How many bits a row takes.
+/// Returns the number of bits in a row of a plane of this many words.
 pub(super) const fn row_bits(words: usize) -> u32 {
     if words == 2 { 8 } else { 16 }
 }
 
-/// On any processor.
-impl<const N: usize> Half<N> for [u64; N] {
+/// The portable implementation.
+impl<const N: usize> ParityPlane<N> for [u64; N] {
     #[inline(always)]
-    fn of(words: [u64; N]) -> Self {
+    fn from_words(words: [u64; N]) -> Self {
         words
     }
 
     #[inline(always)]
-    fn words(self) -> [u64; N] {
+    fn to_words(self) -> [u64; N] {
         self
     }
 }
 
-impl<const N: usize> Bits for [u64; N] {
+impl<const N: usize> BitOps for [u64; N] {
     const NONE: Self = [0; N];
     const ALL: Self = [u64::MAX; N];
 

@@ -1,0 +1,362 @@
+//! A maze as a bitboard: where steps lead from the cells of one colour to those of the other.
+
+use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
+
+use super::plane::{BitOps, ParityPlane, SIDE, row_bits};
+
+/// A set of cells, as one plane for each colour. (0, 0) is dark, like a1 on a chessboard.
+#[derive(Clone, Copy)]
+pub(super) struct CellPlanes<B> {
+    pub(super) dark: B,
+    pub(super) light: B,
+}
+
+/// The openings through which cells of one colour can be entered, always from the other colour.
+#[derive(Clone, Copy)]
+pub(super) struct Openings<B> {
+    /// Entered from the cell with the same bit: the other one of each two columns.
+    same: B,
+    /// Entered by a step east from a cell with another bit.
+    east: B,
+    /// Entered by a step west from a cell with another bit.
+    west: B,
+    /// Entered by a step north.
+    north: B,
+    /// Entered by a step south.
+    south: B,
+}
+
+/// The openings of a maze.
+#[derive(Clone, Copy)]
+pub(super) struct Bitboard<B> {
+    pub(super) into_dark: Openings<B>,
+    pub(super) into_light: Openings<B>,
+}
+
+impl<B: BitOps> Openings<B> {
+    /// Returns the cells of `wanted` that can be entered from `cells`.
+    #[inline(always)]
+    pub(super) fn from(&self, cells: B, wanted: B) -> B {
+        let [along, across] = self.along_and_across(cells);
+        along.or_and(across, wanted)
+    }
+
+    /// Returns the wave after `wave`: its neighbours that are not in the wave `before` it. For waves
+    /// of one colour this suffices, since each neighbour is one step nearer or one step farther.
+    #[inline(always)]
+    pub(super) fn onward(&self, wave: B, before: B) -> B {
+        let [along, across] = self.along_and_across(wave);
+        along.or_without(across, before)
+    }
+
+    /// Returns the neighbours of `cells` in two parts, whose union is all of them.
+    #[inline(always)]
+    fn along_and_across(&self, cells: B) -> [B; 2] {
+        // With three-operand logic this takes three dependent operations after the shifts, including
+        // the union.
+        let same = cells.and(self.same);
+        let across = cells.down::<1>().and(self.west);
+        let along = cells.up::<1>().and_or(self.east, same);
+        let across = cells.north().and_or(self.north, across);
+        [cells.south().and_or(self.south, along), across]
+    }
+
+    /// Returns the openings that are not in `other`.
+    #[inline(always)]
+    pub(super) fn without(self, other: Self) -> Self {
+        Self {
+            same: self.same.without(other.same),
+            east: self.east.without(other.east),
+            west: self.west.without(other.west),
+            north: self.north.without(other.north),
+            south: self.south.without(other.south),
+        }
+    }
+}
+
+impl<H> Bitboard<H> {
+    #[inline(always)]
+    pub(super) fn from_walls<const N: usize>(walls: &Walls) -> Self
+    where
+        H: ParityPlane<N>,
+    {
+        let (width, height) = (walls.size().width(), usize::from(walls.size().height()));
+        let columns = u32::MAX >> (u32::BITS - u32::from(width));
+        let [inner, between]: [H; 2] = split(&open::<N>(walls.east_rows(), columns >> 1, height));
+        let north: CellPlanes<H> =
+            by_colour(split(&open::<N>(walls.north_rows(), columns, height - 1)));
+        let even = H::from_words(even_rows());
+        let (from_light, from_dark) = (between.and(even), between.without(even));
+        Self {
+            into_light: Openings {
+                same: inner,
+                west: from_light,
+                east: from_dark.up::<1>(),
+                north: north.dark.north(),
+                south: north.light,
+            },
+            into_dark: Openings {
+                same: inner,
+                east: from_light.up::<1>(),
+                west: from_dark,
+                north: north.light.north(),
+                south: north.dark,
+            },
+        }
+    }
+}
+
+impl<B> Bitboard<B> {
+    /// Returns the openings into cells of the near colour and into those of the far colour.
+    #[inline(always)]
+    pub(super) fn near_and_far(self, near_is_dark: bool) -> [Openings<B>; 2] {
+        let (dark, light) = (self.into_dark, self.into_light);
+        if near_is_dark { [dark, light] } else { [light, dark] }
+    }
+}
+
+impl<B> CellPlanes<B> {
+    /// Returns the plane of the near colour and that of the far colour.
+    #[inline(always)]
+    pub(super) fn near_and_far(self, near_is_dark: bool) -> [B; 2] {
+        let Self { dark, light } = self;
+        if near_is_dark { [dark, light] } else { [light, dark] }
+    }
+
+    /// Returns the inverse of [`near_and_far`](Self::near_and_far).
+    #[inline(always)]
+    pub(super) fn from_near_and_far([near, far]: [B; 2], near_is_dark: bool) -> Self {
+        let (dark, light) = if near_is_dark { (near, far) } else { (far, near) };
+        Self { dark, light }
+    }
+}
+
+impl<H> CellPlanes<H> {
+    #[inline(always)]
+    pub(super) fn from_cells<const N: usize>(cells: &CellSet) -> Self
+    where
+        H: ParityPlane<N>,
+    {
+        by_colour(split(cells.rows()))
+    }
+
+    /// Creates the set of one cell. The plane of the other colour is empty.
+    #[inline(always)]
+    pub(super) fn from_cell<const N: usize>(cell: Cell) -> Self
+    where
+        H: ParityPlane<N>,
+    {
+        let mut words = [0; N];
+        if let Some((place, bit)) = place::<N>(cell) {
+            // Each word is written whole, so that the plane can be loaded at once.
+            for (i, word) in words.iter_mut().enumerate() {
+                *word = u64::from(i == place) << bit;
+            }
+        }
+        let (plane, none) = (H::from_words(words), H::NONE);
+        if is_dark(cell) {
+            Self { dark: plane, light: none }
+        } else {
+            Self { dark: none, light: plane }
+        }
+    }
+}
+
+/// Whether a cell has the colour of (0, 0).
+pub(super) const fn is_dark(cell: Cell) -> bool {
+    (cell.x ^ cell.y) & 1 == 0
+}
+
+/// Returns the word and the bit of a cell in its plane; `None` if the plane is too small for it.
+#[inline(always)]
+pub(super) fn place<const N: usize>(cell: Cell) -> Option<(usize, usize)> {
+    let bit = usize::from(cell.y) * row_bits(N) as usize + usize::from(cell.x / 2);
+    let is_inside = u32::from(cell.x / 2) < row_bits(N);
+    Some((bit / 64, bit % 64)).filter(|&(word, _)| is_inside && word < N)
+}
+
+impl<H> CellPlanes<H> {
+    /// Returns the cells inside a maze of this size.
+    #[inline(always)]
+    pub(super) fn inside<const N: usize>(self, size: MazeSize) -> Self
+    where
+        H: ParityPlane<N>,
+    {
+        let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
+        let cells = open::<N>(&[0; SIDE], columns, size.height().into());
+        let Self { dark, light } = by_colour(split(&cells));
+        Self { dark: self.dark.and(dark), light: self.light.and(light) }
+    }
+
+    /// Returns the southernmost cell, and of several the westernmost. A dark cell comes before all
+    /// light ones. `None` if the set is empty.
+    #[inline(always)]
+    pub(super) fn first_cell<const N: usize>(self) -> Option<Cell>
+    where
+        H: ParityPlane<N>,
+    {
+        let first = |plane: H| {
+            let words = plane.to_words();
+            let word = words.iter().position(|&word| word != 0)?;
+            Some(64 * word + words[word].trailing_zeros() as usize)
+        };
+        let (bit, light) = match first(self.dark) {
+            Some(bit) => (bit, 0),
+            None => (first(self.light)?, 1),
+        };
+        let row = row_bits(N) as usize;
+        let (y, half_x) = (bit / row, bit % row);
+        // At most 31.
+        #[allow(clippy::cast_possible_truncation)]
+        Some(Cell::new((2 * half_x + ((y + light) & 1)) as u8, y as u8))
+    }
+
+    /// Returns the cells in even columns and those in odd columns.
+    #[inline(always)]
+    pub(super) fn columns<const N: usize>(self) -> [H; 2]
+    where
+        H: ParityPlane<N>,
+    {
+        // The exchange is its own inverse.
+        let CellPlanes { dark, light } = by_colour([self.dark, self.light]);
+        [dark, light]
+    }
+}
+
+/// Returns the words of a plane with all bits of even rows set.
+#[inline(always)]
+pub(super) fn even_rows<const N: usize>() -> [u64; N] {
+    [if N == 2 { 0x00ff_00ff_00ff_00ff } else { 0x0000_ffff_0000_ffff }; N]
+}
+
+/// Converts even and odd columns to dark and light cells.
+#[inline(always)]
+fn by_colour<const N: usize, H: ParityPlane<N>>([even, odd]: [H; 2]) -> CellPlanes<H> {
+    let swapped = even.xor(odd).without(H::from_words(even_rows()));
+    CellPlanes { dark: even.xor(swapped), light: odd.xor(swapped) }
+}
+
+/// Returns the sides without a wall in these columns of the first `height` rows.
+#[inline(always)]
+fn open<const N: usize>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u32; SIDE] {
+    // Full rows, then empty ones. The offset selects how many are full.
+    static ROWS: [u32; 2 * SIDE] = {
+        let mut rows = [0; 2 * SIDE];
+        let mut y = 0;
+        while y < SIDE {
+            rows[y] = u32::MAX;
+            y += 1;
+        }
+        rows
+    };
+    let rows = &ROWS[SIDE - height.min(SIDE)..][..SIDE];
+    let mut open = [0; SIDE];
+    for y in 0..row_count(N) {
+        open[y] = !walls[y] & columns & rows[y];
+    }
+    open
+}
+
+/// Returns the number of rows in a plane of this many words.
+const fn row_count(words: usize) -> usize {
+    if words == 2 { 16 } else { SIDE }
+}
+
+/// Splits rows of bits, bit x of row y, into even and odd columns.
+#[inline(always)]
+fn split<const N: usize, H: ParityPlane<N>>(rows: &[u32; SIDE]) -> [H; 2] {
+    let mut planes = [[0; N]; 2];
+    // The compiler turns these loops over rows into vector instructions. `zip` is not always inlined.
+    if N == 2 {
+        let mut columns = [[[0; 8]; 2]; 2];
+        let [even, odd] = &mut columns;
+        let (even, odd) = (even.as_flattened_mut(), odd.as_flattened_mut());
+        for y in 0..16 {
+            let bits = unshuffle(rows[y]);
+            even[y] = (bits & 0xff) as u8;
+            odd[y] = (bits >> 16 & 0xff) as u8;
+        }
+        for (i, columns) in columns.iter().enumerate() {
+            for (word, rows) in columns.iter().enumerate() {
+                planes[i][word] = u64::from_le_bytes(*rows);
+            }
+        }
+    } else {
+        let mut columns = [[[0; 4]; SIDE / 4]; 2];
+        let [even, odd] = &mut columns;
+        let (even, odd) = (even.as_flattened_mut(), odd.as_flattened_mut());
+        for y in 0..SIDE {
+            let bits = unshuffle(rows[y]);
+            even[y] = (bits & 0xffff) as u16;
+            odd[y] = (bits >> 16) as u16;
+        }
+        for (i, columns) in columns.iter().enumerate() {
+            for (word, &[a, b, c, d]) in columns.iter().enumerate() {
+                let [a, b, c, d] = [u64::from(a), u64::from(b), u64::from(c), u64::from(d)];
+                planes[i][word] = a | b << 16 | c << 32 | d << 48;
+            }
+        }
+    }
+    let [even, odd] = planes;
+    [H::from_words(even), H::from_words(odd)]
+}
+
+/// Inverse of [`split`].
+#[inline(always)]
+pub(super) fn rows<const N: usize, H: ParityPlane<N>>([even, odd]: [H; 2]) -> [u32; SIDE] {
+    let (even, odd) = (even.to_words(), odd.to_words());
+    let mut rows = [0; SIDE];
+    if N == 2 {
+        let mut columns = [[[0; 8]; 2]; 2];
+        for (columns, plane) in columns.iter_mut().zip([even, odd]) {
+            for (rows, word) in columns.iter_mut().zip(plane) {
+                *rows = word.to_le_bytes();
+            }
+        }
+        let [even, odd] = &columns;
+        let (even, odd) = (even.as_flattened(), odd.as_flattened());
+        for y in 0..16 {
+            rows[y] = shuffle(u32::from(even[y]) | u32::from(odd[y]) << 16);
+        }
+    } else {
+        let mut columns = [[[0; 4]; SIDE / 4]; 2];
+        for (columns, plane) in columns.iter_mut().zip([even, odd]) {
+            for (rows, word) in columns.iter_mut().zip(plane) {
+                *rows = [word, word >> 16, word >> 32, word >> 48].map(|row| (row & 0xffff) as u16);
+            }
+        }
+        let [even, odd] = &columns;
+        let (even, odd) = (even.as_flattened(), odd.as_flattened());
+        for y in 0..SIDE {
+            rows[y] = shuffle(u32::from(even[y]) | u32::from(odd[y]) << 16);
+        }
+    }
+    rows
+}
+
+/// Moves even bits to the lower half, odd ones to the upper half.
+///
+/// After Warren, Hacker's Delight, 2nd edition, 7-2.
+#[inline(always)]
+const fn unshuffle(bits: u32) -> u32 {
+    let bits = swap(bits, 0x2222_2222, 1);
+    let bits = swap(bits, 0x0c0c_0c0c, 2);
+    let bits = swap(bits, 0x00f0_00f0, 4);
+    swap(bits, 0x0000_ff00, 8)
+}
+
+/// Inverse of [`unshuffle`].
+#[inline(always)]
+const fn shuffle(bits: u32) -> u32 {
+    let bits = swap(bits, 0x0000_ff00, 8);
+    let bits = swap(bits, 0x00f0_00f0, 4);
+    let bits = swap(bits, 0x0c0c_0c0c, 2);
+    swap(bits, 0x2222_2222, 1)
+}
+
+/// Swaps the bits of `mask` with those `distance` bits above them.
+#[inline(always)]
+const fn swap(bits: u32, mask: u32, distance: u32) -> u32 {
+    let differing = (bits ^ bits >> distance) & mask;
+    bits ^ differing ^ differing << distance
+}

@@ -1,0 +1,130 @@
+//! The timers of the server's loop. Time is an argument.
+
+use std::time::{Duration, Instant};
+
+/// Delay before the next attempt to accept, after the system had no descriptor or memory left, or
+/// newcomers were turned away.
+const RETRY_DELAY: Duration = Duration::from_millis(100);
+
+/// A stopping server ends when it has received nothing for this time …
+const QUIET: Duration = Duration::from_millis(20);
+
+/// … or for this time while a handshake or a skipped request is incomplete …
+const QUIET_UNREADY: Duration = Duration::from_millis(100);
+
+/// … and after this time in any case.
+const MAX_DRAIN: Duration = Duration::from_millis(300);
+
+/// The maximum time for sending the last replies, from the beginning of the drain.
+const LINGER: Duration = Duration::from_millis(500);
+
+/// Tracks whether connections wait to be accepted, and delays attempts that would fail.
+#[derive(Debug)]
+pub(crate) struct AcceptBackoff {
+    /// Whether a connection may wait.
+    pub(crate) is_pending: bool,
+    /// The time of the next attempt, if attempts are delayed.
+    pub(crate) retry_at: Option<Instant>,
+}
+
+impl AcceptBackoff {
+    pub(crate) const fn new() -> Self {
+        Self { is_pending: true, retry_at: None }
+    }
+
+    /// Delays the next attempt.
+    pub(crate) fn back_off(&mut self, now: Instant) {
+        self.retry_at = Some(now + RETRY_DELAY);
+    }
+
+    /// Returns whether to try now.
+    pub(crate) fn is_due(&self, now: Instant) -> bool {
+        self.is_pending && self.retry_at.is_none_or(|time| time <= now)
+    }
+
+    /// Returns the time of the next attempt if it is delayed and a connection waits.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        self.retry_at.filter(|_| self.is_pending)
+    }
+}
+
+/// The end of a server: it answers the requests that are on their way, then stops.
+#[derive(Debug)]
+pub(crate) struct Drain {
+    started: Instant,
+    /// When something last arrived.
+    pub(crate) last_input: Instant,
+}
+
+impl Drain {
+    pub(crate) const fn new(now: Instant) -> Self {
+        Self { started: now, last_input: now }
+    }
+
+    /// Returns how long to wait for the next request, or `None` when the drain is over.
+    pub(crate) fn time_left(&self, has_unready: bool, now: Instant) -> Option<Duration> {
+        let quiet = if has_unready { QUIET_UNREADY } else { QUIET };
+        let end = (self.started + MAX_DRAIN).min(self.last_input + quiet);
+        Some(end.saturating_duration_since(now)).filter(|left| !left.is_zero())
+    }
+
+    /// Returns the deadline for sending the last replies.
+    pub(crate) fn linger_deadline(&self) -> Instant {
+        self.started + LINGER
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    #[test]
+    fn attempts_are_delayed_until_the_deadline_or_a_close() {
+        let start = Instant::now();
+        let mut accept = AcceptBackoff::new();
+        assert!(accept.is_due(start));
+        assert_eq!(accept.deadline(), None);
+        accept.back_off(start);
+        assert_eq!(accept.deadline(), Some(start + RETRY_DELAY));
+        assert!(!accept.is_due(start + RETRY_DELAY.saturating_sub(MS)));
+        assert!(accept.is_due(start + RETRY_DELAY));
+        accept.retry_at = None;
+        assert!(accept.is_due(start));
+    }
+
+    #[test]
+    fn nothing_is_due_while_nobody_waits() {
+        let start = Instant::now();
+        let mut accept = AcceptBackoff::new();
+        accept.back_off(start);
+        accept.is_pending = false;
+        assert!(!accept.is_due(start + 2 * RETRY_DELAY));
+        assert_eq!(accept.deadline(), None);
+        accept.is_pending = true;
+        assert_eq!(accept.deadline(), Some(start + RETRY_DELAY));
+        assert!(accept.is_due(start + RETRY_DELAY));
+    }
+
+    #[test]
+    fn drain_ends_after_silence() {
+        let start = Instant::now();
+        let mut drain = Drain::new(start);
+        assert_eq!(drain.time_left(false, start), Some(20 * MS));
+        assert_eq!(drain.time_left(false, start + 20 * MS), None);
+        assert_eq!(drain.time_left(true, start + 20 * MS), Some(80 * MS));
+        drain.last_input = start + 15 * MS;
+        assert_eq!(drain.time_left(false, start + 20 * MS), Some(15 * MS));
+    }
+
+    #[test]
+    fn drain_ends_in_spite_of_input() {
+        let start = Instant::now();
+        let mut drain = Drain::new(start);
+        drain.last_input = start + 290 * MS;
+        assert_eq!(drain.time_left(true, start + 290 * MS), Some(10 * MS));
+        assert_eq!(drain.time_left(true, start + 300 * MS), None);
+        assert_eq!(drain.linger_deadline(), start + 500 * MS);
+    }
+}
