@@ -32,7 +32,7 @@ pub(crate) struct Svg<'a> {
     parts: Vec<Part>,
 }
 
-/// A part of a drawing with a position, which can be omitted where nothing changed.
+/// A part of a drawing with its own area; it can be omitted if it has not changed.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
     /// Its byte range in the text.

@@ -6,7 +6,7 @@ use crate::error::ParseError;
 use crate::grid::{self, Dots};
 use crate::parsed_maze::{ParsedMaze, cell, maze, size};
 
-/// Reads a drawing. Unknown walls are open.
+/// Reads a drawing. Unknown walls are read as open.
 pub(crate) fn parse(text: &str, dots: Dots) -> Result<ParsedMaze, Vec<ParseError>> {
     let grid = grid::parse(text, 1, dots)?;
     if let Some(mark) = grid.post_marks.first() {

@@ -75,8 +75,8 @@ type CellBits<const N: usize> = [u64; N];
 ///
 /// The heuristic is consistent and every step costs 1. So a step either moves nearer to the end by
 /// the heuristic, and the estimated length stays the same, or it does not, and the estimate grows by
-/// 2. Instead of a heap it uses layers, the cells with the same estimate, and bit operations grow
-/// a layer by all its cells at once.
+/// 2. Instead of a heap it uses layers, each holding the cells with the same estimate. Bit operations
+/// expand all cells of a layer at once.
 struct LayeredSearch<const N: usize, const STRIDE: usize> {
     end: Cell,
     /// Open northern or eastern sides of cells: first those through which a step north or east

@@ -179,8 +179,8 @@ impl RaceBounds {
         self.from_here.at(cell).map(|steps| steps.max(1))
     }
 
-    /// Returns the cell through which the goal is nearest: a cell at the edge of the known part or a
-    /// goal cell. Ties are broken by the smallest sum of steps to the cell and Manhattan distance
+    /// Returns the cell to head for: the cell at the edge of the explored area with the shortest path
+    /// to the goal, or a goal cell. Ties are broken by the smallest sum of steps to the cell and Manhattan distance
     /// from there to the goal, then by the fewest steps to the cell.
     fn nearest_to_goal(&self, map: &KnownMaze) -> Option<Cell> {
         let manhattan = |cell: Cell, goal: Cell| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y);

@@ -340,7 +340,7 @@ async fn save_recording(
     Ok(download(&name, "application/octet-stream", content))
 }
 
-/// Returns a name for the download of a run.
+/// Returns the file name for a downloaded run.
 fn file_name(source: &Source, run: u32, extension: &str) -> ApiResult<String> {
     let title = source.describe(run)?.title.clone();
     let stem = title.strip_suffix(".mcap").unwrap_or(&title);

@@ -34,7 +34,7 @@ pub(crate) struct AppState {
     /// Reads and writes recordings.
     pub(crate) recording_jobs: JobQueue,
     pub(crate) uploads: JobQueue,
-    /// The memory of the open recordings.
+    /// The memory limit for the open recordings.
     pub(crate) budget: Arc<MemoryBudget>,
     recordings: Mutex<OpenRecordings>,
 }

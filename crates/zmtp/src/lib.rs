@@ -56,10 +56,10 @@
 //!
 //! # Why not libzmq
 //!
-//! As of libzmq 4.3.4 a stranger can terminate any process that listens with it: enough requests to
-//! fill the receive queue, followed by a PING and a reset of the connection, some 8 KB in all, fail an
-//! assertion (`stream_engine_base.cpp`, `!_io_error`). An unlimited queue avoids the assertion, and
-//! then nothing limits memory. Three more faults cannot be avoided by its users:
+//! As of libzmq 4.3.4 any remote client can terminate a process that listens with it. Filling the
+//! receive queue with requests, then sending a PING and resetting the connection (about 8 KB in all),
+//! triggers an assertion (`stream_engine_base.cpp`, `!_io_error`). An unlimited queue avoids the
+//! assertion, but then nothing limits memory. Three more faults cannot be avoided by its users:
 //!
 //! - A REP socket loses the reply to a good client after a request without an empty frame from a peer
 //!   that has gone.

@@ -4,7 +4,7 @@ use crate::codec::event::ProtocolError;
 
 /// Answers the requests of all clients of a [`RepServer`](crate::RepServer).
 pub trait Service {
-    /// Answers a request: writes the reply into `reply`, which holds an earlier one.
+    /// Answers a request: replaces the earlier reply in `reply`.
     ///
     /// `request` is the last frame of the body, and `frames` the number of its frames; the server
     /// keeps only the last. Of a frame longer than

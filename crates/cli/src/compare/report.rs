@@ -82,7 +82,7 @@ impl StrategyReport {
         }
     }
 
-    /// The head of the table.
+    /// The header row of the table.
     pub(crate) fn head() -> Vec<String> {
         let head = [
             "strategy", "mazes", "reached", "given up", "to goal", "proven", "after", "in all",

@@ -12,7 +12,7 @@ pub(crate) fn greeting() -> Vec<u8> {
     [&[0xff, 0, 0, 0, 0, 0, 0, 0, 0, 0x7f, 3, 1][..], b"NULL", &[0; 48]].concat()
 }
 
-/// Returns the command READY of a socket of this kind, with an additional property of this length.
+/// Returns the READY command for a socket of this type, with an extra property of this length.
 pub(crate) fn ready(kind: &str, more: usize) -> Vec<u8> {
     let property = |name: &str, value: &[u8]| {
         let lengths = (

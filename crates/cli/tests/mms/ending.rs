@@ -1,4 +1,4 @@
-//! How mice exit, and what the command prints and returns then.
+//! The ways a mouse can exit, and what the command prints and returns in each case.
 
 use super::*;
 

@@ -5,8 +5,8 @@ use mmsim_maze::{Cell, CellSet, Heading, Walls};
 use super::{Distances, UNREACHABLE};
 
 impl Distances {
-    /// Updates the distances after the walls around `seen` have changed. Floods the maze only if a
-    /// distance changes, and returns whether it did.
+    /// Updates the distances after the walls around `seen` have changed. Floods the maze again
+    /// if a distance would change, and returns whether it flooded.
     ///
     /// The distances must have been right before, for the same targets, and no other walls may have
     /// changed. A maze of another size than before is flooded completely.

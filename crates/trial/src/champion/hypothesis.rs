@@ -135,7 +135,7 @@ impl Hypothesis {
         std::iter::successors(Some(cell), move |&cell| size.neighbour(cell, heading))
     }
 
-    /// Updates the wall probabilities by the readings.
+    /// Updates the wall probabilities from the readings.
     pub(super) fn observe(&mut self, sensors: [u8; 3], noise: f64) {
         let pose = self.survey.pose();
         self.survey.visit();

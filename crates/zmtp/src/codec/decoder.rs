@@ -205,7 +205,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// Returns the events for input that arrives in pieces of these lengths, repeated. A long frame
+    /// Decodes input that arrives in chunks whose lengths cycle through these. A long frame
     /// counts as one event, however many pieces it arrives in.
     fn events_in_pieces(input: &[u8], lengths: &[usize]) -> Vec<String> {
         let (mut decoder, mut events) = (Decoder::default(), Vec::new());

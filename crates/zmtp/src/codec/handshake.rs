@@ -41,7 +41,7 @@ pub(crate) enum Handshake {
     Greeting,
     /// The command READY.
     Ready,
-    /// The socket type, from a peer of ZMTP 2.0.
+    /// The socket type, as sent by a ZMTP 2.0 peer.
     SocketType,
     /// The identity, from a peer of ZMTP 2.0.
     Identity,
