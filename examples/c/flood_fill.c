@@ -112,7 +112,7 @@ static void report_state(void) {
 
 /* Takes a step towards the goal. Returns whether there is a path. */
 static int step(void) {
-    const int quarters[4] = {0, 3, 1, 2}; /* front, left, right, back: the first one wins a tie */
+    const int quarters[4] = {0, 3, 1, 2}; /* front, left, right, back; on a tie, the first one is chosen */
     const mmsim_pose here = pose;
     uint16_t least = UNREACHABLE;
     for (int i = 0; i < 4; i++) {

@@ -1,9 +1,9 @@
 /* mmsim.h: encodes and decodes the messages between a micromouse and a maze simulator such as
    mmsim. Copy this file into your project.
 
-   It is C99 or C++, allocates nothing, has no global state, and needs no library, so it can be used
-   in firmware. The transport is up to you: ZeroMQ as in flood_fill.c, or a serial line to a program
-   that forwards the bytes. Each request gets one reply.
+   The header is C99 or C++, does not allocate, has no global state, and needs no library, so you
+   can use it in firmware. You can choose any transport, such as ZeroMQ (see flood_fill.c) or a
+   serial line to a program that forwards the bytes. Each request gets one reply.
 
        uint8_t message[MMSIM_MAX_BYTES];
        const mmsim_pose pose = {0, 0, MMSIM_NORTH};
@@ -12,8 +12,8 @@
        mmsim_reply reply = mmsim_decode_reply(message, length);
        if (reply.kind == MMSIM_WALLS && !reply.front) ...
 
-   Cell (0, 0) is the south-west corner, x grows east, y grows north. The mouse starts there,
-   heading north. Mazes have up to 32x32 cells, usually 16x16. */
+   Cell (0, 0) is the south-west corner, x grows east, y grows north. The mouse starts in
+   cell (0, 0), heading north. Mazes have up to 32x32 cells, usually 16x16. */
 #ifndef MMSIM_H
 #define MMSIM_H
 
@@ -31,7 +31,7 @@
 /* Headings, clockwise: each is a quarter turn to the right of the previous one. */
 enum { MMSIM_NORTH, MMSIM_EAST, MMSIM_SOUTH, MMSIM_WEST };
 
-/* What a mouse knows about a cell is a sum of these flags. */
+/* The flags for what a mouse knows about a cell. Add the flags that apply. */
 enum {
     MMSIM_VISITED = 1,
     MMSIM_WALL_EAST = 2,
@@ -41,7 +41,7 @@ enum {
 };
 
 /* The order of the cells in a state: C is row by row from the south, F is column by column from the
-   west. Viewers show both the same, so choose either. */
+   west. You can use either order; viewers show the same maze. */
 enum { MMSIM_ORDER_C = 'C', MMSIM_ORDER_F = 'F' };
 
 typedef struct {
@@ -54,10 +54,10 @@ typedef struct {
 
 /* The kinds of reply. */
 typedef enum {
-    MMSIM_NO_REPLY, /* not a reply of the protocol */
-    MMSIM_PONG,     /* to ping */
-    MMSIM_OK,       /* to reset and to a state */
-    MMSIM_WALLS,    /* to walls: left, front and right are 1 for a wall, else 0 */
+    MMSIM_NO_REPLY, /* invalid reply */
+    MMSIM_PONG,     /* reply to ping */
+    MMSIM_OK,       /* reply to reset and to a state */
+    MMSIM_WALLS,    /* reply to walls: left, front and right are 1 for a wall, else 0 */
     MMSIM_ERROR     /* the request was refused and changed nothing; the text says why */
 } mmsim_reply_kind;
 

@@ -1,5 +1,5 @@
-/* A flood-fill mouse, see src/lib.rs. In each cell call mouse_see and mouse_next_step, drive the
-   motors, then call mouse_stepped. */
+/* A flood-fill mouse (see src/lib.rs). In each cell, call mouse_see and mouse_next_step, drive the
+   motors, and then call mouse_stepped. */
 #ifndef MOUSE_H
 #define MOUSE_H
 
@@ -22,18 +22,19 @@ typedef union {
 /* Initializes a mouse in the south-west corner of a 16x16 maze, heading north. */
 void mouse_new(mouse_t *mouse);
 
-/* Records whether there is a wall to the left, in front and to the right. Returns false if that
-   contradicts earlier readings. */
+/* Records whether there is a wall to the left, in front and to the right. Returns false if the
+   reading contradicts earlier ones. */
 bool mouse_see(mouse_t *mouse, bool left, bool front, bool right);
 
-/* Returns the next step: 'F' front, 'L' left, 'R' right, 'B' back, each a turn and then one cell.
-   Returns 'G' in the goal, and 0 if the goal is unreachable. */
+/* Returns the next step: 'F' front, 'L' left, 'R' right or 'B' back. For each step, the mouse turns
+   and then moves one cell. Returns 'G' in the goal, and 0 if the goal is unreachable. */
 uint8_t mouse_next_step(mouse_t *mouse);
 
-/* Reports that the motors have taken this step. Returns false if the mouse cannot have taken it. */
+/* Records that the motors have taken this step. Returns false if this step is impossible. */
 bool mouse_stepped(mouse_t *mouse, uint8_t step);
 
-/* Writes the message that reports the state to a simulator. Call it after mouse_next_step. */
+/* Writes the message that reports the state of the mouse to a simulator. Call this function after
+   mouse_next_step. */
 void mouse_encode_state(const mouse_t *mouse, uint8_t message[MOUSE_STATE_BYTES]);
 
 #ifdef __cplusplus

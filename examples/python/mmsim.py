@@ -21,7 +21,7 @@ import zmq
 
 
 class Heading(Enum):
-    """A heading. They are in clockwise order, a quarter turn apart."""
+    """A heading. The headings are in clockwise order, a quarter turn apart."""
 
     NORTH = "N"
     EAST = "E"
@@ -51,7 +51,7 @@ class Pose:
 
 
 class Walls(NamedTuple):
-    """Whether there is a wall to the left, in front and to the right of the mouse."""
+    """The walls around the mouse; a field is true if there is a wall."""
 
     left: bool
     front: bool
@@ -118,7 +118,7 @@ class Simulator:
         """Reports the state of the mouse, for the viewer and recordings.
 
         Both grids are indexed as `grid[x][y]`. `weights` holds any non-negative integer per cell,
-        such as its distance to the goal; numbers above 255 are sent as 255. `walls` holds the
+        such as the distance to the goal; numbers above 255 are sent as 255. `walls` holds the
         `Known` flags of each cell.
         """
         if [len(column) for column in weights] != [len(column) for column in walls]:

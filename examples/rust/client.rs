@@ -2,7 +2,7 @@
 //! codec, and the flood of `mmsim-solvers`.
 //!
 //! Start a simulator with `mmsim`, then run this program, optionally with an endpoint such as
-//! `tcp://127.0.0.1:6574`. `own-strategy.rs` shows how much shorter it is with `mmsim-client`.
+//! `tcp://127.0.0.1:6574`. `own-strategy.rs` is a shorter client that uses `mmsim-client`.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -49,7 +49,7 @@ fn search() -> Result<u32, Box<dyn Error>> {
         if map.goals().contains(pose.cell) {
             return Ok(steps);
         }
-        // `open_steps` returns front, left, right, back; the first one wins a tie.
+        // On a tie, `min_by_key` returns the first step in the order front, left, right, back.
         let (step, _) = open_steps(&map, pose)
             .filter(|&(_, cell)| distances.at(cell).is_some())
             .min_by_key(|&(_, cell)| distance(cell))

@@ -1,7 +1,7 @@
-//! The wire codec alone: messages to bytes and back, without a socket.
+//! Encodes and decodes messages with the wire codec, without a socket.
 //!
-//! Use it with your own transport, such as a serial line to a mouse. The codec allocates nothing,
-//! so the same calls work in firmware.
+//! Use the codec with your own transport, such as a serial line to a mouse. The codec does not
+//! allocate, so the same calls work in firmware.
 
 use mmsim_protocol::{
     Cell, Heading, KnownMaze, MAX_STATE_BYTES, MapState, MazeSize, Order, Pose, Reply, Request,
@@ -11,13 +11,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let size = MazeSize::CLASSIC;
     let pose = Pose::new(Cell::new(0, 0), Heading::North);
     let mut map = KnownMaze::new(size, pose.cell, size.central_cells());
-    // Large enough for any request.
+    // The buffer is large enough for any request.
     let mut buffer = [0; MAX_STATE_BYTES];
 
     let length = Request::Walls(pose).encode(&mut buffer)?;
     println!("walls request, {length} bytes: {}", buffer[..length].escape_ascii());
 
-    // Replies can be decoded without their requests. Here are three examples.
+    // A reply can be decoded without the request. Here are three examples.
     for message in [&[1, 0, 1][..], b"ok", b"error: expected one frame, found 2"] {
         print!("reply {}: ", message.escape_ascii());
         match Reply::decode(message)? {

@@ -1,13 +1,13 @@
 //! A flood-fill mouse as a static library, for firmware in C (`mouse.h`) or any language that can
 //! call C.
 //!
-//! The library uses no `std`, no allocator and no static memory: the firmware provides the memory
-//! for the mouse. If one of the crates below needed more, this library would not build.
+//! The library uses neither `std` nor an allocator nor static memory: the firmware provides the
+//! memory for the mouse. If a dependency used `std` or an allocator, this library would not build.
 //!
-//! `no_mangle` keeps the function names visible to C. It is unsafe because two functions with the
-//! same name in a program are undefined behaviour; only this library may use the prefix `mouse_`.
-//! There is no other unsafe code: pointers from C arrive as references, and `mouse.h` states the
-//! rules that keep them valid.
+//! The attribute `no_mangle` keeps the function names visible to C. It is unsafe because two
+//! functions with the same name in one program cause undefined behaviour; only this library may use
+//! the prefix `mouse_`. The library contains no other unsafe code: pointers from C arrive as
+//! references, and `mouse.h` states the rules that keep the references valid.
 #![no_std]
 #![allow(unsafe_code)] // for `no_mangle`, see above
 
@@ -17,10 +17,10 @@ use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Step, WallsAround};
 use mmsim_protocol::{MapState, Order, state_bytes};
 use mmsim_solvers::{FloodFill, Move};
 
-/// Put your own strategy here.
+/// The mouse and its strategy. Replace `FloodFill` with your own strategy.
 type Mouse = mmsim_solvers::Mouse<FloodFill>;
 
-/// Length of a state of a 16×16 maze, in bytes.
+/// The length in bytes of a state for a 16×16 maze.
 const STATE_BYTES: usize = state_bytes(MazeSize::CLASSIC);
 
 // The constants in `mouse.h` must match.
@@ -35,13 +35,14 @@ pub extern "C" fn mouse_new(place: &mut MaybeUninit<Mouse>) {
     place.write(Mouse::new(FloodFill::new(), map, start));
 }
 
-/// Records a reading of the wall sensors. Returns `false` if it contradicts earlier readings.
+/// Records a reading of the wall sensors. Returns `false` if the reading contradicts earlier ones.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_see(mouse: &mut Mouse, left: bool, front: bool, right: bool) -> bool {
     mouse.see(WallsAround { left, front, right }).is_ok()
 }
 
-/// Returns the next step as `F`, `L`, `R` or `B`, `G` in the goal, or 0 if it is unreachable.
+/// Returns the next step as `F`, `L`, `R` or `B`. Returns `G` in the goal, and 0 if the goal is
+/// unreachable.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_next_step(mouse: &mut Mouse) -> u8 {
     match mouse.decide() {
@@ -54,7 +55,7 @@ pub extern "C" fn mouse_next_step(mouse: &mut Mouse) -> u8 {
     }
 }
 
-/// Records that the motors have taken a step. Returns `false` if the mouse cannot have taken it.
+/// Records that the motors have taken a step. Returns `false` if this step is impossible.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_stepped(mouse: &mut Mouse, step: u8) -> bool {
     let step = match step {
@@ -67,15 +68,15 @@ pub extern "C" fn mouse_stepped(mouse: &mut Mouse, step: u8) -> bool {
     mouse.go(step).is_ok()
 }
 
-/// Writes the message that reports the mouse's state to a simulator, for its viewer.
+/// Writes the message that reports the state of the mouse to a simulator.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_encode_state(mouse: &Mouse, message: &mut [u8; STATE_BYTES]) {
     let weight = |cell| mouse.weight(cell).unwrap_or(u16::MAX);
-    // Cannot fail: the buffer has the length of the message.
+    // Encoding cannot fail, because the buffer has the length of the message.
     let _ = MapState::new(mouse.pose(), mouse.map(), weight, Order::F).encode(message);
 }
 
-/// Halts after a panic. A real mouse stops its motors first.
+/// Halts after a panic. On a real mouse, stop the motors first.
 #[panic_handler]
 fn halt(_: &core::panic::PanicInfo<'_>) -> ! {
     loop {
