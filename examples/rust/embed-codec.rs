@@ -40,10 +40,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("expected a state".into());
     };
     let flags = state.cell_walls(pose.cell).ok_or("expected a cell of the maze")?;
-    println!("the mouse stands in {} heading {}", state.pose().cell, state.pose().heading);
-    println!("it has visited this cell: {}", flags.visited());
+    println!("the mouse is in {}, heading {}", state.pose().cell, state.pose().heading);
+    println!("the mouse has visited this cell: {}", flags.visited());
     for heading in Heading::ALL {
-        println!("it believes in a wall to the {heading}: {}", flags.wall(heading));
+        println!("the mouse knows a wall to the {heading}: {}", flags.wall(heading));
     }
     Ok(())
 }

@@ -4,7 +4,7 @@
 //! The library uses neither `std` nor an allocator nor static memory: the firmware provides the
 //! memory for the mouse. If a dependency used `std` or an allocator, this library would not build.
 //!
-//! The attribute `no_mangle` keeps the function names visible to C. It is unsafe because two
+//! The attribute `no_mangle` keeps the function names visible to C. `no_mangle` is unsafe, because two
 //! functions with the same name in one program cause undefined behaviour; only this library may use
 //! the prefix `mouse_`. The library contains no other unsafe code: pointers from C arrive as
 //! references, and `mouse.h` states the rules that keep the references valid.
@@ -17,7 +17,7 @@ use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Step, WallsAround};
 use mmsim_protocol::{MapState, Order, state_bytes};
 use mmsim_solvers::{FloodFill, Move};
 
-/// The mouse and its strategy. Replace `FloodFill` with your own strategy.
+/// The mouse with its strategy. To use your own strategy, replace `FloodFill`.
 type Mouse = mmsim_solvers::Mouse<FloodFill>;
 
 /// The length in bytes of a state for a 16×16 maze.
@@ -35,7 +35,8 @@ pub extern "C" fn mouse_new(place: &mut MaybeUninit<Mouse>) {
     place.write(Mouse::new(FloodFill::new(), map, start));
 }
 
-/// Records a reading of the wall sensors. Returns `false` if the reading contradicts earlier ones.
+/// Records a reading of the wall sensors. Returns `false` if the reading contradicts earlier
+/// readings.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_see(mouse: &mut Mouse, left: bool, front: bool, right: bool) -> bool {
     mouse.see(WallsAround { left, front, right }).is_ok()
