@@ -77,7 +77,7 @@ pub extern "C" fn mouse_encode_state(mouse: &Mouse, message: &mut [u8; STATE_BYT
     let _ = MapState::new(mouse.pose(), mouse.map(), weight, Order::F).encode(message);
 }
 
-/// Halts after a panic. On a real mouse, stop the motors first.
+/// Halts after a panic. On a real mouse, stop the motors before halting.
 #[panic_handler]
 fn halt(_: &core::panic::PanicInfo<'_>) -> ! {
     loop {
