@@ -1,7 +1,7 @@
 //! Runs a custom strategy against a simulator.
 //!
 //! Start a simulator with `mmsim`, then run this program, optionally with an endpoint such as
-//! `tcp://127.0.0.1:6574`. The same strategy also runs in memory and on a real mouse.
+//! `tcp://127.0.0.1:6574`. The strategy also runs in memory and on a real mouse.
 
 use std::error::Error;
 use std::ops::ControlFlow;
