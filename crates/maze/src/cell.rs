@@ -31,15 +31,13 @@ impl Cell {
     /// assert_eq!(Cell::new(0, 0).neighbour(Heading::West), None);
     /// ```
     pub const fn neighbour(self, heading: Heading) -> Option<Self> {
-        const BACK: u8 = u8::MAX;
-        const EAST: &[u8; 4] = &[0, 1, 0, BACK];
-        const NORTH: &[u8; 4] = &[1, 0, BACK, 0];
+        const BACK: u16 = u16::MAX;
+        const EAST: &[u16; 4] = &[0, 1, 0, BACK];
+        const NORTH: &[u16; 4] = &[1, 0, BACK, 0];
         // No branch on the heading: the turns of a mouse are unpredictable.
-        let x = self.x.wrapping_add(EAST[heading as usize]);
-        let y = self.y.wrapping_add(NORTH[heading as usize]);
-        // A coordinate that wraps around changes by more than 1.
-        let is_next = self.x.abs_diff(x) <= 1 && self.y.abs_diff(y) <= 1;
-        if is_next { Some(Self { x, y }) } else { None }
+        let [x, x_overflow] = (self.x as u16).wrapping_add(EAST[heading as usize]).to_le_bytes();
+        let [y, y_overflow] = (self.y as u16).wrapping_add(NORTH[heading as usize]).to_le_bytes();
+        if x_overflow | y_overflow == 0 { Some(Self { x, y }) } else { None }
     }
 }
 

@@ -40,8 +40,8 @@ impl Heading {
     #[must_use]
     pub const fn turned(self, step: Step) -> Self {
         const CLOCKWISE: &[Heading; 4] = &Heading::ALL;
-        const RIGHT_TURNS: &[usize; 4] = &[0, 3, 1, 2];
-        CLOCKWISE[(self as usize + RIGHT_TURNS[step as usize]) % 4]
+        const RIGHT_TURNS: &[u8; 4] = &[0, 3, 1, 2];
+        CLOCKWISE[((self as u8 + RIGHT_TURNS[step as usize]) % 4) as usize]
     }
 
     /// Returns the heading with this letter: `N`, `E`, `S` or `W`.

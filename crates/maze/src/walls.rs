@@ -73,12 +73,7 @@ impl Walls {
     /// Returns whether `cell` has a wall towards `heading`. At the edge of the maze and outside it always
     /// has.
     pub fn has(&self, cell: Cell, heading: Heading) -> bool {
-        let Some(next) = self.size.neighbour(cell, heading).filter(|_| self.size.contains(cell))
-        else {
-            return true;
-        };
-        let rows = if next.x == cell.x { &self.north } else { &self.east };
-        rows[usize::from(cell.y.min(next.y))] >> cell.x.min(next.x) & 1 == 1
+        self.sides(cell).has(heading)
     }
 
     /// Builds (`true`) or removes (`false`) the wall of `cell` towards `heading`. Outer walls and walls

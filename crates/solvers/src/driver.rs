@@ -36,7 +36,9 @@ pub struct SearchDriver<'m, S> {
     max_states: u32,
     states: u32,
     /// The last decision, until the mouse has acted on it.
-    decision: Option<Result<Move, SearchError>>,
+    decision: Option<Move>,
+    /// The last decision if it failed. Apart from `decision`, so that each step copies one byte.
+    error: Option<SearchError>,
     phase: Phase,
     stats: SearchStats,
 }
@@ -62,7 +64,7 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
     /// Creates a driver that ends the search after `max_states` decisions.
     pub fn new(mouse: &'m mut Mouse<S>, max_states: u32) -> Self {
         let (phase, stats) = (Phase::SearchRun, SearchStats::default());
-        Self { mouse, max_states, states: 0, decision: None, phase, stats }
+        Self { mouse, max_states, states: 0, decision: None, error: None, phase, stats }
     }
 
     /// Takes the step decided on last, reads the walls around the mouse, and lets the strategy
@@ -75,11 +77,15 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
     /// The walls cannot be read or contradict earlier readings, or the mouse would crash. An error
     /// of the strategy is returned by the call after its decision, so that the caller can still
     /// report the state in which it was made.
+    #[inline]
     pub fn advance<E>(
         &mut self,
         mut read_walls: impl FnMut(Pose) -> Result<WallsAround, E>,
     ) -> Result<bool, DriveError<E>> {
-        let step = match self.decision.transpose().map_err(DriveError::Search)? {
+        if let Some(error) = self.error {
+            return Err(DriveError::Search(error));
+        }
+        let step = match self.decision {
             Some(Move::Stop) => return Ok(false),
             Some(Move::Step(step)) => Some(step),
             None => None,
@@ -113,8 +119,8 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
     }
 
     /// The last decision; `None` before the first one and after a failed reading.
-    pub const fn decision(&self) -> Option<Result<Move, SearchError>> {
-        self.decision
+    pub fn decision(&self) -> Option<Result<Move, SearchError>> {
+        self.error.map(Err).or(self.decision.map(Ok))
     }
 
     /// Steps and turns so far.
@@ -140,7 +146,10 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
     }
 
     fn decide(&mut self) {
-        self.decision = Some(self.mouse.decide());
+        match self.mouse.decide() {
+            Ok(decision) => self.decision = Some(decision),
+            Err(error) => self.error = Some(error),
+        }
         self.states += 1;
         if self.phase != Phase::FastRun {
             self.phase = self.mouse.phase();

@@ -104,15 +104,18 @@ impl<S: Strategy> Mouse<S> {
     ///
     /// # Errors
     /// The side is not known to be open. The mouse stays where it is.
+    #[inline]
     pub fn go(&mut self, step: Step) -> Result<(), Crash> {
         let Pose { cell, heading } = self.pose;
-        let heading = heading.turned(step);
         match self.pose.after(step) {
-            Some(pose) if !self.map.walls(Unknown::Closed).has(cell, heading) => {
-                self.pose = pose;
+            Some(next) if !self.map.walls(Unknown::Closed).has(cell, next.heading) => {
+                self.pose = next;
                 Ok(())
             }
-            _ => Err(Crash { cell, heading, state: self.map.wall(cell, heading) }),
+            _ => {
+                let heading = heading.turned(step);
+                Err(Crash { cell, heading, state: self.map.wall(cell, heading) })
+            }
         }
     }
 }
