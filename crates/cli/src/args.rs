@@ -8,7 +8,7 @@ use clap::{ArgAction, Args};
 use mmsim_maze::{Cell, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
 
-/// How much a command prints to stderr.
+/// Options for the amount of output on stderr.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct VerbosityArgs {
     /// Print only errors and warnings
@@ -32,29 +32,29 @@ pub(crate) struct ViewerArgs {
     pub(crate) open: bool,
 }
 
-/// Which states a server keeps, in memory and in files.
+/// Options for storing the states that clients send.
 #[derive(Debug, Default, PartialEq, Eq, Args)]
 pub(crate) struct RetentionArgs {
     /// Record each run, from reset to reset, to a new file in DIR; view it with `mmsim replay`
     #[arg(long, value_name = "DIR")]
     pub(crate) record: Option<PathBuf>,
-    /// Limit the history to MIB mebibytes, about 100,000 states each; further states are refused until
-    /// reset. Recordings open in the viewer may use as much again [default: half of the free memory, a
-    /// quarter for recordings]
+    /// Limit the history to MIB mebibytes, each holding about 100,000 states; further states are
+    /// refused until reset. Recordings open in the viewer have a separate limit of the same size
+    /// [default: half of the free memory for the history, a quarter for recordings]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) history_limit: Option<u64>,
 }
 
-/// The memory limit of a command that reads recordings.
+/// Options of commands that read recordings.
 #[derive(Debug, Args)]
 pub(crate) struct ReadingArgs {
-    /// Limit the memory for open recordings to MIB mebibytes, about 100,000 states each; larger
-    /// recordings are refused [default: half of the free memory]
+    /// Limit the memory for open recordings to MIB mebibytes, each holding about 100,000 states;
+    /// larger recordings are refused [default: half of the free memory]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) history_limit: Option<u64>,
 }
 
-/// How to serve a maze.
+/// Options for serving a maze.
 #[derive(Debug, Args)]
 pub(crate) struct ServerArgs {
     /// Port to listen on; 0 picks a free port
@@ -70,13 +70,13 @@ pub(crate) struct ServerArgs {
     pub(crate) viewer: ViewerArgs,
 }
 
-/// What a mouse knows about the maze before it starts.
+/// Options for the maze size and the goal that a mouse knows from the start.
 #[derive(Debug, Args)]
 pub(crate) struct KnownMazeArgs {
     /// Width and height of the maze in cells [default: 16x16, or the server's size with --goal server]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<MazeSize>,
-    /// Goal cells such as 7,7 8,7, or `server` to ask the server, which only mmsim answers [default:
+    /// Goal cells, such as `7,7 8,7`, or `server` to ask the server, which must be mmsim [default:
     /// the central cells]
     #[arg(long, value_name = "x,y|server", num_args = 1.., value_parser = parse_goal)]
     pub(crate) goal: Vec<Goal>,
@@ -85,13 +85,13 @@ pub(crate) struct KnownMazeArgs {
 /// A value of `--goal`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Goal {
-    /// One of the goal cells.
+    /// A goal cell.
     Cell(Cell),
     /// The server's goal.
     Server,
 }
 
-/// Returns a parser for some values by their names.
+/// Returns an argument parser that accepts the names of these values.
 pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
     values: impl IntoIterator<Item = T>,
     describe: fn(T) -> PossibleValue,
@@ -103,7 +103,7 @@ pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// Returns the selected values, each once; `None` selects all.
+/// Returns the selected values without duplicates. `None` selects all values.
 pub(crate) fn each_once<T: Copy + PartialEq>(selected: &[Option<T>], all: &[T]) -> Vec<T> {
     let mut values = Vec::new();
     for &value in selected.iter().flat_map(|value| value.as_ref().map_or(all, slice::from_ref)) {
@@ -130,7 +130,7 @@ fn parse_goal(text: &str) -> Result<Goal, String> {
     if text == "server" {
         return Ok(Goal::Server);
     }
-    let (x, y) = parse_pair(text, ',').ok_or("expected a cell such as 7,7, or server")?;
+    let (x, y) = parse_pair(text, ',').ok_or("expected `server` or a cell such as 7,7")?;
     Ok(Goal::Cell(Cell::new(x, y)))
 }
 

@@ -1,4 +1,4 @@
-//! The command line: all commands, and how it is parsed.
+//! The commands of the command line, and its parser.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
@@ -22,8 +22,8 @@ use crate::suggest::suggest;
 use crate::trial::args::TrialArgs;
 use crate::usage::UsageError;
 
-/// A micromouse maze simulator. Without a command, it serves a maze: it reports only the walls around
-/// the mouse to a search client, and stores every state that the client sends.
+/// A micromouse maze simulator. Without a command, mmsim serves a maze: it reports only the walls
+/// around the mouse to the search client and stores every state that the client sends.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
 pub(crate) struct Cli {
@@ -49,7 +49,8 @@ Examples:
   mmsim mazes check my-maze.txt        check a maze file for errors
   mmsim completions bash               generate shell completions
 
-See `mmsim COMMAND --help` for the options and examples of a command, `mmsim man` for a manual page.";
+See `mmsim COMMAND --help` for the options and examples of a command, and `mmsim man` for a manual
+page.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -57,11 +58,11 @@ pub(crate) enum Command {
     Solve(SolveArgs),
     /// Serve a maze and run a flood-fill mouse in it
     Demo(DemoArgs),
-    /// Show a recording: the maze, and any state of the search
+    /// Show the maze and any state of a recorded search
     Replay(ReplayArgs),
     /// Draw a maze or a recording as SVG, PNG or animated GIF
     Render(RenderArgs),
-    /// Compare the bundled strategies over collections of mazes
+    /// Compare the bundled strategies on collections of mazes
     Compare(CompareArgs),
     /// Run robots in the two-run trial: explore a maze, then race
     Trial(TrialArgs),
@@ -76,7 +77,8 @@ pub(crate) enum Command {
 }
 
 impl Cli {
-    /// Parses the command line. Exits on a mistake, and after printing help or the version.
+    /// Parses the command line. Exits if the command line is invalid, and after printing help or
+    /// the version.
     pub(crate) fn parse_or_exit() -> Self {
         let arguments = verbosity_after_command(env::args_os().collect());
         match Self::try_parse_from(&arguments) {
@@ -88,15 +90,15 @@ impl Cli {
         }
     }
 
-    /// Returns the command name that was mistaken for a folder of mazes because options of the server
-    /// precede it.
+    /// Returns the command name that was parsed as a folder of mazes because server options precede
+    /// it.
     fn command_as_mazes(&self) -> Option<&OsStr> {
         let path = self.serve.mazes.as_deref()?;
         (!path.exists() && is_command(path.as_os_str())).then_some(path.as_os_str())
     }
 }
 
-/// Reports a mistake on the command line the way clap does, and exits with code 2.
+/// Prints a usage error in clap's format and exits with code 2.
 pub(crate) fn exit_with_usage(error: &UsageError) -> ! {
     let mut cli = Cli::command();
     cli.build();
@@ -105,7 +107,7 @@ pub(crate) fn exit_with_usage(error: &UsageError) -> ! {
     command.unwrap_or(cli).error(ErrorKind::ValueValidation, Escaped(&error.message)).exit()
 }
 
-/// Exits after an error of the parser, which may stand for help or the version.
+/// Prints the error, help or version that the parser returned, and exits.
 fn exit_with(error: clap::Error, arguments: &[OsString]) -> ! {
     if error.use_stderr() {
         if let Some(name) = command_after_options(arguments) {
@@ -123,18 +125,18 @@ fn exit_with(error: clap::Error, arguments: &[OsString]) -> ! {
     Cli::try_parse_from(escaped).err().unwrap_or(error).exit()
 }
 
-/// Whether `name` is a command; clap adds `help`.
+/// Returns true if `name` is a command, including `help`, which clap adds.
 fn is_command(name: &OsStr) -> bool {
     name == "help" || Cli::command().get_subcommands().any(|command| command.get_name() == name)
 }
 
 fn options_before(command: &OsStr) -> UsageError {
     let name = command.display();
-    let message = format!("options of {name} must follow it (see `mmsim {name} --help`)");
+    let message = format!("options of {name} must come after {name} (see `mmsim {name} --help`)");
     UsageError::new("", message)
 }
 
-/// Returns the command that follows options of the server.
+/// Returns the command name that follows server options.
 fn command_after_options(arguments: &[OsString]) -> Option<&OsStr> {
     let mut names = arguments.iter().enumerate().skip(2);
     let (at, name) = names.find(|(_, name)| is_command(name))?;
@@ -142,15 +144,16 @@ fn command_after_options(arguments: &[OsString]) -> Option<&OsStr> {
     are_options.then_some(name)
 }
 
-/// Returns the first word if it is neither a command nor a path.
+/// Returns the first argument if it is neither an option, a command nor an existing path.
 fn unknown_word(arguments: &[OsString]) -> Option<&str> {
     let word = arguments.get(1)?.to_str()?;
     (!word.starts_with('-') && !is_command(OsStr::new(word)) && !Path::new(word).exists())
         .then_some(word)
 }
 
-/// Turns `mmsim -q solve` into `mmsim solve -q`. After any other option, a word that looks like a
-/// command may be a folder, such as `mazes`.
+/// Moves verbosity options behind the command: `mmsim -q solve` becomes `mmsim solve -q`. Other
+/// options stay, because the word after them may be a folder with the name of a command, such as
+/// `mazes`.
 fn verbosity_after_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     let is_verbosity = |argument: &&OsString| {
         let short = argument.as_encoded_bytes().strip_prefix(b"-").unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Connecting a mouse to a simulator: its address, its maze, and messages about both.
+//! Connecting a mouse to a simulator: the simulator's address and maze, and messages for the user.
 
 use mmsim_client::{RunError, TransportError, Waiting, Zmq, ask_info};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
@@ -12,8 +12,8 @@ pub(crate) fn endpoint(connect: &str) -> String {
     if connect.contains("://") { connect.into() } else { format!("tcp://{connect}") }
 }
 
-/// Returns the maze and the start pose that the arguments of `command` describe, or `None` if the
-/// server is to be asked.
+/// Returns the maze and the start pose from the arguments of `command`, or `None` with `--goal
+/// server`.
 pub(crate) fn maze_from_args(
     command: &'static str,
     KnownMazeArgs { size, goal }: &KnownMazeArgs,
@@ -39,7 +39,8 @@ pub(crate) fn maze_from_args(
     Ok(Some((KnownMaze::new(size, start.cell, goals), start)))
 }
 
-/// Asks the server for its maze and the start pose. A size other than the given one is an error.
+/// Asks the server for its maze and the start pose. Returns an error if the maze does not have the
+/// size `size`.
 pub(crate) fn ask_maze(
     transport: &mut Zmq<'_>,
     size: Option<MazeSize>,
@@ -55,7 +56,7 @@ pub(crate) fn ask_maze(
     Ok((map, start))
 }
 
-/// Warns that there is no reply: the first time it is called for a request, then every tenth time.
+/// Warns that a reply is missing, on the first and then on every tenth notice of a request.
 pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     let Waiting { endpoint, elapsed, notices, answered } = waiting;
     if *notices != 1 && notices % 10 != 0 {
@@ -72,7 +73,7 @@ pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     ));
 }
 
-/// Returns the error with a hint if the mouse has the wrong maze or there is no simulator.
+/// Formats the error, with a hint if the mouse has the wrong maze or there is no simulator.
 pub(crate) fn explain(error: &RunError) -> String {
     match error {
         RunError::Refused { request: "S", .. } | RunError::LargerMaze { .. } => {

@@ -37,7 +37,7 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     if !args.once && matches!(result, Ok(Some(_))) {
         let more = own_command(&format!("solve weight-increment --connect {address}"));
         note(format_args!(
-            "still serving at {address}; run {more} in another terminal, or your own mouse"
+            "still serving at {address}; in another terminal, run {more} or your own mouse"
         ));
         interrupt.wait();
     }
@@ -45,8 +45,8 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     Ok(result?.unwrap_or(true) || !args.once)
 }
 
-/// Runs the mouse in the served maze and shows it. Returns whether it reached the goal, or `None` if it
-/// was interrupted.
+/// Runs the mouse in the served maze and shows the search. Returns true if the mouse reached the
+/// goal, or `None` after an interrupt.
 fn search(
     args: &DemoArgs,
     address: &str,

@@ -26,10 +26,10 @@ use crate::output::{note, print, print_json, warn};
 use crate::selection::Collection;
 use crate::usage::UsageError;
 
-/// How often Ctrl-C is checked while a mouse computes.
+/// The interval between checks for Ctrl-C while the mouse computes.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The time after which an incomplete line is reported, a multiple of the poll interval.
+/// The time after which an incomplete line is reported. It is a multiple of the poll interval.
 const INCOMPLETE_LINE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Runs the mouse and returns the exit code.
@@ -84,7 +84,7 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     search(args, transport, &map, &Interrupt::catch()?).map(|exit| exit.code())
 }
 
-/// Runs the mouse in a maze of which it knows `map`, and reports how that went.
+/// Runs the mouse in a maze with the size, start and goal of `map`, and reports the outcome.
 fn search(
     args: &MmsArgs,
     transport: impl Transport,
@@ -126,7 +126,7 @@ fn search(
     Ok(exit)
 }
 
-/// A mouse that is running.
+/// The state of a running mouse.
 struct Session {
     button: Button,
     mouse: SimulatedMouse,
@@ -137,7 +137,7 @@ struct Session {
 }
 
 impl Session {
-    /// Obeys the mouse until it exits or is stopped.
+    /// Executes the mouse's commands until the mouse exits or is stopped.
     fn run<T: Transport>(
         &mut self,
         mut child: Child,
@@ -185,7 +185,7 @@ impl Session {
         }
     }
 
-    /// Reports an incomplete line: the mouse may be waiting for a reply to it.
+    /// Reports an incomplete line, because the mouse may be waiting for a reply to this line.
     fn report_incomplete(&self, start: &[u8]) {
         if !start.is_empty() {
             let (line, start) = (self.lines + 1, excerpt(start));

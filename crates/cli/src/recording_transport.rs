@@ -1,4 +1,4 @@
-//! Recording on the client's side: the states that a simulator has acknowledged.
+//! Recording on the client's side.
 
 use std::path::Path;
 
@@ -6,7 +6,8 @@ use mmsim_client::{Transport, TransportError};
 use mmsim_protocol::{Info, Reply};
 use mmsim_recording::{RecordError, RecordingWriter};
 
-/// A transport that records each state acknowledged with `ok`. An error of the recording does not stop the search.
+/// A transport that records each state that the simulator acknowledges with `ok`. A recording error
+/// does not stop the search.
 pub(crate) struct RecordingTransport<T> {
     transport: T,
     writer: Option<RecordingWriter>,
@@ -14,7 +15,7 @@ pub(crate) struct RecordingTransport<T> {
 }
 
 impl<T> RecordingTransport<T> {
-    /// Records to `file` if there is one.
+    /// Creates the recording if `file` is given.
     pub(crate) fn new(transport: T, file: Option<&Path>, info: &Info) -> Result<Self, RecordError> {
         // The client does not know the true maze.
         let writer = file.map(|file| RecordingWriter::create(file, info, None)).transpose()?;

@@ -65,7 +65,7 @@ fn file(args: &ReplayArgs) -> Escaped<std::path::Display<'_>> {
     Escaped(args.file.display())
 }
 
-/// Returns the output without `--json`: a summary, the maze, and one state.
+/// Formats the summary, the maze and one state of the recording.
 fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -> String {
     let (info, size) = (recording.info(), recording.size());
     let goal = recording.maze().map(|maze| goal_away(MazeFacts::new(maze).shortest_path));
@@ -75,7 +75,7 @@ fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -
     format!("{}: {}, {size}{goal}\n{}\n{maze}{state}", file(args), info.name, summary(recording))
 }
 
-/// Returns the number of states, their time, and how the file ends.
+/// Formats the number of states, the duration and the integrity of the recording.
 fn summary(recording: &Recording) -> String {
     let states = counted(recording.history().len() as u64, "state");
     let time = began(recording).zip(recording.times().last()).map(|(began, last)| {
@@ -85,7 +85,7 @@ fn summary(recording: &Recording) -> String {
     let ending = match recording.integrity() {
         Integrity::Closed => "closed properly".into(),
         Integrity::Truncated { intact, length } => {
-            format!("not closed: the file ends at byte {length}, intact up to byte {intact}")
+            format!("not closed: the first {intact} of {length} bytes are intact")
         }
         Integrity::Damaged { intact, .. } => format!("damaged after byte {intact}"),
     };
@@ -96,14 +96,14 @@ fn began(recording: &Recording) -> Option<Timestamp> {
     Timestamp::from_nanosecond(recording.times().iter().next()?.into()).ok()
 }
 
-/// Returns the time since the first state.
-#[expect(clippy::cast_precision_loss, reason = "searches are too short for the loss to matter")]
+/// Returns the time since the first state in milliseconds.
+#[expect(clippy::cast_precision_loss, reason = "the precision is sufficient for the duration of a search")]
 fn milliseconds(recording: &Recording, time: u64) -> f64 {
     let first = recording.times().iter().next().unwrap_or(time);
     time.saturating_sub(first) as f64 / 1e6
 }
 
-/// One state. The field names are JSON keys.
+/// The report of one state. The field names are JSON keys.
 #[derive(Serialize)]
 struct StateReport {
     index: usize,
@@ -111,9 +111,9 @@ struct StateReport {
     cell: [u8; 2],
     heading: char,
     visited_cells: usize,
-    /// The number of walls that the client reports wrongly; null if the maze is unknown.
+    /// The number of walls that the client reports wrongly, or `None` if the recording has no maze.
     wrong_walls: Option<usize>,
-    /// The byte of cell (x, y) is at `[x][y]`.
+    /// The weights in columns from west to east: the weight of cell (x, y) is `weights[x][y]`.
     weights: Vec<Vec<u8>>,
     walls: Vec<Vec<u8>>,
     map: String,
@@ -171,27 +171,27 @@ fn wrong_walls(map: &KnownMaze, maze: &Maze) -> usize {
     map.size().cells().flat_map(sides).filter(is_wrong).count()
 }
 
-/// The output of `--json`: the `info` of the maze, and the content of the file.
+/// The JSON report of a recording.
 #[derive(Serialize)]
 struct ReplayReport<'a> {
     path: &'a Path,
     #[serde(flatten)]
     info: &'a Info,
-    /// When the first state was recorded, in UTC.
+    /// The time of the first state, in UTC.
     began: Option<String>,
-    /// `closed`, `cut` or `damaged`.
+    /// The integrity of the file: `closed`, `cut` or `damaged`.
     ending: &'static str,
-    /// The bytes of intact records if the file was not closed.
+    /// The length of the intact part in bytes, or `None` if the file was closed.
     whole_bytes: Option<u64>,
     maze: Option<String>,
-    /// The pose in each state, without `--at`.
+    /// The pose in each state, or `None` with `--at`.
     #[serde(skip_serializing_if = "Option::is_none")]
     poses: Option<Poses<'a>>,
-    /// The state of `--at`, else the last one.
+    /// The state that `--at` selects, or the last state.
     state: Option<StateReport>,
 }
 
-/// The poses of all states, decoded while they are printed.
+/// A sequence of the poses in all states. Each pose is decoded when it is serialized.
 struct Poses<'a>(&'a Recording);
 
 impl Serialize for Poses<'_> {

@@ -11,10 +11,10 @@ use tracing::info;
 use crate::embedded;
 use crate::output::{counted, own_command, warn};
 
-/// The folder of mazes in the user's home folder.
+/// The name of the maze folder in the user's home folder.
 const HOME_FOLDER: &str = ".mmsim";
 
-/// Returns the default folder of mazes, `None` if the user has no home folder.
+/// Returns the default folder of mazes, or `None` if the user has no home folder.
 pub(crate) fn home_folder() -> Option<PathBuf> {
     Some(env::home_dir()?.join(HOME_FOLDER))
 }
@@ -24,13 +24,13 @@ pub(crate) struct Collection {
     pub(crate) catalogue: Catalogue,
     /// The name of the collection in messages.
     location: String,
-    /// The path of the collection, empty for the bundled mazes.
+    /// The path of the collection, which is empty for the bundled mazes.
     path: PathBuf,
-    /// Whether this is the user's default collection, which the bundled mazes extend.
+    /// True for the collection in the user's home folder. A search continues in the bundled mazes.
     is_default: bool,
 }
 
-/// A maze and its name.
+/// A maze with its path and name.
 #[derive(Clone, Debug)]
 pub(crate) struct Selected {
     pub(crate) path: PathBuf,
@@ -49,7 +49,7 @@ impl Selected {
     }
 }
 
-/// Why no maze was selected.
+/// The reason why no maze was selected.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SelectionError {
     #[error(
@@ -64,8 +64,8 @@ pub(crate) enum SelectionError {
 }
 
 impl Collection {
-    /// Returns the mazes at `path`; without a path, those in the user's folder or, if there are none,
-    /// the bundled mazes.
+    /// Returns the mazes at `path`. Without a path, returns the mazes in the user's folder, or the
+    /// bundled mazes if that folder has none.
     pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
         let Some(path) = path else { return Ok(Self::from_home().unwrap_or_else(Self::bundled)) };
         let location = path.display().to_string();
@@ -73,8 +73,8 @@ impl Collection {
         Ok(Self { catalogue, location, path: path.into(), is_default: false })
     }
 
-    /// Returns the collection to search for a maze by name: the file of this name if it exists and no
-    /// path is given.
+    /// Returns the collection in which to search for a maze by name. Without a path, this is the
+    /// file `name` if it exists.
     pub(crate) fn with(name: &str, path: Option<&Path>) -> Result<Self, SelectionError> {
         let file = Path::new(name);
         Self::at(path.or_else(|| Some(file).filter(|file| file.is_file())))
@@ -100,9 +100,9 @@ impl Collection {
         }
     }
 
-    /// Returns the first maze whose path contains `words`; without words, the first with a reachable
-    /// goal. The default collection falls back to the bundled mazes. A warning counts the unreadable
-    /// files that were skipped.
+    /// Returns the first maze whose path contains all `words`. Without words, returns the first
+    /// maze with a reachable goal. If the user's folder has no such maze, searches the bundled
+    /// mazes. Skips unreadable files and prints a warning with their number.
     pub(crate) fn select(&self, words: &str) -> Result<Selected, SelectionError> {
         let any = words.trim().is_empty();
         let (mut unreadable, mut found, mut fallback) = (Vec::new(), None, None);
@@ -141,7 +141,7 @@ impl Collection {
         if let Some(error) = unreadable.first() {
             let (count, location) =
                 (counted(unreadable.len() as u64, "unreadable file"), &self.location);
-            warn(format_args!("skipped {count} in {location}, such as {error}"));
+            warn(format_args!("skipped {count} in {location}; first error: {error}"));
         }
         Ok(selected)
     }

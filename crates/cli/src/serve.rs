@@ -15,7 +15,7 @@ use crate::suggest::suggest;
 use crate::usage::CommandResult;
 use args::ServeArgs;
 
-/// Serves a maze. `commands` is the command line, to suggest a command instead of a missing folder.
+/// Serves a maze. If the folder of mazes does not exist, suggests one of `commands`.
 pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
     let collection = Collection::at(args.mazes.as_deref())
         .map_err(|error| with_suggestion(error, args, commands))?;
@@ -37,16 +37,16 @@ pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
     Ok(true)
 }
 
-/// The output of `--json`, for a program that starts a simulator and then a mouse.
+/// The JSON report for programs that start a simulator.
 #[derive(Serialize)]
 struct ServerReport<'a> {
     address: &'a str,
-    /// The address of the viewer page.
+    /// The URL of the viewer page.
     page: Option<String>,
     maze: Info,
 }
 
-/// Adds what the user may have meant instead of a folder that does not exist.
+/// Adds a suggestion to the error if the folder of mazes does not exist.
 fn with_suggestion(error: SelectionError, args: &ServeArgs, commands: &Command) -> Box<dyn Error> {
     let missing = args.mazes.iter().filter(|path| !path.exists());
     match missing.filter_map(|path| path.to_str()).find_map(|word| suggest(word, commands)) {

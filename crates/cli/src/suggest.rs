@@ -5,8 +5,8 @@ use clap::Command;
 use crate::output::own_command;
 use crate::selection::Collection;
 
-/// Suggests what to run instead of `mmsim WORD`: a command with a similar name, a command of `mmsim
-/// mazes`, or serving the maze with this name.
+/// Suggests a command line instead of `mmsim WORD`: a command with a similar name, a subcommand of
+/// `mmsim mazes`, or `--maze` if a maze has this name.
 pub(crate) fn suggest(word: &str, commands: &Command) -> Option<String> {
     let similar = |commands: &Command, typos: usize| {
         let mut names = commands.get_subcommands().map(Command::get_name);

@@ -78,7 +78,7 @@ fn options_of_the_server_before_a_command_are_wrong_usage() {
     ] {
         let ended = home.run(arguments);
         assert_eq!(ended.code, Some(2), "{ended:?}");
-        let expected = format!("options of {command} must follow it");
+        let expected = format!("options of {command} must come after {command}");
         assert!(ended.stderr.contains(&expected), "{ended:?}");
     }
     let ended = home.run(&["--port", "nonsense", "demo"]);

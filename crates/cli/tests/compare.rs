@@ -1,4 +1,4 @@
-//! `mmsim compare`: comparing strategies over collections of mazes.
+//! `mmsim compare`: comparing strategies on collections of mazes.
 
 mod harness;
 

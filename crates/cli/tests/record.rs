@@ -212,7 +212,7 @@ fn truncated_recordings_show_their_intact_states() {
     let whole = home.write("cut.mcap", &bytes);
     let shown = home.run(&["replay", whole.to_str().unwrap()]);
     assert_eq!(shown.code, Some(0), "{shown:?}");
-    let expected = format!("not closed: the file ends at byte {}, intact up to byte ", bytes.len());
+    let expected = format!(" of {} bytes are intact", bytes.len());
     assert!(shown.stdout.contains(&expected), "{shown:?}");
     assert!(shown.stdout.contains("\n190 states in "), "{shown:?}");
     bytes[50_000..60_000].fill(0xa5);
