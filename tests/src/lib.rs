@@ -15,7 +15,7 @@ use mmsim_solvers::Distances;
 
 pub use malformed::{good_state, malformed_requests};
 pub use wait::{
-    PATIENCE, PATIENCE_MS, output, stop, wait_for, wait_for_exit, wait_with_output, within,
+    TIMEOUT, TIMEOUT_MS, output, stop, wait_for, wait_for_exit, wait_with_output, within,
 };
 
 /// Returns a path in the folder of shared mazes and transcripts next to the project, which are not
@@ -66,7 +66,7 @@ pub fn serve(maze: Maze) -> Background {
     server.spawn(Simulation::new("served", maze))
 }
 
-/// Returns a socket of this kind, connected to the server, with [`PATIENCE`] as timeout.
+/// Returns a socket of this kind, connected to the server, with [`TIMEOUT`] as timeout.
 ///
 /// # Panics
 /// Panics if `ZeroMQ` cannot create the socket.
@@ -81,8 +81,8 @@ pub fn connect(server: &Background, kind: zmq::SocketType) -> zmq::Socket {
 pub fn connect_to(address: &str, kind: zmq::SocketType) -> zmq::Socket {
     let socket = zmq::Context::new().socket(kind).unwrap();
     socket.set_linger(0).unwrap();
-    socket.set_rcvtimeo(PATIENCE_MS).unwrap();
-    socket.set_sndtimeo(PATIENCE_MS).unwrap();
+    socket.set_rcvtimeo(TIMEOUT_MS).unwrap();
+    socket.set_sndtimeo(TIMEOUT_MS).unwrap();
     socket.connect(address).unwrap();
     socket
 }
@@ -90,13 +90,13 @@ pub fn connect_to(address: &str, kind: zmq::SocketType) -> zmq::Socket {
 /// Sends a request and waits for its reply.
 ///
 /// # Panics
-/// Panics if there is no reply within [`PATIENCE`].
+/// Panics if there is no reply within [`TIMEOUT`].
 #[track_caller]
 pub fn ask(socket: &zmq::Socket, request: &[u8]) -> Vec<u8> {
     let asked = socket.send(request, 0).and_then(|()| socket.recv_bytes(0));
     asked.unwrap_or_else(|error| {
         let start = request.get(..8).unwrap_or(request).escape_ascii();
-        panic!("waited {PATIENCE:?} for a reply to {start}: {error}")
+        panic!("waited {TIMEOUT:?} for a reply to {start}: {error}")
     })
 }
 

@@ -18,7 +18,7 @@ o   o---o   o
 o---o---o---o
 ";
 
-/// Records states of a mouse that goes back and forth and reports a wall that does not exist.
+/// Records states of a mouse that moves back and forth and reports a wall that does not exist.
 fn record(home: &Home, name: &str, states: u8) -> PathBuf {
     let simulation = Simulation::new("small", MAZE.parse::<Maze>().unwrap());
     let path = home.path().join(name);
@@ -92,14 +92,14 @@ fn a_state_of_a_recording_is_drawn() {
     assert!(second.contains("class=\"maze hide-numbers hide-trail\""));
     assert!(second.contains("points=\"10,30 10,10\""));
     assert!(second.contains("transform=\"translate(10 10) rotate(180)\""));
-    // The content decides, not the name.
+    // The content of the file matters, not its name.
     fs::copy(home.path().join("run.mcap"), home.path().join("run.bin")).unwrap();
     assert_eq!(home.run(&["render", "run.bin", "-o", "run.png"]).code, Some(0));
     assert_eq!(png_size(&read(&home, "run.png")), (640, 440));
 }
 
 #[test]
-fn a_search_moves() {
+fn a_recording_can_be_animated() {
     let home = Home::new();
     record(&home, "run.mcap", 5);
     let ended = home.run(&["render", "run.mcap", "-o", "run.gif", "--width", "128"]);

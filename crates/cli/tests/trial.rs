@@ -17,7 +17,7 @@ o---o---o---o---o
 ";
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
-/// Runs the random robot, which is fast enough in small mazes.
+/// Runs the trial with the random robot, which is fast enough in small mazes.
 fn random(home: &Home, arguments: &[&str]) -> Output {
     home.run(&[&["trial", "--robot", "random"], arguments].concat())
 }
@@ -108,11 +108,11 @@ fn reports_unreadable_mazes_and_runs_the_others() {
     home.write("empty/README.md", "no maze");
     let ended = random(&home, &["no such", "empty", "mazes"]);
     assert_eq!((ended.code, ended.stdout.lines().count()), (Some(1), 2), "{ended:?}");
-    let said: Vec<_> = ended.stderr.lines().collect();
-    assert!(said[0].starts_with("mmsim: no maze matches \"no such\" in "));
-    assert_eq!(said[1], "mmsim: no mazes in empty");
+    let messages: Vec<_> = ended.stderr.lines().collect();
+    assert!(messages[0].starts_with("mmsim: no maze matches \"no such\" in "));
+    assert_eq!(messages[1], "mmsim: no mazes in empty");
     assert!(
-        said[2].replace('\\', "/").starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
+        messages[2].replace('\\', "/").starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
     );
     let ended = random(&home, &["mazes/a.txt"]);
     assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "no table without a trial");
@@ -231,7 +231,7 @@ fn a_trial_is_served_until_interrupted() {
     let trial =
         ["trial", "a.txt", "--robot", "random", "--serve", "--port", "0", "--viewer-port", "0"];
     let mut server = harness::Serving::start(home.command(&trial), "still serving");
-    assert!(server.said.contains("watch at http://127.0.0.1:"), "{}", server.said);
+    assert!(server.messages.contains("watch at http://127.0.0.1:"), "{}", server.messages);
     let reply = ask(&connect_to(&server.address, zmq::REQ), b"info");
     let info: Value = serde_json::from_slice(&reply).unwrap();
     assert_eq!((&info["name"], &info["states"]), (&json!("a"), &json!(16)));
