@@ -1,5 +1,6 @@
-//! Sends malformed requests over a real socket. Each gets one error and changes nothing, and the next
-//! valid request succeeds, from the same client and from another.
+//! Sends malformed requests over a real socket. Each malformed request must get one error and
+//! change nothing. The next valid request must succeed, both from the same client and from another
+//! client.
 
 use mmsim_maze::{Maze, MazeSize, Walls};
 use mmsim_protocol::Cell;

@@ -1,4 +1,4 @@
-//! Whole searches, over real sockets and in memory.
+//! Checks complete searches over real sockets and in memory.
 
 use std::collections::HashMap;
 use std::fs;
@@ -179,7 +179,7 @@ struct Facts {
 /// The results of a shortest-path search in memory.
 struct ShortestPathRun {
     result: Result<Move, SearchError>,
-    /// Steps until the mouse is back at the start.
+    /// The number of steps until the mouse is back at the start.
     steps: u32,
     back_at: Cell,
     /// The length of the shortest known path from the start to the goal.
@@ -188,8 +188,8 @@ struct ShortestPathRun {
 }
 
 impl ShortestPathRun {
-    /// Searches the maze and checks that the mouse explores no longer than needed: once it has reached
-    /// the goal and proven the shortest path, it returns to the start.
+    /// Searches the maze. Checks that the mouse returns to the start as soon as it has reached the
+    /// goal and proven the shortest path.
     fn new(maze: &Maze) -> Self {
         let start = maze.start().cell;
         let home = [start].into_iter().collect();

@@ -1,9 +1,9 @@
-//! Maze files in any format.
+//! The fuzz target for maze files in all formats.
 
 use mmsim_formats::{Format, Location, ParseError, parse_maze};
 use mmsim_maze::Maze;
 
-/// Reads the content in the detected format, then the same below the title of another format, then in
+/// Reads the content in the detected format, then after the title line of another format, then in
 /// each format. Checks each maze or error.
 pub fn run(content: &[u8]) {
     read(content);
@@ -39,7 +39,8 @@ fn read_as(format: Format, content: &[u8]) {
     }
 }
 
-/// Checks that the maze reads back from its picture and from every format that can hold it.
+/// Checks that the maze is unchanged after a conversion to its picture and to every format that can
+/// hold it, and back.
 fn check_maze(maze: &Maze) {
     let size = maze.size();
     assert!(size.contains(maze.start().cell));
@@ -54,8 +55,9 @@ fn check_maze(maze: &Maze) {
     }
 }
 
-/// Checks that the error takes one line, and that its location is in the file or just after its end. A
-/// drawing is as wide as its widest line, because missing trailing blanks count.
+/// Checks that the error is a single line and that its location is inside the file or just after
+/// the end. In a drawing, every line is as long as the longest one, because trailing blanks may be
+/// missing.
 fn check_error(format: Format, error: &ParseError, text: &str) {
     assert!(!error.to_string().contains(char::is_control), "in one line: {error:?}");
     let (line, column) = match error.location {

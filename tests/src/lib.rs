@@ -18,15 +18,15 @@ pub use wait::{
     TIMEOUT, TIMEOUT_MS, output, stop, wait_for, wait_for_exit, wait_with_output, within,
 };
 
-/// Returns a path in the folder of shared mazes and transcripts next to the project, which are not
-/// part of it because they have no licence. If the path does not exist, this prints a note to
-/// standard error and returns `None`, and the test is skipped.
+/// Returns a path in the folder of shared mazes and transcripts next to the project. The project
+/// does not include these files because they have no licence. If the path does not exist, prints a
+/// message to stderr and returns `None`, so that the test is skipped.
 pub fn shared(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared").join(name);
     if path.exists() {
         return Some(path);
     }
-    // Bypasses the test harness, which captures the output of passing tests.
+    // Written directly, since the test harness captures `eprintln!` of passing tests.
     let _ = writeln!(std::io::stderr(), "skipped: {} does not exist", path.display());
     None
 }
@@ -74,7 +74,7 @@ pub fn connect(server: &Background, kind: zmq::SocketType) -> zmq::Socket {
     connect_to(server.address(), kind)
 }
 
-/// Like [`connect`], for a server at this address.
+/// Returns a socket of this kind, connected to this address, with [`TIMEOUT`] as timeout.
 ///
 /// # Panics
 /// Panics if `ZeroMQ` cannot create the socket.
@@ -100,7 +100,7 @@ pub fn ask(socket: &zmq::Socket, request: &[u8]) -> Vec<u8> {
     })
 }
 
-/// Compiles the code in the project's README.
+/// A documentation test that compiles the code in the project's README.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 pub struct Readme;

@@ -1,4 +1,4 @@
-//! Waits with a timeout, so that a test fails with a message instead of hanging.
+//! Functions that wait with a timeout, so that a test fails with a message instead of hanging.
 
 use std::io::Read;
 use std::panic::resume_unwind;
@@ -9,19 +9,18 @@ use std::time::{Duration, Instant};
 
 use mmsim_server::{Background, Simulation};
 
-/// The timeout of waits that always succeed, long enough for a busy machine.
+/// The default timeout of tests, long enough for a busy machine.
 pub const TIMEOUT: Duration = Duration::from_secs(300);
 
 /// [`TIMEOUT`] in milliseconds, for `ZeroMQ` sockets.
 pub const TIMEOUT_MS: i32 = 300_000;
 
-/// The timeout of a command. Some take a minute on an idle machine.
+/// The timeout of a command. Some commands take a minute on an idle machine.
 const COMMAND_TIMEOUT: Duration = Duration::from_secs(600);
 
 /// Polls until `poll` returns a value.
 ///
-/// # Panics
-/// Panics if it returns none within [`TIMEOUT`].
+/// # Panics Panics if `poll` returns `None` until [`TIMEOUT`].
 #[track_caller]
 pub fn wait_for<T>(what: &str, poll: impl FnMut() -> Option<T>) -> T {
     let Some(found) = poll_for(TIMEOUT, poll) else { panic!("waited {TIMEOUT:?} for {what}") };
@@ -62,8 +61,7 @@ pub fn within<T: Send + 'static>(what: &str, run: impl FnOnce() -> T + Send + 's
 
 /// Stops a server and returns its simulation.
 ///
-/// # Panics
-/// Panics if the server does not stop, or has failed.
+/// # Panics Panics if the server does not stop or has failed.
 #[track_caller]
 pub fn stop(server: Background) -> Simulation {
     within("the server to stop", || server.stop()).unwrap()
@@ -94,8 +92,7 @@ pub fn wait_with_output(mut child: Child) -> Output {
 
 /// Waits for a process to exit.
 ///
-/// # Panics
-/// Kills the process and panics if it takes longer than ten minutes.
+/// # Panics Panics if the process takes longer than ten minutes, and kills it.
 #[track_caller]
 pub fn wait_for_exit(child: &mut Child) -> ExitStatus {
     let status = poll_for(COMMAND_TIMEOUT, || child.try_wait().unwrap());
