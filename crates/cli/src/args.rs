@@ -79,16 +79,7 @@ pub(crate) struct KnownMazeArgs {
     /// Goal cells, such as `7,7 8,7`, or `server` to ask the server, which must be mmsim [default:
     /// the central cells]
     #[arg(long, value_name = "x,y|server", num_args = 1.., value_parser = parse_goal)]
-    pub(crate) goal: Vec<Goal>,
-}
-
-/// A value of `--goal`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Goal {
-    /// A goal cell.
-    Cell(Cell),
-    /// The server's goal.
-    Server,
+    pub(crate) goal: Vec<Option<Cell>>,
 }
 
 /// Returns an argument parser that accepts the names of these values.
@@ -126,12 +117,13 @@ pub(crate) fn parse_size(text: &str) -> Result<MazeSize, String> {
     MazeSize::new(width, height).map_err(|error| error.to_string())
 }
 
-fn parse_goal(text: &str) -> Result<Goal, String> {
+/// Parses a goal cell, or `server` as `None`.
+fn parse_goal(text: &str) -> Result<Option<Cell>, String> {
     if text == "server" {
-        return Ok(Goal::Server);
+        return Ok(None);
     }
     let (x, y) = parse_pair(text, ',').ok_or("expected `server` or a cell such as 7,7")?;
-    Ok(Goal::Cell(Cell::new(x, y)))
+    Ok(Some(Cell::new(x, y)))
 }
 
 #[cfg(test)]
@@ -143,8 +135,8 @@ mod tests {
         assert_eq!(parse_size("21X9"), Ok(MazeSize::new(21, 9).unwrap()));
         assert!(parse_size("33x1").unwrap_err().contains("found 33x1"));
         assert!(parse_size("16").is_err());
-        assert_eq!(parse_goal("7, 8"), Ok(Goal::Cell(Cell::new(7, 8))));
-        assert_eq!(parse_goal("server"), Ok(Goal::Server));
+        assert_eq!(parse_goal("7, 8"), Ok(Some(Cell::new(7, 8))));
+        assert_eq!(parse_goal("server"), Ok(None));
         assert!(parse_goal("7").is_err() && parse_goal("7,256").is_err());
     }
 }

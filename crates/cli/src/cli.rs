@@ -81,20 +81,19 @@ impl Cli {
     /// the version.
     pub(crate) fn parse_or_exit() -> Self {
         let arguments = verbosity_after_command(env::args_os().collect());
-        match Self::try_parse_from(&arguments) {
-            Ok(cli) => match cli.command_as_mazes() {
-                Some(name) => exit_with_usage(&options_before(name)),
-                None => cli,
-            },
-            Err(error) => exit_with(error, &arguments),
+        let parsed = Self::try_parse_from(&arguments);
+        let may_have_options_first = match &parsed {
+            // The command may have been parsed as a folder of mazes.
+            Ok(cli) => cli.serve.mazes.as_ref().is_some_and(|path| !path.exists()),
+            Err(error) => error.use_stderr(),
+        };
+        if may_have_options_first && let Some(name) = command_after_options(&arguments) {
+            let name = name.display();
+            let message =
+                format!("options of {name} must come after {name} (see `mmsim {name} --help`)");
+            exit_with_usage(&UsageError::new("", message));
         }
-    }
-
-    /// Returns the command name that was parsed as a folder of mazes because server options precede
-    /// it.
-    fn command_as_mazes(&self) -> Option<&OsStr> {
-        let path = self.serve.mazes.as_deref()?;
-        (!path.exists() && is_command(path.as_os_str())).then_some(path.as_os_str())
+        parsed.unwrap_or_else(|error| exit_with(error, &arguments))
     }
 }
 
@@ -109,16 +108,12 @@ pub(crate) fn exit_with_usage(error: &UsageError) -> ! {
 
 /// Prints the error, help or version that the parser returned, and exits.
 fn exit_with(error: clap::Error, arguments: &[OsString]) -> ! {
-    if error.use_stderr() {
-        if let Some(name) = command_after_options(arguments) {
-            exit_with_usage(&options_before(name));
-        }
-        if let Some(word) = unknown_word(arguments) {
-            let hint = suggest(word, &Cli::command());
-            let hint = hint.map(|hint| format!(" (did you mean {hint}?)")).unwrap_or_default();
-            let message = format!("no such command, file or folder: {word:?}{hint}");
-            exit_with_usage(&UsageError::new("", message));
-        }
+    if error.use_stderr()
+        && let Some(word) = unknown_word(arguments)
+    {
+        let hint = suggest(word, &Cli::command()).unwrap_or_default();
+        let message = format!("no such command, file or folder: {word:?}{hint}");
+        exit_with_usage(&UsageError::new("", message));
     }
     // The error may quote control characters from the command line.
     let escaped = arguments.iter().map(|argument| Escaped(argument.display()).to_string());
@@ -128,12 +123,6 @@ fn exit_with(error: clap::Error, arguments: &[OsString]) -> ! {
 /// Returns true if `name` is a command, including `help`, which clap adds.
 fn is_command(name: &OsStr) -> bool {
     name == "help" || Cli::command().get_subcommands().any(|command| command.get_name() == name)
-}
-
-fn options_before(command: &OsStr) -> UsageError {
-    let name = command.display();
-    let message = format!("options of {name} must come after {name} (see `mmsim {name} --help`)");
-    UsageError::new("", message)
 }
 
 /// Returns the command name that follows server options.

@@ -3,7 +3,7 @@
 use mmsim_client::{RunError, TransportError, Waiting, Zmq, ask_info};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 
-use crate::args::{Goal, KnownMazeArgs};
+use crate::args::KnownMazeArgs;
 use crate::output::{own_command, warn};
 use crate::usage::UsageError;
 
@@ -19,16 +19,13 @@ pub(crate) fn maze_from_args(
     KnownMazeArgs { size, goal }: &KnownMazeArgs,
 ) -> Result<Option<(KnownMaze, Pose)>, UsageError> {
     let size = size.unwrap_or(MazeSize::CLASSIC);
-    if goal.contains(&Goal::Server) {
+    if goal.contains(&None) {
         if goal.len() > 1 {
             return Err(UsageError::new(command, "--goal takes either server or cells, not both"));
         }
         return Ok(None);
     }
-    let cells = goal.iter().filter_map(|goal| match *goal {
-        Goal::Cell(cell) => Some(cell),
-        Goal::Server => None,
-    });
+    let cells = goal.iter().flatten().copied();
     if let Some(cell) = cells.clone().find(|&cell| !size.contains(cell)) {
         let message = format!("--goal {},{} is outside the {size} maze", cell.x, cell.y);
         return Err(UsageError::new(command, message));

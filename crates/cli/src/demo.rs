@@ -10,6 +10,7 @@ use std::time::Duration;
 use mmsim_client::{BrokenRun, RunError, Zmq, search_run};
 use mmsim_solvers::{BundledStrategy, Mouse};
 
+use crate::args::ServerArgs;
 use crate::connection::{ask_maze, report_waiting};
 use crate::interrupt::Interrupt;
 use crate::local_server;
@@ -24,14 +25,10 @@ const STRATEGY: BundledStrategy = BundledStrategy::FloodFill;
 pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     let collection = Collection::at(args.mazes.as_deref())?;
     let selected = collection.select(&args.server.words.join(" "))?;
-    let viewer = (!args.once).then_some(&args.server.viewer);
-    let (server, interrupt) = local_server::start(
-        selected,
-        collection.catalogue,
-        args.server.port,
-        &args.server.retention,
-        viewer,
-    )?;
+    let ServerArgs { port, retention, viewer, .. } = &args.server;
+    let viewer = (!args.once).then_some(viewer);
+    let (server, interrupt) =
+        local_server::start(selected, collection.catalogue, *port, retention, viewer)?;
     let address = server.address();
     let result = search(args, address, &interrupt);
     if !args.once && matches!(result, Ok(Some(_))) {

@@ -85,8 +85,13 @@ fn bind(host: &str, port: u16) -> Result<Server, String> {
     // Some systems let a process open only 256 files unless it requests more. If the request fails,
     // fewer clients can connect.
     let _ = rlimit::increase_nofile_limit(DESCRIPTORS);
-    Server::bind(host, port).map_err(|error| match error {
-        BindError::InUse { .. } => format!("{error} (try --port 0)"),
-        error => error.to_string(),
-    })
+    Server::bind(host, port).map_err(|error| with_port_hint(&error, "--port"))
+}
+
+/// Formats the error, with a hint to `option` if the port is in use.
+pub(crate) fn with_port_hint(error: &BindError, option: &str) -> String {
+    match error {
+        BindError::InUse { .. } => format!("{error} (try {option} 0)"),
+        _ => error.to_string(),
+    }
 }

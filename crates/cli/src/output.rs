@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::fs::{File, Permissions};
-use std::io::{self, BufWriter, ErrorKind, StdoutLock, Write};
+use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{env, fs, process};
@@ -10,6 +10,8 @@ use std::{env, fs, process};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mmsim_maze::{Escaped, needs_escape};
 use serde::Serialize;
+use serde_json::Serializer;
+use serde_json::ser::{CompactFormatter, Formatter, PrettyFormatter};
 
 use crate::stderr::Stderr;
 
@@ -30,19 +32,18 @@ fn unless_closed(written: io::Result<()>) -> io::Result<()> {
 /// Prints a value as a line of JSON. Nothing is buffered as a whole, because a long recording may
 /// not fit in memory.
 pub(crate) fn print_json(value: &impl Serialize) -> io::Result<()> {
-    write_json(|out| serde_json::to_writer(out, value))
+    write_json(value, CompactFormatter)
 }
 
 /// Prints a value as indented JSON.
 pub(crate) fn print_pretty_json(value: &impl Serialize) -> io::Result<()> {
-    write_json(|out| serde_json::to_writer_pretty(out, value))
+    write_json(value, PrettyFormatter::new())
 }
 
-fn write_json(
-    write: impl FnOnce(&mut EscapedJson<BufWriter<StdoutLock<'_>>>) -> serde_json::Result<()>,
-) -> io::Result<()> {
+fn write_json(value: &impl Serialize, formatter: impl Formatter) -> io::Result<()> {
     let mut out = EscapedJson(BufWriter::new(io::stdout().lock()));
-    let written = write(&mut out).map_err(io::Error::from).and_then(|()| writeln!(out));
+    let written = value.serialize(&mut Serializer::with_formatter(&mut out, formatter));
+    let written = written.map_err(io::Error::from).and_then(|()| writeln!(out));
     unless_closed(written.and_then(|()| out.flush()))
 }
 

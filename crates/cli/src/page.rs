@@ -2,10 +2,10 @@
 
 use std::error::Error;
 
-use mmsim_server::BindError;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, Viewer, ViewerConfig};
 
 use crate::args::ViewerArgs;
+use crate::local_server::with_port_hint;
 use crate::output::{note, warn};
 
 /// Binds the viewer page to a port unless `--no-viewer` is set. If the default port is unavailable,
@@ -14,12 +14,11 @@ pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, Stri
     if args.no_viewer {
         return Ok(None);
     }
-    let reason = match Viewer::bind(host, args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT)) {
+    let error = match Viewer::bind(host, args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT)) {
         Ok(viewer) => return Ok(Some(viewer)),
-        Err(error @ BindError::InUse { .. }) => format!("{error} (try --viewer-port 0)"),
-        Err(error) => error.to_string(),
+        Err(error) => with_port_hint(&error, "--viewer-port"),
     };
-    let error = format!("cannot serve the viewer page: {reason}");
+    let error = format!("cannot serve the viewer page: {error}");
     if args.viewer_port.is_some() || args.open {
         return Err(error);
     }
@@ -49,10 +48,8 @@ pub(crate) fn serve(
 
 /// Replaces the wildcard host in a URL with a host name that other machines can use.
 fn reachable(address: &str) -> String {
-    let host = host_name().unwrap_or_else(|| "localhost".into());
-    ["//0.0.0.0:", "//[::]:"].iter().fold(address.to_string(), |address, wildcard| {
-        address.replace(wildcard, &format!("//{host}:"))
-    })
+    let host = format!("//{}:", host_name().as_deref().unwrap_or("localhost"));
+    address.replace("//0.0.0.0:", &host).replace("//[::]:", &host)
 }
 
 fn host_name() -> Option<String> {

@@ -10,8 +10,7 @@ use mmsim_recording::{RecordError, RecordingWriter};
 /// does not stop the search.
 pub(crate) struct RecordingTransport<T> {
     transport: T,
-    writer: Option<RecordingWriter>,
-    error: Option<RecordError>,
+    writer: Result<Option<RecordingWriter>, RecordError>,
 }
 
 impl<T> RecordingTransport<T> {
@@ -19,13 +18,12 @@ impl<T> RecordingTransport<T> {
     pub(crate) fn new(transport: T, file: Option<&Path>, info: &Info) -> Result<Self, RecordError> {
         // The client does not know the true maze.
         let writer = file.map(|file| RecordingWriter::create(file, info, None)).transpose()?;
-        Ok(Self { transport, writer, error: None })
+        Ok(Self { transport, writer: Ok(writer) })
     }
 
     /// Closes the recording.
     pub(crate) fn close(self) -> Result<(), RecordError> {
-        self.error.map_or(Ok(()), Err)?;
-        self.writer.map_or(Ok(()), RecordingWriter::close)
+        self.writer?.map_or(Ok(()), RecordingWriter::close)
     }
 }
 
@@ -34,10 +32,10 @@ impl<T: Transport> Transport for RecordingTransport<T> {
         self.transport.exchange(request, reply)?;
         if request.starts_with(b"S")
             && Reply::decode(reply) == Ok(Reply::Ok)
-            && self.error.is_none()
-            && let Some(writer) = &mut self.writer
+            && let Ok(Some(writer)) = &mut self.writer
+            && let Err(error) = writer.write(request)
         {
-            self.error = writer.write(request).err();
+            self.writer = Err(error);
         }
         Ok(())
     }

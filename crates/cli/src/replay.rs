@@ -19,7 +19,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{counted, goal_away, print, print_json};
 use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
-use crate::screen::{still, still_maze};
+use crate::screen::{pictures, wide_or_compact};
 use crate::usage::CommandResult;
 use crate::{page, stderr};
 use args::ReplayArgs;
@@ -30,16 +30,13 @@ pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
     if args.serve {
         return serve(args, recording, budget);
     }
-    let shown = match (args.at, recording.history().len().checked_sub(1)) {
-        (Some(index), _) => Some(
-            StateReport::read(&recording, index)
-                .ok_or_else(|| no_state(&args.file, &recording, index))?,
-        ),
-        (None, last) => last.and_then(|last| StateReport::read(&recording, last)),
-    };
+    let index = args.at.or(recording.history().len().checked_sub(1));
+    let shown = index.and_then(|index| StateReport::read(&recording, index));
+    if let (Some(index), None) = (args.at, &shown) {
+        return Err(no_state(&args.file, &recording, index).into());
+    }
     if args.json {
-        let report = ReplayReport::new(args, &recording, shown);
-        print_json(&report)?;
+        print_json(&ReplayReport::new(args, &recording, shown))?;
     } else {
         print(&text(args, &recording, shown.as_ref()))?;
     }
@@ -61,18 +58,16 @@ fn serve(args: &ReplayArgs, recording: Recording, budget: Arc<MemoryBudget>) -> 
     Ok(true)
 }
 
-fn file(args: &ReplayArgs) -> Escaped<std::path::Display<'_>> {
-    Escaped(args.file.display())
-}
-
 /// Formats the summary, the maze and one state of the recording.
 fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -> String {
     let (info, size) = (recording.info(), recording.size());
     let goal = recording.maze().map(|maze| goal_away(MazeFacts::new(maze).shortest_path));
     let goal = goal.map(|goal| format!(", {goal}")).unwrap_or_default();
-    let maze = recording.maze().filter(|_| args.at.is_none()).map(still_maze);
-    let (maze, state) = (maze.unwrap_or_default(), shown.map_or("", |shown| &shown.text));
-    format!("{}: {}, {size}{goal}\n{}\n{maze}{state}", file(args), info.name, summary(recording))
+    let maze = recording.maze().filter(|_| args.at.is_none());
+    let maze = maze.map(|maze| [maze.to_string(), maze.picture().compact().to_string()]);
+    let (maze, state) = (maze.map(wide_or_compact).unwrap_or_default(), shown.map_or("", |shown| &shown.text));
+    let (file, summary) = (Escaped(args.file.display()), summary(recording));
+    format!("{file}: {}, {size}{goal}\n{summary}\n{maze}{state}", info.name)
 }
 
 /// Formats the number of states, the duration and the integrity of the recording.
@@ -107,9 +102,8 @@ fn milliseconds(recording: &Recording, time: u64) -> f64 {
 #[derive(Serialize)]
 struct StateReport {
     index: usize,
-    ms: f64,
-    cell: [u8; 2],
-    heading: char,
+    #[serde(flatten)]
+    pose: PoseAt,
     visited_cells: usize,
     /// The number of walls that the client reports wrongly, or `None` if the recording has no maze.
     wrong_walls: Option<usize>,
@@ -130,26 +124,25 @@ impl StateReport {
         let map = state.map(Cell::new(info.start[0], info.start[1]), info.goal_cells());
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
         let Pose { cell, heading } = pose;
-        let ms = milliseconds(recording, recording.times().iter().nth(index)?);
+        let pose_at = PoseAt::new(recording, recording.times().iter().nth(index)?, pose);
         let wrong_walls = recording.maze().map(|maze| wrong_walls(&map, maze));
         let visited = counted(map.visited().len() as u64, "cell");
         let wrong = wrong_walls.filter(|&count| count > 0);
         let wrong = wrong.map(|count| format!(", {} wrong", counted(count as u64, "wall")));
-        let (wrong, picture) = (wrong.unwrap_or_default(), still(&map, pose, &weight));
+        let (wrong, picture) = (wrong.unwrap_or_default(), wide_or_compact(pictures(&map, pose, weight)));
         Some(Self {
             index,
-            ms,
-            cell: [cell.x, cell.y],
-            heading: heading.letter(),
             visited_cells: map.visited().len(),
             wrong_walls,
             weights: columns(recording.size(), state.weights()),
             walls: columns(recording.size(), state.walls()),
             map: map.picture().with_mouse(pose).to_string(),
             text: format!(
-                "state {index} after {ms:.3} ms: {cell} heading {heading}, {visited} visited{wrong}\n\
-                 {picture}"
+                "state {index} after {:.3} ms: {cell} heading {heading}, {visited} visited{wrong}\n\
+                 {picture}",
+                pose_at.ms
             ),
+            pose: pose_at,
         })
     }
 }
@@ -200,17 +193,24 @@ impl Serialize for Poses<'_> {
         let (history, times) = (recording.history(), recording.times());
         serializer.collect_seq(history.iter().zip(times.iter()).map_while(|(message, time)| {
             let pose = StateMessage::new(&message, recording.size()).ok()?.pose().ok()?;
-            let (ms, heading) = (milliseconds(recording, time), pose.heading.letter());
-            Some(PoseAt { ms, cell: [pose.cell.x, pose.cell.y], heading })
+            Some(PoseAt::new(recording, time, pose))
         }))
     }
 }
 
+/// A pose and its time. The field names are JSON keys.
 #[derive(Serialize)]
 struct PoseAt {
     ms: f64,
     cell: [u8; 2],
     heading: char,
+}
+
+impl PoseAt {
+    fn new(recording: &Recording, time: u64, Pose { cell, heading }: Pose) -> Self {
+        let ms = milliseconds(recording, time);
+        Self { ms, cell: [cell.x, cell.y], heading: heading.letter() }
+    }
 }
 
 impl<'a> ReplayReport<'a> {

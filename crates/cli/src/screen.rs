@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, IsTerminal};
 
 use mmsim_client::SearchRun;
-use mmsim_maze::{Cell, KnownMaze, Maze, Pose};
+use mmsim_maze::{Cell, KnownMaze, Pose};
 use mmsim_solvers::{BundledStrategy, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
@@ -45,7 +45,7 @@ impl Screen {
         let (strategy, steps) = (self.strategy, counted(run.stats.steps(), "step"));
         let mut status = format!("{strategy}: searching, {steps}");
         let room = terminal();
-        let map = pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
+        let map = mouse_pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
             let (width, height) = (mouse.map().size().width(), mouse.map().size().height());
             let (columns, lines) = (4 * u16::from(width) + 1, u16::from(height) + 4);
             let _ = write!(status, "; the map needs a window of {columns}x{lines}");
@@ -61,14 +61,13 @@ impl Screen {
         run: &SearchRun,
         ending: &str,
     ) -> io::Result<()> {
-        let [numbers, compact] = pictures(mouse);
+        let [numbers, compact] = mouse_pictures(mouse);
         // The map keeps the form it had during the search.
-        let is_compact = self.is_live && !fits(&numbers, terminal());
-        let map = if is_compact && fits(&compact, (terminal().0, usize::MAX)) {
-            compact
-        } else {
-            wide_or_compact([numbers, compact])
-        };
+        let (columns, lines) = terminal();
+        let is_compact = self.is_live
+            && !fits(&numbers, (columns, lines))
+            && fits(&compact, (columns, usize::MAX));
+        let map = if is_compact { compact } else { wide_or_compact([numbers, compact]) };
         let steps = counted(run.stats.steps(), "step");
         let visited = counted(mouse.map().visited().len() as u64, "cell");
         let requests = counted(run.requests, "request");
@@ -107,30 +106,23 @@ fn fits(picture: &str, (columns, lines): (usize, usize)) -> bool {
     picture.lines().count() + 3 <= lines && widest <= columns
 }
 
-/// Returns two pictures of the mouse's map: a wide one with the weights unless all are zero, and a
-/// compact one.
-fn pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
-    map_pictures(mouse.map(), mouse.pose(), &|cell| mouse.weight(cell).unwrap_or(u16::MAX))
+fn mouse_pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
+    pictures(mouse.map(), mouse.pose(), |cell| mouse.weight(cell).unwrap_or(u16::MAX))
 }
 
-fn map_pictures(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> [String; 2] {
+/// Returns two pictures of a mouse's map: a wide one with the weights unless all are zero, and a
+/// compact one.
+pub(crate) fn pictures(
+    map: &KnownMaze,
+    pose: Pose,
+    weight: impl Fn(Cell) -> u16,
+) -> [String; 2] {
     let number = |cell| Some(weight(cell)).filter(|&weight| weight != u16::MAX);
     let drawing = map.picture().with_mouse(pose);
     let all_zero = map.size().cells().all(|cell| weight(cell) == 0);
     let numbers =
         if all_zero { drawing.to_string() } else { drawing.with_numbers(&number).to_string() };
     [numbers, drawing.compact().to_string()]
-}
-
-/// Returns a picture of a map, with the weights unless all are zero or the picture is too wide for
-/// the terminal.
-pub(crate) fn still(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> String {
-    wide_or_compact(map_pictures(map, pose, weight))
-}
-
-/// Returns a picture of a maze.
-pub(crate) fn still_maze(maze: &Maze) -> String {
-    wide_or_compact([maze.to_string(), maze.picture().compact().to_string()])
 }
 
 /// Returns the compact picture if only this one fits the width of the terminal. The height does not

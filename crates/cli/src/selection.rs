@@ -22,8 +22,6 @@ pub(crate) fn home_folder() -> Option<PathBuf> {
 /// A collection of mazes.
 pub(crate) struct Collection {
     pub(crate) catalogue: Catalogue,
-    /// The name of the collection in messages.
-    location: String,
     /// The path of the collection, which is empty for the bundled mazes.
     path: PathBuf,
     /// True for the collection in the user's home folder. A search continues in the bundled mazes.
@@ -68,9 +66,7 @@ impl Collection {
     /// bundled mazes if that folder has none.
     pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
         let Some(path) = path else { return Ok(Self::from_home().unwrap_or_else(Self::bundled)) };
-        let location = path.display().to_string();
-        let catalogue = Catalogue::from_path(path)?;
-        Ok(Self { catalogue, location, path: path.into(), is_default: false })
+        Ok(Self { catalogue: Catalogue::from_path(path)?, path: path.into(), is_default: false })
     }
 
     /// Returns the collection in which to search for a maze by name. Without a path, this is the
@@ -83,20 +79,22 @@ impl Collection {
     fn from_home() -> Option<Self> {
         let path = home_folder()?;
         let catalogue = Catalogue::from_path(&path).ok()?;
-        let location = path.display().to_string();
         if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {
-            return Some(Self { catalogue, location, path, is_default: true });
+            return Some(Self { catalogue, path, is_default: true });
         }
-        warn(format_args!("no mazes in {location}; using the bundled mazes"));
+        warn(format_args!("no mazes in {}; using the bundled mazes", path.display()));
         None
     }
 
     fn bundled() -> Self {
-        Self {
-            catalogue: embedded::catalogue(),
-            location: "the bundled mazes".into(),
-            path: PathBuf::new(),
-            is_default: false,
+        Self { catalogue: embedded::catalogue(), path: PathBuf::new(), is_default: false }
+    }
+
+    /// Returns the name of the collection for messages.
+    fn location(&self) -> String {
+        match self.path.to_str() {
+            Some("") => "the bundled mazes".into(),
+            _ => self.path.display().to_string(),
         }
     }
 
@@ -105,22 +103,19 @@ impl Collection {
     /// mazes. Skips unreadable files and prints a warning with their number.
     pub(crate) fn select(&self, words: &str) -> Result<Selected, SelectionError> {
         let any = words.trim().is_empty();
-        let (mut unreadable, mut found, mut fallback) = (Vec::new(), None, None);
-        info!("{} files in {}", self.catalogue.entries().len(), self.location);
-        for entry in self.catalogue.matching(words) {
-            match entry.maze() {
-                Err(error) => unreadable.push(error),
-                Ok(maze) => {
-                    let is_wanted = !any || MazeFacts::new(&maze).shortest_path.is_some();
-                    let selected = Selected::new(entry, maze);
-                    if is_wanted {
-                        found = Some(selected);
-                        break;
-                    }
-                    fallback.get_or_insert(selected);
-                }
+        let (mut unreadable, mut fallback) = (Vec::new(), None);
+        let (location, count) = (self.location(), self.catalogue.entries().len());
+        info!("{count} files in {location}");
+        let found = self.catalogue.matching(words).find_map(|entry| {
+            let maze = entry.maze().map_err(|error| unreadable.push(error)).ok()?;
+            let is_wanted = !any || MazeFacts::new(&maze).shortest_path.is_some();
+            let selected = Selected::new(entry, maze);
+            if is_wanted {
+                return Some(selected);
             }
-        }
+            fallback.get_or_insert(selected);
+            None
+        });
         let Some(selected) = found.or(fallback) else {
             if self.is_default
                 && unreadable.is_empty()
@@ -128,7 +123,6 @@ impl Collection {
             {
                 return Ok(bundled);
             }
-            let (location, count) = (self.location.clone(), self.catalogue.entries().len());
             return Err(match unreadable.into_iter().next() {
                 Some(error) => error.into(),
                 None if count == 0 => SelectionError::Empty { location },
@@ -139,8 +133,7 @@ impl Collection {
             });
         };
         if let Some(error) = unreadable.first() {
-            let (count, location) =
-                (counted(unreadable.len() as u64, "unreadable file"), &self.location);
+            let count = counted(unreadable.len() as u64, "unreadable file");
             warn(format_args!("skipped {count} in {location}; first error: {error}"));
         }
         Ok(selected)

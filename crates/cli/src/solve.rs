@@ -66,13 +66,14 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let recorded = transport.close().map_err(|error| format!("incomplete recording: {error}"));
     if args.json {
         let error = error.as_ref().map(ToString::to_string).or_else(|| recorded.clone().err());
-        let report = SolveReport::new(strategy.name(), &run, &mouse, error);
-        print_json(&report)?;
-    } else if run.states > 0 {
-        screen.finish(&mouse, &run, ending(&run))?;
-    }
-    if let Some(error) = recorded.as_ref().err().filter(|_| !args.json) {
-        warn(error);
+        print_json(&SolveReport::new(strategy.name(), &run, &mouse, error))?;
+    } else {
+        if run.states > 0 {
+            screen.finish(&mouse, &run, ending(&run))?;
+        }
+        if let Err(error) = &recorded {
+            warn(error);
+        }
     }
     match error {
         Some(error) if !args.json => Err(explain(&error).into()),

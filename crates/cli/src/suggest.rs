@@ -13,13 +13,13 @@ pub(crate) fn suggest(word: &str, commands: &Command) -> Option<String> {
         let name = names.find(|name| strsim::damerau_levenshtein(word, name) <= typos);
         name.map(str::to_string)
     };
-    if let Some(command) = similar(commands, 2) {
-        return Some(own_command(&format!("{command} …")));
-    }
-    let for_mazes = commands.find_subcommand("mazes").and_then(|mazes| similar(mazes, 1));
-    if let Some(command) = for_mazes {
-        return Some(own_command(&format!("mazes {command} …")));
-    }
-    let maze = Collection::at(None).ok()?.select(word).ok();
-    maze.map(|_| own_command(&format!("--maze {word}")))
+    let for_mazes = || Some(format!("mazes {}", similar(commands.find_subcommand("mazes")?, 1)?));
+    let arguments = match similar(commands, 2).or_else(for_mazes) {
+        Some(command) => format!("{command} …"),
+        None => {
+            Collection::at(None).ok()?.select(word).ok()?;
+            format!("--maze {word}")
+        }
+    };
+    Some(format!(" (did you mean {}?)", own_command(&arguments)))
 }
