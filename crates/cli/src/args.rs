@@ -21,7 +21,8 @@ pub(crate) struct VerbosityArgs {
 
 #[derive(Debug, Default, PartialEq, Eq, Args)]
 pub(crate) struct ViewerArgs {
-    /// Port of the viewer page; 0 picks a free port [default: 6575, or no page if that is in use]
+    /// Port of the viewer page; 0 picks a free port [default: 6575, or no page if port 6575 is in
+    /// use]
     #[arg(long, value_name = "PORT")]
     pub(crate) viewer_port: Option<u16>,
     /// Do not serve the viewer page

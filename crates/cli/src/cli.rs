@@ -1,4 +1,4 @@
-//! The commands of the command line, and its parser.
+//! The definition and the parser of the command line.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
@@ -140,8 +140,8 @@ fn unknown_word(arguments: &[OsString]) -> Option<&str> {
         .then_some(word)
 }
 
-/// Moves verbosity options behind the command: `mmsim -q solve` becomes `mmsim solve -q`. Other
-/// options stay, because the word after them may be a folder with the name of a command, such as
+/// Moves verbosity options behind the command: `mmsim -q solve` becomes `mmsim solve -q`. Does not
+/// move any other option, because the next word may be a folder with the name of a command, such as
 /// `mazes`.
 fn verbosity_after_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     let is_verbosity = |argument: &&OsString| {

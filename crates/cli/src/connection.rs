@@ -1,4 +1,4 @@
-//! Connecting a mouse to a simulator: the simulator's address and maze, and messages for the user.
+//! Connecting a mouse to a simulator.
 
 use mmsim_client::{RunError, TransportError, Waiting, Zmq, ask_info};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
@@ -36,8 +36,8 @@ pub(crate) fn maze_from_args(
     Ok(Some((KnownMaze::new(size, start.cell, goals), start)))
 }
 
-/// Asks the server for its maze and the start pose. Returns an error if the maze does not have the
-/// size `size`.
+/// Asks the server for its maze and the start pose. Returns an error if the server's maze does not
+/// have the given size.
 pub(crate) fn ask_maze(
     transport: &mut Zmq<'_>,
     size: Option<MazeSize>,
@@ -53,7 +53,7 @@ pub(crate) fn ask_maze(
     Ok((map, start))
 }
 
-/// Warns that a reply is missing, on the first and then on every tenth notice of a request.
+/// Warns that a reply is late, at the first notice for a request and then at every tenth notice.
 pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     let Waiting { endpoint, elapsed, notices, answered } = waiting;
     if *notices != 1 && notices % 10 != 0 {

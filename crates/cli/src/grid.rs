@@ -1,4 +1,4 @@
-//! Text in rows and columns.
+//! Text tables.
 
 use std::fmt::Write as _;
 

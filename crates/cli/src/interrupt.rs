@@ -38,7 +38,7 @@ impl Interrupt {
         let _ = self.signals.recv();
     }
 
-    /// Waits for an interrupt until the timeout. Returns true if there was one.
+    /// Waits for an interrupt until the timeout. Returns true if there was an interrupt.
     pub(crate) fn wait_for(&self, timeout: Duration) -> bool {
         !matches!(self.signals.recv_timeout(timeout), Err(RecvTimeoutError::Timeout))
     }

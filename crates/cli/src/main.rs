@@ -87,7 +87,8 @@ fn main() -> ExitCode {
 }
 
 /// Catches SIGXFSZ, so that a write beyond the file size limit (`ulimit -f`) fails instead of
-/// killing the process. The signal is not ignored, because child processes would inherit that.
+/// killing the process. The signal is caught instead of ignored, because child processes inherit
+/// ignored signals.
 #[cfg(unix)]
 fn survive_file_size_limit() {
     let caught = std::sync::Arc::<std::sync::atomic::AtomicBool>::default();

@@ -1,4 +1,4 @@
-//! Output: data on stdout, messages on stderr.
+//! Printing data to stdout and messages to stderr, and writing files.
 
 use std::fmt::Display;
 use std::fs::{File, Permissions};
@@ -21,7 +21,7 @@ pub(crate) fn print(data: &(impl AsRef<[u8]> + ?Sized)) -> io::Result<()> {
     unless_closed(out.write_all(data.as_ref()).and_then(|()| out.flush()))
 }
 
-/// Ignores a broken pipe, such as after `head` exits.
+/// Ignores the error for a broken pipe, which occurs when a reader such as `head` exits early.
 fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     written.or_else(|error| match error.kind() {
         ErrorKind::BrokenPipe => Ok(()),
@@ -29,8 +29,8 @@ fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     })
 }
 
-/// Prints a value as a line of JSON. Nothing is buffered as a whole, because a long recording may
-/// not fit in memory.
+/// Prints a value as a line of JSON. The JSON is written in parts, because the JSON of a long
+/// recording may not fit in memory.
 pub(crate) fn print_json(value: &impl Serialize) -> io::Result<()> {
     write_json(value, CompactFormatter)
 }
@@ -93,7 +93,7 @@ pub(crate) fn progress(bar: ProgressBar, template: &str) -> ProgressBar {
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Prints an error or a warning on one line of stderr. Errors are ignored.
+/// Prints an error or a warning to stderr as one line. Errors are ignored.
 pub(crate) fn warn(text: impl Display) {
     // The line is written in one call, since other threads write to stderr too.
     let _ = Stderr.write(format!("{}\n", Escaped(text)).as_bytes());
@@ -158,8 +158,8 @@ pub(crate) fn goal_away(shortest_path: Option<u16>) -> String {
     }
 }
 
-/// Formats an mmsim command line in backticks. It starts with `cargo run` if this process runs
-/// under cargo.
+/// Formats an mmsim command line in backticks. The command line starts with `cargo run` if this
+/// process runs under cargo.
 pub(crate) fn own_command(arguments: &str) -> String {
     let is_cargo = env::var_os("CARGO_MANIFEST_DIR").is_some();
     let run = if is_cargo { "cargo run --release --" } else { "mmsim" };

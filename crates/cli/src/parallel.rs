@@ -1,4 +1,4 @@
-//! Running work on all processors.
+//! Parallel work on all processors.
 
 use rayon::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Recording on the client's side.
+//! Recording the states of a search in the client.
 
 use std::path::Path;
 

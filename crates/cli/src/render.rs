@@ -60,7 +60,7 @@ fn maze(args: &RenderArgs, name: &str) -> PictureResult {
         return Err(format!("{path}: cannot animate a maze (a .gif needs a recording)").into());
     }
     if args.at.is_some() {
-        return Err(format!("{path}: --at needs a recording, and this is a maze").into());
+        return Err(format!("{path}: --at needs a recording, not a maze").into());
     }
     let distances = Distances::flood(maze.walls(), maze.goals());
     let layers = Layers { numbers: args.distances, heat: args.heat, trail: false };
@@ -111,7 +111,7 @@ fn still(args: &RenderArgs, scene: Scene<'_>) -> PictureResult {
     Ok(scene.png(args.width.unwrap_or_else(|| scene.width_within(SIDE_PX)))?)
 }
 
-/// The part of a recording to draw, and how to draw it.
+/// A recorded search and the options for drawing it.
 struct RecordedSearch<'a> {
     truth: Option<&'a Maze>,
     /// The known maze before the first state: the size, the start and the goals.
@@ -127,7 +127,7 @@ impl<'a> RecordedSearch<'a> {
         let (info, states) = (recording.info(), recording.history().len());
         if args.distances {
             let file = file.display();
-            return Err(format!("{file}: --distances needs a maze, and this is a recording"));
+            return Err(format!("{file}: --distances needs a maze, not a recording"));
         }
         if let Some(index) = args.at.filter(|&index| index >= states) {
             return Err(no_state(file, recording, index));

@@ -111,7 +111,7 @@ struct StateReport {
     weights: Vec<Vec<u8>>,
     walls: Vec<Vec<u8>>,
     map: String,
-    /// The state as text.
+    /// The text output for the state.
     #[serde(skip)]
     text: String,
 }

@@ -11,7 +11,7 @@ use crate::output::note;
 
 const MIB: u64 = 1 << 20;
 
-/// The free memory to assume if the system does not report any.
+/// The free memory in bytes that is assumed if the system does not report it.
 const ASSUMED_FREE_BYTES: u64 = 1 << 30;
 
 /// The memory limits of a server.

@@ -28,7 +28,7 @@ pub(crate) fn ending(run: &SearchRun) -> &'static str {
 }
 
 impl Screen {
-    /// Creates a screen for a mouse with this strategy. It is live only on a terminal.
+    /// Creates a screen for a mouse with this strategy. The screen is live only on a terminal.
     pub(crate) fn new(strategy: BundledStrategy, is_live: bool) -> Self {
         Self { strategy, is_live: is_live && io::stdout().is_terminal(), drawn: false }
     }
@@ -80,7 +80,7 @@ impl Screen {
         }
     }
 
-    /// Draws over the previous map, from the upper left corner of the screen.
+    /// Replaces the previous map, starting at the upper left corner of the screen.
     fn replace(&mut self, map: &str, status: &str) -> io::Result<()> {
         let mut frame = String::from(if self.drawn { "\x1b[H" } else { "\x1b[2J\x1b[H" });
         self.drawn = true;

@@ -24,7 +24,8 @@ pub(crate) struct Collection {
     pub(crate) catalogue: Catalogue,
     /// The path of the collection, which is empty for the bundled mazes.
     path: PathBuf,
-    /// True for the collection in the user's home folder. A search continues in the bundled mazes.
+    /// True for the collection in the user's home folder. If this collection has no matching maze,
+    /// the bundled mazes are searched.
     is_default: bool,
 }
 
@@ -69,8 +70,8 @@ impl Collection {
         Ok(Self { catalogue: Catalogue::from_path(path)?, path: path.into(), is_default: false })
     }
 
-    /// Returns the collection in which to search for a maze by name. Without a path, this is the
-    /// file `name` if it exists.
+    /// Returns the collection in which to search for a maze by name. Without a path, returns the
+    /// file `name` if it exists, else the default collection.
     pub(crate) fn with(name: &str, path: Option<&Path>) -> Result<Self, SelectionError> {
         let file = Path::new(name);
         Self::at(path.or_else(|| Some(file).filter(|file| file.is_file())))

@@ -7,7 +7,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// The maximum size of the queued messages in bytes, without the messages being written.
+/// The maximum size of the queued messages in bytes, excluding messages that are being written.
 const MAX_QUEUED_BYTES: usize = 1 << 20;
 
 /// The maximum time to wait at exit until all messages are written.

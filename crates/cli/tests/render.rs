@@ -164,11 +164,11 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
         ),
         (
             &["small.txt", "--at", "0", "-o", "a.svg"],
-            "small.txt: --at needs a recording, and this is a maze",
+            "small.txt: --at needs a recording, not a maze",
         ),
         (
             &["run.mcap", "--distances", "-o", "a.svg"],
-            "run.mcap: --distances needs a maze, and this is a recording",
+            "run.mcap: --distances needs a maze, not a recording",
         ),
         (&["run.mcap", "--at", "2", "-o", "old.gif"], "run.mcap: no state 2 (--at takes 0 to 1)"),
         (&["no.mcap", "-o", "a.svg"], "no.mcap: cannot be read: "),

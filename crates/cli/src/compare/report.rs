@@ -33,7 +33,7 @@ impl SearchReport {
     }
 }
 
-/// The report of all searches of a strategy. Means are over the mazes in which the goal was
+/// The report of all searches of a strategy. The means include only mazes in which the goal was
 /// reached. The field names are JSON keys.
 #[derive(Debug, Serialize)]
 pub(crate) struct StrategyReport {
@@ -115,7 +115,7 @@ impl StrategyReport {
     }
 
     /// Writes each search as one line of CSV, preceded by a header if nothing has been written yet.
-    /// Escapes line breaks in text.
+    /// Escapes control characters, so that each search stays on one line.
     pub(crate) fn write_csv<W: std::io::Write>(&self, csv: &mut csv::Writer<W>) -> csv::Result<()> {
         #[derive(Serialize)]
         struct StrategyColumn {

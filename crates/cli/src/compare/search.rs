@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::cpu_time::measure;
 
-/// The figures of a search. They exclude the fast run unless stated otherwise. The field names are
-/// JSON keys and CSV column names.
+/// The figures of a search. The figures exclude the fast run unless stated otherwise. The field
+/// names are JSON keys and CSV column names.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Figures {
     pub(crate) goal_reached: bool,
@@ -23,9 +23,10 @@ pub(crate) struct Figures {
     /// The number of quarter turns until the strategy stopped or began its fast run. A U-turn
     /// counts as two.
     pub(crate) turns: u32,
-    /// The pessimistic distance from the start to the goal at the end, in steps.
+    /// The pessimistic distance from the start to the goal at the end of the search, in steps.
     pub(crate) path_found: Option<u16>,
-    /// The true distance from the start to the goal in steps, or `None` if the goal is unreachable.
+    /// The distance from the start to the goal in the true maze in steps, or `None` if the goal is
+    /// unreachable.
     pub(crate) shortest_path: Option<u16>,
     /// The processor time in microseconds, rounded to nanoseconds.
     pub(crate) time_us: f64,

@@ -26,7 +26,8 @@ pub(crate) struct RenderArgs {
     /// Label each cell of a maze with its distance to the goal in steps
     #[arg(long)]
     pub(crate) distances: bool,
-    /// Colour the cells of a maze by distance to the goal, or of a recording by the mouse's weights
+    /// Colour the cells: in a maze by the distance to the goal, in a recording by the mouse's
+    /// weights
     #[arg(long)]
     pub(crate) heat: bool,
     /// Omit the weights of a recording

@@ -16,8 +16,8 @@ pub(crate) struct ServeArgs {
     pub(crate) host: String,
     #[command(flatten)]
     pub(crate) server: ServerArgs,
-    /// Print a JSON object with the addresses of the server and the viewer page and the `info` of
-    /// the maze when the server is ready
+    /// When the server is ready, print a JSON object with the addresses of the server and the
+    /// viewer page, and the `info` of the maze
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -40,7 +40,7 @@ pub(crate) struct SolveArgs {
     pub(crate) json: bool,
 }
 
-/// Returns the name and the help text of a strategy for the help.
+/// Returns the name of a strategy and its description for the help.
 pub(crate) fn strategy_value(strategy: BundledStrategy) -> PossibleValue {
     PossibleValue::new(strategy.name()).help(strategy.about())
 }
