@@ -123,7 +123,7 @@ fn python_client(address: &str, thinking: Duration) -> f64 {
     String::from_utf8(output.stdout).unwrap().trim().parse().unwrap()
 }
 
-/// Processes that keep all processors busy. They are killed on drop.
+/// Processes that keep all processors busy. The processes are killed on drop.
 struct BusyProcesses(Vec<Child>);
 
 impl BusyProcesses {

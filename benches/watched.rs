@@ -1,6 +1,6 @@
 //! The cost of the viewer page for a search, measured without a browser. One client follows the
-//! search at sixty frames per second, others wait for GIFs. Another benchmark measures the time to
-//! open a page with a million states and to show any of them.
+//! search at sixty frames per second, and other clients wait for GIFs. Another benchmark measures
+//! the time to open a page with a million states and to show any of them.
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;

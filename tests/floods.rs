@@ -85,8 +85,8 @@ impl MazeNoise {
         usize::try_from(self.0 >> 33).unwrap() % count
     }
 
-    /// Returns a maze with long paths, dead ends and a few loops, as in contest mazes. It is a
-    /// spanning tree with some walls added or removed.
+    /// Returns a maze with long paths, dead ends and a few loops, as in contest mazes. The maze is
+    /// a spanning tree with some walls added or removed.
     fn maze(&mut self) -> Walls {
         let mut random_side = |is_small: bool| 1 + self.below(if is_small { 16 } else { 32 });
         let is_small = random_side(false) % 2 == 0;

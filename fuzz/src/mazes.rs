@@ -16,9 +16,9 @@ pub fn run(content: &[u8]) {
 fn read(content: &[u8]) {
     let detected = Format::detect(content);
     let result = parse_maze(content);
-    assert_eq!(result, detected.parse(content), "in the detected format");
+    assert_eq!(result, detected.parse(content), "the detected format gives another result");
     if let Ok(picture) = String::from_utf8_lossy(content).parse::<Maze>() {
-        assert_eq!(result, Ok(picture), "as a picture and as a file");
+        assert_eq!(result, Ok(picture), "the picture and the file give different mazes");
     }
     read_as(detected, content);
 }
@@ -56,10 +56,10 @@ fn check_maze(maze: &Maze) {
 }
 
 /// Checks that the error is a single line and that its location is inside the file or just after
-/// the end. In a drawing, every line is as long as the longest one, because trailing blanks may be
-/// missing.
+/// the end. In a drawing, every line counts as long as the longest line, because trailing blanks
+/// may be missing.
 fn check_error(format: Format, error: &ParseError, text: &str) {
-    assert!(!error.to_string().contains(char::is_control), "in one line: {error:?}");
+    assert!(!error.to_string().contains(char::is_control), "not a single line: {error:?}");
     let (line, column) = match error.location {
         Location::Text { line, column } => (line, column),
         Location::Byte(byte) => {
@@ -72,11 +72,11 @@ fn check_error(format: Format, error: &ParseError, text: &str) {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let text = text.replace("\r\n", "\n").replace('\r', "\n");
     let lines: Vec<usize> = text.lines().map(|line| line.chars().count()).collect();
-    assert!((1..=lines.len() + 1).contains(&line), "{error} in {} lines", lines.len());
+    assert!((1..=lines.len() + 1).contains(&line), "{error}, but the file has {} lines", lines.len());
     let width = match format {
         Format::Text | Format::Maze | Format::Oshwdem => lines.iter().max(),
         _ => lines.get(line - 1),
     };
     let width = width.copied().unwrap_or(0);
-    assert!((1..=width + 1).contains(&column), "{error} in {width} columns");
+    assert!((1..=width + 1).contains(&column), "{error}, but the line has {width} columns");
 }

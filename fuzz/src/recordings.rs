@@ -30,8 +30,8 @@ pub fn run(content: &[u8]) {
                 recording.integrity()
             {
                 let rest = usize::try_from(intact).ok().and_then(|end| content.get(..end));
-                let shorter = Recording::read(rest.expect("an offset inside the file"));
-                check_alike(&recording, &shorter.expect("a recording"));
+                let shorter = Recording::read(rest.expect("the intact part is inside the file"));
+                check_alike(&recording, &shorter.expect("the intact part is a recording"));
             }
         }
         (Err(error), Err(piecewise)) => assert_eq!(error.to_string(), piecewise.to_string()),

@@ -1,7 +1,7 @@
 //! The fuzz target for sequences of requests to a simulation.
 //!
 //! The first byte of an input selects the size of the maze ([`SIZES`]) and a limited or unlimited
-//! history. Pieces follow, each with [`CUT`] and a count after it:
+//! history. The rest of the input consists of pieces, each followed by [`CUT`] and a count:
 //!
 //! ```text
 //! maze  piece CUT count  piece CUT count  …
@@ -29,12 +29,12 @@ pub const CUT: [u8; 2] = [0xa5, 0x5a];
 /// array; an index increased by the length of the array selects a limited history.
 pub const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
 
-/// The limit of a limited history in bytes. It is enough for one state of the largest maze or for
-/// several blocks of states of the smallest maze.
+/// The limit of a limited history in bytes. This limit is enough for one state of the largest maze
+/// or for several blocks of states of the smallest maze.
 const LIMIT: usize = 4096;
 
-/// The maximum number of requests in one input. They fill several blocks of the history with at
-/// most 2 MiB of states.
+/// The maximum number of requests in one input. The requests can fill several blocks of the history
+/// with at most 2 MiB of states.
 const MAX_REQUESTS: usize = 1 << 10;
 
 /// The number of bytes before the weights of a state: `S`, x, y, the heading and the order.
@@ -50,7 +50,7 @@ static REQUESTS: AtomicU64 = AtomicU64::new(0);
 /// occur.
 static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
     SIZES.map(|(width, height)| {
-        let size = MazeSize::new(width.into(), height.into()).expect("1 to 32 cells per side");
+        let size = MazeSize::new(width.into(), height.into()).expect("each side has 1 to 32 cells");
         let mut walls = Walls::open(size);
         let mut random = 1_u32;
         for cell in size.cells() {
@@ -59,7 +59,7 @@ static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
                 walls.set(cell, heading, random >> 31 == 1);
             }
         }
-        Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).expect("a start inside the maze")
+        Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).expect("the start is inside the maze")
     })
 });
 
@@ -170,7 +170,7 @@ impl<'a> Observed<'a> {
         reply.extend_from_slice(b"an earlier reply");
         let change = simulation.handle(request, reply);
         let mut expected = Change::Nothing;
-        let reply = Reply::decode(reply).expect("a reply of the protocol");
+        let reply = Reply::decode(reply).expect("the reply follows the protocol");
         match decoded {
             Ok(Request::Ping) => assert_eq!(reply, Reply::Pong),
             Ok(Request::Reset) => {
@@ -186,8 +186,8 @@ impl<'a> Observed<'a> {
                 assert_eq!(reply, Reply::Walls(WallsAround { left, front, right }));
             }
             Ok(Request::State(_)) if matches!(reply, Reply::Error(_)) => {
-                let room = limit.expect("no limit") - simulation.history().bytes();
-                assert!(room < request.len(), "{reply:?} with room for {room} bytes");
+                let room = limit.expect("the history is limited") - simulation.history().bytes();
+                assert!(room < request.len(), "{reply:?}, although {room} bytes are free");
             }
             Ok(Request::State(_)) => {
                 assert_eq!(reply, Reply::Ok);
@@ -198,7 +198,7 @@ impl<'a> Observed<'a> {
                 let Reply::Info(json) = reply else {
                     panic!("unexpected reply to info: {reply:?}")
                 };
-                let info: Info = serde_json::from_str(json).expect("info as JSON");
+                let info: Info = serde_json::from_str(json).expect("the info is JSON");
                 let name = simulation.name();
                 let expected =
                     Info::new(name, maze.size(), maze.start(), maze.goals(), states.len());
@@ -214,7 +214,7 @@ impl<'a> Observed<'a> {
         if let Ok(decoded) = decoded {
             let mut buffer = vec![0xa5; request.len()];
             assert_eq!(decoded.encode(&mut buffer), Ok(request.len()));
-            assert_eq!(buffer, request, "decoded and encoded again");
+            assert_eq!(buffer, request, "the request changes when it is decoded and encoded");
         }
         assert_eq!(change, expected);
         assert_eq!(simulation.history().len(), states.len());

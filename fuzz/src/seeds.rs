@@ -25,7 +25,7 @@ use libfuzzer_sys as _;
 /// The number of requests in an input from a recorded exchange.
 const REQUESTS_PER_INPUT: usize = 8;
 
-/// The maximum number of inputs from a recorded exchange. They are spread over the exchange.
+/// The maximum number of inputs from a recorded exchange. The inputs are spread over the exchange.
 const INPUTS_PER_EXCHANGE: usize = 16;
 
 /// Mazes in the formats that no bundled file has, and edge cases of the text format.
@@ -84,8 +84,8 @@ fn files(folder: &Path, extension: &str) -> impl Iterator<Item = PathBuf> {
     files.map(walkdir::DirEntry::into_path).filter(move |path| path.extension() == Some(&extension))
 }
 
-/// Writes valid and malformed requests of every kind and a history longer than a block. Writes them
-/// for each maze size, with a limited and an unlimited history.
+/// Writes valid and malformed requests of every kind and a history longer than a block. Writes
+/// these inputs for each maze size, with a limited and an unlimited history.
 fn write_generated_requests(seeds: &mut SeedFolder) -> io::Result<()> {
     let short: [&[u8]; 10] =
         [b"", b"ping", b"PING", b"info", b"reset", b"W", b"W\0", b"W\0\0", b"W\0\0N", b"W\0\0NN"];
@@ -156,7 +156,7 @@ fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
 }
 
 /// Writes closed, truncated and chunked recordings of a search in a small maze, with and without
-/// the maze. Other tools write chunks.
+/// the maze. Chunks are included because other tools write them.
 fn write_recordings(seeds: &mut SeedFolder) -> io::Result<()> {
     let maze = mmsim_formats::parse_maze(MAZES[0].as_bytes()).map_err(io::Error::other)?;
     let simulation = Simulation::new("small", maze);

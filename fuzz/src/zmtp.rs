@@ -50,7 +50,7 @@ fn serve(incoming: &[u8], max_read: usize) -> Outcome {
         (Connection::new(Wire { incoming, outgoing: Vec::new(), max_read }), Vec::new());
     let mut error = None;
     for turn in 0.. {
-        assert!(turn < MAX_TURNS, "the connection never waits");
+        assert!(turn < MAX_TURNS, "the connection never waits for more input");
         match connection.turn(8, &mut counter, &mut reply) {
             Ok(turn) if turn.has_more => {}
             Ok(_) => break,
@@ -81,14 +81,14 @@ fn check_output(Outcome { output, replies, .. }: &Outcome) {
         let (length, body) = if flags & 2 == 0 {
             (usize::from(rest[0]), &rest[1..])
         } else {
-            let (length, body) = rest.split_first_chunk().expect("a length of 8 bytes");
-            (usize::try_from(u64::from_be_bytes(*length)).expect("a length"), body)
+            let (length, body) = rest.split_first_chunk().expect("the length has 8 bytes");
+            (usize::try_from(u64::from_be_bytes(*length)).expect("the length fits in memory"), body)
         };
-        assert!(length <= MAX_WAITING_REPLY_BYTES, "a frame of {length} bytes");
-        frames = body.get(length..).expect("a complete frame");
+        assert!(length <= MAX_WAITING_REPLY_BYTES, "a frame has {length} bytes");
+        frames = body.get(length..).expect("the frame is complete");
         last_frames += usize::from(flags & 5 == 0);
     }
-    assert_eq!(last_frames, *replies, "one reply for each request");
+    assert_eq!(last_frames, *replies, "the number of replies and requests differs");
 }
 
 /// A service that replies with the length of each request and counts the replies.

@@ -66,7 +66,7 @@ pub fn serve(maze: Maze) -> Background {
     server.spawn(Simulation::new("served", maze))
 }
 
-/// Returns a socket of this kind, connected to the server, with [`TIMEOUT`] as timeout.
+/// Returns a socket of the given kind, connected to the server, with [`TIMEOUT`] as timeout.
 ///
 /// # Panics
 /// Panics if `ZeroMQ` cannot create the socket.
@@ -74,7 +74,7 @@ pub fn connect(server: &Background, kind: zmq::SocketType) -> zmq::Socket {
     connect_to(server.address(), kind)
 }
 
-/// Returns a socket of this kind, connected to this address, with [`TIMEOUT`] as timeout.
+/// Returns a socket of the given kind, connected to the given address, with [`TIMEOUT`] as timeout.
 ///
 /// # Panics
 /// Panics if `ZeroMQ` cannot create the socket.

@@ -20,7 +20,7 @@ const COMMAND_TIMEOUT: Duration = Duration::from_secs(600);
 
 /// Polls until `poll` returns a value.
 ///
-/// # Panics Panics if `poll` returns `None` until [`TIMEOUT`].
+/// # Panics Panics if `poll` returns no value within [`TIMEOUT`].
 #[track_caller]
 pub fn wait_for<T>(what: &str, poll: impl FnMut() -> Option<T>) -> T {
     let Some(found) = poll_for(TIMEOUT, poll) else { panic!("waited {TIMEOUT:?} for {what}") };

@@ -140,7 +140,7 @@ fn json_reports_the_address() {
     assert_eq!(place["maze"]["goals"], json!([[7, 7], [8, 7], [7, 8], [8, 8]]));
 }
 
-/// `script` runs the command on a separate terminal.
+/// The tool `script` runs the command on a separate terminal.
 #[cfg(target_os = "linux")]
 #[test]
 fn no_color_disables_colours() {

@@ -114,7 +114,8 @@ fn the_output_path_selects_folder_or_format() {
     assert_eq!(fs::read_dir(home.path()).unwrap().count(), 4);
 }
 
-/// A device has no content that could be lost.
+/// Writing to a device is safe without `--force`, because a device has no content that could be
+/// lost.
 #[cfg(unix)]
 #[test]
 fn devices_are_written_to_without_force() {

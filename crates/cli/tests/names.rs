@@ -27,8 +27,8 @@ fn check_ended(arguments: &[&str], ended: &Output) {
     assert!([Some(0), Some(1), Some(2)].contains(&ended.code), "{arguments:?}: {ended:?}");
 }
 
-/// Returns a home folder with malicious names of a folder, a recording, and duplicate, closed and
-/// ambiguous mazes.
+/// Returns a home folder in which a folder, a recording and several mazes have malicious names. The
+/// mazes include duplicate, closed and ambiguous mazes.
 fn evil_home() -> (Home, String) {
     let home = Home::new();
     let folder = format!("mazes{EVIL}");

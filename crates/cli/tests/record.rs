@@ -282,8 +282,8 @@ fn a_lost_folder_refuses_states_until_reset() {
     }
 }
 
-/// Another program can destroy parts of a recording. After that, the server acknowledges no further
-/// states.
+/// Another program can destroy parts of a recording. After such a change, the server acknowledges
+/// no further states.
 #[cfg(unix)]
 #[test]
 fn a_recording_changed_by_another_program_refuses_states_until_reset() {

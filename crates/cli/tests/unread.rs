@@ -52,7 +52,7 @@ impl Drop for Unread {
     }
 }
 
-/// Reads lines until one contains the text.
+/// Reads lines until a line contains the text. Returns this line.
 fn line_with(lines: &Receiver<String>, text: &str) -> String {
     loop {
         let line = lines.recv_timeout(Duration::from_secs(30));

@@ -1,4 +1,4 @@
-//! The conditions under which the viewer page is served, and its address.
+//! Tests when the viewer page is served, and at which address.
 
 mod harness;
 

@@ -37,11 +37,12 @@ impl Resources {
         })
     }
 
-    /// Waits until the process uses no more than these resources, apart from the permitted growth.
+    /// Waits until the resources of the process have returned to these values, within the permitted
+    /// growth.
     pub(crate) fn wait_until_back(&self, process: u32) {
         let what = format!("the server to use no more than {self:?}");
         wait_for(&what, || {
-            let now = Self::by(process).expect("the server has ended");
+            let now = Self::by(process).expect("the server is still running");
             assert!(now.peak <= self.memory + MAX_PEAK_GROWTH_KIB, "from {self:?} to {now:?}");
             let back = now.memory <= self.memory + MAX_GROWTH_KIB
                 && now.threads == self.threads

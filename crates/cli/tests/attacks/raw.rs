@@ -28,7 +28,7 @@ pub(crate) fn ready(kind: &str, more: usize) -> Vec<u8> {
     frame(4, &body)
 }
 
-/// Returns a frame with these flags. Adds the flag for a long frame if needed.
+/// Returns a frame with the given flags. Adds the flag for a long frame if needed.
 pub(crate) fn frame(flags: u8, body: &[u8]) -> Vec<u8> {
     match u8::try_from(body.len()) {
         Ok(length) => [&[flags, length][..], body].concat(),
@@ -41,12 +41,12 @@ pub(crate) fn request(body: &[u8]) -> Vec<u8> {
     [&frame(1, b"")[..], &frame(0, body)].concat()
 }
 
-/// Returns a command with this name.
+/// Returns a ZMTP command with the given name.
 pub(crate) fn command(name: &str, rest: &[u8]) -> Vec<u8> {
     frame(4, &[&[u8::try_from(name.len()).unwrap()][..], name.as_bytes(), rest].concat())
 }
 
-/// Connects without a greeting, with a long timeout.
+/// Opens a TCP connection with a long timeout and sends no greeting.
 pub(crate) fn connect(address: &str) -> TcpStream {
     let stream = TcpStream::connect(address.strip_prefix("tcp://").unwrap()).unwrap();
     stream.set_read_timeout(Some(TIMEOUT)).unwrap();

@@ -26,7 +26,7 @@ use crate::simulator::Simulator;
 pub(crate) const WINDOW_SIZE: (u32, u32) = (1280, 860);
 
 /// The browser that all tests share, because starting a browser takes longer than most tests. The
-/// tests use it one at a time. It closes when no test uses it or waits for it.
+/// tests use the browser one at a time. The browser closes when no test uses it or waits for it.
 static SHARED: Mutex<Weak<Mutex<Option<Browser>>>> = Mutex::new(Weak::new());
 
 /// A browser with one page.
@@ -136,7 +136,8 @@ impl Browser {
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
     }
 
-    /// Runs a script and returns the result that it passes to the callback in its last argument.
+    /// Runs an asynchronous script and returns its result. The script passes the result to a
+    /// callback, which is its last argument.
     pub(crate) fn run_async<T: DeserializeOwned>(&self, script: &str, arguments: &[Value]) -> T {
         let value = self.wait(self.client.execute_async(script, arguments.to_vec()));
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
@@ -217,7 +218,7 @@ impl Browser {
         reply.json()["value"].take()
     }
 
-    /// Returns the entries of a log and clears the log. The console is the log `browser`.
+    /// Returns the entries of a log and clears the log. The log of the console is called `browser`.
     pub(crate) fn take_log(&self, kind: &str) -> Vec<LogEntry> {
         serde_json::from_value(self.command("se/log", &json!({ "type": kind }))).unwrap()
     }

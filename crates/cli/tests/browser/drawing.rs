@@ -116,7 +116,7 @@ impl Drawing {
         browser.run(script, &[json!(source)])
     }
 
-    /// Asserts that `shown` is equal, and reports the differences otherwise.
+    /// Asserts that `shown` has the same elements. Otherwise reports the differences.
     pub(crate) fn assert_shown(&self, shown: &Self) {
         assert_eq!(self.view_box, shown.view_box);
         assert_same("cells", &self.cells, &shown.cells);

@@ -1,4 +1,4 @@
-//! Starts chromedriver and Chromium, and stops both when dropped.
+//! Starting and stopping chromedriver and Chromium.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -19,7 +19,7 @@ use tokio::time::timeout;
 const NAMES: &str =
     "MAP *.example 127.0.0.1, MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost";
 
-/// A running chromedriver. Dropping it kills the process, which closes its browser.
+/// A running chromedriver. Dropping a `Driver` kills the process, which closes the browser.
 pub(crate) struct Driver {
     process: Child,
     /// The URL of chromedriver, such as `http://127.0.0.1:9515`.

@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 
 use crate::browser::Browser;
 
-/// A web server that allows every origin and records its requests. It runs until the process exits.
+/// A web server that allows every origin and records its requests. The server runs until the
+/// process exits.
 pub(crate) struct ForeignSite {
     port: String,
     requests: Arc<Mutex<Vec<String>>>,
@@ -32,7 +33,7 @@ impl ForeignSite {
         Self { port, requests }
     }
 
-    /// Returns the URL of the site under this host name.
+    /// Returns the URL of the site under the given host name.
     pub(crate) fn url(&self, host: &str) -> String {
         format!("http://{host}:{}", self.port)
     }

@@ -46,7 +46,7 @@ fn wait_until_loaded(browser: &Browser, mazes: usize) -> Vec<Resource> {
     resources(browser)
 }
 
-/// Returns the URLs requested since the last call.
+/// Returns the URLs that the page has requested since the last call.
 fn take_requested_urls(browser: &Browser) -> BTreeSet<String> {
     let log = browser.take_log("performance");
     let sent = log.iter().filter_map(|entry| {

@@ -65,7 +65,7 @@ fn only_scripts_of_the_server_run() {
     });
 }
 
-/// Windows does not allow these characters in file names.
+/// The file name in this test has characters that Windows does not allow.
 #[cfg(unix)]
 #[test]
 fn markup_in_names_is_text() {

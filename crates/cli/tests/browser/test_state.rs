@@ -16,14 +16,14 @@ pub(crate) struct TestState {
     pub(crate) size: MazeSize,
     pub(crate) cell: Cell,
     pub(crate) heading: char,
-    /// The weights; cell (x, y) is at index y · width + x, as in `walls`.
+    /// The weights of the cells. Cell (x, y) is at index y · width + x, as in `walls`.
     pub(crate) weights: Vec<u8>,
     pub(crate) walls: Vec<u8>,
 }
 
 impl TestState {
-    /// Returns a state with varied weights and walls that differs for each number. The matrices
-    /// differ from their transposes.
+    /// Returns a state with varied weights and walls, which is different for each number. The
+    /// matrices differ from their transposes.
     pub(crate) fn new(number: usize, size: MazeSize) -> Self {
         let seed = u8::try_from(number * 37 % 251).unwrap();
         let mix = |cell: Cell, by: u8| {
@@ -55,7 +55,7 @@ impl TestState {
         has_bit(cell, bit) || there.is_none_or(|there| has_bit(there, SIDES[(turn + 2) % 4].3))
     }
 
-    /// Encodes the state with these orders of the two matrices. `C` means row by row from the
+    /// Encodes the state with the given orders of the two matrices. `C` means row by row from the
     /// south, `F` means column by column from the west.
     pub(crate) fn message(&self, weights: char, walls: char) -> Vec<u8> {
         let mut message = vec![b'S', self.cell.x, self.cell.y, letter(self.heading)];

@@ -128,7 +128,7 @@ fn is_ignoring() -> bool {
     mask.unwrap_or(0) & (1 | 1 << 1 | 1 << 14) != 0
 }
 
-/// Returns the newest recording in a folder. The server may be compressing another one.
+/// Returns the newest recording in a folder. The server may still be compressing another recording.
 #[track_caller]
 pub fn recorded(folder: &Path) -> PathBuf {
     let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -215,7 +215,7 @@ impl Serving {
         self.child.id()
     }
 
-    /// Waits until the process exits. Returns its status and all of its messages.
+    /// Waits until the process exits. Returns the exit status and all messages.
     pub fn wait(&mut self) -> (ExitStatus, String) {
         let status = wait_for_exit(&mut self.child);
         let rest = self.rest.take().unwrap().recv_timeout(TIMEOUT).expect("its stderr closes");
@@ -231,7 +231,7 @@ impl Serving {
         })
     }
 
-    /// Sends a signal, named without SIG.
+    /// Sends a signal. The name is given without the prefix SIG.
     #[cfg(unix)]
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();

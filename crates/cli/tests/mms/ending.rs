@@ -71,7 +71,8 @@ fn child_processes_of_the_mouse_are_killed() {
     assert_eq!(ended.code, Some(3), "{ended:?}");
 }
 
-/// `script` runs a shell on a separate terminal, and the shell runs the command in the background.
+/// The tool `script` runs a shell on a separate terminal, and the shell runs the command in the
+/// background.
 #[cfg(target_os = "linux")]
 #[test]
 fn runs_in_the_background_of_a_terminal() {
