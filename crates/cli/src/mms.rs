@@ -77,7 +77,7 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
         Some(known) => known,
         None => ask_maze(&mut transport, args.remote.known.size)?,
     };
-    // Until the simulator replies, Ctrl-C exits at once.
+    // Until the simulator replies, Ctrl-C terminates the process directly.
     transport.exchange(b"ping", &mut Vec::new())?;
     search(args, transport, &map, &Interrupt::catch()?).map(|exit| exit.code())
 }

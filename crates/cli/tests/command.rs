@@ -69,7 +69,7 @@ fn verbose_prints_more() {
 }
 
 #[test]
-fn options_of_the_server_before_a_command_are_wrong_usage() {
+fn server_options_before_a_command_are_usage_errors() {
     let home = Home::new();
     for (arguments, command) in [
         (&["--port", "0", "demo"][..], "demo"),

@@ -240,7 +240,7 @@ fn reports_unreadable_mazes_and_compares_the_others() {
 }
 
 #[test]
-fn usage_errors_are_exit_code_2() {
+fn usage_errors_set_exit_code_2() {
     let home = Home::new();
     let all = "[possible values: flood-fill, weight-increment, left-wall, swing";
     for (arguments, error) in [

@@ -36,7 +36,7 @@ fn the_extension_selects_the_format() {
 }
 
 #[test]
-fn bytes_go_through_pipes() {
+fn mazes_are_converted_through_pipes() {
     let home = Home::new();
     let maze = fs::read(mmsim_tests::bundled_mazes().join("01-harbour.txt")).unwrap();
     let pipe = |arguments: &[&str], input: &[u8]| {

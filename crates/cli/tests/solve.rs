@@ -60,7 +60,7 @@ fn a_small_search_prints_what_the_mouse_knows() {
 }
 
 #[test]
-fn a_goal_not_reached_is_exit_code_1() {
+fn an_unreached_goal_sets_exit_code_1() {
     let home = Home::new();
     let server = home.serve(&["--port", "0", "--maze", "closed garden"]);
     let solve = |more: &[&str]| {

@@ -119,7 +119,7 @@ fn reports_unreadable_mazes_and_runs_the_others() {
 }
 
 #[test]
-fn the_smallest_maze_is_a_trial() {
+fn a_trial_works_in_the_smallest_maze() {
     let home = Home::new();
     home.write("one.txt", "o---o\n|SG |\no---o\n");
     let report = home.run(&["trial", "one.txt", "--robot", "all", "--json"]).json();
@@ -127,7 +127,7 @@ fn the_smallest_maze_is_a_trial() {
 }
 
 #[test]
-fn a_comparison_is_tables_json_and_charts() {
+fn a_comparison_prints_tables_and_json_and_draws_charts() {
     let home = Home::new();
     home.write("mazes/a.txt", MAZE);
     home.write("mazes/b &c.txt", MAZE);
@@ -168,7 +168,7 @@ fn a_comparison_is_tables_json_and_charts() {
 }
 
 #[test]
-fn swing_explores_as_far_as_its_variant_says() {
+fn the_variant_determines_how_far_swing_explores() {
     let home = Home::new();
     let explore_steps = |arguments: &[&str]| {
         let trial = ["trial", "first steps", "--robot", "swing", "--json"];
@@ -248,7 +248,7 @@ fn a_trial_is_served_until_interrupted() {
 }
 
 #[test]
-fn usage_errors_are_exit_code_2() {
+fn usage_errors_set_exit_code_2() {
     let home = Home::new();
     home.write("a.txt", MAZE);
     for (arguments, error) in [

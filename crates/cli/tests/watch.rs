@@ -82,7 +82,7 @@ fn the_page_can_be_disabled() {
 }
 
 #[test]
-fn a_token_is_required_beyond_loopback() {
+fn a_token_is_required_from_other_machines() {
     let home = Home::new();
     let server =
         home.serve_until(&["--port", "0", "--viewer-port", "0", "--host", "0.0.0.0"], "watch at ");

@@ -121,7 +121,7 @@ impl Drop for SetOnDrop<'_> {
 }
 
 #[test]
-fn a_mouse_that_thinks_keeps_its_place_among_connections_that_only_ping() {
+fn a_slow_mouse_stays_connected_among_connections_that_only_ping() {
     let target = Target::start();
     rlimit::increase_nofile_limit(4096).unwrap();
     target.run_attack("1,199 connections that only ping", |address| {

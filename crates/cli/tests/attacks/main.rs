@@ -320,7 +320,7 @@ fn wrong_frames_and_commands() {
 /// A client that connects while the history is long must not prevent the release of the history's
 /// memory.
 #[test]
-fn a_reset_gives_memory_back() {
+fn a_reset_releases_memory() {
     let target = Target::start();
     let context = zmq::Context::new();
     let client = socket(&context, zmq::DEALER, target.address());
@@ -361,7 +361,7 @@ fn noise(seed: u32) -> Vec<u8> {
 }
 
 #[test]
-fn many_clients_at_once() {
+fn many_simultaneous_clients() {
     let target = Target::start();
     target.run_attack("32 clients, each with its own replies", |address| {
         let maze = searcher::maze();

@@ -50,7 +50,7 @@ fn assert_holds(file: &Path, messages: &[Vec<u8>]) {
 }
 
 #[test]
-fn a_saved_run_opens_beside_the_live_one() {
+fn a_saved_run_opens_next_to_the_live_run() {
     with_page(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let (states, messages) = history(&maze, 300);

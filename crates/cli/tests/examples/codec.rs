@@ -161,7 +161,7 @@ fn out_of_range_requests() {
 }
 
 #[test]
-fn replies_and_rubbish() {
+fn valid_and_invalid_replies() {
     let mut tasks = Tasks::default();
     for bits in 0..8 {
         tasks.reply(&[bits & 1, bits >> 1 & 1, bits >> 2]);

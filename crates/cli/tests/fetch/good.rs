@@ -245,7 +245,7 @@ fn json_has_all_results() {
 }
 
 #[test]
-fn concurrent_fetches_leave_a_whole_collection() {
+fn concurrent_fetches_leave_a_complete_collection() {
     let home = Home::new();
     let names: Vec<String> = (0..50).map(|number| format!("top/{number}.txt")).collect();
     let contents = |maze| names.iter().map(|name| (&name[..], maze)).collect::<Vec<_>>();
