@@ -61,8 +61,8 @@ pub(crate) struct ServerArgs {
     /// Port to listen on; 0 picks a free port
     #[arg(short, long, default_value_t = DEFAULT_PORT)]
     pub(crate) port: u16,
-    /// Serve the first maze whose path contains all WORDS, ignoring case [default: the first maze with
-    /// a reachable goal]
+    /// Serve the first maze whose path contains all WORDS, ignoring case [default: the first maze
+    /// with a reachable goal]
     #[arg(long = "maze", value_name = "WORDS")]
     pub(crate) words: Vec<String>,
     #[command(flatten)]
@@ -74,7 +74,8 @@ pub(crate) struct ServerArgs {
 /// Options for the maze size and the goal that a mouse knows from the start.
 #[derive(Debug, Args)]
 pub(crate) struct KnownMazeArgs {
-    /// Width and height of the maze in cells [default: 16x16, or the server's size with --goal server]
+    /// Width and height of the maze in cells [default: 16x16, or the server's size with --goal
+    /// server]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<MazeSize>,
     /// Goal cells, such as `7,7 8,7`, or `server` to ask the server, which must be mmsim [default:

@@ -49,7 +49,8 @@ fn compare(
     let threads = threads.map_or(0, |threads| usize::from(threads).min(jobs.len().max(1)));
     let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
     let bar = progress(ProgressBar::new(jobs.len() as u64), "{wide_bar} {pos} of {len} searches");
-    // The measured processor time covers creating the mouse and the search run, but not the figures.
+    // The measured processor time includes creating the mouse and the search run, but not the
+    // figures.
     let searches = pool.install(|| {
         map_each(&jobs, |&(strategy, selected)| {
             let max_states = strategy.max_states();

@@ -1,5 +1,6 @@
-//! `mmsim`, a micromouse maze simulator. It serves mazes to search clients, runs and compares bundled
-//! strategies, runs mice written for the mms simulator, and scores robots in the two-run trial.
+//! `mmsim`, a micromouse maze simulator. It serves mazes to search clients, runs and compares
+//! bundled strategies, runs mice written for the mms simulator, and scores robots in the two-run
+//! trial.
 #![forbid(unsafe_code)]
 
 mod args;

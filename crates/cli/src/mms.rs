@@ -151,7 +151,8 @@ impl<T: Transport> Session<'_, T> {
                     self.answer(&line, &child)?;
                     silence = Duration::ZERO;
                 }
-                // A process that the mouse has started may keep the pipe open after the mouse exits.
+                // A process that the mouse has started may keep the pipe open after the mouse
+                // exits.
                 Err(Timeout) if child.status().is_ok_and(|status| status.is_some()) => break,
                 Err(Timeout) => {
                     silence += POLL_INTERVAL;

@@ -63,9 +63,10 @@ fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -
     let (info, size) = (recording.info(), recording.size());
     let goal = recording.maze().map(|maze| goal_away(MazeFacts::new(maze).shortest_path));
     let goal = goal.map(|goal| format!(", {goal}")).unwrap_or_default();
-    let maze = recording.maze().filter(|_| args.at.is_none());
-    let maze = maze.map(|maze| [maze.to_string(), maze.picture().compact().to_string()]);
-    let (maze, state) = (maze.map(wide_or_compact).unwrap_or_default(), shown.map_or("", |shown| &shown.text));
+    let maze = recording.maze().filter(|_| args.at.is_none()).map(|maze| {
+        wide_or_compact([maze.to_string(), maze.picture().compact().to_string()])
+    });
+    let (maze, state) = (maze.unwrap_or_default(), shown.map_or("", |shown| &shown.text));
     let (file, summary) = (Escaped(args.file.display()), summary(recording));
     format!("{file}: {}, {size}{goal}\n{summary}\n{maze}{state}", info.name)
 }

@@ -37,8 +37,8 @@ The exit code is 0 if all mazes could be read, whatever the searches found.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct CompareArgs {
-    /// Maze files, folders to search recursively, and words from the path of a maze [default: all mazes
-    /// in ~/.mmsim if there are any, else the bundled mazes]
+    /// Maze files, folders to search recursively, and words from the path of a maze [default: all
+    /// mazes in ~/.mmsim if there are any, else the bundled mazes]
     pub(crate) mazes: Vec<PathBuf>,
     /// Comma-separated list of strategies; may be repeated
     #[arg(

@@ -29,8 +29,8 @@ fn stem(path: &str) -> &str {
     path.rsplit('/').next().unwrap().trim_end_matches(".txt")
 }
 
-/// Asserts the layout of the rendered map: the first and last cells are in their corners, north is up,
-/// and cells are square.
+/// Asserts the layout of the rendered map: the first and last cells are in their corners, north is
+/// up, and cells are square.
 fn assert_drawn_in_place(browser: &Browser, maze: &Maze) {
     let script = r"
         const [first, last] = [...arguments].map((cell) => {
