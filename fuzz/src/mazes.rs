@@ -72,7 +72,11 @@ fn check_error(format: Format, error: &ParseError, text: &str) {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let text = text.replace("\r\n", "\n").replace('\r', "\n");
     let lines: Vec<usize> = text.lines().map(|line| line.chars().count()).collect();
-    assert!((1..=lines.len() + 1).contains(&line), "{error}, but the file has {} lines", lines.len());
+    assert!(
+        (1..=lines.len() + 1).contains(&line),
+        "{error}, but the file has {} lines",
+        lines.len()
+    );
     let width = match format {
         Format::Text | Format::Maze | Format::Oshwdem => lines.iter().max(),
         _ => lines.get(line - 1),

@@ -63,9 +63,10 @@ fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -
     let (info, size) = (recording.info(), recording.size());
     let goal = recording.maze().map(|maze| goal_away(MazeFacts::new(maze).shortest_path));
     let goal = goal.map(|goal| format!(", {goal}")).unwrap_or_default();
-    let maze = recording.maze().filter(|_| args.at.is_none()).map(|maze| {
-        wide_or_compact([maze.to_string(), maze.picture().compact().to_string()])
-    });
+    let maze = recording
+        .maze()
+        .filter(|_| args.at.is_none())
+        .map(|maze| wide_or_compact([maze.to_string(), maze.picture().compact().to_string()]));
     let (maze, state) = (maze.unwrap_or_default(), shown.map_or("", |shown| &shown.text));
     let (file, summary) = (Escaped(args.file.display()), summary(recording));
     format!("{file}: {}, {size}{goal}\n{summary}\n{maze}{state}", info.name)
@@ -93,7 +94,7 @@ fn began(recording: &Recording) -> Option<Timestamp> {
 }
 
 /// Returns the time since the first state in milliseconds.
-#[expect(clippy::cast_precision_loss, reason = "the precision is sufficient for the duration of a search")]
+#[expect(clippy::cast_precision_loss, reason = "a search is too short to lose precision")]
 fn milliseconds(recording: &Recording, time: u64) -> f64 {
     let first = recording.times().iter().next().unwrap_or(time);
     time.saturating_sub(first) as f64 / 1e6
@@ -130,7 +131,8 @@ impl StateReport {
         let visited = counted(map.visited().len() as u64, "cell");
         let wrong = wrong_walls.filter(|&count| count > 0);
         let wrong = wrong.map(|count| format!(", {} wrong", counted(count as u64, "wall")));
-        let (wrong, picture) = (wrong.unwrap_or_default(), wide_or_compact(pictures(&map, pose, weight)));
+        let (wrong, picture) =
+            (wrong.unwrap_or_default(), wide_or_compact(pictures(&map, pose, weight)));
         Some(Self {
             index,
             visited_cells: map.visited().len(),

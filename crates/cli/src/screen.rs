@@ -45,12 +45,13 @@ impl Screen {
         let (strategy, steps) = (self.strategy, counted(run.stats.steps(), "step"));
         let mut status = format!("{strategy}: searching, {steps}");
         let room = terminal();
-        let map = mouse_pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
-            let (width, height) = (mouse.map().size().width(), mouse.map().size().height());
-            let (columns, lines) = (4 * u16::from(width) + 1, u16::from(height) + 4);
-            let _ = write!(status, "; the map needs a window of {columns}x{lines}");
-            String::new()
-        });
+        let map =
+            mouse_pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
+                let (width, height) = (mouse.map().size().width(), mouse.map().size().height());
+                let (columns, lines) = (4 * u16::from(width) + 1, u16::from(height) + 4);
+                let _ = write!(status, "; the map needs a window of {columns}x{lines}");
+                String::new()
+            });
         self.replace(&map, &status)
     }
 
@@ -112,11 +113,7 @@ fn mouse_pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
 
 /// Returns two pictures of a mouse's map: a wide one with the weights unless all are zero, and a
 /// compact one.
-pub(crate) fn pictures(
-    map: &KnownMaze,
-    pose: Pose,
-    weight: impl Fn(Cell) -> u16,
-) -> [String; 2] {
+pub(crate) fn pictures(map: &KnownMaze, pose: Pose, weight: impl Fn(Cell) -> u16) -> [String; 2] {
     let number = |cell| Some(weight(cell)).filter(|&weight| weight != u16::MAX);
     let drawing = map.picture().with_mouse(pose);
     let all_zero = map.size().cells().all(|cell| weight(cell) == 0);

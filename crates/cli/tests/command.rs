@@ -110,7 +110,11 @@ fn every_form_of_help_works() {
 fn suggests_similar_commands() {
     let home = Home::new();
     let messages = |name| home.run(&[name]).stderr;
-    assert!(messages("sovle").ends_with(" (did you mean `mmsim solve …`?)\n"), "{}", messages("sovle"));
+    assert!(
+        messages("sovle").ends_with(" (did you mean `mmsim solve …`?)\n"),
+        "{}",
+        messages("sovle")
+    );
     assert!(!messages("my-mazes").contains("mean"), "{}", messages("my-mazes"));
     assert!(
         messages("fetch").ends_with(" (did you mean `mmsim mazes fetch …`?)\n"),

@@ -229,7 +229,9 @@ fn reports_unreadable_mazes_and_compares_the_others() {
     assert!(ended.stdout.lines().nth(1).unwrap().starts_with("swing         1      1/1 "));
     let messages: Vec<_> = ended.stderr.lines().collect();
     assert!(
-        messages[0].replace('\\', "/").starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
+        messages[0]
+            .replace('\\', "/")
+            .starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
     );
     assert!(messages[1].contains("matches \"no such\""), "{messages:?}");
     assert_eq!(messages.len(), 2);

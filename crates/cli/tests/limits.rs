@@ -93,7 +93,10 @@ fn low_descriptor_limits_are_reported() {
         stderr.read_to_string(&mut messages).unwrap();
         child.wait().unwrap();
         assert!(!messages.contains("panicked"), "{files} files: {messages}");
-        assert!(messages.contains("recording to ") || messages.contains("open files"), "{files}: {messages}");
+        assert!(
+            messages.contains("recording to ") || messages.contains("open files"),
+            "{files}: {messages}"
+        );
     }
 }
 

@@ -112,7 +112,9 @@ fn reports_unreadable_mazes_and_runs_the_others() {
     assert!(messages[0].starts_with("mmsim: no maze matches \"no such\" in "));
     assert_eq!(messages[1], "mmsim: no mazes in empty");
     assert!(
-        messages[2].replace('\\', "/").starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
+        messages[2]
+            .replace('\\', "/")
+            .starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
     );
     let ended = random(&home, &["mazes/a.txt"]);
     assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "no table without a trial");
@@ -262,7 +264,7 @@ fn usage_errors_set_exit_code_2() {
         (&["a.txt", "--key-points", "4"], "expected 0 to 3 key points"),
         (&["a.txt", "--variant", "some"], "[possible values: just-arrive, arrive-and-back, all]"),
         (&["a.txt", "--once"], "--serve"),
-        (&["a.txt", "--open"], "the options for serving a trial require --serve"),
+        (&["a.txt", "--open"], "options for serving require --serve"),
         (&["a.txt", "--serve", "a.txt"], "--serve takes one maze, found 2"),
     ] {
         let ended = home.run(&[&["trial"], arguments].concat());

@@ -127,7 +127,11 @@ o---o---o---o
         assert_eq!(figures(FloodFill::new(), maze, 15), expected, "one state more than steps");
         let expected =
             Figures { goal_reached: false, steps_to_goal: None, steps_in_all: 13, ..expected };
-        assert_eq!(figures(FloodFill::new(), maze, 14), expected, "the path is known, although the goal was not reached");
+        assert_eq!(
+            figures(FloodFill::new(), maze, 14),
+            expected,
+            "the path is known, although the goal was not reached"
+        );
     }
 
     #[test]
