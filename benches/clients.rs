@@ -1,8 +1,8 @@
-//! Latency and throughput with several clients at once, compared in the same run with a plain event
-//! loop that replies with messages of the same sizes without parsing requests.
+//! Latency and throughput with several simultaneous clients. The same run measures a plain event
+//! loop for comparison, which sends replies of the same sizes without parsing the requests.
 //!
 //! The clients use ZMTP on plain TCP sockets, which keeps their overhead small. Like a mouse, each
-//! waits for the reply before it sends the next request.
+//! client waits for the reply before it sends the next request.
 
 use std::collections::HashMap;
 use std::io::{ErrorKind, Read, Write};
@@ -14,25 +14,29 @@ use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token};
 use mmsim_benches::{bundled_maze, median, serve};
 
-/// Numbers of concurrent clients.
+/// The numbers of simultaneous clients to measure.
 const CLIENTS: [usize; 3] = [1, 2, 10];
 
-/// The number of rounds, in which both sides take turns, and of requests in a round.
+/// The number of rounds. The two servers alternate in each round.
 const ROUNDS: usize = 15;
+/// The number of requests in a round.
 const REQUESTS: usize = 6000;
 
-/// The ZMTP 3.1 greeting without its trailing zeros, and its full length.
+/// The ZMTP 3.1 greeting without the trailing zeros.
 const GREETING: &[u8] = b"\xff\0\0\0\0\0\0\0\0\x7f\x03\x01NULL";
+/// The length of the greeting with the trailing zeros.
 const GREETING_BYTES: usize = 64;
 
 /// The READY command of a REQ socket.
 const READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
-/// A `W` request at the start and its reply, as bytes on the wire.
+/// A `W` request at the start, as bytes on the wire.
 const REQUEST: &[u8] = b"\x01\0\0\x04W\0\0N";
+/// The reply to [`REQUEST`], as bytes on the wire.
 const REPLY: &[u8] = b"\x01\0\0\x03\x01\0\x01";
 
-/// Accepts connections and replies to each [`REQUEST`] at once, without limits or fair queueing.
+/// Accepts connections and replies to each [`REQUEST`] immediately, without limits or fair
+/// queueing.
 fn plain_loop(mut listener: TcpListener) {
     const LISTENER: Token = Token(usize::MAX);
     let mut poll = Poll::new().unwrap();
@@ -64,7 +68,7 @@ fn plain_loop(mut listener: TcpListener) {
     }
 }
 
-/// Connects to our server and completes the handshake.
+/// Connects to a server of mmsim and completes the handshake.
 fn connect_zmtp(address: &str) -> TcpStream {
     let mut stream = net::TcpStream::connect(address.trim_start_matches("tcp://")).unwrap();
     let zeros = [0; GREETING_BYTES - GREETING.len()];
@@ -76,7 +80,7 @@ fn connect_zmtp(address: &str) -> TcpStream {
     into_mio(stream)
 }
 
-/// Converts a connection for use with [`Poll`].
+/// Converts a connection to a type that works with [`Poll`].
 fn into_mio(stream: net::TcpStream) -> TcpStream {
     stream.set_nodelay(true).unwrap();
     stream.set_nonblocking(true).unwrap();
@@ -86,15 +90,15 @@ fn into_mio(stream: net::TcpStream) -> TcpStream {
 /// The measurements of a round.
 #[derive(Clone, Copy)]
 struct RoundStats {
-    /// Median latency in microseconds.
+    /// The median latency in microseconds.
     p50: f64,
-    /// 99th percentile of the latency in microseconds.
+    /// The 99th percentile of the latency in microseconds.
     p99: f64,
-    /// Requests per second of all clients together.
+    /// The total number of requests per second of all clients.
     rate: f64,
 }
 
-/// Sends this number of requests from all clients. A single thread serves all clients, so that the
+/// Sends a total of `requests` requests from all clients. One thread runs all clients, so that the
 /// scheduler does not affect the result.
 fn round(clients: &mut [TcpStream], requests: usize) -> RoundStats {
     let (mut poll, mut events) = (Poll::new().unwrap(), Events::with_capacity(clients.len()));

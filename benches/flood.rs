@@ -1,5 +1,6 @@
-//! Floods of mazes in random order and of the same maze repeatedly, compared with other
-//! implementations; updates while a mouse explores; and the distance from start to goal.
+//! The time of floods, compared with other implementations, with mazes in random order and with one
+//! maze repeatedly. Further benchmarks measure updates during a search and the distance from the
+//! start to the goal.
 
 use std::collections::VecDeque;
 use std::hint::black_box;
@@ -12,7 +13,7 @@ use pathfinding::prelude::bfs;
 use petgraph::graph::{NodeIndex, UnGraph};
 use petgraph::visit::{Bfs, Walker};
 
-/// Floods as in a textbook, with a growing queue.
+/// Floods a maze with a growing queue, as in a textbook.
 fn textbook(walls: &Walls, targets: &CellSet) -> Vec<u16> {
     let mut distances = vec![FAR; SIDE * SIDE];
     let mut queue = VecDeque::new();
@@ -34,9 +35,10 @@ fn textbook(walls: &Walls, targets: &CellSet) -> Vec<u16> {
 const SIDE: usize = 32;
 const FAR: u16 = u16::MAX;
 
-/// A maze as in firmware: four bits per cell, one for each open side.
+/// A maze as firmware stores it: four bits per cell, one for each open side.
 struct Nibbles {
-    /// Row by row. Bit i of a cell is set if the side towards the i-th heading is open.
+    /// The open sides of the cells, row by row. Bit i is set if the side towards the i-th heading
+    /// is open.
     open: Vec<u8>,
     goals: Vec<usize>,
     width: usize,
@@ -55,7 +57,7 @@ impl Nibbles {
         Self { open, goals: maze.goals().iter().map(index).collect(), width }
     }
 
-    /// Floods with a fixed array as queue. `S` is a byte if `AREA` is 256.
+    /// Floods the maze with an array of fixed size as the queue. `S` is a byte if `AREA` is 256.
     fn flood<const AREA: usize, S: Steps>(&self) -> [S; AREA] {
         let mut distances = [S::FAR; AREA];
         let mut queue = [0_u16; AREA];
@@ -84,7 +86,7 @@ impl Nibbles {
     }
 }
 
-/// A distance in steps, as one byte or two.
+/// A distance in steps, stored in one byte or in two bytes.
 trait Steps: Copy + PartialEq {
     const ZERO: Self;
     const FAR: Self;
@@ -149,7 +151,7 @@ impl Graph {
                 *distance = next.min(*distance);
             }
         }
-        // Without the step from the extra node to the goal cells.
+        // Subtract the step from the extra node to the goal cells.
         distances
             .iter()
             .map(|&steps| if steps == FAR { FAR } else { steps.saturating_sub(1) })
@@ -157,7 +159,7 @@ impl Graph {
     }
 }
 
-/// A maze in the form that each implementation needs, prepared before the measurement.
+/// A maze in the representations of all implementations, prepared before the measurement.
 struct Prepared {
     maze: Maze,
     nibbles: Nibbles,
@@ -170,7 +172,7 @@ impl Prepared {
         mazes.into_iter().map(prepared).collect()
     }
 
-    /// Returns the steps from the start to the goal, found by the crate `pathfinding`.
+    /// Returns the number of steps from the start to the goal according to the crate `pathfinding`.
     fn steps_by_pathfinding(&self) -> Option<usize> {
         let Self { maze, .. } = self;
         let neighbours = |&cell: &Cell| maze.walls().open_neighbours(cell);
@@ -178,7 +180,7 @@ impl Prepared {
         Some(path.len() - 1)
     }
 
-    /// Asserts that all floods agree.
+    /// Asserts that all floods give the same distances.
     fn check(&self) {
         let Self { maze, nibbles, graph } = self;
         let (walls, goals) = (maze.walls(), maze.goals());
@@ -215,7 +217,7 @@ impl Prepared {
     }
 }
 
-/// Our floods with each available instruction set, the best first.
+/// Returns a row for each instruction set that is available to mmsim, the fastest first.
 fn ours() -> impl Iterator<Item = Row<'static, Prepared>> {
     let available =
         Instructions::ALL.iter().rev().filter(|instructions| instructions.is_available());
@@ -269,7 +271,7 @@ fn sum_of_cells(distances: &Distances, size: MazeSize) -> u32 {
     sum
 }
 
-/// Floods with and without reading all distances.
+/// Returns rows for floods with and without reading all distances.
 fn floods_and_reads() -> [Row<'static, Prepared>; 4] {
     let flood = |maze: &Maze| Distances::flood(maze.walls(), maze.goals());
     [
@@ -289,7 +291,7 @@ fn floods_and_reads() -> [Row<'static, Prepared>; 4] {
     ]
 }
 
-/// A search, as the poses in which the mouse read the walls, in order.
+/// A search, recorded as the poses in which the mouse read the walls.
 struct Trace {
     maze: Maze,
     poses: Vec<mmsim_maze::Pose>,
@@ -300,7 +302,7 @@ impl Trace {
         Self { maze: maze.clone(), poses: sensor_poses(maze, FloodFill::new()) }
     }
 
-    /// Replays the search. After each reading, `update` updates the distances.
+    /// Replays the search and calls `update` after each wall reading to update the distances.
     fn replay(&self, mut update: impl FnMut(&mut Distances, &KnownMaze, Cell)) -> Distances {
         let (maze, mut map) = (&self.maze, KnownMaze::unexplored(&self.maze));
         let mut distances = Distances::flood(map.walls(Unknown::Open), maze.goals());

@@ -1,4 +1,5 @@
-//! Maze generation: one maze of each style, then the mean and maximum time of 10,000 contest mazes.
+//! The time to generate a maze of each style, and the mean and maximum time for 10,000 contest
+//! mazes.
 
 use std::collections::HashSet;
 use std::hint::black_box;
@@ -27,8 +28,9 @@ fn styles(criterion: &mut Criterion) {
     }
 }
 
-/// Times each maze, taking the best of three runs so that interruptions by the system do not count as
-/// slow mazes. Asserts that all mazes are distinct and all their cells reachable.
+/// Measures the time to generate each maze. Takes the fastest of three runs, so that interruptions
+/// by the system do not matter. Asserts that all mazes are different and that all cells are
+/// reachable.
 fn ten_thousand(_: &mut Criterion) {
     for (size, name) in [(MazeSize::CLASSIC, "16x16"), (MazeSize::HALF_SIZE, "32x32")] {
         let mut mazes = HashSet::new();

@@ -1,5 +1,5 @@
-//! A history of a million states of real searches: memory use, and the time to add a state and to
-//! read states in random and sequential order.
+//! The memory of a history with a million states of real searches, the time to add a state, and the
+//! time to read states in random and sequential order.
 
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hasher};
@@ -11,7 +11,7 @@ use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::state_bytes;
 use mmsim_recording::History;
 
-/// States in a block. Every push of this number compresses a block.
+/// The number of states in a block. Every 256th push compresses a block.
 const BLOCK_STATES: usize = 256;
 
 /// The number of random reads.
@@ -23,8 +23,9 @@ fn hash(state: &[u8]) -> u64 {
     hasher.finish()
 }
 
-/// Returns which states of the searches are new, and the hashes of the new ones, `count` in total.
-/// Later runs of the same searches thus need no set of seen states.
+/// Finds `count` different states in the searches. Returns a flag for each state that is true if
+/// the state is new, and the hashes of the new states. With the flags, later runs need no set of
+/// seen states.
 fn new_states(mazes: &[Maze], count: usize) -> (Vec<bool>, Vec<u64>) {
     let (mut seen, mut is_new, mut hashes) = (HashSet::new(), Vec::new(), Vec::new());
     let mut searches = Searches::new(mazes);
@@ -110,7 +111,8 @@ fn main() {
 fn print_pushes(pushes: &[Duration]) {
     let mean_time = mean(microseconds(pushes.iter().sum()), pushes.len());
     println!("history/push: {mean_time:.2} µs mean (at most 3)");
-    // The system may interrupt any push, but compression takes time in every push that compresses.
+    // The two kinds are reported separately, because the system may interrupt any push, but
+    // compression always takes time.
     for (kind, compresses) in [("with compression", true), ("without compression", false)] {
         let mut pushes: Vec<_> = pushes
             .iter()

@@ -1,4 +1,4 @@
-//! Helpers for benchmarks: mazes, a server, searches, and a comparison that alternates its rows.
+//! Helpers for benchmarks: mazes, a server, searches, and a comparison of alternating rows.
 #![forbid(unsafe_code)]
 
 use std::hint::black_box;
@@ -13,11 +13,11 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 
-/// The maximum number of states in a search: wall followers may run in circles forever.
+/// The maximum number of states in a search, because wall followers may run in circles forever.
 const MAX_STATES: u32 = 400;
 
-/// The classic mazes to measure on: the project's own and, if it is available, the shared
-/// collection.
+/// Reads the classic mazes for the benchmarks: the bundled mazes and, if it is available, the
+/// shared collection.
 ///
 /// # Panics
 /// Panics if a maze cannot be read.
@@ -57,7 +57,7 @@ pub fn serve(maze: Maze) -> Background {
 pub struct Noise(u64);
 
 impl Noise {
-    /// A generator of random numbers with this seed.
+    /// Creates a generator with this seed.
     pub const fn new(seed: u64) -> Self {
         Self(seed)
     }
@@ -71,8 +71,8 @@ impl Noise {
     }
 }
 
-/// A sequence of searches: mazes in random order, all strategies in turn, and a random start and goal
-/// cell for each search. It is always the same sequence.
+/// A reproducible sequence of searches with all strategies in turn, in mazes in random order, and
+/// with random start and goal cells.
 pub struct Searches<'m> {
     mazes: &'m [Maze],
     noise: Noise,
@@ -83,12 +83,12 @@ impl<'m> Searches<'m> {
     /// The number of strategies.
     pub const STRATEGIES: usize = BundledStrategy::ALL.len();
 
-    /// Returns the number of searches so far.
+    /// Returns the number of searches that have run.
     pub const fn count(&self) -> usize {
         self.count
     }
 
-    /// Creates the sequence for these mazes.
+    /// Creates the sequence of searches in these mazes.
     pub const fn new(mazes: &'m [Maze]) -> Self {
         Self { mazes, noise: Noise::new(1), count: 0 }
     }
@@ -123,8 +123,8 @@ impl<'m> Searches<'m> {
     }
 }
 
-/// Mazes of 32×32 cells: those of the shared collection, if it is available, and the project's
-/// own.
+/// Reads the mazes of 32×32 cells: the bundled mazes and, if it is available, the shared
+/// collection.
 ///
 /// # Panics
 /// Panics if a maze cannot be read.
@@ -132,7 +132,7 @@ pub fn large_mazes() -> Vec<Maze> {
     mazes_in(&["mazes", "../shared/mazes/halfsize"], |size| size == MazeSize::HALF_SIZE)
 }
 
-/// Returns the poses in which a mouse read the walls on its search of this maze, in order.
+/// Searches a maze and returns the poses in which the mouse read the walls, in order.
 pub fn sensor_poses(maze: &Maze, strategy: impl Strategy) -> Vec<Pose> {
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
     let mut driver = SearchDriver::new(&mut mouse, MAX_STATES);
@@ -143,7 +143,7 @@ pub fn sensor_poses(maze: &Maze, strategy: impl Strategy) -> Vec<Pose> {
     poses
 }
 
-/// A named function to time, generic over its input.
+/// A named function to measure, generic over its input.
 pub struct Row<'a, T> {
     name: String,
     run: Box<dyn Fn(&T) + 'a>,
@@ -156,13 +156,14 @@ impl<'a, T> Row<'a, T> {
     }
 }
 
-/// The number of rounds, in which the rows alternate, and of inputs in a round.
+/// The number of rounds. The rows alternate in each round.
 const ROUNDS: usize = 51;
+/// The number of inputs in a round.
 const INPUTS: u32 = 1000;
 
-/// Times each row with criterion, then times the rows alternately, so that changes in the machine's
-/// speed affect all of them. Prints the median time of each row and its ratio to the first row. The
-/// inputs are in random order.
+/// Measures each row with criterion. Then measures the rows alternately, so that changes in the
+/// machine's speed affect all rows, and prints the median time of each row and its ratio to the
+/// first row. The inputs are in random order.
 ///
 /// # Panics
 /// Panics if there are no inputs or no rows.
@@ -208,7 +209,7 @@ fn compare_alternately<T>(name: &str, inputs: &[T], rows: &[Row<'_, T>]) {
     }
 }
 
-/// Returns the median.
+/// Returns the median of the figures.
 ///
 /// # Panics
 /// Panics if there are no figures.

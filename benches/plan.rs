@@ -1,5 +1,6 @@
-//! Path planning from the start to the goal of classic mazes in random order, compared with the crate
-//! `pathfinding`: the shortest path in cells, and the fewest time steps of a race.
+//! The time to plan a path from the start to the goal of classic mazes in random order, compared
+//! with the crate `pathfinding`. The plans are the shortest path in cells and the race with the
+//! fewest time steps.
 
 use std::hint::black_box;
 
@@ -12,12 +13,12 @@ use pathfinding::prelude::{astar, bfs};
 
 type Planner<'p> = (&'p str, &'p dyn Fn(&Maze) -> Option<u16>);
 
-/// Returns the goal cell for all planners.
+/// Returns the first goal cell, which is the target of all planners.
 fn goal(maze: &Maze) -> Cell {
     maze.goals().iter().next().unwrap()
 }
 
-/// Asserts that all planners agree on each maze, then times them.
+/// Asserts that all planners give the same result for each maze, then measures their time.
 fn compare(criterion: &mut Criterion, name: &str, planners: &[Planner<'_>]) {
     let mazes = classic_mazes();
     for maze in &mazes {
@@ -56,7 +57,7 @@ fn cells(criterion: &mut Criterion) {
     compare(criterion, "a_star/mixed", &[("mmsim", &ours), ("pathfinding astar", &peer)]);
 }
 
-/// Returns the cells in which a time step may end.
+/// Returns the cells that the robot can reach in one time step.
 fn reachable_in_one_step(maze: &Maze, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
     Heading::ALL.into_iter().flat_map(move |heading| {
         let next = move |&here: &Cell| {

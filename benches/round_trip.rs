@@ -1,6 +1,6 @@
-//! Round trips over ZeroMQ on loopback: `W` and `S` requests to our server, with and without
-//! recording, compared with a bare REP socket that replies with messages of the same sizes without
-//! parsing requests.
+//! The time of round trips over ZeroMQ on loopback. `W` and `S` requests to mmsim, with and without
+//! recording, are compared with a bare REP socket that sends replies of the same sizes without
+//! parsing the requests.
 
 use std::hint::black_box;
 use std::thread;
@@ -13,8 +13,9 @@ use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Server, Simulation};
 
-/// The number of rounds, in which both sides alternate, and of round trips in a round.
+/// The number of rounds. The two servers alternate in each round.
 const ROUNDS: usize = 15;
+/// The number of round trips in a round.
 const TRIPS: u32 = 4000;
 
 /// A request and the expected reply.
@@ -35,7 +36,7 @@ fn exchanges() -> [SampleExchange; 2] {
     ]
 }
 
-/// Returns a connected REQ socket. The socket keeps its context alive.
+/// Returns a connected REQ socket, which keeps its context alive.
 fn connect(address: &str) -> zmq::Socket {
     let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
     socket.set_linger(0).unwrap();
@@ -44,8 +45,8 @@ fn connect(address: &str) -> zmq::Socket {
     socket
 }
 
-/// Starts a bare REP socket that always sends the same reply, until it receives an empty message.
-/// Returns a socket connected to it.
+/// Starts a bare REP socket that always sends the same reply and stops at an empty message. Returns
+/// a REQ socket that is connected to the REP socket.
 fn connect_to_bare_rep(reply: &'static [u8]) -> zmq::Socket {
     let socket = zmq::Context::new().socket(zmq::REP).unwrap();
     socket.bind("tcp://127.0.0.1:*").unwrap();
@@ -68,7 +69,7 @@ fn round_trip(socket: &zmq::Socket, request: &[u8], reply: &mut zmq::Message) {
     socket.recv(reply, 0).unwrap();
 }
 
-/// Times round trips, starting with an empty history.
+/// Measures the time of round trips, starting with an empty history.
 fn time(socket: &zmq::Socket, exchange: &SampleExchange, trips: u64) -> Duration {
     let mut reply = zmq::Message::new();
     round_trip(socket, b"reset", &mut reply);
@@ -81,8 +82,8 @@ fn time(socket: &zmq::Socket, exchange: &SampleExchange, trips: u64) -> Duration
     start.elapsed()
 }
 
-/// Prints the rate of our server relative to the bare socket. Both take turns in each round, so that
-/// changes in the machine's speed affect both.
+/// Prints the rate of mmsim relative to the bare socket. The two servers alternate in each round,
+/// so that changes in the machine's speed affect both.
 fn compare(name: &str, exchange: &SampleExchange, ours: &zmq::Socket, bare: &zmq::Socket) {
     let mut ratios: Vec<f64> = (0..ROUNDS)
         .map(|_| {

@@ -1,5 +1,6 @@
-//! Whole searches: with a simulator in memory and over ZeroMQ on loopback; and without a simulator, in
-//! classic mazes in random order with each bundled strategy.
+//! The time of complete searches with a simulator in memory, with a simulator over ZeroMQ on
+//! loopback, and without a simulator. The searches without a simulator use each bundled strategy in
+//! classic mazes in random order.
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -14,7 +15,7 @@ use mmsim_solvers::{
     ShortestPathSearch, Strategy,
 };
 
-/// A maze, and the number of steps of its search.
+/// The name of a maze and the number of steps of the search.
 const MAZE: (&str, u32) = ("06-mirage", 220);
 
 fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
@@ -36,7 +37,7 @@ fn searches(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Returns a mouse after its search run and return run, and the number of their steps.
+/// Returns a mouse after the search run and the return run, and the total number of steps.
 fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>, u32) {
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
     let mut driver = SearchDriver::new(&mut mouse, max_states);
@@ -45,8 +46,8 @@ fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>
     (mouse, steps)
 }
 
-/// Asserts that shortest-path-search proves the shortest path, prints its mean steps, then times whole
-/// searches.
+/// Asserts that shortest-path-search proves the shortest path in each maze and prints the mean
+/// number of steps. Then measures the time of complete searches.
 fn whole_searches(criterion: &mut Criterion) {
     let mut mazes = classic_mazes();
     mazes.retain(|maze| MazeFacts::new(maze).shortest_path.is_some());

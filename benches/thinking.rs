@@ -1,8 +1,9 @@
-//! Clients that think before each request, like real mice: the time of a request and the processor
-//! time of the server, compared in the same run with a bare REP socket of libzmq.
+//! The time of a request and the processor time of the server for clients that wait before each
+//! request, as real mice do while they compute. The same run measures a bare REP socket of libzmq
+//! for comparison.
 //!
-//! Both servers take turns in each round. Each row shows the median and the worst round. On Linux,
-//! run the command with `taskset -c 0` to measure on a single processor.
+//! The two servers alternate in each round. Each row shows the median and the slowest round. On
+//! Linux, run the command with `taskset -c 0` to measure on a single processor.
 
 use std::process::{Child, Command, Stdio};
 use std::thread::{self, JoinHandle};
@@ -12,17 +13,18 @@ use mmsim_benches::{bundled_maze, median};
 use mmsim_server::{Server, Simulation, StopHandle};
 use rustix::time::{ClockId, clock_gettime};
 
-/// Thinking times before each request, in microseconds.
+/// The waiting times before each request, in microseconds.
 const THINKING_US: [u64; 6] = [0, 5, 20, 60, 100, 200];
 
-/// The number of rounds in a row, and of requests in a round.
+/// The number of rounds of each row.
 const ROUNDS: usize = 5;
+/// The number of requests in a round.
 const REQUESTS: u32 = 1000;
 
 const REQUEST: &[u8] = b"W\0\0N";
 const REPLY: &[u8] = &[1, 0, 1];
 
-/// [`libzmq_client`] in Python; prints the mean time of a request in microseconds.
+/// A Python version of [`libzmq_client`] that prints the mean time of a request in microseconds.
 const PYTHON: &str = r#"
 import sys, time, zmq
 address, requests, thinking_us = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
@@ -41,7 +43,8 @@ for _ in range(requests):
 print((time.perf_counter_ns() - begin) / requests / 1000 - thinking_us)
 "#;
 
-/// A server that replies to [`REQUEST`] on a separate thread, which returns its processor time.
+/// A server that replies to [`REQUEST`] on a separate thread and measures the processor time of
+/// this thread.
 struct TimedServer {
     address: String,
     stop: Option<StopHandle>,
@@ -59,8 +62,8 @@ impl TimedServer {
         Self { address, stop, thread }
     }
 
-    /// Starts a bare REP socket, which stops when it receives an empty message. The processor time of
-    /// libzmq's I/O thread is not counted.
+    /// Starts a bare REP socket that stops at an empty message. The processor time of libzmq's I/O
+    /// thread is not included.
     fn libzmq() -> Self {
         let socket = zmq::Context::new().socket(zmq::REP).unwrap();
         socket.bind("tcp://127.0.0.1:*").unwrap();
@@ -75,7 +78,7 @@ impl TimedServer {
         Self { address, stop: None, thread }
     }
 
-    /// Stops the server and returns its processor time.
+    /// Stops the server and returns the processor time of its thread.
     fn stop(self) -> Duration {
         match self.stop {
             Some(stop) => stop.stop(),
@@ -100,7 +103,7 @@ fn ask(socket: &zmq::Socket, request: &[u8]) {
     assert_eq!(socket.recv_bytes(0).unwrap(), REPLY);
 }
 
-/// Returns the mean time of a request in microseconds for a compiled client that uses libzmq.
+/// Runs a client that uses libzmq and returns the mean time of a request in microseconds.
 fn libzmq_client(address: &str, thinking: Duration) -> f64 {
     let socket = connect(address);
     ask(&socket, REQUEST);
@@ -120,7 +123,7 @@ fn python_client(address: &str, thinking: Duration) -> f64 {
     String::from_utf8(output.stdout).unwrap().trim().parse().unwrap()
 }
 
-/// Busy processes, one for each processor. Dropping the value kills them.
+/// Processes that keep all processors busy. The processes are killed on drop.
 struct BusyProcesses(Vec<Child>);
 
 impl BusyProcesses {
@@ -191,14 +194,14 @@ fn main() {
     }
 }
 
-/// Returns the time of a request for the client and the processor time of the server's thread per
-/// request, in microseconds.
+/// Returns the time that the client measures for a request and the processor time of the server's
+/// thread per request, both in microseconds.
 fn round(server: TimedServer, client: Client, thinking_us: u64) -> (f64, f64) {
     let time = client(&server.address, Duration::from_micros(thinking_us));
     (time, server.stop().as_secs_f64() * 1e6 / f64::from(REQUESTS))
 }
 
-/// Formats the median and the worst time for the client.
+/// Formats the median and the maximum of the times that the client measured.
 fn summary(rounds: &[(f64, f64)]) -> String {
     let times: Vec<f64> = rounds.iter().map(|(time, _)| *time).collect();
     let worst = times.iter().copied().fold(0.0, f64::max);

@@ -1,6 +1,6 @@
-//! The cost of viewers, without a browser: a page that follows a search at sixty frames per second,
-//! and pages that wait for GIFs. Then, with a history of a million states, the time to open a page and
-//! to show any state.
+//! The cost of the viewer page for a search, measured without a browser. One client follows the
+//! search at sixty frames per second, and other clients wait for GIFs. Another benchmark measures
+//! the time to open a page with a million states and to show any of them.
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -15,14 +15,15 @@ use mmsim_server::{Server, Simulation};
 use mmsim_viewer::{Viewer, ViewerConfig};
 use serde_json::Value;
 
-/// The number of rounds, in which both sides take turns, and of round trips in a round.
+/// The number of rounds with and without load.
 const ROUNDS: usize = 61;
+/// The number of round trips in a round.
 const TRIPS: usize = 2_000;
 
 /// The time between two frames of a page.
 const FRAME: Duration = Duration::from_micros(16_667);
 
-/// A persistent HTTP connection, as a browser keeps it.
+/// A persistent HTTP connection, like that of a browser, and the host name.
 struct PageClient(BufReader<TcpStream>, String);
 
 impl PageClient {
@@ -53,7 +54,7 @@ impl PageClient {
         body
     }
 
-    /// Requests what a page needs to draw a state; returns the state as an `S` message.
+    /// Requests the data that a page needs to draw a state. Returns the state as an `S` message.
     fn draw(&mut self, run: u32, at: usize) -> Vec<u8> {
         let view = self.get(&format!("/api/sources/live/moment?run={run}&at={at}"));
         let mut view: Value = serde_json::from_slice(&view).unwrap();
@@ -62,7 +63,7 @@ impl PageClient {
     }
 }
 
-/// Draws the newest state until stopped; returns the number of states drawn.
+/// Draws the newest states until `stop` is set. Returns the number of drawn states.
 fn follow(address: &str, monitor: &mmsim_server::Monitor, stop: &AtomicBool) -> usize {
     let (mut page, mut drawn) = (PageClient::open(address), 0);
     while !stop.load(Ordering::Relaxed) {
@@ -76,10 +77,10 @@ fn follow(address: &str, monitor: &mmsim_server::Monitor, stop: &AtomicBool) -> 
     drawn
 }
 
-/// The number of connections that request GIFs at the same time.
+/// The number of simultaneous connections that request GIFs.
 const GIFS: usize = 2;
 
-/// Requests GIFs of the run until stopped; returns the number of requests.
+/// Requests GIFs of the run until `stop` is set. Returns the number of requests.
 fn request_gifs(address: &str, monitor: &mmsim_server::Monitor, stop: &AtomicBool) -> usize {
     let (host, run) = (address.strip_prefix("http://").unwrap(), monitor.status().run);
     let path = format!("/api/sources/live/animation.gif?run={run}");
@@ -109,7 +110,8 @@ fn request_gifs(address: &str, monitor: &mmsim_server::Monitor, stop: &AtomicBoo
     })
 }
 
-/// A concurrent load that runs until stopped and returns its number of iterations.
+/// A load that runs during a measurement until the flag is set, and returns its number of
+/// iterations.
 type Load = fn(&str, &mmsim_server::Monitor, &AtomicBool) -> usize;
 
 /// Returns the median, the minimum and the maximum.
@@ -178,7 +180,8 @@ fn simulation_of_searches(mazes: &[Maze], count: usize) -> Simulation {
     simulation
 }
 
-/// Prints the time to open a page with a long history, and to draw any of its states.
+/// Prints the time to open a page with a long history and the time to draw any state of this
+/// history.
 fn scrub(mazes: &[Maze], count: usize) {
     let simulation = simulation_of_searches(mazes, count);
     let mut noise = Noise::new(2);

@@ -1,4 +1,4 @@
-//! Checks the bundled mazes against their README.
+//! Compares the bundled mazes with the table in their README.
 
 use std::fs;
 

@@ -1,4 +1,5 @@
-//! Compares every kind of flood with a plain queue, in real mazes and in 10,000 generated ones.
+//! Compares every kind of flood with a flood that uses a plain queue, in real mazes and in 10,000
+//! generated mazes.
 
 use std::collections::VecDeque;
 
@@ -7,7 +8,8 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 use mmsim_solvers::{Distances, Downhill, Instructions, steps_between};
 use mmsim_tests::{bundled_mazes, shared};
 
-/// The reference implementation: steps to the nearest target, in rows of 32 cells.
+/// The reference implementation. Returns the number of steps from each cell to the nearest target,
+/// in rows of 32 cells.
 fn flood_with_queue(walls: &Walls, targets: &CellSet) -> Vec<Option<u16>> {
     let mut steps = vec![None; MazeSize::MAX_AREA];
     let mut queue: VecDeque<_> =
@@ -31,7 +33,7 @@ fn index(cell: Cell) -> usize {
     32 * usize::from(cell.y) + usize::from(cell.x)
 }
 
-/// Compares every kind of flood with the reference; returns the longest distance.
+/// Compares every kind of flood with the reference implementation. Returns the longest distance.
 fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
     let expected = flood_with_queue(walls, targets);
     let downhill = Downhill::flood(walls, targets);
@@ -83,8 +85,8 @@ impl MazeNoise {
         usize::try_from(self.0 >> 33).unwrap() % count
     }
 
-    /// Returns a spanning tree with some walls added or removed: long paths, dead ends and a few
-    /// loops, as in contest mazes.
+    /// Returns a maze with long paths, dead ends and a few loops, as in contest mazes. The maze is
+    /// a spanning tree with some walls added or removed.
     fn maze(&mut self) -> Walls {
         let mut random_side = |is_small: bool| 1 + self.below(if is_small { 16 } else { 32 });
         let is_small = random_side(false) % 2 == 0;

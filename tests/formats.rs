@@ -1,4 +1,5 @@
-//! Mazes survive conversion to every format and back, and the examples in docs/formats.md parse.
+//! Checks that mazes are unchanged after conversion to each format and back, and that the examples
+//! in docs/formats.md are valid.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +9,7 @@ use mmsim_formats::{Catalogue, Format, parse_maze};
 use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_tests::{bundled_mazes, shared};
 
-/// Returns the mazes of a folder, without those in the format of the trial.
+/// Returns the mazes of a folder that are not in the format of the trial.
 fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
     let catalogue = Catalogue::from_path(folder).unwrap();
     let entries = catalogue.entries().iter();
@@ -16,8 +17,8 @@ fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
     texts.map(|entry| (entry.path().display().to_string(), entry.maze().unwrap())).collect()
 }
 
-/// Writes each maze in each format that can hold it, and reads it back. Returns the number of mazes
-/// per format.
+/// Writes each maze in each format that can hold the maze, and reads it again. Returns the number
+/// of mazes per format.
 fn round_trips(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
     let mut counts = BTreeMap::new();
     for (path, maze) in mazes {
@@ -34,14 +35,14 @@ fn round_trips(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
 }
 
 #[test]
-fn bundled_mazes_survive_every_format_that_can_hold_them() {
+fn bundled_mazes_are_unchanged_in_every_format_that_can_hold_them() {
     let mazes = text_mazes(&bundled_mazes());
     let expected = [("maz", 12), ("num", 13), ("text", 15), ("trial", 13)];
     assert_eq!(round_trips(&mazes), BTreeMap::from(expected));
 }
 
 #[test]
-fn real_mazes_survive_every_format_that_can_hold_them() {
+fn real_mazes_are_unchanged_in_every_format_that_can_hold_them() {
     let Some(folder) = shared("mazes") else { return };
     let mazes = text_mazes(&folder);
     let expected = [("maz", 266), ("num", 266), ("text", 281), ("trial", 266)];
@@ -58,15 +59,15 @@ fn real_mazes_parse_from_csv() {
     }
 }
 
-/// Hex rows in a usual bit order parse to the same maze. Rows in another order are errors, or parse to
-/// another maze, whose start is in another corner.
+/// Checks that hex rows in a usual bit order parse to the same maze. Rows in another bit order give
+/// an error or a maze whose start is in another corner.
 #[test]
 fn real_mazes_parse_from_hex_rows() {
     const USUAL: [[usize; 4]; 2] = [[0, 1, 2, 3], [1, 0, 3, 2]];
     let Some(folder) = shared("mazes/classic") else { return };
     let mazes = text_mazes(&folder);
-    // Rows from the north; columns from the west, each from the south; columns from the east, each
-    // from the north.
+    // The layouts are: rows from the north; columns from the west, which begin in the south; and
+    // columns from the east, which begin in the north.
     let layouts: [fn(u8, u8, u8) -> Cell; 3] = [
         |last, line, digit| Cell::new(digit, last - line),
         |_, line, digit| Cell::new(line, digit),
@@ -113,8 +114,8 @@ fn csv(maze: &Maze) -> String {
     rows.collect::<Vec<_>>().join("\n")
 }
 
-/// Formats a maze as lines of hex digits, whose bits 1, 2, 4 and 8 are for these headings. `cell`
-/// returns the cell for a line and a digit in it.
+/// Formats a maze as lines of hex digits, in which the bits 1, 2, 4 and 8 stand for these headings.
+/// `cell` returns the cell for a line number and a position in the line.
 fn hex_rows(
     maze: &Maze,
     order: [usize; 4],
@@ -138,8 +139,8 @@ fn bits(maze: &Maze, cell: Cell) -> u8 {
     Heading::ALL.into_iter().map(|heading| u8::from(sides.has(heading)) << heading as u8).sum()
 }
 
-/// Every example in docs/formats.md parses to the maze of the first one, in the format that its heading
-/// names.
+/// Checks that all examples in docs/formats.md parse to the same maze, each in the format that the
+/// heading names.
 #[test]
 fn the_documented_examples_parse() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/formats.md");

@@ -1,10 +1,11 @@
-//! Sends malformed requests over a real socket. Each gets one error and changes nothing, and the next
-//! valid request succeeds, from the same client and from another.
+//! Sends malformed requests over a real socket. Each malformed request must get one error and
+//! change nothing. The next valid request must succeed, both from the same client and from another
+//! client.
 
 use mmsim_maze::{Maze, MazeSize, Walls};
 use mmsim_protocol::Cell;
 use mmsim_server::limits::MAX_REQUEST_BYTES;
-use mmsim_tests::{PATIENCE_MS, ask, connect, good_state, malformed_requests, serve, stop};
+use mmsim_tests::{TIMEOUT_MS, ask, connect, good_state, malformed_requests, serve, stop};
 
 fn open_maze(cells: usize) -> Maze {
     let size = MazeSize::new(cells, cells).unwrap();
@@ -97,7 +98,7 @@ fn a_dealer_without_the_empty_frame_gets_no_reply() {
     }
     assert_eq!(dealer.recv_bytes(0), Err(zmq::Error::EAGAIN));
     check_unaffected(&other, &connect(&server, zmq::REQ), "a dealer");
-    dealer.set_rcvtimeo(PATIENCE_MS).unwrap();
+    dealer.set_rcvtimeo(TIMEOUT_MS).unwrap();
     dealer.send_multipart([&b""[..], b"ping"], 0).unwrap();
     assert_eq!(dealer.recv_multipart(0).unwrap(), [b"".to_vec(), b"pong".to_vec()]);
     stop(server);

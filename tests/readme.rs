@@ -27,7 +27,7 @@ fn the_map_in_the_readme_is_the_output_of_the_demo() {
     assert!(read("README.md").contains(map));
 }
 
-/// Crates whose README is also shown outside the repository, where relative links break.
+/// The crates whose README is also shown outside the repository, where relative links do not work.
 const PUBLISHED: [&str; 4] = ["crates/maze", "crates/protocol", "crates/solvers", "crates/zmtp"];
 
 #[test]
@@ -103,7 +103,7 @@ fn links_are_valid() {
     }
 }
 
-/// Returns the path in this repository that a URL on GitHub shows.
+/// Returns the path in this repository to which a GitHub URL refers.
 fn path_in_repository(url: &str) -> Option<&str> {
     let path = url.strip_prefix("https://github.com/mmsim/mmsim/")?;
     path.strip_prefix("blob/main/").or(path.strip_prefix("tree/main/"))

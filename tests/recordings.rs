@@ -1,4 +1,4 @@
-//! The size of recordings of complete searches.
+//! Checks the size of recordings of complete searches.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -12,10 +12,11 @@ use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_tests::bundled_mazes;
 
-/// Maximum size of a file in bytes per state.
+/// The maximum size of a file in bytes per state.
 const MAX_STATE_BYTES: usize = 40;
 
-/// Minimum number of states for that limit: in shorter recordings the maze and the summary dominate.
+/// The minimum number of states for which the size is checked. In shorter recordings, the maze and
+/// the summary take most of the space.
 const MIN_STATES: usize = 170;
 
 #[test]
@@ -32,7 +33,7 @@ fn a_recorded_search_takes_at_most_forty_bytes_per_state() {
                 searches += 1;
                 assert!(bytes <= MAX_STATE_BYTES * states, "{path:?}: {states} in {bytes} bytes");
             }
-            // An endless search compresses too well to count.
+            // Endless searches are excluded, because they compress too well.
             if states < MAX_STATES {
                 (all_states, all_bytes) = (all_states + states, all_bytes + bytes);
             }
@@ -43,10 +44,10 @@ fn a_recorded_search_takes_at_most_forty_bytes_per_state() {
     println!("{all_states} states of all sizes in {all_bytes} bytes");
 }
 
-/// Number of states after which a search is stopped.
+/// The number of states after which a search is stopped.
 const MAX_STATES: usize = 3000;
 
-/// Records a search as a server does and returns the number of states.
+/// Records a search in the same way as a server. Returns the number of states.
 fn record(path: &Path, maze: &Maze, strategy: BundledStrategy) -> usize {
     let mut simulation = Simulation::new("maze", maze.clone());
     let mut writer = RecordingWriter::create(path, &simulation.info(), Some(maze)).unwrap();

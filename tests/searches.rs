@@ -1,4 +1,4 @@
-//! Whole searches, over real sockets and in memory.
+//! Checks complete searches over real sockets and in memory.
 
 use std::collections::HashMap;
 use std::fs;
@@ -14,7 +14,7 @@ use mmsim_solvers::{
     BundledStrategy, Distances, MazeFacts, Mouse, Move, PathBounds, Phase, SearchDriver,
     SearchError, ShortestPathSearch, Swing,
 };
-use mmsim_tests::{PATIENCE, bundled_mazes, known_distance, serve, shared, stop, within};
+use mmsim_tests::{TIMEOUT, bundled_mazes, known_distance, serve, shared, stop, within};
 
 fn mazes() -> Vec<(String, Maze)> {
     let catalogue = Catalogue::from_path(&bundled_mazes()).unwrap();
@@ -25,7 +25,7 @@ fn mazes() -> Vec<(String, Maze)> {
 fn flood_fill_reaches_every_reachable_goal() {
     for (name, maze) in mazes() {
         let server = serve(maze.clone());
-        let mut transport = Zmq::connect(server.address(), Some(PATIENCE), |_| {}).unwrap();
+        let mut transport = Zmq::connect(server.address(), Some(TIMEOUT), |_| {}).unwrap();
         let info = ask_info(&mut transport).unwrap();
         let (size, start) = (info.size().unwrap(), info.start_pose().unwrap());
         let map = KnownMaze::new(size, start.cell, info.goal_cells());
@@ -66,11 +66,11 @@ fn a_client_may_start_before_its_server() {
     let start = maze.start();
     let client = thread::spawn(move || {
         let on_wait = |_: mmsim_client::Waiting<'_>| sender.send(()).unwrap();
-        let mut transport = Zmq::connect(&endpoint, Some(PATIENCE), on_wait).unwrap();
+        let mut transport = Zmq::connect(&endpoint, Some(TIMEOUT), on_wait).unwrap();
         let mut mouse = Mouse::new(BundledStrategy::FloodFill.strategy(), map, start);
         search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(())).unwrap()
     });
-    notices.recv_timeout(PATIENCE).unwrap();
+    notices.recv_timeout(TIMEOUT).unwrap();
     let server = Server::bind("127.0.0.1", port).unwrap();
     let server = server.spawn(Simulation::new("late", maze));
     let run = within("the search to end", || client.join()).unwrap();
@@ -91,7 +91,7 @@ fn two_clients_each_get_their_own_replies() {
         ] {
             let (maze, address) = (&maze, server.address());
             scope.spawn(move || {
-                let mut transport = Zmq::connect(address, Some(PATIENCE), |_| {}).unwrap();
+                let mut transport = Zmq::connect(address, Some(TIMEOUT), |_| {}).unwrap();
                 let map = KnownMaze::unexplored(maze);
                 let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
                 search_run(&mut transport, &mut mouse, 500, |_, _| ControlFlow::Continue(()))
@@ -179,7 +179,7 @@ struct Facts {
 /// The results of a shortest-path search in memory.
 struct ShortestPathRun {
     result: Result<Move, SearchError>,
-    /// Steps until the mouse is back at the start.
+    /// The number of steps until the mouse is back at the start.
     steps: u32,
     back_at: Cell,
     /// The length of the shortest known path from the start to the goal.
@@ -188,8 +188,8 @@ struct ShortestPathRun {
 }
 
 impl ShortestPathRun {
-    /// Searches the maze and checks that the mouse explores no longer than needed: once it has reached
-    /// the goal and proven the shortest path, it returns to the start.
+    /// Searches the maze. Checks that the mouse returns to the start as soon as it has reached the
+    /// goal and proven the shortest path.
     fn new(maze: &Maze) -> Self {
         let start = maze.start().cell;
         let home = [start].into_iter().collect();

@@ -1,5 +1,5 @@
-//! Compares recorded exchanges with the reference server: our server sends the same replies, and our
-//! strategies send the same requests as the example clients.
+//! Compares mmsim with recorded exchanges between the reference server and its example clients. The
+//! server must send the same replies, and the strategies must send the same requests.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -63,7 +63,7 @@ fn the_server_replies_like_the_reference_server() {
 fn our_strategies_send_the_same_requests_as_the_example_clients() {
     let Some(shared) = shared("") else { return };
     for name in MAZES {
-        // The strategies with an example client.
+        // These strategies have an example client.
         for strategy in [
             BundledStrategy::FloodFill,
             BundledStrategy::WeightIncrement,

@@ -1,5 +1,5 @@
-//! Compares the trial with recorded runs of the published tester, and the robots with published
-//! figures.
+//! Compares the trial with recorded runs of the published tester, and compares the robots with
+//! published figures.
 
 use std::fs;
 
@@ -88,7 +88,7 @@ fn race_optima_match_the_published_ones() {
     }
 }
 
-/// Exploration and race steps in each of the three published mazes.
+/// The exploration steps and race steps in each of the three published mazes.
 type PublishedMazeSteps = [(u32, u32); 3];
 
 fn steps(robot: BundledRobot, settings: &Settings) -> Option<PublishedMazeSteps> {
@@ -164,7 +164,7 @@ fn count_expansion_matches_the_published_steps() {
     assert_eq!(scores, published.map(|(explore, race, score)| (explore, race, score.to_owned())));
 }
 
-/// Mazes unlike contest mazes.
+/// Mazes that do not resemble contest mazes.
 const UNUSUAL_MAZES: [&str; 9] = [
     "o---o\n|SG |\no---o\n",
     "o---o---o---o\n| S   G   G |\no---o---o---o\n",
@@ -196,7 +196,7 @@ fn every_robot_finishes_in_unusual_mazes() {
     }
 }
 
-/// Returns all robots except the random one, with all settings.
+/// Returns all robots except the random robot, each with all settings.
 fn robots() -> impl Iterator<Item = (BundledRobot, Settings)> {
     let settings = Variant::ALL.iter().flat_map(|&variant| {
         let settings = move |&key_points| Settings { key_points, variant, ..Settings::default() };

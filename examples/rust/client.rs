@@ -14,7 +14,7 @@ use mmsim_protocol::{
 use mmsim_solvers::{Distances, open_steps};
 
 /// Time limit for a reply, in milliseconds.
-const PATIENCE: i32 = 5000;
+const TIMEOUT_MS: i32 = 5000;
 
 fn main() -> ExitCode {
     match search() {
@@ -69,7 +69,7 @@ impl Simulator {
     /// Connects to a simulator, which may start later.
     fn connect(endpoint: String) -> Result<Self, Box<dyn Error>> {
         let socket = zmq::Context::new().socket(zmq::REQ)?;
-        socket.set_rcvtimeo(PATIENCE)?;
+        socket.set_rcvtimeo(TIMEOUT_MS)?;
         socket.set_linger(0)?; // do not wait for unsent requests on exit
         let failed = |error| format!("cannot reach {endpoint}: {error} (expected tcp://HOST:PORT)");
         socket.connect(&endpoint).map_err(failed)?;
@@ -121,7 +121,7 @@ impl Simulator {
             zmq::Error::EAGAIN => format!(
                 "no reply from {} within {} s (start a simulator with `mmsim`)",
                 self.endpoint,
-                PATIENCE / 1000
+                TIMEOUT_MS / 1000
             )
             .into(),
             error => error.into(),

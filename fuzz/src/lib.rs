@@ -1,5 +1,5 @@
-//! Fuzz targets and the properties they check. Each module is a target: its `run` takes bytes from
-//! the fuzzer and panics if a property is violated.
+//! The fuzz targets and the properties that they check. Each module is a target. Its function `run`
+//! takes bytes from the fuzzer and panics if a property is violated.
 //!
 //! `CONTRIBUTING.md` describes how to run the targets and what to do with a finding.
 

@@ -1,9 +1,9 @@
-//! Maze files in any format.
+//! The fuzz target for maze files in all formats.
 
 use mmsim_formats::{Format, Location, ParseError, parse_maze};
 use mmsim_maze::Maze;
 
-/// Reads the content in the detected format, then the same below the title of another format, then in
+/// Reads the content in the detected format, then after the title line of another format, then in
 /// each format. Checks each maze or error.
 pub fn run(content: &[u8]) {
     read(content);
@@ -16,9 +16,9 @@ pub fn run(content: &[u8]) {
 fn read(content: &[u8]) {
     let detected = Format::detect(content);
     let result = parse_maze(content);
-    assert_eq!(result, detected.parse(content), "in the detected format");
+    assert_eq!(result, detected.parse(content), "the detected format gives another result");
     if let Ok(picture) = String::from_utf8_lossy(content).parse::<Maze>() {
-        assert_eq!(result, Ok(picture), "as a picture and as a file");
+        assert_eq!(result, Ok(picture), "the picture and the file give different mazes");
     }
     read_as(detected, content);
 }
@@ -39,7 +39,8 @@ fn read_as(format: Format, content: &[u8]) {
     }
 }
 
-/// Checks that the maze reads back from its picture and from every format that can hold it.
+/// Checks that the maze is unchanged after a conversion to its picture and to every format that can
+/// hold it, and back.
 fn check_maze(maze: &Maze) {
     let size = maze.size();
     assert!(size.contains(maze.start().cell));
@@ -54,10 +55,11 @@ fn check_maze(maze: &Maze) {
     }
 }
 
-/// Checks that the error takes one line, and that its location is in the file or just after its end. A
-/// drawing is as wide as its widest line, because missing trailing blanks count.
+/// Checks that the error is a single line and that its location is inside the file or just after
+/// the end. In a drawing, every line counts as long as the longest line, because trailing blanks
+/// may be missing.
 fn check_error(format: Format, error: &ParseError, text: &str) {
-    assert!(!error.to_string().contains(char::is_control), "in one line: {error:?}");
+    assert!(!error.to_string().contains(char::is_control), "not a single line: {error:?}");
     let (line, column) = match error.location {
         Location::Text { line, column } => (line, column),
         Location::Byte(byte) => {
@@ -70,11 +72,15 @@ fn check_error(format: Format, error: &ParseError, text: &str) {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let text = text.replace("\r\n", "\n").replace('\r', "\n");
     let lines: Vec<usize> = text.lines().map(|line| line.chars().count()).collect();
-    assert!((1..=lines.len() + 1).contains(&line), "{error} in {} lines", lines.len());
+    assert!(
+        (1..=lines.len() + 1).contains(&line),
+        "{error}, but the file has {} lines",
+        lines.len()
+    );
     let width = match format {
         Format::Text | Format::Maze | Format::Oshwdem => lines.iter().max(),
         _ => lines.get(line - 1),
     };
     let width = width.copied().unwrap_or(0);
-    assert!((1..=width + 1).contains(&column), "{error} in {width} columns");
+    assert!((1..=width + 1).contains(&column), "{error}, but the line has {width} columns");
 }

@@ -1,18 +1,19 @@
-//! Recordings: truncated and damaged files, and files of other kinds.
+//! The fuzz target for recordings, with truncated files, damaged files and other files.
 
 use std::io::{self, Read};
 
 use mmsim_protocol::Request;
 use mmsim_recording::{Integrity, ReadError, Recording};
 
-/// Length of the magic bytes before the first record.
+/// The length of the magic bytes before the first record.
 const MAGIC_BYTES: usize = mcap::MAGIC.len();
 
-/// Reads the content of a file and checks that the recording is consistent, and that it is the same if
-/// the bytes arrive in pieces.
+/// Reads the content of a file. Checks that the recording is consistent, and that reading the bytes
+/// in small pieces gives the same recording.
 ///
-/// Also checks that bytes after the last intact record do not matter. This does not hold for chunks:
-/// states before the damage in a chunk are read, although the chunk is not intact.
+/// Also checks that bytes after the last intact record do not matter. This is not checked for files
+/// with chunks, because states before the damaged part of a chunk are read, although the chunk is
+/// not intact.
 pub fn run(content: &[u8]) {
     let at_once = Recording::read(content);
     let piecewise = Recording::read(Trickle(content));
@@ -29,17 +30,17 @@ pub fn run(content: &[u8]) {
                 recording.integrity()
             {
                 let rest = usize::try_from(intact).ok().and_then(|end| content.get(..end));
-                let shorter = Recording::read(rest.expect("an offset inside the file"));
-                check_alike(&recording, &shorter.expect("a recording"));
+                let shorter = Recording::read(rest.expect("the intact part is inside the file"));
+                check_alike(&recording, &shorter.expect("the intact part is a recording"));
             }
         }
         (Err(error), Err(piecewise)) => assert_eq!(error.to_string(), piecewise.to_string()),
-        (one, other) => panic!("{one:?} at once, but {other:?} in pieces"),
+        (one, other) => panic!("{one:?} from the whole file, but {other:?} in pieces"),
     }
 }
 
-/// Returns whether any record is a chunk. A record is its kind in one byte, its length in eight bytes
-/// and its body.
+/// Returns true if any record is a chunk. A record consists of one byte for the kind, eight bytes
+/// for the length, and the body.
 fn has_chunks(content: &[u8]) -> bool {
     let mut rest = content.get(MAGIC_BYTES..).unwrap_or_default();
     while let Some((&[kind], after_kind)) = rest.split_first_chunk() {
@@ -53,20 +54,20 @@ fn has_chunks(content: &[u8]) -> bool {
     false
 }
 
-/// Checks that the parts of a recording are consistent and its states valid, or that the error is a
+/// Checks that the recording is consistent and that all states are valid, or that the error is a
 /// single line.
 fn check(result: &Result<Recording, ReadError>, length: usize) {
     let recording = match result {
         Ok(recording) => recording,
         Err(error) => {
             let error = error.to_string();
-            assert!(!error.contains(char::is_control), "in one line: {error:?}");
+            assert!(!error.contains(char::is_control), "not a single line: {error:?}");
             return;
         }
     };
     let (size, states) = (recording.size(), recording.history().len());
     assert_eq!(recording.info().states, states);
-    assert!(!recording.info().name.contains(char::is_control), "in one line");
+    assert!(!recording.info().name.contains(char::is_control), "not a single line");
     assert_eq!(recording.info().size(), Some(size));
     assert_eq!(recording.times().len(), states);
     assert!(recording.maze().is_none_or(|maze| maze.size() == size));
@@ -81,7 +82,7 @@ fn check(result: &Result<Recording, ReadError>, length: usize) {
         }
         Integrity::Damaged { intact, reason } => {
             assert!(*intact <= length as u64);
-            assert!(!reason.contains(char::is_control), "in one line: {reason:?}");
+            assert!(!reason.contains(char::is_control), "not a single line: {reason:?}");
         }
     }
 }
@@ -94,7 +95,7 @@ fn check_alike(recording: &Recording, other: &Recording) {
     assert!(recording.history().iter().eq(other.history().iter()));
 }
 
-/// Returns at most seven bytes per read.
+/// A reader that returns at most seven bytes per read.
 struct Trickle<'a>(&'a [u8]);
 
 impl Read for Trickle<'_> {

@@ -1,18 +1,18 @@
-//! A sequence of requests to one simulation.
+//! The fuzz target for sequences of requests to a simulation.
 //!
-//! An input begins with a byte that selects the size of the maze ([`SIZES`]) and whether the history
-//! is limited. Then come pieces, each followed by [`CUT`] and a count:
+//! The first byte of an input selects the size of the maze ([`SIZES`]) and a limited or unlimited
+//! history. The rest of the input consists of pieces, each followed by [`CUT`] and a count:
 //!
 //! ```text
 //! maze  piece CUT count  piece CUT count  …
 //! ```
 //!
-//! A count of 0 makes the piece one request. A mark rather than a length separates the pieces, so
-//! that an inserted or deleted byte changes only one request.
+//! With a count of 0, the piece is one request. A separator follows each piece instead of a length
+//! before it, so that an inserted or deleted byte changes only one request.
 //!
-//! Any other count makes that many states, each different from the one before it: a piece of at least
-//! six bytes that begins with `S` is stretched to the length of a state (see `stretched`). So six
-//! bytes are a complete state of any maze, and a short input fills several blocks of the history.
+//! With a count of n, the piece becomes n different states. A piece of at least six bytes that
+//! begins with `S` is stretched to the length of a state (see `stretched`). So six bytes are enough
+//! for a state of any maze, and a short input can fill several blocks of the history.
 
 use std::collections::VecDeque;
 use std::sync::LazyLock;
@@ -22,34 +22,35 @@ use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Walls, WallsAround};
 use mmsim_protocol::{Info, Reply, Request, state_bytes};
 use mmsim_server::{Change, ReplyBuffer, Simulation};
 
-/// The mark between a piece and its count.
+/// The separator between a piece and its count.
 pub const CUT: [u8; 2] = [0xa5, 0x5a];
 
-/// The sizes of the mazes, width and height in cells. The first byte of an input is an index; adding
-/// the number of sizes to it limits the history.
+/// The widths and heights of the mazes in cells. The first byte of an input is an index into this
+/// array; an index increased by the length of the array selects a limited history.
 pub const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
 
-/// The limit of a limited history, in bytes: one state of the largest maze, or several blocks of the
-/// smallest.
+/// The limit of a limited history in bytes. This limit is enough for one state of the largest maze
+/// or for several blocks of states of the smallest maze.
 const LIMIT: usize = 4096;
 
-/// The maximum number of requests of one input: several blocks of the history, at most 2 MiB of
-/// states.
+/// The maximum number of requests in one input. The requests can fill several blocks of the history
+/// with at most 2 MiB of states.
 const MAX_REQUESTS: usize = 1 << 10;
 
-/// The length of a state before its weights, in bytes: `S` x y heading order.
+/// The number of bytes before the weights of a state: `S`, x, y, the heading and the order.
 const HEAD_BYTES: usize = 5;
 
 /// The interval at which the number of requests is printed.
 const PRINT_INTERVAL: u64 = 1_000_000;
 
-/// The number of requests of all inputs so far.
+/// The total number of requests that have been sent.
 static REQUESTS: AtomicU64 = AtomicU64::new(0);
 
-/// A maze of each size with pseudorandom walls, so that all eight replies to a walls request occur.
+/// A maze of each size. The walls are pseudorandom, so that all eight replies to a walls request
+/// occur.
 static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
     SIZES.map(|(width, height)| {
-        let size = MazeSize::new(width.into(), height.into()).expect("1 to 32 cells per side");
+        let size = MazeSize::new(width.into(), height.into()).expect("each side has 1 to 32 cells");
         let mut walls = Walls::open(size);
         let mut random = 1_u32;
         for cell in size.cells() {
@@ -58,11 +59,11 @@ static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
                 walls.set(cell, heading, random >> 31 == 1);
             }
         }
-        Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).expect("a start inside the maze")
+        Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).expect("the start is inside the maze")
     })
 });
 
-/// Sends the requests of an input to a new simulation, and checks each reply and the history.
+/// Sends the requests of an input to a new simulation. Checks each reply and the history.
 pub fn run(input: &[u8]) {
     let Some((&first, mut pieces)) = input.split_first() else { return };
     let (choice, first) = (usize::from(first) / SIZES.len(), usize::from(first) % SIZES.len());
@@ -88,7 +89,8 @@ pub fn run(input: &[u8]) {
     count_requests(MAX_REQUESTS - left);
 }
 
-/// Returns the first piece, its count, and the rest. The last piece may lack mark and count.
+/// Returns the first piece, its count, and the remaining input. The last piece may have no
+/// separator and no count.
 fn cut(pieces: &[u8]) -> (&[u8], usize, &[u8]) {
     let end = pieces.windows(CUT.len()).position(|bytes| bytes == CUT);
     let Some(end) = end else { return (pieces, 0, &[]) };
@@ -98,9 +100,9 @@ fn cut(pieces: &[u8]) -> (&[u8], usize, &[u8]) {
     }
 }
 
-/// Returns a message with the length of a state: the head of the piece, its last byte as the order of
-/// the walls, and the bytes in between repeated in both matrices. Returns `None` if the piece does
-/// not begin with `S` or is shorter than a head and an order.
+/// Stretches a piece to the length of a state. The first five bytes stay at the start, the last
+/// byte becomes the order of the walls, and the bytes in between are repeated to fill both
+/// matrices. Returns `None` if the piece does not begin with `S` or has fewer than six bytes.
 ///
 /// ```text
 /// S x y N C  7 9  F     stretched for a maze of 2x2 cells:     S x y N C  7 9 7 9  F  7 9 7 9
@@ -115,8 +117,8 @@ fn stretched(piece: &[u8], size: MazeSize) -> Option<Vec<u8>> {
     Some(message)
 }
 
-/// Returns the input with this first byte and these requests, or `None` if a request contains
-/// [`CUT`].
+/// Returns the input that consists of this first byte and these requests, or `None` if a request
+/// contains [`CUT`].
 pub fn input<'a>(first: u8, requests: impl IntoIterator<Item = &'a [u8]>) -> Option<Vec<u8>> {
     let mut input = vec![first];
     let mut expected = VecDeque::new();
@@ -137,13 +139,13 @@ pub fn input<'a>(first: u8, requests: impl IntoIterator<Item = &'a [u8]>) -> Opt
     expected.is_empty().then_some(input)
 }
 
-/// A simulation with its expected state.
+/// A simulation and the states that it is expected to store.
 struct Observed<'a> {
     maze: &'a Maze,
     simulation: Simulation,
     limit: Option<usize>,
     reply: ReplyBuffer,
-    /// Every state since the last reset.
+    /// All states since the last reset.
     states: Vec<Vec<u8>>,
 }
 
@@ -157,7 +159,7 @@ impl<'a> Observed<'a> {
         Self { maze, simulation, limit, reply: ReplyBuffer::new(), states: Vec::new() }
     }
 
-    /// Sends a request. Checks that the reply and the change of the history are the expected ones.
+    /// Sends a request and checks the reply and the change of the history.
     fn ask(&mut self, request: &[u8]) {
         let Self { maze, simulation, limit, reply, states } = self;
         let decoded = Request::decode(request, maze.size());
@@ -168,7 +170,7 @@ impl<'a> Observed<'a> {
         reply.extend_from_slice(b"an earlier reply");
         let change = simulation.handle(request, reply);
         let mut expected = Change::Nothing;
-        let reply = Reply::decode(reply).expect("a reply of the protocol");
+        let reply = Reply::decode(reply).expect("the reply follows the protocol");
         match decoded {
             Ok(Request::Ping) => assert_eq!(reply, Reply::Pong),
             Ok(Request::Reset) => {
@@ -184,8 +186,8 @@ impl<'a> Observed<'a> {
                 assert_eq!(reply, Reply::Walls(WallsAround { left, front, right }));
             }
             Ok(Request::State(_)) if matches!(reply, Reply::Error(_)) => {
-                let room = limit.expect("no limit") - simulation.history().bytes();
-                assert!(room < request.len(), "{reply:?} with room for {room} bytes");
+                let room = limit.expect("the history is limited") - simulation.history().bytes();
+                assert!(room < request.len(), "{reply:?}, although {room} bytes are free");
             }
             Ok(Request::State(_)) => {
                 assert_eq!(reply, Reply::Ok);
@@ -196,7 +198,7 @@ impl<'a> Observed<'a> {
                 let Reply::Info(json) = reply else {
                     panic!("unexpected reply to info: {reply:?}")
                 };
-                let info: Info = serde_json::from_str(json).expect("info as JSON");
+                let info: Info = serde_json::from_str(json).expect("the info is JSON");
                 let name = simulation.name();
                 let expected =
                     Info::new(name, maze.size(), maze.start(), maze.goals(), states.len());
@@ -205,14 +207,14 @@ impl<'a> Observed<'a> {
             Ok(other) => panic!("unexpected request {other:?}"),
             Err(error) => {
                 let reason = error.to_string();
-                assert!(!reason.contains(char::is_control), "in one line: {reason:?}");
+                assert!(!reason.contains(char::is_control), "not a single line: {reason:?}");
                 assert_eq!(reply, Reply::Error(&reason));
             }
         }
         if let Ok(decoded) = decoded {
             let mut buffer = vec![0xa5; request.len()];
             assert_eq!(decoded.encode(&mut buffer), Ok(request.len()));
-            assert_eq!(buffer, request, "decoded and encoded again");
+            assert_eq!(buffer, request, "the request changes when it is decoded and encoded");
         }
         assert_eq!(change, expected);
         assert_eq!(simulation.history().len(), states.len());
@@ -223,7 +225,7 @@ impl<'a> Observed<'a> {
     }
 }
 
-/// Checks that every state reads as it was sent, in sequence and by index, and that none follows.
+/// Checks that the history contains exactly these states, both in sequence and by index.
 fn check_history(simulation: &Simulation, states: &[Vec<u8>]) {
     let mut kept = simulation.history().iter();
     for (index, state) in states.iter().enumerate() {

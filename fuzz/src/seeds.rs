@@ -1,7 +1,7 @@
-//! Writes the seed corpus of the fuzz targets: run `seeds CORPUS` in the project's folder.
+//! Writes the seed corpus of the fuzz targets. Run `seeds CORPUS` in the project's folder.
 //!
-//! The seeds are made from the mazes in `mazes` and, if available, the mazes and recorded exchanges
-//! in `../shared`.
+//! The seeds are based on the mazes in `mazes` and, if available, on the mazes and recorded
+//! exchanges in `../shared`.
 
 use std::ffi::OsStr;
 use std::io::{self, Cursor};
@@ -22,10 +22,10 @@ use walkdir::WalkDir;
 // The compiler flags of the targets require this runtime.
 use libfuzzer_sys as _;
 
-/// The number of requests in an input made from a recorded exchange.
+/// The number of requests in an input from a recorded exchange.
 const REQUESTS_PER_INPUT: usize = 8;
 
-/// The maximum number of inputs from a recorded exchange, spread over its length.
+/// The maximum number of inputs from a recorded exchange. The inputs are spread over the exchange.
 const INPUTS_PER_EXCHANGE: usize = 16;
 
 /// Mazes in the formats that no bundled file has, and edge cases of the text format.
@@ -76,16 +76,16 @@ fn main() -> io::Result<()> {
     write_recordings(&mut SeedFolder::create(&corpus.join("recordings"))?)
 }
 
-/// Returns the files with this extension in a folder and its subfolders; none if the folder does not
-/// exist.
+/// Returns the files with this extension in a folder and its subfolders, or no files if the folder
+/// does not exist.
 fn files(folder: &Path, extension: &str) -> impl Iterator<Item = PathBuf> {
     let files = WalkDir::new(folder).sort_by_file_name().into_iter().flatten();
     let extension = OsStr::new(extension).to_owned();
     files.map(walkdir::DirEntry::into_path).filter(move |path| path.extension() == Some(&extension))
 }
 
-/// Writes valid and malformed requests of every kind, and a history longer than a block, for each
-/// maze size with and without a limited history.
+/// Writes valid and malformed requests of every kind and a history longer than a block. Writes
+/// these inputs for each maze size, with a limited and an unlimited history.
 fn write_generated_requests(seeds: &mut SeedFolder) -> io::Result<()> {
     let short: [&[u8]; 10] =
         [b"", b"ping", b"PING", b"info", b"reset", b"W", b"W\0", b"W\0\0", b"W\0\0N", b"W\0\0NN"];
@@ -116,8 +116,8 @@ fn write_generated_requests(seeds: &mut SeedFolder) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes parts of a recorded exchange: a JSON object on each line, with the request in hex as
-/// `req`. Lines without a request, such as those of trials, are skipped.
+/// Writes parts of a recorded exchange. Each line of an exchange is a JSON object with the request
+/// in hex as `req`. Lines without a request, such as lines of a trial, are skipped.
 fn write_exchange(seeds: &mut SeedFolder, lines: &str) -> io::Result<()> {
     let requests: Vec<Vec<u8>> = lines.lines().filter_map(parse_request).collect();
     let inputs = requests.chunks(REQUESTS_PER_INPUT);
@@ -137,7 +137,8 @@ fn parse_request(line: &str) -> Option<Vec<u8>> {
         .collect()
 }
 
-/// Writes what clients of ZMTP 2 and 3 send: requests, commands, and frames over the limits.
+/// Writes byte streams of ZMTP 2 and ZMTP 3 clients with requests, commands, and frames over the
+/// limits.
 fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
     let oversized = [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; 65_537]].concat();
     let streams: [(u8, &[u8]); 6] = [
@@ -154,8 +155,8 @@ fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes recordings of a small maze, with and without the maze: closed, truncated, and rewritten in
-/// chunks as other tools do.
+/// Writes closed, truncated and chunked recordings of a search in a small maze, with and without
+/// the maze. Chunks are included because other tools write them.
 fn write_recordings(seeds: &mut SeedFolder) -> io::Result<()> {
     let maze = mmsim_formats::parse_maze(MAZES[0].as_bytes()).map_err(io::Error::other)?;
     let simulation = Simulation::new("small", maze);
@@ -223,7 +224,7 @@ impl SeedFolder {
         size: u8,
         requests: impl IntoIterator<Item = &'a [u8]>,
     ) -> io::Result<()> {
-        // Skips requests that cannot be separated unambiguously.
+        // Requests that contain the separator are skipped.
         requests::input(size, requests).map_or(Ok(()), |input| self.write(&input))
     }
 }

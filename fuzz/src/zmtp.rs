@@ -1,10 +1,10 @@
-//! Bytes of one client, received by a connection of the ZMTP server.
+//! The fuzz target for bytes that a connection of the ZMTP server receives.
 //!
-//! The first byte is the maximum number of bytes that a read returns, and the highest bit of it says
-//! whether a valid handshake precedes the rest of the input.
+//! The lower seven bits of the first byte are the maximum number of bytes per read. If the highest
+//! bit is set, a valid handshake precedes the rest of the input.
 //!
-//! Properties: the output does not depend on how the input is cut into reads. It is the greeting, then
-//! complete frames, with exactly one reply for each call of the service.
+//! The target checks that the output does not depend on the lengths of the reads. The output must
+//! be the greeting and complete frames, with exactly one reply for each call of the service.
 
 use std::io::{self, ErrorKind, Read, Write};
 
@@ -13,13 +13,13 @@ use mmsim_zmtp::codec::{GREETING, ProtocolError, READY};
 use mmsim_zmtp::connection::Connection;
 use mmsim_zmtp::limits::MAX_WAITING_REPLY_BYTES;
 
-/// READY of a REQ socket.
+/// The READY command of a REQ socket.
 const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
-/// The bit of the first byte that puts a handshake before the rest.
+/// The bit of the first byte that adds a handshake before the rest of the input.
 pub const WITH_HANDSHAKE: u8 = 0x80;
 
-/// The maximum number of turns of one connection.
+/// The maximum number of times that one connection is served.
 const MAX_TURNS: usize = 1 << 20;
 
 /// Serves a connection with this input in several ways and checks the properties.
@@ -31,7 +31,7 @@ pub fn run(input: &[u8]) {
     let max_read = usize::from(choice & !WITH_HANDSHAKE) + 1;
     let whole = serve(&incoming, usize::MAX);
     let cut = serve(&incoming, max_read);
-    assert!(whole == cut, "the output depends on the reads");
+    assert!(whole == cut, "the output depends on the lengths of the reads");
     check_output(&whole);
 }
 
@@ -50,7 +50,7 @@ fn serve(incoming: &[u8], max_read: usize) -> Outcome {
         (Connection::new(Wire { incoming, outgoing: Vec::new(), max_read }), Vec::new());
     let mut error = None;
     for turn in 0.. {
-        assert!(turn < MAX_TURNS, "the connection never waits");
+        assert!(turn < MAX_TURNS, "the connection never waits for more input");
         match connection.turn(8, &mut counter, &mut reply) {
             Ok(turn) if turn.has_more => {}
             Ok(_) => break,
@@ -63,14 +63,14 @@ fn serve(incoming: &[u8], max_read: usize) -> Outcome {
     Outcome { output: connection.into_stream().outgoing, replies: counter.replies, error }
 }
 
-/// Checks that the output is a greeting, then complete frames, with one reply for each request.
+/// Checks that the output is a greeting and complete frames, with one reply for each request.
 fn check_output(Outcome { output, replies, .. }: &Outcome) {
     let common = output.len().min(GREETING.len());
     let (greeting, mut rest) = output.split_at(common);
     let frames = if greeting == GREETING {
         rest.strip_prefix(READY).unwrap_or(rest)
     } else {
-        // A peer of ZMTP 2.0, or a greeting that was not completed.
+        // The peer uses ZMTP 2.0, or the greeting is incomplete.
         rest = output.get(10..).unwrap_or_default();
         rest.strip_prefix(b"\x03\x04\0\0").or(rest.strip_prefix(b"\x03")).unwrap_or_default()
     };
@@ -81,17 +81,17 @@ fn check_output(Outcome { output, replies, .. }: &Outcome) {
         let (length, body) = if flags & 2 == 0 {
             (usize::from(rest[0]), &rest[1..])
         } else {
-            let (length, body) = rest.split_first_chunk().expect("a length of 8 bytes");
-            (usize::try_from(u64::from_be_bytes(*length)).expect("a length"), body)
+            let (length, body) = rest.split_first_chunk().expect("the length has 8 bytes");
+            (usize::try_from(u64::from_be_bytes(*length)).expect("the length fits in memory"), body)
         };
-        assert!(length <= MAX_WAITING_REPLY_BYTES, "a frame of {length} bytes");
-        frames = body.get(length..).expect("a complete frame");
+        assert!(length <= MAX_WAITING_REPLY_BYTES, "a frame has {length} bytes");
+        frames = body.get(length..).expect("the frame is complete");
         last_frames += usize::from(flags & 5 == 0);
     }
-    assert_eq!(last_frames, *replies, "one reply for each request");
+    assert_eq!(last_frames, *replies, "the number of replies and requests differs");
 }
 
-/// Replies with the length of the request, and counts the replies.
+/// A service that replies with the length of each request and counts the replies.
 struct Counter {
     replies: usize,
 }

@@ -15,18 +15,18 @@ use mmsim_solvers::Distances;
 
 pub use malformed::{good_state, malformed_requests};
 pub use wait::{
-    PATIENCE, PATIENCE_MS, output, stop, wait_for, wait_for_exit, wait_with_output, within,
+    TIMEOUT, TIMEOUT_MS, output, stop, wait_for, wait_for_exit, wait_with_output, within,
 };
 
-/// Returns a path in the folder of shared mazes and transcripts next to the project, which are not
-/// part of it because they have no licence. If the path does not exist, this prints a note to
-/// standard error and returns `None`, and the test is skipped.
+/// Returns a path in the folder of shared mazes and transcripts next to the project. The project
+/// does not include these files because they have no licence. If the path does not exist, prints a
+/// message to stderr and returns `None`, so that the test is skipped.
 pub fn shared(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared").join(name);
     if path.exists() {
         return Some(path);
     }
-    // Bypasses the test harness, which captures the output of passing tests.
+    // Written directly, since the test harness captures `eprintln!` of passing tests.
     let _ = writeln!(std::io::stderr(), "skipped: {} does not exist", path.display());
     None
 }
@@ -45,7 +45,8 @@ pub fn json_lines<T: serde::de::DeserializeOwned>(path: &Path) -> Vec<T> {
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// Returns the map and start pose of a mouse in an unknown classic maze with the goal in the centre.
+/// Returns the map and start pose of a mouse in an unknown classic maze with the goal in the
+/// centre.
 pub fn classic_map() -> (KnownMaze, Pose) {
     let size = mmsim_maze::MazeSize::CLASSIC;
     let start = Pose::new(Cell::new(0, 0), Heading::North);
@@ -66,7 +67,7 @@ pub fn serve(maze: Maze) -> Background {
     server.spawn(Simulation::new("served", maze))
 }
 
-/// Returns a socket of this kind, connected to the server, with [`PATIENCE`] as timeout.
+/// Returns a socket of the given kind, connected to the server, with [`TIMEOUT`] as timeout.
 ///
 /// # Panics
 /// Panics if `ZeroMQ` cannot create the socket.
@@ -74,15 +75,15 @@ pub fn connect(server: &Background, kind: zmq::SocketType) -> zmq::Socket {
     connect_to(server.address(), kind)
 }
 
-/// Like [`connect`], for a server at this address.
+/// Returns a socket of the given kind, connected to the given address, with [`TIMEOUT`] as timeout.
 ///
 /// # Panics
 /// Panics if `ZeroMQ` cannot create the socket.
 pub fn connect_to(address: &str, kind: zmq::SocketType) -> zmq::Socket {
     let socket = zmq::Context::new().socket(kind).unwrap();
     socket.set_linger(0).unwrap();
-    socket.set_rcvtimeo(PATIENCE_MS).unwrap();
-    socket.set_sndtimeo(PATIENCE_MS).unwrap();
+    socket.set_rcvtimeo(TIMEOUT_MS).unwrap();
+    socket.set_sndtimeo(TIMEOUT_MS).unwrap();
     socket.connect(address).unwrap();
     socket
 }
@@ -90,17 +91,17 @@ pub fn connect_to(address: &str, kind: zmq::SocketType) -> zmq::Socket {
 /// Sends a request and waits for its reply.
 ///
 /// # Panics
-/// Panics if there is no reply within [`PATIENCE`].
+/// Panics if there is no reply within [`TIMEOUT`].
 #[track_caller]
 pub fn ask(socket: &zmq::Socket, request: &[u8]) -> Vec<u8> {
     let asked = socket.send(request, 0).and_then(|()| socket.recv_bytes(0));
     asked.unwrap_or_else(|error| {
         let start = request.get(..8).unwrap_or(request).escape_ascii();
-        panic!("waited {PATIENCE:?} for a reply to {start}: {error}")
+        panic!("waited {TIMEOUT:?} for a reply to {start}: {error}")
     })
 }
 
-/// Compiles the code in the project's README.
+/// A documentation test that compiles the code in the project's README.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 pub struct Readme;

@@ -4,7 +4,7 @@ use mmsim_protocol::{MapState, Order};
 
 use crate::classic_map;
 
-/// Returns the encoded state of a mouse at the start of a classic maze, 518 bytes.
+/// Returns the encoded state of a mouse at the start of a classic maze. The state has 518 bytes.
 ///
 /// # Panics
 /// Never.
@@ -15,7 +15,7 @@ pub fn good_state() -> Vec<u8> {
     state
 }
 
-/// Returns the good state with one byte changed.
+/// Returns the state of [`good_state`] with one byte changed.
 fn changed(index: usize, byte: u8) -> Vec<u8> {
     let mut state = good_state();
     state[index] = byte;

@@ -1,4 +1,4 @@
-//! Waits with a timeout, so that a test fails with a message instead of hanging.
+//! Functions that wait with a timeout, so that a test fails with a message instead of hanging.
 
 use std::io::Read;
 use std::panic::resume_unwind;
@@ -9,22 +9,21 @@ use std::time::{Duration, Instant};
 
 use mmsim_server::{Background, Simulation};
 
-/// The timeout of waits that always succeed, long enough for a busy machine.
-pub const PATIENCE: Duration = Duration::from_secs(300);
+/// The default timeout of tests, long enough for a busy machine.
+pub const TIMEOUT: Duration = Duration::from_secs(300);
 
-/// [`PATIENCE`] in milliseconds, for `ZeroMQ` sockets.
-pub const PATIENCE_MS: i32 = 300_000;
+/// [`TIMEOUT`] in milliseconds, for `ZeroMQ` sockets.
+pub const TIMEOUT_MS: i32 = 300_000;
 
-/// The timeout of a command. Some take a minute on an idle machine.
-const COMMAND_PATIENCE: Duration = Duration::from_secs(600);
+/// The timeout of a command. Some commands take a minute on an idle machine.
+const COMMAND_TIMEOUT: Duration = Duration::from_secs(600);
 
 /// Polls until `poll` returns a value.
 ///
-/// # Panics
-/// Panics if it returns none within [`PATIENCE`].
+/// # Panics Panics if `poll` returns no value within [`TIMEOUT`].
 #[track_caller]
 pub fn wait_for<T>(what: &str, poll: impl FnMut() -> Option<T>) -> T {
-    let Some(found) = poll_for(PATIENCE, poll) else { panic!("waited {PATIENCE:?} for {what}") };
+    let Some(found) = poll_for(TIMEOUT, poll) else { panic!("waited {TIMEOUT:?} for {what}") };
     found
 }
 
@@ -44,15 +43,15 @@ fn poll_for<T>(timeout: Duration, mut poll: impl FnMut() -> Option<T>) -> Option
 /// Runs a function that might block forever, on a separate thread.
 ///
 /// # Panics
-/// Panics if the function panics or takes longer than [`PATIENCE`].
+/// Panics if the function panics or takes longer than [`TIMEOUT`].
 #[track_caller]
 pub fn within<T: Send + 'static>(what: &str, run: impl FnOnce() -> T + Send + 'static) -> T {
     let (send, result) = mpsc::channel();
     // After a timeout there is no receiver.
     let thread = thread::spawn(move || drop(send.send(run())));
-    match result.recv_timeout(PATIENCE) {
+    match result.recv_timeout(TIMEOUT) {
         Ok(result) => result,
-        Err(RecvTimeoutError::Timeout) => panic!("waited {PATIENCE:?} for {what}"),
+        Err(RecvTimeoutError::Timeout) => panic!("waited {TIMEOUT:?} for {what}"),
         Err(RecvTimeoutError::Disconnected) => match thread.join() {
             Err(panic) => resume_unwind(panic),
             Ok(()) => unreachable!("the thread sends before it ends"),
@@ -62,8 +61,7 @@ pub fn within<T: Send + 'static>(what: &str, run: impl FnOnce() -> T + Send + 's
 
 /// Stops a server and returns its simulation.
 ///
-/// # Panics
-/// Panics if the server does not stop, or has failed.
+/// # Panics Panics if the server does not stop or has failed.
 #[track_caller]
 pub fn stop(server: Background) -> Simulation {
     within("the server to stop", || server.stop()).unwrap()
@@ -88,20 +86,19 @@ pub fn wait_with_output(mut child: Child) -> Output {
     drop(child.stdin.take());
     let (stdout, stderr) = (capture(child.stdout.take()), capture(child.stderr.take()));
     let status = wait_for_exit(&mut child);
-    let all = |captured: Receiver<_>| captured.recv_timeout(PATIENCE).expect("the pipes close");
+    let all = |captured: Receiver<_>| captured.recv_timeout(TIMEOUT).expect("the pipes close");
     Output { status, stdout: all(stdout), stderr: all(stderr) }
 }
 
 /// Waits for a process to exit.
 ///
-/// # Panics
-/// Kills the process and panics if it takes longer than ten minutes.
+/// # Panics Panics if the process takes longer than ten minutes, and kills it.
 #[track_caller]
 pub fn wait_for_exit(child: &mut Child) -> ExitStatus {
-    let status = poll_for(COMMAND_PATIENCE, || child.try_wait().unwrap());
+    let status = poll_for(COMMAND_TIMEOUT, || child.try_wait().unwrap());
     let Some(status) = status else {
         let _ = child.kill();
-        panic!("waited {COMMAND_PATIENCE:?} for a command to exit")
+        panic!("waited {COMMAND_TIMEOUT:?} for a command to exit")
     };
     status
 }

@@ -8,7 +8,7 @@ use clap::{ArgAction, Args};
 use mmsim_maze::{Cell, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
 
-/// How much a command prints to stderr.
+/// Options for the amount of output on stderr.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct VerbosityArgs {
     /// Print only errors and warnings
@@ -21,7 +21,8 @@ pub(crate) struct VerbosityArgs {
 
 #[derive(Debug, Default, PartialEq, Eq, Args)]
 pub(crate) struct ViewerArgs {
-    /// Port of the viewer page; 0 picks a free port [default: 6575, or no page if that is in use]
+    /// Port of the viewer page; 0 picks a free port [default: 6575, or no page if port 6575 is in
+    /// use]
     #[arg(long, value_name = "PORT")]
     pub(crate) viewer_port: Option<u16>,
     /// Do not serve the viewer page
@@ -32,36 +33,36 @@ pub(crate) struct ViewerArgs {
     pub(crate) open: bool,
 }
 
-/// Which states a server keeps, in memory and in files.
+/// Options for storing the states that clients send.
 #[derive(Debug, Default, PartialEq, Eq, Args)]
 pub(crate) struct RetentionArgs {
     /// Record each run, from reset to reset, to a new file in DIR; view it with `mmsim replay`
     #[arg(long, value_name = "DIR")]
     pub(crate) record: Option<PathBuf>,
-    /// Limit the history to MIB mebibytes, about 100,000 states each; further states are refused until
-    /// reset. Recordings open in the viewer may use as much again [default: half of the free memory, a
-    /// quarter for recordings]
+    /// Limit the history to MIB mebibytes, each holding about 100,000 states; further states are
+    /// refused until reset. Recordings open in the viewer have a separate limit of the same size
+    /// [default: half of the free memory for the history, a quarter for recordings]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) history_limit: Option<u64>,
 }
 
-/// The memory limit of a command that reads recordings.
+/// Options of commands that read recordings.
 #[derive(Debug, Args)]
 pub(crate) struct ReadingArgs {
-    /// Limit the memory for open recordings to MIB mebibytes, about 100,000 states each; larger
-    /// recordings are refused [default: half of the free memory]
+    /// Limit the memory for open recordings to MIB mebibytes, each holding about 100,000 states;
+    /// larger recordings are refused [default: half of the free memory]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) history_limit: Option<u64>,
 }
 
-/// How to serve a maze.
+/// Options for serving a maze.
 #[derive(Debug, Args)]
 pub(crate) struct ServerArgs {
     /// Port to listen on; 0 picks a free port
     #[arg(short, long, default_value_t = DEFAULT_PORT)]
     pub(crate) port: u16,
-    /// Serve the first maze whose path contains all WORDS, ignoring case [default: the first maze with
-    /// a reachable goal]
+    /// Serve the first maze whose path contains all WORDS, ignoring case [default: the first maze
+    /// with a reachable goal]
     #[arg(long = "maze", value_name = "WORDS")]
     pub(crate) words: Vec<String>,
     #[command(flatten)]
@@ -70,28 +71,20 @@ pub(crate) struct ServerArgs {
     pub(crate) viewer: ViewerArgs,
 }
 
-/// What a mouse knows about the maze before it starts.
+/// Options for the maze size and the goal that a mouse knows from the start.
 #[derive(Debug, Args)]
 pub(crate) struct KnownMazeArgs {
-    /// Width and height of the maze in cells [default: 16x16, or the server's size with --goal server]
+    /// Width and height of the maze in cells [default: 16x16, or the server's size with --goal
+    /// server]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<MazeSize>,
-    /// Goal cells such as 7,7 8,7, or `server` to ask the server, which only mmsim answers [default:
+    /// Goal cells, such as `7,7 8,7`, or `server` to ask the server, which must be mmsim [default:
     /// the central cells]
     #[arg(long, value_name = "x,y|server", num_args = 1.., value_parser = parse_goal)]
-    pub(crate) goal: Vec<Goal>,
+    pub(crate) goal: Vec<Option<Cell>>,
 }
 
-/// A value of `--goal`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Goal {
-    /// One of the goal cells.
-    Cell(Cell),
-    /// The server's goal.
-    Server,
-}
-
-/// Returns a parser for some values by their names.
+/// Returns an argument parser that accepts the names of these values.
 pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
     values: impl IntoIterator<Item = T>,
     describe: fn(T) -> PossibleValue,
@@ -103,7 +96,7 @@ pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// Returns the selected values, each once; `None` selects all.
+/// Returns the selected values without duplicates. `None` selects all values.
 pub(crate) fn each_once<T: Copy + PartialEq>(selected: &[Option<T>], all: &[T]) -> Vec<T> {
     let mut values = Vec::new();
     for &value in selected.iter().flat_map(|value| value.as_ref().map_or(all, slice::from_ref)) {
@@ -126,12 +119,13 @@ pub(crate) fn parse_size(text: &str) -> Result<MazeSize, String> {
     MazeSize::new(width, height).map_err(|error| error.to_string())
 }
 
-fn parse_goal(text: &str) -> Result<Goal, String> {
+/// Parses a goal cell, or `server` as `None`.
+fn parse_goal(text: &str) -> Result<Option<Cell>, String> {
     if text == "server" {
-        return Ok(Goal::Server);
+        return Ok(None);
     }
-    let (x, y) = parse_pair(text, ',').ok_or("expected a cell such as 7,7, or server")?;
-    Ok(Goal::Cell(Cell::new(x, y)))
+    let (x, y) = parse_pair(text, ',').ok_or("expected `server` or a cell such as 7,7")?;
+    Ok(Some(Cell::new(x, y)))
 }
 
 #[cfg(test)]
@@ -143,8 +137,8 @@ mod tests {
         assert_eq!(parse_size("21X9"), Ok(MazeSize::new(21, 9).unwrap()));
         assert!(parse_size("33x1").unwrap_err().contains("found 33x1"));
         assert!(parse_size("16").is_err());
-        assert_eq!(parse_goal("7, 8"), Ok(Goal::Cell(Cell::new(7, 8))));
-        assert_eq!(parse_goal("server"), Ok(Goal::Server));
+        assert_eq!(parse_goal("7, 8"), Ok(Some(Cell::new(7, 8))));
+        assert_eq!(parse_goal("server"), Ok(None));
         assert!(parse_goal("7").is_err() && parse_goal("7,256").is_err());
     }
 }

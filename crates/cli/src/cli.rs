@@ -1,4 +1,4 @@
-//! The command line: all commands, and how it is parsed.
+//! The definition and the parser of the command line.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
@@ -22,8 +22,8 @@ use crate::suggest::suggest;
 use crate::trial::args::TrialArgs;
 use crate::usage::UsageError;
 
-/// A micromouse maze simulator. Without a command, it serves a maze: it reports only the walls around
-/// the mouse to a search client, and stores every state that the client sends.
+/// A micromouse maze simulator. Without a command, mmsim serves a maze: it reports only the walls
+/// around the mouse to the search client and stores every state that the client sends.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
 pub(crate) struct Cli {
@@ -49,7 +49,8 @@ Examples:
   mmsim mazes check my-maze.txt        check a maze file for errors
   mmsim completions bash               generate shell completions
 
-See `mmsim COMMAND --help` for the options and examples of a command, `mmsim man` for a manual page.";
+See `mmsim COMMAND --help` for the options and examples of a command, and `mmsim man` for a manual
+page.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -57,11 +58,11 @@ pub(crate) enum Command {
     Solve(SolveArgs),
     /// Serve a maze and run a flood-fill mouse in it
     Demo(DemoArgs),
-    /// Show a recording: the maze, and any state of the search
+    /// Show the maze and any state of a recorded search
     Replay(ReplayArgs),
     /// Draw a maze or a recording as SVG, PNG or animated GIF
     Render(RenderArgs),
-    /// Compare the bundled strategies over collections of mazes
+    /// Compare the bundled strategies on collections of mazes
     Compare(CompareArgs),
     /// Run robots in the two-run trial: explore a maze, then race
     Trial(TrialArgs),
@@ -76,27 +77,27 @@ pub(crate) enum Command {
 }
 
 impl Cli {
-    /// Parses the command line. Exits on a mistake, and after printing help or the version.
+    /// Parses the command line. Exits if the command line is invalid, and after printing help or
+    /// the version.
     pub(crate) fn parse_or_exit() -> Self {
         let arguments = verbosity_after_command(env::args_os().collect());
-        match Self::try_parse_from(&arguments) {
-            Ok(cli) => match cli.command_as_mazes() {
-                Some(name) => exit_with_usage(&options_before(name)),
-                None => cli,
-            },
-            Err(error) => exit_with(error, &arguments),
+        let parsed = Self::try_parse_from(&arguments);
+        let may_have_options_first = match &parsed {
+            // The command may have been parsed as a folder of mazes.
+            Ok(cli) => cli.serve.mazes.as_ref().is_some_and(|path| !path.exists()),
+            Err(error) => error.use_stderr(),
+        };
+        if may_have_options_first && let Some(name) = command_after_options(&arguments) {
+            let name = name.display();
+            let message =
+                format!("options of {name} must come after {name} (see `mmsim {name} --help`)");
+            exit_with_usage(&UsageError::new("", message));
         }
-    }
-
-    /// Returns the command name that was mistaken for a folder of mazes because options of the server
-    /// precede it.
-    fn command_as_mazes(&self) -> Option<&OsStr> {
-        let path = self.serve.mazes.as_deref()?;
-        (!path.exists() && is_command(path.as_os_str())).then_some(path.as_os_str())
+        parsed.unwrap_or_else(|error| exit_with(error, &arguments))
     }
 }
 
-/// Reports a mistake on the command line the way clap does, and exits with code 2.
+/// Prints a usage error in clap's format and exits with code 2.
 pub(crate) fn exit_with_usage(error: &UsageError) -> ! {
     let mut cli = Cli::command();
     cli.build();
@@ -105,36 +106,26 @@ pub(crate) fn exit_with_usage(error: &UsageError) -> ! {
     command.unwrap_or(cli).error(ErrorKind::ValueValidation, Escaped(&error.message)).exit()
 }
 
-/// Exits after an error of the parser, which may stand for help or the version.
+/// Prints the error, help or version that the parser returned, and exits.
 fn exit_with(error: clap::Error, arguments: &[OsString]) -> ! {
-    if error.use_stderr() {
-        if let Some(name) = command_after_options(arguments) {
-            exit_with_usage(&options_before(name));
-        }
-        if let Some(word) = unknown_word(arguments) {
-            let hint = suggest(word, &Cli::command());
-            let hint = hint.map(|hint| format!(" (did you mean {hint}?)")).unwrap_or_default();
-            let message = format!("no such command, file or folder: {word:?}{hint}");
-            exit_with_usage(&UsageError::new("", message));
-        }
+    if error.use_stderr()
+        && let Some(word) = unknown_word(arguments)
+    {
+        let hint = suggest(word, &Cli::command()).unwrap_or_default();
+        let message = format!("no such command, file or folder: {word:?}{hint}");
+        exit_with_usage(&UsageError::new("", message));
     }
     // The error may quote control characters from the command line.
     let escaped = arguments.iter().map(|argument| Escaped(argument.display()).to_string());
     Cli::try_parse_from(escaped).err().unwrap_or(error).exit()
 }
 
-/// Whether `name` is a command; clap adds `help`.
+/// Returns true if `name` is a command, including `help`, which clap adds.
 fn is_command(name: &OsStr) -> bool {
     name == "help" || Cli::command().get_subcommands().any(|command| command.get_name() == name)
 }
 
-fn options_before(command: &OsStr) -> UsageError {
-    let name = command.display();
-    let message = format!("options of {name} must follow it (see `mmsim {name} --help`)");
-    UsageError::new("", message)
-}
-
-/// Returns the command that follows options of the server.
+/// Returns the command name that follows server options.
 fn command_after_options(arguments: &[OsString]) -> Option<&OsStr> {
     let mut names = arguments.iter().enumerate().skip(2);
     let (at, name) = names.find(|(_, name)| is_command(name))?;
@@ -142,15 +133,16 @@ fn command_after_options(arguments: &[OsString]) -> Option<&OsStr> {
     are_options.then_some(name)
 }
 
-/// Returns the first word if it is neither a command nor a path.
+/// Returns the first argument if it is neither an option, a command nor an existing path.
 fn unknown_word(arguments: &[OsString]) -> Option<&str> {
     let word = arguments.get(1)?.to_str()?;
     (!word.starts_with('-') && !is_command(OsStr::new(word)) && !Path::new(word).exists())
         .then_some(word)
 }
 
-/// Turns `mmsim -q solve` into `mmsim solve -q`. After any other option, a word that looks like a
-/// command may be a folder, such as `mazes`.
+/// Moves verbosity options behind the command: `mmsim -q solve` becomes `mmsim solve -q`. Does not
+/// move any other option, because the next word may be a folder with the name of a command, such as
+/// `mazes`.
 fn verbosity_after_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     let is_verbosity = |argument: &&OsString| {
         let short = argument.as_encoded_bytes().strip_prefix(b"-").unwrap_or_default();

@@ -1,4 +1,4 @@
-//! `mmsim compare`: compare strategies over collections of mazes.
+//! `mmsim compare`: compare strategies on collections of mazes.
 
 pub(crate) mod args;
 mod cpu_time;
@@ -35,8 +35,8 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     Ok(all_readable)
 }
 
-/// Runs each strategy in each maze, in `threads` threads or one per processor. A terminal shows
-/// the progress.
+/// Runs each strategy in each maze on `threads` threads, by default one per processor. Shows a
+/// progress bar on a terminal.
 fn compare(
     strategies: &[BundledStrategy],
     mazes: &[Selected],
@@ -45,11 +45,12 @@ fn compare(
     let jobs: Vec<(BundledStrategy, &Selected)> = (strategies.iter())
         .flat_map(|&strategy| mazes.iter().map(move |maze| (strategy, maze)))
         .collect();
-    // No idle threads; 0 means one per processor to rayon.
+    // More threads than jobs would be idle. For rayon, 0 means one thread per processor.
     let threads = threads.map_or(0, |threads| usize::from(threads).min(jobs.len().max(1)));
     let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
     let bar = progress(ProgressBar::new(jobs.len() as u64), "{wide_bar} {pos} of {len} searches");
-    // The measured processor time covers creating the mouse and the search run, but not the figures.
+    // The measured processor time includes creating the mouse and the search run, but not the
+    // figures.
     let searches = pool.install(|| {
         map_each(&jobs, |&(strategy, selected)| {
             let max_states = strategy.max_states();

@@ -1,9 +1,9 @@
-//! Connecting a mouse to a simulator: its address, its maze, and messages about both.
+//! Connecting a mouse to a simulator.
 
 use mmsim_client::{RunError, TransportError, Waiting, Zmq, ask_info};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 
-use crate::args::{Goal, KnownMazeArgs};
+use crate::args::KnownMazeArgs;
 use crate::output::{own_command, warn};
 use crate::usage::UsageError;
 
@@ -12,23 +12,20 @@ pub(crate) fn endpoint(connect: &str) -> String {
     if connect.contains("://") { connect.into() } else { format!("tcp://{connect}") }
 }
 
-/// Returns the maze and the start pose that the arguments of `command` describe, or `None` if the
-/// server is to be asked.
+/// Returns the maze and the start pose from the arguments of `command`, or `None` with `--goal
+/// server`.
 pub(crate) fn maze_from_args(
     command: &'static str,
     KnownMazeArgs { size, goal }: &KnownMazeArgs,
 ) -> Result<Option<(KnownMaze, Pose)>, UsageError> {
     let size = size.unwrap_or(MazeSize::CLASSIC);
-    if goal.contains(&Goal::Server) {
+    if goal.contains(&None) {
         if goal.len() > 1 {
             return Err(UsageError::new(command, "--goal takes either server or cells, not both"));
         }
         return Ok(None);
     }
-    let cells = goal.iter().filter_map(|goal| match *goal {
-        Goal::Cell(cell) => Some(cell),
-        Goal::Server => None,
-    });
+    let cells = goal.iter().flatten().copied();
     if let Some(cell) = cells.clone().find(|&cell| !size.contains(cell)) {
         let message = format!("--goal {},{} is outside the {size} maze", cell.x, cell.y);
         return Err(UsageError::new(command, message));
@@ -39,7 +36,8 @@ pub(crate) fn maze_from_args(
     Ok(Some((KnownMaze::new(size, start.cell, goals), start)))
 }
 
-/// Asks the server for its maze and the start pose. A size other than the given one is an error.
+/// Asks the server for its maze and the start pose. Returns an error if the server's maze does not
+/// have the given size.
 pub(crate) fn ask_maze(
     transport: &mut Zmq<'_>,
     size: Option<MazeSize>,
@@ -55,7 +53,7 @@ pub(crate) fn ask_maze(
     Ok((map, start))
 }
 
-/// Warns that there is no reply: the first time it is called for a request, then every tenth time.
+/// Warns that a reply is late, at the first notice for a request and then at every tenth notice.
 pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     let Waiting { endpoint, elapsed, notices, answered } = waiting;
     if *notices != 1 && notices % 10 != 0 {
@@ -72,7 +70,7 @@ pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     ));
 }
 
-/// Returns the error with a hint if the mouse has the wrong maze or there is no simulator.
+/// Formats the error, with a hint if the mouse has the wrong maze or there is no simulator.
 pub(crate) fn explain(error: &RunError) -> String {
     match error {
         RunError::Refused { request: "S", .. } | RunError::LargerMaze { .. } => {

@@ -10,6 +10,7 @@ use std::time::Duration;
 use mmsim_client::{BrokenRun, RunError, Zmq, search_run};
 use mmsim_solvers::{BundledStrategy, Mouse};
 
+use crate::args::ServerArgs;
 use crate::connection::{ask_maze, report_waiting};
 use crate::interrupt::Interrupt;
 use crate::local_server;
@@ -24,20 +25,16 @@ const STRATEGY: BundledStrategy = BundledStrategy::FloodFill;
 pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     let collection = Collection::at(args.mazes.as_deref())?;
     let selected = collection.select(&args.server.words.join(" "))?;
-    let viewer = (!args.once).then_some(&args.server.viewer);
-    let (server, interrupt) = local_server::start(
-        selected,
-        collection.catalogue,
-        args.server.port,
-        &args.server.retention,
-        viewer,
-    )?;
+    let ServerArgs { port, retention, viewer, .. } = &args.server;
+    let viewer = (!args.once).then_some(viewer);
+    let (server, interrupt) =
+        local_server::start(selected, collection.catalogue, *port, retention, viewer)?;
     let address = server.address();
     let result = search(args, address, &interrupt);
     if !args.once && matches!(result, Ok(Some(_))) {
         let more = own_command(&format!("solve weight-increment --connect {address}"));
         note(format_args!(
-            "still serving at {address}; run {more} in another terminal, or your own mouse"
+            "still serving at {address}; in another terminal, run {more} or your own mouse"
         ));
         interrupt.wait();
     }
@@ -45,8 +42,8 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     Ok(result?.unwrap_or(true) || !args.once)
 }
 
-/// Runs the mouse in the served maze and shows it. Returns whether it reached the goal, or `None` if it
-/// was interrupted.
+/// Runs the mouse in the served maze and shows the search. Returns true if the mouse reached the
+/// goal, or `None` after an interrupt.
 fn search(
     args: &DemoArgs,
     address: &str,

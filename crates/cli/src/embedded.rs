@@ -2,7 +2,7 @@
 
 use mmsim_formats::Catalogue;
 
-/// Embeds files of the folder `mazes`, as pairs of name and content.
+/// Embeds files of the folder `mazes` as pairs of a file name and the content.
 macro_rules! mazes {
     ($($name:literal),+ $(,)?) => {
         &[$(($name, include_str!(concat!("../../../mazes/", $name)))),+]

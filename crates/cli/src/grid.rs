@@ -1,11 +1,11 @@
-//! Text in rows and columns.
+//! Text tables.
 
 use std::fmt::Write as _;
 
 use mmsim_maze::Escaped;
 
-/// Aligns rows in columns and escapes them. The first column is left-aligned, the others are
-/// right-aligned.
+/// Formats rows as a table with escaped text. The first column is left-aligned; all other columns
+/// are right-aligned.
 pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     let escaped = |row: &Vec<String>| row.iter().map(|cell| Escaped(cell).to_string()).collect();
     let rows: Vec<Vec<String>> = rows.iter().map(escaped).collect();

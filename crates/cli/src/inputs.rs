@@ -7,16 +7,16 @@ use mmsim_formats::Catalogue;
 use crate::output::warn;
 use crate::selection::{Collection, Selected, SelectionError};
 
-/// The mazes that could be read, in order.
+/// The readable mazes from the command line, in order.
 pub(crate) struct Inputs {
     pub(crate) mazes: Vec<Selected>,
-    /// Whether every named maze could be read.
+    /// True if no maze was skipped.
     pub(crate) all_readable: bool,
 }
 
 impl Inputs {
-    /// Reads the mazes in files and folders, and those found by words of their path. Reports errors
-    /// on stderr and skips the file.
+    /// Reads the mazes in files and folders, and mazes whose paths contain the given words.
+    /// Unreadable mazes are reported on stderr and skipped.
     pub(crate) fn read(names: &[PathBuf]) -> Self {
         let mut inputs = Self { mazes: Vec::new(), all_readable: true };
         for name in names {
@@ -28,7 +28,7 @@ impl Inputs {
         inputs
     }
 
-    /// Does the same, but without names reads all mazes of the default collection.
+    /// Reads the named mazes, or all mazes of the default collection if there are no names.
     pub(crate) fn read_or_default(names: &[PathBuf]) -> Self {
         let mut inputs = Self::read(names);
         if names.is_empty() {

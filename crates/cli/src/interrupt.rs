@@ -7,19 +7,19 @@ use std::time::Duration;
 
 use crate::output::note;
 
-/// Receives Ctrl-C and signals.
+/// A receiver of Ctrl-C and other signals.
 pub(crate) struct Interrupt {
     signals: Receiver<()>,
-    /// Keeps the channel open if every signal is ignored.
+    /// A sender that keeps the channel open even if every signal is ignored.
     _open: Sender<()>,
 }
 
 impl Interrupt {
-    /// The exit code of an interrupted command that otherwise passes on the code of another process.
+    /// The exit code of `mmsim mms` after an interrupt.
     pub(crate) const CODE: i32 = 130;
 
-    /// Catches SIGINT, SIGTERM and SIGHUP from now on. Signals that the process was started to ignore
-    /// stay ignored. Call this once per process.
+    /// Starts to catch SIGINT, SIGTERM and SIGHUP, except for signals that were ignored when the
+    /// process started. Call this once per process.
     pub(crate) fn catch() -> Result<Self, Box<dyn Error>> {
         let (sender, signals) = mpsc::channel();
         let open = sender.clone();
@@ -38,21 +38,21 @@ impl Interrupt {
         let _ = self.signals.recv();
     }
 
-    /// Waits for an interrupt until the timeout. Returns whether there was one.
+    /// Waits for an interrupt until the timeout. Returns true if there was an interrupt.
     pub(crate) fn wait_for(&self, timeout: Duration) -> bool {
         !matches!(self.signals.recv_timeout(timeout), Err(RecvTimeoutError::Timeout))
     }
 }
 
-/// Calls `notify` on each of the signals, except for ignored ones: `nohup` ignores SIGHUP, and a shell
-/// ignores SIGINT for the background jobs of a script.
+/// Calls `notify` on each signal that is not ignored. `nohup` ignores SIGHUP, and a shell ignores
+/// SIGINT for the background jobs of a script.
 #[cfg(unix)]
 fn on_signal(notify: impl Fn() + Send + 'static) -> io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
 
-    // `sigaction` needs `unsafe`, and only Linux has a status file. Elsewhere SIGHUP is never caught,
-    // so that `nohup` works there too.
+    // `sigaction` needs `unsafe`, and only Linux has a status file. On other systems SIGHUP is
+    // never caught, so that `nohup` works there too.
     let status = std::fs::read_to_string("/proc/self/status").ok();
     let ignored = status.map_or(1 << (SIGHUP - 1), |status| ignored(&status));
     let signals = [SIGINT, SIGTERM, SIGHUP].into_iter();
@@ -61,7 +61,7 @@ fn on_signal(notify: impl Fn() + Send + 'static) -> io::Result<()> {
     Ok(())
 }
 
-/// Returns the ignored signals from the status of a process: bit n - 1 is signal n.
+/// Returns the ignored signals from the status file of a process. Bit n - 1 stands for signal n.
 #[cfg(unix)]
 fn ignored(status: &str) -> u64 {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

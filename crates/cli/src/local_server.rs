@@ -1,4 +1,4 @@
-//! Servers: listening on a port, and a server in this process for a mouse that this process runs.
+//! Starting a server, also for a mouse that runs in the same process.
 
 use std::error::Error;
 
@@ -16,14 +16,14 @@ use crate::retention::{self, MemoryLimits};
 use crate::selection::Selected;
 use crate::{page, stderr};
 
-/// The address on which a server for this process's own mouse listens.
+/// The host address of a server for a mouse in the same process.
 const HOST: &str = "127.0.0.1";
 
-/// The warning about an address that other machines can reach.
+/// The warning for a server that other machines can reach.
 const EXPOSED: &str = "anyone who can reach this port can read walls, add states and delete the \
     history: the protocol has no authentication and no encryption";
 
-/// The number of files that may be open at a time: all connections, and some more.
+/// The limit of open files to request: one for each possible connection, and 100 for other files.
 const DESCRIPTORS: u64 = (MAX_CONNECTIONS + MAX_VIEWER_CONNECTIONS) as u64 + 100;
 
 /// A server that is ready to run.
@@ -31,11 +31,11 @@ pub(crate) struct ReadyServer {
     pub(crate) server: Server,
     pub(crate) simulation: Simulation,
     pub(crate) interrupt: Interrupt,
-    /// The address of the viewer page.
+    /// The URL of the viewer page.
     pub(crate) page: Option<String>,
 }
 
-/// Serves the selected maze on a thread of its own, and catches Ctrl-C from then on.
+/// Serves the selected maze on a separate thread, and starts to catch Ctrl-C.
 pub(crate) fn start(
     selected: Selected,
     mazes: Catalogue,
@@ -47,8 +47,8 @@ pub(crate) fn start(
     Ok((ready.server.spawn(ready.simulation), ready.interrupt))
 }
 
-/// Prepares to serve the selected maze, reports its address, and catches Ctrl-C from then on. Serves
-/// the viewer page, which also offers `mazes`, unless `viewer` is `None`.
+/// Prepares a server for the selected maze, reports its address, and starts to catch Ctrl-C. Serves
+/// the viewer page, which also lists `mazes`, unless `viewer` is `None`.
 pub(crate) fn prepare(
     selected: Selected,
     mazes: Catalogue,
@@ -80,13 +80,18 @@ pub(crate) fn prepare(
     Ok(ReadyServer { server: server.with_recorder(recorder), simulation, interrupt, page })
 }
 
-/// Listens on a port.
+/// Binds a server to a port.
 fn bind(host: &str, port: u16) -> Result<Server, String> {
-    // Some systems let a process open only 256 files unless it asks for more. With fewer, fewer
-    // clients can be connected at a time.
+    // Some systems let a process open only 256 files unless it requests more. If the request fails,
+    // fewer clients can connect.
     let _ = rlimit::increase_nofile_limit(DESCRIPTORS);
-    Server::bind(host, port).map_err(|error| match error {
-        BindError::InUse { .. } => format!("{error} (try --port 0)"),
-        error => error.to_string(),
-    })
+    Server::bind(host, port).map_err(|error| with_port_hint(&error, "--port"))
+}
+
+/// Formats the error, with a hint to `option` if the port is in use.
+pub(crate) fn with_port_hint(error: &BindError, option: &str) -> String {
+    match error {
+        BindError::InUse { .. } => format!("{error} (try {option} 0)"),
+        _ => error.to_string(),
+    }
 }

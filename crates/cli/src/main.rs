@@ -1,5 +1,6 @@
-//! `mmsim`, a micromouse maze simulator. It serves mazes to search clients, runs and compares bundled
-//! strategies, runs mice written for the mms simulator, and scores robots in the two-run trial.
+//! `mmsim`, a micromouse maze simulator. It serves mazes to search clients, runs and compares
+//! bundled strategies, runs mice written for the mms simulator, and scores robots in the two-run
+//! trial.
 #![forbid(unsafe_code)]
 
 mod args;
@@ -86,8 +87,9 @@ fn main() -> ExitCode {
     code
 }
 
-/// Makes a write beyond `ulimit -f` fail as on a full disk, where the signal would kill the process.
-/// Unlike an ignored signal, a handler is not inherited by child processes.
+/// Catches SIGXFSZ, so that a write beyond the file size limit (`ulimit -f`) fails instead of
+/// killing the process. The signal is caught instead of ignored, because child processes inherit
+/// ignored signals.
 #[cfg(unix)]
 fn survive_file_size_limit() {
     let caught = std::sync::Arc::<std::sync::atomic::AtomicBool>::default();
@@ -97,7 +99,7 @@ fn survive_file_size_limit() {
 #[cfg(not(unix))]
 const fn survive_file_size_limit() {}
 
-/// Sets how much is printed to stderr. The command line overrides `RUST_LOG`.
+/// Sets the verbosity of stderr. The command line overrides `RUST_LOG`.
 fn configure_messages(verbosity: VerbosityArgs) {
     let filter = match verbosity {
         VerbosityArgs { quiet: true, .. } => EnvFilter::new("error"),
@@ -123,7 +125,7 @@ fn configure_messages(verbosity: VerbosityArgs) {
         .init();
 }
 
-/// Writes a field of a log line, escaped: its text may come from a file or a client.
+/// Writes a field of a log line. The text is escaped, because it may come from a file or a client.
 fn write_field(line: &mut Writer<'_>, field: &Field, value: &dyn Debug) -> fmt::Result {
     let value = Escaped(format_args!("{value:?}"));
     match field.name() {

@@ -1,4 +1,4 @@
-//! `mmsim completions` and `mmsim man`: the command line for shells and for `man`.
+//! `mmsim completions` and `mmsim man`: shell completions and manual pages.
 
 pub(crate) mod args;
 
@@ -11,7 +11,7 @@ use crate::output::{note, print};
 use crate::usage::{CommandResult, UsageError};
 use args::{CompletionsArgs, ManArgs};
 
-/// Prints the completions of the command line `mmsim`.
+/// Prints shell completions for `mmsim`.
 pub(crate) fn complete(args: &CompletionsArgs, mmsim: &mut Command) -> CommandResult {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, mmsim, "mmsim", &mut script);
@@ -19,7 +19,7 @@ pub(crate) fn complete(args: &CompletionsArgs, mmsim: &mut Command) -> CommandRe
     Ok(true)
 }
 
-/// Prints or writes manual pages of the command line `mmsim`.
+/// Prints one manual page of `mmsim`, or writes all pages to a folder.
 pub(crate) fn run(args: &ManArgs, mmsim: Command) -> CommandResult {
     let mut all = mmsim.disable_help_subcommand(true);
     all.build();
@@ -47,13 +47,13 @@ pub(crate) fn run(args: &ManArgs, mmsim: Command) -> CommandResult {
     Ok(true)
 }
 
-/// Returns a command and all commands below it.
+/// Returns a command and all its subcommands, recursively.
 fn with_subcommands(command: &Command) -> Vec<&Command> {
     let below = command.get_subcommands().flat_map(with_subcommands);
     [command].into_iter().chain(below).collect()
 }
 
-/// Returns a name such as `mmsim-mazes-check`.
+/// Returns the full name of a command, such as `mmsim-mazes-check`.
 fn display_name(command: &Command) -> &str {
     command.get_display_name().unwrap_or_else(|| command.get_name())
 }
@@ -79,13 +79,14 @@ fn page(command: &Command) -> Result<String, Box<dyn std::error::Error>> {
     Ok(String::from_utf8(page)?)
 }
 
-/// Returns a section with the line breaks and columns of the help text, without its title.
+/// Formats a section of a manual page. Keeps the line breaks and columns of the text, but removes
+/// the title.
 fn section(name: &str, title: &str, text: &str) -> String {
     let lines: String = text.strip_prefix(title).unwrap_or(text).lines().map(escaped).collect();
     format!(".SH {name}\n.nf\n{lines}.fi\n")
 }
 
-/// Escapes a line for `man`, which takes a leading dot or apostrophe for an instruction.
+/// Escapes a line for `man`, which interprets a leading dot or apostrophe as a command.
 fn escaped(line: &str) -> String {
     format!("\\&{}\n", line.replace('\\', "\\e").replace('-', "\\-"))
 }

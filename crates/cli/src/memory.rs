@@ -9,8 +9,8 @@ mod system {
 
     use rlimit::Resource;
 
-    /// The hierarchies of control groups, versions 2 and 1: their folder, the files with the limit and
-    /// the usage, and the statistic of the memory that the system reclaims first, pages of files.
+    /// The hierarchies of control groups, version 2 and version 1. Each entry names the folder, the
+    /// file with the limit, the file with the usage, and the statistic of reclaimable file pages.
     const GROUPS: [[&str; 4]; 2] = [
         ["sys/fs/cgroup", "memory.max", "memory.current", "inactive_file "],
         [
@@ -21,8 +21,9 @@ mod system {
         ],
     ];
 
-    /// Returns the free memory in bytes: the minimum of the machine's and what the limits of this
-    /// process and of its control groups leave. `None` if the system does not report it.
+    /// Returns the free memory in bytes, or `None` if the system does not report it. This is the
+    /// minimum of the machine's free memory and the remaining memory within each limit of this
+    /// process and of its control groups.
     pub(crate) fn free() -> Option<u64> {
         let root = Path::new("/");
         let limits =
@@ -35,13 +36,14 @@ mod system {
         kibibytes(&read(root.join("proc/meminfo"))?, "MemAvailable:")
     }
 
-    /// Returns what a limit of this process leaves, such as `ulimit -v`.
+    /// Returns the remaining memory within a limit of this process, such as `ulimit -v`.
     fn process(root: &Path, limit: Resource, used: &str) -> Option<u64> {
         let (limit, _) = limit.get().ok().filter(|&(limit, _)| limit != rlimit::INFINITY)?;
         Some(limit.saturating_sub(kibibytes(&read(root.join("proc/self/status"))?, used)?))
     }
 
-    /// Returns what the control groups of this process and their ancestors leave.
+    /// Returns the remaining memory within the limits of this process's control groups and their
+    /// ancestors.
     fn groups(root: &Path) -> Option<u64> {
         let groups = read(root.join("proc/self/cgroup"))?;
         let own =
@@ -55,7 +57,7 @@ mod system {
         free.min()
     }
 
-    /// Returns what the control group in a folder leaves.
+    /// Returns the remaining memory within the limit of one control group.
     fn group(folder: &Path, [limit, used, reclaimable]: &[&str; 3]) -> Option<u64> {
         let number = |name| read(folder.join(name))?.trim().parse().ok();
         // Without a limit, the file holds `max`.
@@ -73,7 +75,7 @@ mod system {
         after(text, key)?.checked_mul(1024)
     }
 
-    /// Returns the number after a key at the start of a line.
+    /// Returns the number after a key that starts a line.
     fn after(text: &str, key: &str) -> Option<u64> {
         text.lines()
             .find_map(|line| line.strip_prefix(key)?.split_whitespace().next()?.parse().ok())
@@ -142,7 +144,7 @@ mod system {
 mod system {
     use sysinfo::{MemoryRefreshKind, System};
 
-    /// Returns the free memory in bytes. `None` if the system does not report it.
+    /// Returns the free memory in bytes, or `None` if the system does not report it.
     pub(crate) fn free() -> Option<u64> {
         let mut system = System::new();
         system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());

@@ -19,6 +19,7 @@ use mmsim_maze::KnownMaze;
 use mmsim_mms::{Command, CommandError, Response, SimulatedMouse, excerpt};
 use simulator::Simulator;
 
+use crate::args::ServerArgs;
 use crate::connection::{ask_maze, endpoint, explain, maze_from_args, report_waiting};
 use crate::interrupt::Interrupt;
 use crate::local_server;
@@ -26,10 +27,11 @@ use crate::output::{note, print, print_json, warn};
 use crate::selection::Collection;
 use crate::usage::UsageError;
 
-/// How often Ctrl-C is checked while a mouse computes.
+/// The interval between checks for Ctrl-C while the mouse computes.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The time after which an incomplete line is reported, a multiple of the poll interval.
+/// The time after which an incomplete line is reported. This time is a multiple of the poll
+/// interval.
 const INCOMPLETE_LINE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Runs the mouse and returns the exit code.
@@ -48,13 +50,9 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     let collection = Collection::at(args.mazes.as_deref())?;
     let selected = collection.select(&args.server.words.join(" "))?;
     let map = KnownMaze::unexplored(&selected.maze);
-    let (server, interrupt) = local_server::start(
-        selected,
-        collection.catalogue,
-        args.server.port,
-        &args.server.retention,
-        Some(&args.server.viewer),
-    )?;
+    let ServerArgs { port, retention, viewer, .. } = &args.server;
+    let (server, interrupt) =
+        local_server::start(selected, collection.catalogue, *port, retention, Some(viewer))?;
     let address = server.address();
     let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
     let exit = search(args, transport, &map, &interrupt)?;
@@ -63,7 +61,7 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     } else if args.stays() {
         note(format_args!("still serving at {address}; press Ctrl-C to stop"));
         interrupt.wait();
-    } else if !args.server.viewer.no_viewer {
+    } else if !viewer.no_viewer {
         note("viewer page closed with the mouse; use --stay to keep it open");
     }
     server.stop()?;
@@ -79,12 +77,12 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
         Some(known) => known,
         None => ask_maze(&mut transport, args.remote.known.size)?,
     };
-    // Until the simulator replies, Ctrl-C exits at once.
+    // Until the simulator replies, Ctrl-C terminates the process directly.
     transport.exchange(b"ping", &mut Vec::new())?;
     search(args, transport, &map, &Interrupt::catch()?).map(|exit| exit.code())
 }
 
-/// Runs the mouse in a maze of which it knows `map`, and reports how that went.
+/// Runs the mouse in a maze with the size, start and goal of `map`, and reports the outcome.
 fn search(
     args: &MmsArgs,
     transport: impl Transport,
@@ -92,8 +90,9 @@ fn search(
     interrupt: &Interrupt,
 ) -> Result<MouseExit, Box<dyn Error>> {
     let pace = Duration::from_millis(args.pace);
-    let mut simulator = Simulator::new(transport, map.size(), interrupt, pace)?;
     let mut session = Session {
+        simulator: Simulator::new(transport, map.size(), interrupt, pace)?,
+        interrupt,
         button: Button::from_stdin(),
         mouse: SimulatedMouse::new(map.size(), map.start().cell, *map.goals()),
         limit: args.limit,
@@ -102,7 +101,7 @@ fn search(
         refused: 0,
     };
     let cause = match Child::start(&args.command) {
-        Ok(child) => session.run(child, &mut simulator, interrupt).unwrap_or_else(|cause| cause),
+        Ok(child) => session.run(child).unwrap_or_else(|cause| cause),
         Err(error) => ExitCause::NotStarted(error),
     };
     let Session { mouse, crashes, refused, .. } = session;
@@ -126,8 +125,10 @@ fn search(
     Ok(exit)
 }
 
-/// A mouse that is running.
-struct Session {
+/// The state of a running mouse.
+struct Session<'a, T> {
+    simulator: Simulator<'a, T>,
+    interrupt: &'a Interrupt,
     button: Button,
     mouse: SimulatedMouse,
     limit: Option<u32>,
@@ -136,26 +137,22 @@ struct Session {
     refused: u64,
 }
 
-impl Session {
-    /// Obeys the mouse until it exits or is stopped.
-    fn run<T: Transport>(
-        &mut self,
-        mut child: Child,
-        simulator: &mut Simulator<'_, T>,
-        interrupt: &Interrupt,
-    ) -> Result<ExitCause, ExitCause> {
-        simulator.update(&self.mouse)?;
+impl<T: Transport> Session<'_, T> {
+    /// Executes the mouse's commands until the mouse exits or is stopped.
+    fn run(&mut self, mut child: Child) -> Result<ExitCause, ExitCause> {
+        self.simulator.update(&self.mouse)?;
         let mut silence = Duration::ZERO;
         loop {
-            if interrupt.wait_for(Duration::ZERO) {
+            if self.interrupt.wait_for(Duration::ZERO) {
                 return Err(ExitCause::Interrupted);
             }
             match child.next_line(POLL_INTERVAL) {
                 Ok(line) => {
-                    self.answer(&line, &child, simulator)?;
+                    self.answer(&line, &child)?;
                     silence = Duration::ZERO;
                 }
-                // A process that the mouse has started may keep the pipe open after the mouse exits.
+                // A process that the mouse has started may keep the pipe open after the mouse
+                // exits.
                 Err(Timeout) if child.status().is_ok_and(|status| status.is_some()) => break,
                 Err(Timeout) => {
                     silence += POLL_INTERVAL;
@@ -167,14 +164,14 @@ impl Session {
             }
         }
         child.end_replies();
-        // The last markers that the mouse set.
-        simulator.update(&self.mouse)?;
+        // The mouse may have set markers after the last state was sent.
+        self.simulator.update(&self.mouse)?;
         let mut interval = Duration::from_millis(1);
         loop {
             let status = child.status();
             // Ctrl-C may have reached both processes.
             let timeout = if matches!(status, Ok(None)) { interval } else { Duration::ZERO };
-            if interrupt.wait_for(timeout) {
+            if self.interrupt.wait_for(timeout) {
                 return Err(ExitCause::Interrupted);
             }
             match status {
@@ -185,7 +182,7 @@ impl Session {
         }
     }
 
-    /// Reports an incomplete line: the mouse may be waiting for a reply to it.
+    /// Reports an incomplete line, because the mouse may be waiting for a reply to this line.
     fn report_incomplete(&self, start: &[u8]) {
         if !start.is_empty() {
             let (line, start) = (self.lines + 1, excerpt(start));
@@ -193,12 +190,7 @@ impl Session {
         }
     }
 
-    fn answer<T: Transport>(
-        &mut self,
-        line: &Line,
-        child: &Child,
-        simulator: &mut Simulator<'_, T>,
-    ) -> Result<(), ExitCause> {
+    fn answer(&mut self, line: &Line, child: &Child) -> Result<(), ExitCause> {
         self.lines += 1;
         if matches!(line, Line::Whole(line) if line.trim_ascii().is_empty()) {
             return Ok(());
@@ -215,7 +207,7 @@ impl Session {
             }
         };
         let is_movement = matches!(command, Command::Forward { .. } | Command::Turn { .. });
-        let reply = self.mouse.execute(command, simulator)?;
+        let reply = self.mouse.execute(command, &mut self.simulator)?;
         self.crashes += u64::from(reply == Some(Response::Crash));
         if let Some(limit) = self.limit.filter(|_| is_movement)
             && self.mouse.scores().total().cost() > limit.into()

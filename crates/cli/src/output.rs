@@ -1,8 +1,8 @@
-//! Output: data on stdout, messages on stderr.
+//! Printing data to stdout and messages to stderr, and writing files.
 
 use std::fmt::Display;
 use std::fs::{File, Permissions};
-use std::io::{self, BufWriter, ErrorKind, StdoutLock, Write};
+use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{env, fs, process};
@@ -10,6 +10,8 @@ use std::{env, fs, process};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mmsim_maze::{Escaped, needs_escape};
 use serde::Serialize;
+use serde_json::Serializer;
+use serde_json::ser::{CompactFormatter, Formatter, PrettyFormatter};
 
 use crate::stderr::Stderr;
 
@@ -19,7 +21,7 @@ pub(crate) fn print(data: &(impl AsRef<[u8]> + ?Sized)) -> io::Result<()> {
     unless_closed(out.write_all(data.as_ref()).and_then(|()| out.flush()))
 }
 
-/// Ignores the error for a closed pipe, as by `head`.
+/// Ignores the error for a broken pipe, which occurs when a reader such as `head` exits early.
 fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     written.or_else(|error| match error.kind() {
         ErrorKind::BrokenPipe => Ok(()),
@@ -27,25 +29,25 @@ fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     })
 }
 
-/// Prints a value as a line of JSON without building it in memory: a long recording may not fit.
+/// Prints a value as a line of JSON. The JSON is written in parts, because the JSON of a long
+/// recording may not fit in memory.
 pub(crate) fn print_json(value: &impl Serialize) -> io::Result<()> {
-    write_json(|out| serde_json::to_writer(out, value))
+    write_json(value, CompactFormatter)
 }
 
 /// Prints a value as indented JSON.
 pub(crate) fn print_pretty_json(value: &impl Serialize) -> io::Result<()> {
-    write_json(|out| serde_json::to_writer_pretty(out, value))
+    write_json(value, PrettyFormatter::new())
 }
 
-fn write_json(
-    write: impl FnOnce(&mut EscapedJson<BufWriter<StdoutLock<'_>>>) -> serde_json::Result<()>,
-) -> io::Result<()> {
+fn write_json(value: &impl Serialize, formatter: impl Formatter) -> io::Result<()> {
     let mut out = EscapedJson(BufWriter::new(io::stdout().lock()));
-    let written = write(&mut out).map_err(io::Error::from).and_then(|()| writeln!(out));
+    let written = value.serialize(&mut Serializer::with_formatter(&mut out, formatter));
+    let written = written.map_err(io::Error::from).and_then(|()| writeln!(out));
     unless_closed(written.and_then(|()| out.flush()))
 }
 
-/// Escapes control characters, most of which JSON permits in strings. Each write must be valid UTF-8.
+/// A writer that escapes control characters in JSON. Each write must be valid UTF-8.
 struct EscapedJson<W>(W);
 
 impl<W: Write> Write for EscapedJson<W> {
@@ -66,10 +68,10 @@ impl<W: Write> Write for EscapedJson<W> {
     }
 }
 
-/// Whether `--quiet` was given.
+/// True if `--quiet` was given.
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 
-/// Suppresses the messages of [`note`] from now on.
+/// Makes [`note`] print nothing.
 pub(crate) fn set_quiet() {
     IS_QUIET.store(true, Ordering::Relaxed);
 }
@@ -81,7 +83,7 @@ pub(crate) fn note(text: impl Display) {
     }
 }
 
-/// Shows a progress bar on stderr if that is a terminal, unless `--quiet` is set.
+/// Shows a progress bar on stderr if stderr is a terminal, unless `--quiet` is set.
 pub(crate) fn progress(bar: ProgressBar, template: &str) -> ProgressBar {
     if IS_QUIET.load(Ordering::Relaxed) {
         bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -91,14 +93,14 @@ pub(crate) fn progress(bar: ProgressBar, template: &str) -> ProgressBar {
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Prints an error or a warning to stderr, in one line. Errors are ignored.
+/// Prints an error or a warning to stderr as one line. Errors are ignored.
 pub(crate) fn warn(text: impl Display) {
-    // In one write, since other threads write to stderr too.
+    // The line is written in one call, since other threads write to stderr too.
     let _ = Stderr.write(format!("{}\n", Escaped(text)).as_bytes());
 }
 
-/// Writes a file atomically, replacing an existing one or the target of a link. If that fails, the old
-/// file stays as it was. Pipes and devices are written to directly.
+/// Writes a file atomically, replacing an existing file or the target of a link. If writing fails,
+/// the existing file is unchanged. Pipes and devices are written directly.
 pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), String> {
     let written = if is_file(path) {
         let target = if path.is_symlink() { fs::canonicalize(path) } else { Ok(path.into()) };
@@ -114,8 +116,8 @@ pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), String> {
     written.map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
 
-/// Whether the path is a regular file. Files in /dev, such as /dev/stdout, may look like one but stand
-/// for another open file.
+/// Returns true if the path is a regular file outside /dev. A path such as /dev/stdout may look
+/// like a regular file, but it refers to another open file.
 pub(crate) fn is_file(path: &Path) -> bool {
     path.is_file() && !path.starts_with("/dev")
 }
@@ -156,7 +158,8 @@ pub(crate) fn goal_away(shortest_path: Option<u16>) -> String {
     }
 }
 
-/// Returns a command line of mmsim in backticks, with `cargo run` if this process runs under cargo.
+/// Formats an mmsim command line in backticks. The command line starts with `cargo run` if this
+/// process runs under cargo.
 pub(crate) fn own_command(arguments: &str) -> String {
     let is_cargo = env::var_os("CARGO_MANIFEST_DIR").is_some();
     let run = if is_cargo { "cargo run --release --" } else { "mmsim" };

@@ -2,24 +2,23 @@
 
 use std::error::Error;
 
-use mmsim_server::BindError;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, Viewer, ViewerConfig};
 
 use crate::args::ViewerArgs;
+use crate::local_server::with_port_hint;
 use crate::output::{note, warn};
 
-/// Listens for browsers unless `--no-viewer` is set. If the default port is in use, as by a second
-/// simulator, there is no page, only a warning.
+/// Binds the viewer page to a port unless `--no-viewer` is set. If the default port is unavailable,
+/// for example because another simulator uses it, this prints a warning and returns `None`.
 pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, String> {
     if args.no_viewer {
         return Ok(None);
     }
-    let reason = match Viewer::bind(host, args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT)) {
+    let error = match Viewer::bind(host, args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT)) {
         Ok(viewer) => return Ok(Some(viewer)),
-        Err(error @ BindError::InUse { .. }) => format!("{error} (try --viewer-port 0)"),
-        Err(error) => error.to_string(),
+        Err(error) => with_port_hint(&error, "--viewer-port"),
     };
-    let error = format!("cannot serve the viewer page: {reason}");
+    let error = format!("cannot serve the viewer page: {error}");
     if args.viewer_port.is_some() || args.open {
         return Err(error);
     }
@@ -27,7 +26,7 @@ pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, Stri
     Ok(None)
 }
 
-/// Serves the page, reports its address, and opens a browser if asked to. Returns the address.
+/// Serves the page, reports its address, and opens a browser with `--open`. Returns the address.
 pub(crate) fn serve(
     viewer: Option<Viewer>,
     config: ViewerConfig,
@@ -47,12 +46,10 @@ pub(crate) fn serve(
     Ok(Some(address))
 }
 
-/// Replaces the wildcard host of an address by a name that other machines can use.
+/// Replaces the wildcard host in a URL with a host name that other machines can use.
 fn reachable(address: &str) -> String {
-    let host = host_name().unwrap_or_else(|| "localhost".into());
-    ["//0.0.0.0:", "//[::]:"].iter().fold(address.to_string(), |address, wildcard| {
-        address.replace(wildcard, &format!("//{host}:"))
-    })
+    let host = format!("//{}:", host_name().as_deref().unwrap_or("localhost"));
+    address.replace("//0.0.0.0:", &host).replace("//[::]:", &host)
 }
 
 fn host_name() -> Option<String> {

@@ -1,15 +1,15 @@
-//! Running work on all processors.
+//! Parallel work on all processors.
 
 use rayon::prelude::*;
 
-/// Runs `work` for each item in the threads of the current pool. Returns the results in the order of the
-/// items.
+/// Calls `work` for each item on the threads of the current pool. Returns the results in the order
+/// of the items.
 pub(crate) fn map_each<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> R + Send + Sync,
 ) -> Vec<R> {
-    // Some items take a thousand times as long as others and are neighbours, so each item is a task
-    // of its own.
+    // Each item is a separate task, because neighbouring items may take a thousand times as long as
+    // others.
     items.par_iter().with_max_len(1).map(work).collect()
 }
 
@@ -22,7 +22,8 @@ mod tests {
 
     use super::*;
 
-    /// Each of the last two items waits until the other one runs too.
+    /// Checks that two neighbouring items run in parallel: each of the last two items waits for the
+    /// other one to start.
     #[test]
     fn neighbours_run_in_parallel_and_keep_their_order() {
         let items: Vec<usize> = (0..1000).collect();

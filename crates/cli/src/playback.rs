@@ -1,4 +1,4 @@
-//! Reading the states of a recording.
+//! Messages about recordings that cannot be read completely.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use mmsim_recording::{Integrity, Recording};
 
 use crate::output::warn;
 
-/// Returns the error for `--at` with a state that the recording does not have.
+/// Formats the error for an `--at` index beyond the last state of the recording.
 pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> String {
     let file = file.display();
     match recording.history().len().checked_sub(1) {
@@ -15,7 +15,7 @@ pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> Stri
     }
 }
 
-/// Whether the recording is undamaged. Warns if it is damaged.
+/// Returns true if the recording is undamaged, and prints a warning otherwise.
 pub(crate) fn is_undamaged(file: &Path, recording: &Recording) -> bool {
     let Integrity::Damaged { intact, reason } = recording.integrity() else { return true };
     warn(format_args!("{}: damaged after byte {intact}: found {reason}", file.display()));

@@ -1,4 +1,4 @@
-//! Recording on the client's side: the states that a simulator has acknowledged.
+//! Recording the states of a search in the client.
 
 use std::path::Path;
 
@@ -6,25 +6,24 @@ use mmsim_client::{Transport, TransportError};
 use mmsim_protocol::{Info, Reply};
 use mmsim_recording::{RecordError, RecordingWriter};
 
-/// A transport that records each state acknowledged with `ok`. An error of the recording does not stop the search.
+/// A transport that records each state that the simulator acknowledges with `ok`. A recording error
+/// does not stop the search.
 pub(crate) struct RecordingTransport<T> {
     transport: T,
-    writer: Option<RecordingWriter>,
-    error: Option<RecordError>,
+    writer: Result<Option<RecordingWriter>, RecordError>,
 }
 
 impl<T> RecordingTransport<T> {
-    /// Records to `file` if there is one.
+    /// Creates the recording if `file` is given.
     pub(crate) fn new(transport: T, file: Option<&Path>, info: &Info) -> Result<Self, RecordError> {
         // The client does not know the true maze.
         let writer = file.map(|file| RecordingWriter::create(file, info, None)).transpose()?;
-        Ok(Self { transport, writer, error: None })
+        Ok(Self { transport, writer: Ok(writer) })
     }
 
     /// Closes the recording.
     pub(crate) fn close(self) -> Result<(), RecordError> {
-        self.error.map_or(Ok(()), Err)?;
-        self.writer.map_or(Ok(()), RecordingWriter::close)
+        self.writer?.map_or(Ok(()), RecordingWriter::close)
     }
 }
 
@@ -33,10 +32,10 @@ impl<T: Transport> Transport for RecordingTransport<T> {
         self.transport.exchange(request, reply)?;
         if request.starts_with(b"S")
             && Reply::decode(reply) == Ok(Reply::Ok)
-            && self.error.is_none()
-            && let Some(writer) = &mut self.writer
+            && let Ok(Some(writer)) = &mut self.writer
+            && let Err(error) = writer.write(request)
         {
-            self.error = writer.write(request).err();
+            self.writer = Err(error);
         }
         Ok(())
     }

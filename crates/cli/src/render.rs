@@ -18,7 +18,7 @@ use crate::retention::recording_budget;
 use crate::selection::{Collection, Selected};
 use crate::usage::CommandResult;
 
-/// The bytes of a picture.
+/// The bytes of a picture, or an error.
 type PictureResult = Result<Vec<u8>, Box<dyn Error>>;
 
 /// The default length of the longer side of a picture, in pixels.
@@ -39,7 +39,8 @@ pub(crate) fn run(args: &RenderArgs) -> CommandResult {
     Ok(is_intact)
 }
 
-/// Opens a recording. Returns `None` for any other file that does not end in .mcap: it may be a maze.
+/// Opens a recording. Returns `None` if the file is not a recording and does not end in .mcap,
+/// because it may be a maze.
 fn recording(args: &RenderArgs, file: &Path) -> Result<Option<Recording>, OpenError> {
     let is_named_mcap = file.extension().is_some_and(|extension| extension == "mcap");
     match Recording::open_within(file, &recording_budget(&args.reading)) {
@@ -59,7 +60,7 @@ fn maze(args: &RenderArgs, name: &str) -> PictureResult {
         return Err(format!("{path}: cannot animate a maze (a .gif needs a recording)").into());
     }
     if args.at.is_some() {
-        return Err(format!("{path}: --at needs a recording, and this is a maze").into());
+        return Err(format!("{path}: --at needs a recording, not a maze").into());
     }
     let distances = Distances::flood(maze.walls(), maze.goals());
     let layers = Layers { numbers: args.distances, heat: args.heat, trail: false };
@@ -67,7 +68,7 @@ fn maze(args: &RenderArgs, name: &str) -> PictureResult {
     still(args, scene)
 }
 
-/// Draws one state, or the maze if the recording has no states.
+/// Draws the selected state, or only the maze if the recording has no states.
 fn draw_state(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureResult {
     let search = RecordedSearch::new(args, file, recording)?;
     let Some(last) = search.last else {
@@ -87,7 +88,7 @@ fn animation(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureRe
     let indices = frame_indices(states, MAX_FRAMES);
     if indices.len() < states {
         let (frames, picture) = (indices.len(), args.output.path.display());
-        note(format_args!("{picture}: {frames} frames, evenly spaced, of {states} states"));
+        note(format_args!("{picture}: {frames} evenly spaced frames of {states} states"));
     }
     let mut reader = recording.history().reader();
     let mut animation = None;
@@ -110,12 +111,12 @@ fn still(args: &RenderArgs, scene: Scene<'_>) -> PictureResult {
     Ok(scene.png(args.width.unwrap_or_else(|| scene.width_within(SIDE_PX)))?)
 }
 
-/// A recording whose states are drawn one by one.
+/// A recorded search and the options for drawing it.
 struct RecordedSearch<'a> {
     truth: Option<&'a Maze>,
-    /// What a client knows before its first state: the size, the start and the goals.
+    /// The known maze before the first state: the size, the start and the goals.
     initial: KnownMaze,
-    /// The last state to draw.
+    /// The index of the last state to draw.
     last: Option<usize>,
     layers: Layers,
     file: &'a Path,
@@ -126,7 +127,7 @@ impl<'a> RecordedSearch<'a> {
         let (info, states) = (recording.info(), recording.history().len());
         if args.distances {
             let file = file.display();
-            return Err(format!("{file}: --distances needs a maze, and this is a recording"));
+            return Err(format!("{file}: --distances needs a maze, not a recording"));
         }
         if let Some(index) = args.at.filter(|&index| index >= states) {
             return Err(no_state(file, recording, index));
@@ -141,7 +142,7 @@ impl<'a> RecordedSearch<'a> {
         })
     }
 
-    /// Passes the scene of a state to `draw`.
+    /// Creates the scene of a state and calls `draw` with it.
     fn show<T>(
         &self,
         reader: &mut HistoryReader<'_>,
@@ -168,5 +169,5 @@ impl<'a> RecordedSearch<'a> {
 }
 
 fn unreadable(file: &Path) -> String {
-    format!("{}: expected a state, found something else", file.display())
+    format!("{}: cannot decode a state", file.display())
 }

@@ -19,7 +19,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{counted, goal_away, print, print_json};
 use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
-use crate::screen::{still, still_maze};
+use crate::screen::{pictures, wide_or_compact};
 use crate::usage::CommandResult;
 use crate::{page, stderr};
 use args::ReplayArgs;
@@ -30,16 +30,13 @@ pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
     if args.serve {
         return serve(args, recording, budget);
     }
-    let shown = match (args.at, recording.history().len().checked_sub(1)) {
-        (Some(index), _) => Some(
-            StateReport::read(&recording, index)
-                .ok_or_else(|| no_state(&args.file, &recording, index))?,
-        ),
-        (None, last) => last.and_then(|last| StateReport::read(&recording, last)),
-    };
+    let index = args.at.or(recording.history().len().checked_sub(1));
+    let shown = index.and_then(|index| StateReport::read(&recording, index));
+    if let (Some(index), None) = (args.at, &shown) {
+        return Err(no_state(&args.file, &recording, index).into());
+    }
     if args.json {
-        let report = ReplayReport::new(args, &recording, shown);
-        print_json(&report)?;
+        print_json(&ReplayReport::new(args, &recording, shown))?;
     } else {
         print(&text(args, &recording, shown.as_ref()))?;
     }
@@ -61,21 +58,21 @@ fn serve(args: &ReplayArgs, recording: Recording, budget: Arc<MemoryBudget>) -> 
     Ok(true)
 }
 
-fn file(args: &ReplayArgs) -> Escaped<std::path::Display<'_>> {
-    Escaped(args.file.display())
-}
-
-/// Returns the output without `--json`: a summary, the maze, and one state.
+/// Formats the summary, the maze and one state of the recording.
 fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -> String {
     let (info, size) = (recording.info(), recording.size());
     let goal = recording.maze().map(|maze| goal_away(MazeFacts::new(maze).shortest_path));
     let goal = goal.map(|goal| format!(", {goal}")).unwrap_or_default();
-    let maze = recording.maze().filter(|_| args.at.is_none()).map(still_maze);
+    let maze = recording
+        .maze()
+        .filter(|_| args.at.is_none())
+        .map(|maze| wide_or_compact([maze.to_string(), maze.picture().compact().to_string()]));
     let (maze, state) = (maze.unwrap_or_default(), shown.map_or("", |shown| &shown.text));
-    format!("{}: {}, {size}{goal}\n{}\n{maze}{state}", file(args), info.name, summary(recording))
+    let (file, summary) = (Escaped(args.file.display()), summary(recording));
+    format!("{file}: {}, {size}{goal}\n{summary}\n{maze}{state}", info.name)
 }
 
-/// Returns the number of states, their time, and how the file ends.
+/// Formats the number of states, the duration and the integrity of the recording.
 fn summary(recording: &Recording) -> String {
     let states = counted(recording.history().len() as u64, "state");
     let time = began(recording).zip(recording.times().last()).map(|(began, last)| {
@@ -85,7 +82,7 @@ fn summary(recording: &Recording) -> String {
     let ending = match recording.integrity() {
         Integrity::Closed => "closed properly".into(),
         Integrity::Truncated { intact, length } => {
-            format!("not closed: the file ends at byte {length}, intact up to byte {intact}")
+            format!("not closed: the first {intact} of {length} bytes are intact")
         }
         Integrity::Damaged { intact, .. } => format!("damaged after byte {intact}"),
     };
@@ -96,28 +93,27 @@ fn began(recording: &Recording) -> Option<Timestamp> {
     Timestamp::from_nanosecond(recording.times().iter().next()?.into()).ok()
 }
 
-/// Returns the time since the first state.
-#[expect(clippy::cast_precision_loss, reason = "searches are too short for the loss to matter")]
+/// Returns the time since the first state in milliseconds.
+#[expect(clippy::cast_precision_loss, reason = "a search is too short to lose precision")]
 fn milliseconds(recording: &Recording, time: u64) -> f64 {
     let first = recording.times().iter().next().unwrap_or(time);
     time.saturating_sub(first) as f64 / 1e6
 }
 
-/// One state. The field names are JSON keys.
+/// The report of one state. The field names are JSON keys.
 #[derive(Serialize)]
 struct StateReport {
     index: usize,
-    ms: f64,
-    cell: [u8; 2],
-    heading: char,
+    #[serde(flatten)]
+    pose: PoseAt,
     visited_cells: usize,
-    /// The number of walls that the client reports wrongly; null if the maze is unknown.
+    /// The number of walls that the client reports wrongly, or `None` if the recording has no maze.
     wrong_walls: Option<usize>,
-    /// The byte of cell (x, y) is at `[x][y]`.
+    /// The weights in columns from west to east: the weight of cell (x, y) is `weights[x][y]`.
     weights: Vec<Vec<u8>>,
     walls: Vec<Vec<u8>>,
     map: String,
-    /// The state as text.
+    /// The text output for the state.
     #[serde(skip)]
     text: String,
 }
@@ -130,26 +126,26 @@ impl StateReport {
         let map = state.map(Cell::new(info.start[0], info.start[1]), info.goal_cells());
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
         let Pose { cell, heading } = pose;
-        let ms = milliseconds(recording, recording.times().iter().nth(index)?);
+        let pose_at = PoseAt::new(recording, recording.times().iter().nth(index)?, pose);
         let wrong_walls = recording.maze().map(|maze| wrong_walls(&map, maze));
         let visited = counted(map.visited().len() as u64, "cell");
         let wrong = wrong_walls.filter(|&count| count > 0);
         let wrong = wrong.map(|count| format!(", {} wrong", counted(count as u64, "wall")));
-        let (wrong, picture) = (wrong.unwrap_or_default(), still(&map, pose, &weight));
+        let (wrong, picture) =
+            (wrong.unwrap_or_default(), wide_or_compact(pictures(&map, pose, weight)));
         Some(Self {
             index,
-            ms,
-            cell: [cell.x, cell.y],
-            heading: heading.letter(),
             visited_cells: map.visited().len(),
             wrong_walls,
             weights: columns(recording.size(), state.weights()),
             walls: columns(recording.size(), state.walls()),
             map: map.picture().with_mouse(pose).to_string(),
             text: format!(
-                "state {index} after {ms:.3} ms: {cell} heading {heading}, {visited} visited{wrong}\n\
-                 {picture}"
+                "state {index} after {:.3} ms: {cell} heading {heading}, {visited} visited{wrong}\n\
+                 {picture}",
+                pose_at.ms
             ),
+            pose: pose_at,
         })
     }
 }
@@ -171,27 +167,27 @@ fn wrong_walls(map: &KnownMaze, maze: &Maze) -> usize {
     map.size().cells().flat_map(sides).filter(is_wrong).count()
 }
 
-/// The output of `--json`: the `info` of the maze, and the content of the file.
+/// The JSON report of a recording.
 #[derive(Serialize)]
 struct ReplayReport<'a> {
     path: &'a Path,
     #[serde(flatten)]
     info: &'a Info,
-    /// When the first state was recorded, in UTC.
+    /// The time of the first state, in UTC.
     began: Option<String>,
-    /// `closed`, `cut` or `damaged`.
+    /// The integrity of the file: `closed`, `cut` or `damaged`.
     ending: &'static str,
-    /// The bytes of intact records if the file was not closed.
+    /// The length of the intact part in bytes, or `None` if the file was closed.
     whole_bytes: Option<u64>,
     maze: Option<String>,
-    /// The pose in each state, without `--at`.
+    /// The pose in each state, or `None` with `--at`.
     #[serde(skip_serializing_if = "Option::is_none")]
     poses: Option<Poses<'a>>,
-    /// The state of `--at`, else the last one.
+    /// The state that `--at` selects, or the last state.
     state: Option<StateReport>,
 }
 
-/// The poses of all states, decoded while they are printed.
+/// A sequence of the poses in all states. Each pose is decoded when it is serialized.
 struct Poses<'a>(&'a Recording);
 
 impl Serialize for Poses<'_> {
@@ -200,17 +196,24 @@ impl Serialize for Poses<'_> {
         let (history, times) = (recording.history(), recording.times());
         serializer.collect_seq(history.iter().zip(times.iter()).map_while(|(message, time)| {
             let pose = StateMessage::new(&message, recording.size()).ok()?.pose().ok()?;
-            let (ms, heading) = (milliseconds(recording, time), pose.heading.letter());
-            Some(PoseAt { ms, cell: [pose.cell.x, pose.cell.y], heading })
+            Some(PoseAt::new(recording, time, pose))
         }))
     }
 }
 
+/// A pose and its time. The field names are JSON keys.
 #[derive(Serialize)]
 struct PoseAt {
     ms: f64,
     cell: [u8; 2],
     heading: char,
+}
+
+impl PoseAt {
+    fn new(recording: &Recording, time: u64, Pose { cell, heading }: Pose) -> Self {
+        let ms = milliseconds(recording, time);
+        Self { ms, cell: [cell.x, cell.y], heading: heading.letter() }
+    }
 }
 
 impl<'a> ReplayReport<'a> {

@@ -1,4 +1,4 @@
-//! How much of simulations and recordings is kept, and where.
+//! Memory limits of histories and recordings.
 
 use std::sync::Arc;
 
@@ -11,20 +11,21 @@ use crate::output::note;
 
 const MIB: u64 = 1 << 20;
 
-/// The free memory to assume where the system does not report it.
+/// The free memory in bytes that is assumed if the system does not report it.
 const ASSUMED_FREE_BYTES: u64 = 1 << 30;
 
-/// How much memory a server may use for states.
+/// The memory limits of a server.
 pub(crate) struct MemoryLimits {
-    /// For the live history, in bytes.
+    /// The limit of the live history, in bytes.
     pub(crate) history: usize,
-    /// For the recordings that are open in the viewer.
+    /// The budget of the recordings that are open in the viewer.
     pub(crate) recordings: Arc<MemoryBudget>,
 }
 
 impl MemoryLimits {
-    /// Returns the limits from the arguments. By default, the history may use half of the free memory
-    /// and recordings a quarter. Call this before sockets use up the file descriptors.
+    /// Returns the limits from the arguments. By default, the history may use half of the free
+    /// memory and recordings may use a quarter. Call this before sockets use up the file
+    /// descriptors.
     pub(crate) fn new(args: &RetentionArgs) -> Self {
         let free = memory::free().unwrap_or(ASSUMED_FREE_BYTES);
         let limit = |part| bytes(args.history_limit, free / part);
@@ -33,19 +34,21 @@ impl MemoryLimits {
     }
 }
 
-/// Returns the memory for recordings where nothing is served, by default half of the free memory.
+/// Returns the memory budget of a command that only reads recordings, by default half of the free
+/// memory.
 pub(crate) fn recording_budget(args: &ReadingArgs) -> Arc<MemoryBudget> {
     let free = memory::free().unwrap_or(ASSUMED_FREE_BYTES);
     Arc::new(MemoryBudget::new(bytes(args.history_limit, free / 2)))
 }
 
-/// Converts mebibytes to bytes. Without a number, returns `default`, but at least one mebibyte.
+/// Converts mebibytes to bytes. Without mebibytes, returns `default` bytes, but at least one
+/// mebibyte.
 fn bytes(mebibytes: Option<u64>, default: u64) -> usize {
     let bytes = mebibytes.map_or(default.max(MIB), |mebibytes| mebibytes.saturating_mul(MIB));
     usize::try_from(bytes).unwrap_or(usize::MAX)
 }
 
-/// Reports the limit of the history and the folder of recordings.
+/// Prints the limit of the history and the folder for recordings.
 pub(crate) fn report(args: &RetentionArgs, simulation: &Simulation) {
     let mib = simulation.history().limit() as u64 / MIB;
     let default = ", half of the free memory (change with --history-limit)";

@@ -1,39 +1,39 @@
-//! The map of a mouse on the terminal.
+//! Showing the map of a mouse on the terminal.
 
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal};
 
 use mmsim_client::SearchRun;
-use mmsim_maze::{Cell, KnownMaze, Maze, Pose};
+use mmsim_maze::{Cell, KnownMaze, Pose};
 use mmsim_solvers::{BundledStrategy, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
 use crate::output::{counted, print};
 
-/// The time between two steps that a viewer can follow, in milliseconds.
+/// The default time between two steps on a terminal, in milliseconds.
 pub(crate) const DEFAULT_PACE_MS: u64 = 50;
 
-/// Shows the map at the end of a search, and on a terminal also during it, redrawn in place.
+/// A view of the map of a mouse. A live view redraws the map in place during the search.
 pub(crate) struct Screen {
     strategy: BundledStrategy,
-    /// Whether to show the map during the search.
+    /// True if the map is shown during the search.
     is_live: bool,
-    /// Whether a map was drawn, which the next one replaces.
+    /// True if the screen shows a map.
     drawn: bool,
 }
 
-/// Returns the words of the summary for how a search ended.
+/// Describes the end of a search for the summary line.
 pub(crate) fn ending(run: &SearchRun) -> &'static str {
     if run.stats.goal_reached() { "goal reached" } else { "goal not reached" }
 }
 
 impl Screen {
-    /// Returns a screen for a mouse with this strategy. Only a terminal shows the map during the search.
+    /// Creates a screen for a mouse with this strategy. The screen is live only on a terminal.
     pub(crate) fn new(strategy: BundledStrategy, is_live: bool) -> Self {
         Self { strategy, is_live: is_live && io::stdout().is_terminal(), drawn: false }
     }
 
-    /// Shows the map during the search, in the largest form that fits the terminal.
+    /// Shows the current map on a live screen, with numbers if they fit the terminal.
     pub(crate) fn show<S: Strategy>(
         &mut self,
         mouse: &Mouse<S>,
@@ -45,12 +45,13 @@ impl Screen {
         let (strategy, steps) = (self.strategy, counted(run.stats.steps(), "step"));
         let mut status = format!("{strategy}: searching, {steps}");
         let room = terminal();
-        let map = pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
-            let (width, height) = (mouse.map().size().width(), mouse.map().size().height());
-            let (columns, lines) = (4 * u16::from(width) + 1, u16::from(height) + 4);
-            let _ = write!(status, "; the map needs a window of {columns}x{lines}");
-            String::new()
-        });
+        let map =
+            mouse_pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
+                let (width, height) = (mouse.map().size().width(), mouse.map().size().height());
+                let (columns, lines) = (4 * u16::from(width) + 1, u16::from(height) + 4);
+                let _ = write!(status, "; the map needs a window of {columns}x{lines}");
+                String::new()
+            });
         self.replace(&map, &status)
     }
 
@@ -61,14 +62,13 @@ impl Screen {
         run: &SearchRun,
         ending: &str,
     ) -> io::Result<()> {
-        let [numbers, compact] = pictures(mouse);
+        let [numbers, compact] = mouse_pictures(mouse);
         // The map keeps the form it had during the search.
-        let is_compact = self.is_live && !fits(&numbers, terminal());
-        let map = if is_compact && fits(&compact, (terminal().0, usize::MAX)) {
-            compact
-        } else {
-            wide_or_compact([numbers, compact])
-        };
+        let (columns, lines) = terminal();
+        let is_compact = self.is_live
+            && !fits(&numbers, (columns, lines))
+            && fits(&compact, (columns, usize::MAX));
+        let map = if is_compact { compact } else { wide_or_compact([numbers, compact]) };
         let steps = counted(run.stats.steps(), "step");
         let visited = counted(mouse.map().visited().len() as u64, "cell");
         let requests = counted(run.requests, "request");
@@ -81,7 +81,7 @@ impl Screen {
         }
     }
 
-    /// Draws over the previous map, from the upper left corner of the screen.
+    /// Replaces the previous map, starting at the upper left corner of the screen.
     fn replace(&mut self, map: &str, status: &str) -> io::Result<()> {
         let mut frame = String::from(if self.drawn { "\x1b[H" } else { "\x1b[2J\x1b[H" });
         self.drawn = true;
@@ -100,18 +100,20 @@ fn terminal() -> (usize, usize) {
     (columns.into(), lines.into())
 }
 
-/// Whether the picture fits, with one line each for the status, the cursor and a final message.
+/// Returns true if the picture and three further lines fit: the status, the cursor and a final
+/// message.
 fn fits(picture: &str, (columns, lines): (usize, usize)) -> bool {
     let widest = picture.lines().map(str::len).max().unwrap_or(0);
     picture.lines().count() + 3 <= lines && widest <= columns
 }
 
-/// Returns the map of the mouse: with its weights unless they are all zero, and compact.
-fn pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
-    map_pictures(mouse.map(), mouse.pose(), &|cell| mouse.weight(cell).unwrap_or(u16::MAX))
+fn mouse_pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
+    pictures(mouse.map(), mouse.pose(), |cell| mouse.weight(cell).unwrap_or(u16::MAX))
 }
 
-fn map_pictures(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> [String; 2] {
+/// Returns two pictures of a mouse's map: a wide one with the weights unless all are zero, and a
+/// compact one.
+pub(crate) fn pictures(map: &KnownMaze, pose: Pose, weight: impl Fn(Cell) -> u16) -> [String; 2] {
     let number = |cell| Some(weight(cell)).filter(|&weight| weight != u16::MAX);
     let drawing = map.picture().with_mouse(pose);
     let all_zero = map.size().cells().all(|cell| weight(cell) == 0);
@@ -120,17 +122,8 @@ fn map_pictures(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> [S
     [numbers, drawing.compact().to_string()]
 }
 
-/// Returns a map to print once, with its weights unless they are all zero or do not fit the terminal.
-pub(crate) fn still(map: &KnownMaze, pose: Pose, weight: &dyn Fn(Cell) -> u16) -> String {
-    wide_or_compact(map_pictures(map, pose, weight))
-}
-
-/// Returns a maze to print once.
-pub(crate) fn still_maze(maze: &Maze) -> String {
-    wide_or_compact([maze.to_string(), maze.picture().compact().to_string()])
-}
-
-/// Returns the compact form if only that fits the width of the terminal. Lines may scroll away.
+/// Returns the compact picture if only this one fits the width of the terminal. The height does not
+/// matter, because the terminal scrolls.
 pub(crate) fn wide_or_compact([wide, compact]: [String; 2]) -> String {
     let room = (terminal().0, usize::MAX);
     let is_better = !fits(&wide, room) && fits(&compact, room);

@@ -11,10 +11,10 @@ use tracing::info;
 use crate::embedded;
 use crate::output::{counted, own_command, warn};
 
-/// The folder of mazes in the user's home folder.
+/// The name of the maze folder in the user's home folder.
 const HOME_FOLDER: &str = ".mmsim";
 
-/// Returns the default folder of mazes, `None` if the user has no home folder.
+/// Returns the default folder of mazes, or `None` if the user has no home folder.
 pub(crate) fn home_folder() -> Option<PathBuf> {
     Some(env::home_dir()?.join(HOME_FOLDER))
 }
@@ -22,15 +22,14 @@ pub(crate) fn home_folder() -> Option<PathBuf> {
 /// A collection of mazes.
 pub(crate) struct Collection {
     pub(crate) catalogue: Catalogue,
-    /// The name of the collection in messages.
-    location: String,
-    /// The path of the collection, empty for the bundled mazes.
+    /// The path of the collection, which is empty for the bundled mazes.
     path: PathBuf,
-    /// Whether this is the user's default collection, which the bundled mazes extend.
+    /// True for the collection in the user's home folder. If this collection has no matching maze,
+    /// the bundled mazes are searched.
     is_default: bool,
 }
 
-/// A maze and its name.
+/// A maze with its path and name.
 #[derive(Clone, Debug)]
 pub(crate) struct Selected {
     pub(crate) path: PathBuf,
@@ -49,7 +48,7 @@ impl Selected {
     }
 }
 
-/// Why no maze was selected.
+/// The reason why no maze was selected.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SelectionError {
     #[error(
@@ -64,17 +63,15 @@ pub(crate) enum SelectionError {
 }
 
 impl Collection {
-    /// Returns the mazes at `path`; without a path, those in the user's folder or, if there are none,
-    /// the bundled mazes.
+    /// Returns the mazes at `path`. Without a path, returns the mazes in the user's folder, or the
+    /// bundled mazes if that folder has none.
     pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
         let Some(path) = path else { return Ok(Self::from_home().unwrap_or_else(Self::bundled)) };
-        let location = path.display().to_string();
-        let catalogue = Catalogue::from_path(path)?;
-        Ok(Self { catalogue, location, path: path.into(), is_default: false })
+        Ok(Self { catalogue: Catalogue::from_path(path)?, path: path.into(), is_default: false })
     }
 
-    /// Returns the collection to search for a maze by name: the file of this name if it exists and no
-    /// path is given.
+    /// Returns the collection in which to search for a maze by name. Without a path, returns the
+    /// file `name` if it exists, else the default collection.
     pub(crate) fn with(name: &str, path: Option<&Path>) -> Result<Self, SelectionError> {
         let file = Path::new(name);
         Self::at(path.or_else(|| Some(file).filter(|file| file.is_file())))
@@ -83,44 +80,43 @@ impl Collection {
     fn from_home() -> Option<Self> {
         let path = home_folder()?;
         let catalogue = Catalogue::from_path(&path).ok()?;
-        let location = path.display().to_string();
         if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {
-            return Some(Self { catalogue, location, path, is_default: true });
+            return Some(Self { catalogue, path, is_default: true });
         }
-        warn(format_args!("no mazes in {location}; using the bundled mazes"));
+        warn(format_args!("no mazes in {}; using the bundled mazes", path.display()));
         None
     }
 
     fn bundled() -> Self {
-        Self {
-            catalogue: embedded::catalogue(),
-            location: "the bundled mazes".into(),
-            path: PathBuf::new(),
-            is_default: false,
+        Self { catalogue: embedded::catalogue(), path: PathBuf::new(), is_default: false }
+    }
+
+    /// Returns the name of the collection for messages.
+    fn location(&self) -> String {
+        match self.path.to_str() {
+            Some("") => "the bundled mazes".into(),
+            _ => self.path.display().to_string(),
         }
     }
 
-    /// Returns the first maze whose path contains `words`; without words, the first with a reachable
-    /// goal. The default collection falls back to the bundled mazes. A warning counts the unreadable
-    /// files that were skipped.
+    /// Returns the first maze whose path contains all `words`. Without words, returns the first
+    /// maze with a reachable goal. If the user's folder has no such maze, searches the bundled
+    /// mazes. Skips unreadable files and prints a warning with their number.
     pub(crate) fn select(&self, words: &str) -> Result<Selected, SelectionError> {
         let any = words.trim().is_empty();
-        let (mut unreadable, mut found, mut fallback) = (Vec::new(), None, None);
-        info!("{} files in {}", self.catalogue.entries().len(), self.location);
-        for entry in self.catalogue.matching(words) {
-            match entry.maze() {
-                Err(error) => unreadable.push(error),
-                Ok(maze) => {
-                    let is_wanted = !any || MazeFacts::new(&maze).shortest_path.is_some();
-                    let selected = Selected::new(entry, maze);
-                    if is_wanted {
-                        found = Some(selected);
-                        break;
-                    }
-                    fallback.get_or_insert(selected);
-                }
+        let (mut unreadable, mut fallback) = (Vec::new(), None);
+        let (location, count) = (self.location(), self.catalogue.entries().len());
+        info!("{count} files in {location}");
+        let found = self.catalogue.matching(words).find_map(|entry| {
+            let maze = entry.maze().map_err(|error| unreadable.push(error)).ok()?;
+            let is_wanted = !any || MazeFacts::new(&maze).shortest_path.is_some();
+            let selected = Selected::new(entry, maze);
+            if is_wanted {
+                return Some(selected);
             }
-        }
+            fallback.get_or_insert(selected);
+            None
+        });
         let Some(selected) = found.or(fallback) else {
             if self.is_default
                 && unreadable.is_empty()
@@ -128,7 +124,6 @@ impl Collection {
             {
                 return Ok(bundled);
             }
-            let (location, count) = (self.location.clone(), self.catalogue.entries().len());
             return Err(match unreadable.into_iter().next() {
                 Some(error) => error.into(),
                 None if count == 0 => SelectionError::Empty { location },
@@ -139,9 +134,8 @@ impl Collection {
             });
         };
         if let Some(error) = unreadable.first() {
-            let (count, location) =
-                (counted(unreadable.len() as u64, "unreadable file"), &self.location);
-            warn(format_args!("skipped {count} in {location}, such as {error}"));
+            let count = counted(unreadable.len() as u64, "unreadable file");
+            warn(format_args!("skipped {count} in {location}; first error: {error}"));
         }
         Ok(selected)
     }

@@ -8,6 +8,7 @@ use clap::Command;
 use mmsim_protocol::Info;
 use serde::Serialize;
 
+use crate::args::ServerArgs;
 use crate::local_server::{self, ReadyServer};
 use crate::output::print_json;
 use crate::selection::{Collection, SelectionError};
@@ -15,15 +16,15 @@ use crate::suggest::suggest;
 use crate::usage::CommandResult;
 use args::ServeArgs;
 
-/// Serves a maze. `commands` is the command line, to suggest a command instead of a missing folder.
+/// Serves a maze. If the folder of mazes does not exist, suggests one of `commands`.
 pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
     let collection = Collection::at(args.mazes.as_deref())
         .map_err(|error| with_suggestion(error, args, commands))?;
-    let selected = collection.select(&args.server.words.join(" "))?;
-    let address = (&args.host[..], args.server.port);
-    let (mazes, viewer) = (collection.catalogue, Some(&args.server.viewer));
+    let ServerArgs { words, port, retention, viewer } = &args.server;
+    let selected = collection.select(&words.join(" "))?;
+    let (mazes, address) = (collection.catalogue, (&args.host[..], *port));
     let ReadyServer { server, mut simulation, interrupt, page } =
-        local_server::prepare(selected, mazes, address, &args.server.retention, viewer)?;
+        local_server::prepare(selected, mazes, address, retention, Some(viewer))?;
     if args.json {
         let report = ServerReport { address: server.address(), page, maze: simulation.info() };
         print_json(&report)?;
@@ -37,20 +38,20 @@ pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
     Ok(true)
 }
 
-/// The output of `--json`, for a program that starts a simulator and then a mouse.
+/// The JSON report for programs that start a simulator.
 #[derive(Serialize)]
 struct ServerReport<'a> {
     address: &'a str,
-    /// The address of the viewer page.
+    /// The URL of the viewer page.
     page: Option<String>,
     maze: Info,
 }
 
-/// Adds what the user may have meant instead of a folder that does not exist.
+/// Adds a suggestion to the error if the folder of mazes does not exist.
 fn with_suggestion(error: SelectionError, args: &ServeArgs, commands: &Command) -> Box<dyn Error> {
     let missing = args.mazes.iter().filter(|path| !path.exists());
     match missing.filter_map(|path| path.to_str()).find_map(|word| suggest(word, commands)) {
-        Some(suggestion) => format!("{error} (did you mean {suggestion}?)").into(),
+        Some(suggestion) => format!("{error}{suggestion}").into(),
         None => error.into(),
     }
 }

@@ -28,7 +28,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let mut transport = Zmq::connect(&endpoint, args.timeout, on_wait)?;
     let known = known.map_or_else(|| ask_maze(&mut transport, args.known.size), Ok);
     let prepared = known.and_then(|(map, start)| {
-        // The recording is named after the address, since the name of the maze may be unknown.
+        // The address serves as the name of the maze, because the true name may be unknown.
         let info = Info::new(&endpoint, map.size(), start, map.goals(), 0);
         let recording = RecordingTransport::new(transport, args.record.as_deref(), &info);
         let recording = recording.map_err(|error| match &args.record {
@@ -66,19 +66,20 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let recorded = transport.close().map_err(|error| format!("incomplete recording: {error}"));
     if args.json {
         let error = error.as_ref().map(ToString::to_string).or_else(|| recorded.clone().err());
-        let report = SolveReport::new(strategy.name(), &run, &mouse, error);
-        print_json(&report)?;
-    } else if run.states > 0 {
-        screen.finish(&mouse, &run, ending(&run))?;
-    }
-    if let Some(error) = recorded.as_ref().err().filter(|_| !args.json) {
-        warn(error);
+        print_json(&SolveReport::new(strategy.name(), &run, &mouse, error))?;
+    } else {
+        if run.states > 0 {
+            screen.finish(&mouse, &run, ending(&run))?;
+        }
+        if let Err(error) = &recorded {
+            warn(error);
+        }
     }
     match error {
         Some(error) if !args.json => Err(explain(&error).into()),
         Some(_) => Ok(false),
         None => {
-            // Some strategies pass through the goal before they are done.
+            // Some strategies continue after they reach the goal.
             let is_in_goal = mouse.map().goals().contains(mouse.pose().cell);
             let gave_up = run.states == max_steps && !is_in_goal;
             if gave_up {
@@ -89,7 +90,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     }
 }
 
-/// The output of `--json`. The optional fields are null if no search took place.
+/// The JSON report of a search. The optional fields are null if no search took place.
 #[derive(Default, Serialize)]
 struct SolveReport<'a> {
     strategy: &'a str,

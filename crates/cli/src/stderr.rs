@@ -1,4 +1,4 @@
-//! Writing to stderr without blocking a server: nothing may be reading it.
+//! Writing to stderr without blocking a server, even if no other process reads the pipe.
 
 use std::io::{self, Write};
 use std::mem;
@@ -7,33 +7,33 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// The maximum size of the queue in bytes, besides the messages being written.
+/// The maximum size of the queued messages in bytes, excluding messages that are being written.
 const MAX_QUEUED_BYTES: usize = 1 << 20;
 
-/// How long the process waits at exit for messages to be written.
+/// The maximum time to wait at exit until all messages are written.
 const FLUSH_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// Messages for the thread that writes them.
+/// The queue of messages for the writing thread.
 static BACKLOG: Backlog = Backlog::new();
 
-/// Whether that thread is running.
+/// True if the writing thread is running.
 static IS_IN_BACKGROUND: AtomicBool = AtomicBool::new(false);
 
-/// Starts a thread that writes all further messages. Messages are dropped and counted while the queue
-/// is full. Call this once per process.
+/// Starts a thread that writes all messages from now on. While the queue is full, further messages
+/// are dropped and counted. Call this once per process.
 pub(crate) fn write_in_background() {
-    // Without the thread, each message is still written at once.
+    // If the thread cannot start, each message is still written directly.
     if thread::Builder::new().spawn(|| BACKLOG.write_to(io::stderr())).is_ok() {
         IS_IN_BACKGROUND.store(true, Ordering::Relaxed);
     }
 }
 
-/// Waits briefly until all messages are written.
+/// Waits up to half a second until all messages are written.
 pub(crate) fn flush() {
     BACKLOG.flush(FLUSH_TIMEOUT);
 }
 
-/// Writes messages to stderr, each in one call. Errors are ignored.
+/// A writer to stderr that ignores errors.
 pub(crate) struct Stderr;
 
 impl Write for Stderr {
@@ -59,7 +59,7 @@ struct Backlog {
 
 struct State {
     queued: Vec<u8>,
-    /// The number of messages dropped after these.
+    /// The number of messages dropped after the queued ones.
     lost: u64,
     is_writing: bool,
 }
@@ -91,7 +91,7 @@ impl Backlog {
         self.changed.notify_all();
     }
 
-    /// Writes all messages, forever.
+    /// Writes queued messages in an endless loop.
     fn write_to(&self, mut out: impl Write) -> ! {
         loop {
             let state = self.changed.wait_while(self.lock(), |state| state.is_empty());
@@ -103,7 +103,7 @@ impl Backlog {
                 let report = format!("{lost} messages lost: stderr was not read in time\n");
                 messages.extend(report.bytes());
             }
-            // There is nowhere to report an error.
+            // There is no place to report an error.
             let _ = out.write_all(&messages);
             self.lock().is_writing = false;
             self.changed.notify_all();
@@ -151,7 +151,7 @@ mod tests {
         thread::spawn(move || backlog.write_to(Pipe { begun, read: reads, written }));
         backlog.push(b"first\n");
         has_begun.recv().unwrap();
-        // The thread blocks. Further messages are queued or lost.
+        // The thread is blocked now, so further messages are queued or lost.
         let message = [&[b'x'; 99][..], b"\n"].concat();
         let (room, lost) = (MAX_QUEUED_BYTES / message.len(), 1000);
         for _ in 0..room + lost {
@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(text.recv().unwrap(), "last\n");
         // A write error does not stop the thread.
         drop(read);
-        backlog.push(b"to nobody\n");
+        backlog.push(b"unread\n");
         backlog.flush(Duration::MAX);
     }
 }

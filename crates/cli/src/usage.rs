@@ -1,17 +1,16 @@
-//! The result of a command, and mistakes on the command line that clap cannot detect.
+//! The result of a command, and usage errors that clap does not detect.
 
 use std::error::Error;
 
-/// Whether the work succeeded: the goal was reached, every maze is valid. An error says why it could
-/// not be attempted.
+/// The result of a command: true for exit code 0, false for exit code 1 after the command has
+/// reported a failure, or an error to report.
 pub(crate) type CommandResult = Result<bool, Box<dyn Error>>;
 
-/// Arguments that do not fit together. The process exits with code 2.
+/// An error in the combination of arguments. The process exits with code 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub(crate) struct UsageError {
-    /// The names of the command and its parents, separated by spaces, such as `mazes convert`. Empty
-    /// for `mmsim` itself.
+    /// The path of the command, such as `mazes convert`, or an empty string for `mmsim` itself.
     pub(crate) command: &'static str,
     pub(crate) message: String,
 }

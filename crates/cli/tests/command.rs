@@ -1,4 +1,4 @@
-//! The command line: completions, manual pages, verbosity, suggestions.
+//! The command line: completions, manual pages, verbosity and suggestions.
 
 mod harness;
 
@@ -8,7 +8,7 @@ use harness::Home;
 use mmsim_tests::output;
 use serde_json::json;
 
-/// Names of commands and subcommands.
+/// The commands and subcommands to test.
 const COMMANDS: [&str; 8] =
     ["solve", "demo", "replay", "render", "compare", "trial", "mazes check", "completions"];
 
@@ -62,14 +62,14 @@ fn quiet_works_before_and_after_a_command_and_keeps_errors() {
 #[test]
 fn verbose_prints_more() {
     let home = Home::new();
-    let said =
+    let messages =
         |verbose: &[&str]| home.run(&[&["mazes", "show", "harbour"], verbose].concat()).stderr;
-    assert_eq!(said(&[]), "");
-    assert!(said(&["-v"]).contains("15 files in the bundled mazes"), "{}", said(&["-v"]));
+    assert_eq!(messages(&[]), "");
+    assert!(messages(&["-v"]).contains("15 files in the bundled mazes"), "{}", messages(&["-v"]));
 }
 
 #[test]
-fn options_of_the_server_before_a_command_are_wrong_usage() {
+fn server_options_before_a_command_are_usage_errors() {
     let home = Home::new();
     for (arguments, command) in [
         (&["--port", "0", "demo"][..], "demo"),
@@ -78,7 +78,7 @@ fn options_of_the_server_before_a_command_are_wrong_usage() {
     ] {
         let ended = home.run(arguments);
         assert_eq!(ended.code, Some(2), "{ended:?}");
-        let expected = format!("options of {command} must follow it");
+        let expected = format!("options of {command} must come after {command}");
         assert!(ended.stderr.contains(&expected), "{ended:?}");
     }
     let ended = home.run(&["--port", "nonsense", "demo"]);
@@ -89,7 +89,7 @@ fn options_of_the_server_before_a_command_are_wrong_usage() {
 fn a_folder_may_have_the_name_of_a_command() {
     let home = Home::new();
     home.write("mazes/small.txt", "o---o---o\n| S   G |\no---o---o\n");
-    assert!(home.serve(&["--port", "0", "mazes"]).said.contains("small.txt (2x1"));
+    assert!(home.serve(&["--port", "0", "mazes"]).messages.contains("small.txt (2x1"));
 }
 
 #[test]
@@ -109,15 +109,19 @@ fn every_form_of_help_works() {
 #[test]
 fn suggests_similar_commands() {
     let home = Home::new();
-    let said = |name| home.run(&[name]).stderr;
-    assert!(said("sovle").ends_with(" (did you mean `mmsim solve …`?)\n"), "{}", said("sovle"));
-    assert!(!said("my-mazes").contains("mean"), "{}", said("my-mazes"));
+    let messages = |name| home.run(&[name]).stderr;
     assert!(
-        said("fetch").ends_with(" (did you mean `mmsim mazes fetch …`?)\n"),
+        messages("sovle").ends_with(" (did you mean `mmsim solve …`?)\n"),
         "{}",
-        said("fetch")
+        messages("sovle")
     );
-    assert!(said("harbour").ends_with(" (did you mean `mmsim --maze harbour`?)\n"));
+    assert!(!messages("my-mazes").contains("mean"), "{}", messages("my-mazes"));
+    assert!(
+        messages("fetch").ends_with(" (did you mean `mmsim mazes fetch …`?)\n"),
+        "{}",
+        messages("fetch")
+    );
+    assert!(messages("harbour").ends_with(" (did you mean `mmsim --maze harbour`?)\n"));
     let ended = home.run(&["slove", "flood-fill"]);
     assert_eq!(ended.code, Some(2));
     let expected = "no such command, file or folder: \"slove\" (did you mean `mmsim solve …`?)\n";
@@ -140,7 +144,7 @@ fn json_reports_the_address() {
     assert_eq!(place["maze"]["goals"], json!([[7, 7], [8, 7], [7, 8], [8, 8]]));
 }
 
-/// `script` runs it on a terminal of its own.
+/// The tool `script` runs the command on a separate terminal.
 #[cfg(target_os = "linux")]
 #[test]
 fn no_color_disables_colours() {

@@ -1,4 +1,4 @@
-//! `mmsim compare`: comparing strategies over collections of mazes.
+//! `mmsim compare`: comparing strategies on collections of mazes.
 
 mod harness;
 
@@ -21,7 +21,7 @@ const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 /// The strategies in the snapshots.
 const STRATEGIES: &str = "flood-fill,weight-increment,left-wall,swing,shortest-path-search";
 
-/// Returns the table with the times, in the last column, replaced.
+/// Returns the table with a placeholder for each time in the last column.
 fn without_times(table: &str) -> String {
     let (head, rows) = table.split_once('\n').unwrap();
     let timeless = rows.lines().map(|row| {
@@ -32,7 +32,7 @@ fn without_times(table: &str) -> String {
     format!("{}  µs\n", head.trim_end_matches("µs").trim_end()) + &timeless.collect::<String>()
 }
 
-/// Returns the reports without their times, which must exist.
+/// Asserts that the reports have times, and returns the reports without them.
 fn timeless(mut reports: Value) -> Value {
     for report in reports.as_array_mut().unwrap() {
         let is_reached = report["goal_reached"] != 0;
@@ -146,9 +146,9 @@ fn means_cover_the_searches_that_reached_the_goal() {
         }
         let found = reached.iter().filter(|of| of["path_found"] == of["shortest_path"]).count();
         assert_eq!(report["shortest_path_found"], found);
-        let told =
+        let given_up =
             searches.iter().filter(|of| of["shortest_path"].is_null() && !of["error"].is_null());
-        assert_eq!(report["rightly_given_up"], told.count());
+        assert_eq!(report["rightly_given_up"], given_up.count());
     }
 }
 
@@ -205,7 +205,7 @@ fn the_number_of_threads_changes_nothing() {
 }
 
 #[test]
-fn strategies_run_in_the_order_given_and_once() {
+fn strategies_run_once_and_in_the_given_order() {
     let home = Home::new();
     let names = |arguments: &[&str]| {
         let ended = home.run(&[&["compare", "first steps", "--json"], arguments].concat()).json();
@@ -227,12 +227,14 @@ fn reports_unreadable_mazes_and_compares_the_others() {
     let ended = home.run(&["compare", "mazes", "no such", "--strategies", "swing"]);
     assert_eq!((ended.code, ended.stdout.lines().count()), (Some(1), 2), "{ended:?}");
     assert!(ended.stdout.lines().nth(1).unwrap().starts_with("swing         1      1/1 "));
-    let said: Vec<_> = ended.stderr.lines().collect();
+    let messages: Vec<_> = ended.stderr.lines().collect();
     assert!(
-        said[0].replace('\\', "/").starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
+        messages[0]
+            .replace('\\', "/")
+            .starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
     );
-    assert!(said[1].contains("matches \"no such\""), "{said:?}");
-    assert_eq!(said.len(), 2);
+    assert!(messages[1].contains("matches \"no such\""), "{messages:?}");
+    assert_eq!(messages.len(), 2);
     let ended = home.run(&["compare", "mazes/a.txt"]);
     assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "no table without a maze");
     let ended = home.run(&["compare", "mazes/a.txt", "--json", "--strategies", "swing"]);
@@ -240,7 +242,7 @@ fn reports_unreadable_mazes_and_compares_the_others() {
 }
 
 #[test]
-fn usage_errors_are_exit_code_2() {
+fn usage_errors_set_exit_code_2() {
     let home = Home::new();
     let all = "[possible values: flood-fill, weight-increment, left-wall, swing";
     for (arguments, error) in [

@@ -9,7 +9,7 @@ use std::process::Stdio;
 use harness::Home;
 use mmsim_tests::{output, wait_with_output, within};
 
-/// A maze whose central cells, the goal, are the whole maze.
+/// A 2x2 maze, in which all cells are goal cells.
 const SMALL: &str = "o---o---o\n| G   G |\no   o---o\n|SG   G |\no---o---o\n";
 const NUM: &str = "0 0 0 0 1 1\n0 1 1 0 0 1\n1 0 1 1 1 0\n1 1 1 1 1 0\n";
 const TRIAL: &str = "2\n3,6\n8,8\n";
@@ -36,7 +36,7 @@ fn the_extension_selects_the_format() {
 }
 
 #[test]
-fn bytes_go_through_pipes() {
+fn mazes_are_converted_through_pipes() {
     let home = Home::new();
     let maze = fs::read(mmsim_tests::bundled_mazes().join("01-harbour.txt")).unwrap();
     let pipe = |arguments: &[&str], input: &[u8]| {
@@ -54,7 +54,7 @@ fn bytes_go_through_pipes() {
 }
 
 #[test]
-fn unsupported_content_is_refused_and_the_old_file_stays() {
+fn unsupported_content_is_refused_and_the_old_file_is_kept() {
     let home = Home::new();
     home.write("marked.txt", SMALL.replace("|SG   G |", "| S     |"));
     home.write("out.num", "old");
@@ -74,7 +74,7 @@ fn unsupported_content_is_refused_and_the_old_file_stays() {
 }
 
 #[test]
-fn reports_what_was_assumed_when_reading() {
+fn assumptions_about_the_input_are_reported() {
     let home = Home::new();
     home.write("dot.maze", SMALL.replace("|SG   ", "|SG . "));
     home.write("bad.txt", "o---o\n| S |\no-- o\n");
@@ -87,13 +87,14 @@ fn reports_what_was_assumed_when_reading() {
     let ambiguous = home.run(&["mazes", "convert", "rows.txt", "-", "--quiet"]);
     assert_eq!(ambiguous.code, Some(0));
     insta::assert_snapshot!(ambiguous.stderr, @"rows.txt: ambiguous digits, which fit other mazes too; read as: rows from the north, each from the west, bits 1 2 4 8 walls north east south west");
-    let told = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
-    insta::assert_snapshot!(told("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
-    insta::assert_snapshot!(told("."), @"mmsim: .: is a folder, not a maze file");
-    assert!(told("missing.txt").starts_with("mmsim: cannot read missing.txt: "));
+    let errors = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
+    insta::assert_snapshot!(errors("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
+    insta::assert_snapshot!(errors("."), @"mmsim: .: is a folder, not a maze file");
+    assert!(errors("missing.txt").starts_with("mmsim: cannot read missing.txt: "));
 }
 
-/// Pipes and devices are written to directly. The target of a link is replaced, not the link.
+/// Checks that the command writes to pipes and devices directly, and that it replaces the target of
+/// a link instead of the link.
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_are_not_replaced() {

@@ -54,8 +54,8 @@ fn several_mazes_use_the_next_seeds() {
     assert_eq!(printed, single.join("\n"));
     assert!(printed.split("\n\n").all(|text| text.parse::<Maze>().is_ok()));
 
-    let said = generate(&["--seed", "8", "--count", "3", "-o", "new/mazes"]).stderr;
-    assert_eq!(said, "wrote 3 mazes to new/mazes; serve one with `mmsim new/mazes`\n");
+    let messages = generate(&["--seed", "8", "--count", "3", "-o", "new/mazes"]).stderr;
+    assert_eq!(messages, "wrote 3 mazes to new/mazes; serve one with `mmsim new/mazes`\n");
     let read = |name: &str| fs::read_to_string(home.path().join("new/mazes").join(name)).unwrap();
     assert_eq!(read("contest-6x6-8.txt"), single[0]);
     assert_eq!(read("contest-6x6-10.txt"), single[2]);
@@ -114,7 +114,8 @@ fn the_output_path_selects_folder_or_format() {
     assert_eq!(fs::read_dir(home.path()).unwrap().count(), 4);
 }
 
-/// A device may have no end, and has no content to lose.
+/// Writing to a device is safe without `--force`, because a device has no content that could be
+/// lost.
 #[cfg(unix)]
 #[test]
 fn devices_are_written_to_without_force() {

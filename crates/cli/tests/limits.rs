@@ -1,4 +1,4 @@
-//! Limits of the system: memory, files, and the size to which a small file may unpack.
+//! Limits of memory, open files and unpacked recordings.
 #![cfg(target_os = "linux")]
 
 mod harness;
@@ -17,7 +17,7 @@ use mmsim_tests::{ask, connect_to};
 
 const MIB: u64 = 1 << 20;
 
-/// Returns a memory figure of a process in bytes, such as `VmHWM`, its peak.
+/// Returns a memory figure of a process in bytes, such as the peak `VmHWM`.
 fn figure(process: u32, key: &str) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'))?;
@@ -29,7 +29,7 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
     let home = Home::new();
     // The history limit exceeds the memory limit of the system, so that an allocation fails.
     let options = ["-p", "0", "--maze", "hedgerow", "--history-limit", "100000", "--record", "r"];
-    // The memory at the start, and 48 MiB more.
+    // The limit is 48 MiB above the memory at the start.
     let taken = figure(home.serve(&options).id(), "VmSize").unwrap() + 48 * MIB;
     let limit = format!("-v {}", taken / 1024);
     let server = Serving::start(limited(&home.server(&options), &limit), "states");
@@ -62,8 +62,8 @@ fn the_default_limit_is_below_that_of_the_process() {
     let server = home.server(&["-p", "0", "--maze", "hedgerow"]);
     for option in ["-v", "-d"] {
         let limited = limited(&server, &format!("{option} {}", 1 << 20));
-        let said = Serving::start(limited, "states").said.clone();
-        let limit = said.split("keeping up to ").nth(1).unwrap().split(' ').next().unwrap();
+        let messages = Serving::start(limited, "states").messages.clone();
+        let limit = messages.split("keeping up to ").nth(1).unwrap().split(' ').next().unwrap();
         let limit: u64 = limit.parse().unwrap();
         assert!((1..=512).contains(&limit), "{limit} MiB under `ulimit {option}` of 1024");
     }
@@ -72,7 +72,7 @@ fn the_default_limit_is_below_that_of_the_process() {
 #[test]
 fn low_descriptor_limits_are_reported() {
     let home = Home::new();
-    // With fewer, not even the shared libraries load.
+    // With fewer than 6 files, not even the shared libraries load.
     for files in 6..20 {
         let server = home.server(&["-p", "0", "--record", "r", "--viewer-port", "0"]);
         let mut child = limited(&server, &format!("-n {files}"))
@@ -80,24 +80,27 @@ fn low_descriptor_limits_are_reported() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let (mut said, mut stderr) = (String::new(), child.stderr.take().unwrap());
+        let (mut messages, mut stderr) = (String::new(), child.stderr.take().unwrap());
         let mut piece = [0; 1000];
-        while !said.contains("recording to ") {
+        while !messages.contains("recording to ") {
             let count = stderr.read(&mut piece).unwrap();
             if count == 0 {
                 break;
             }
-            said += &String::from_utf8_lossy(&piece[..count]);
+            messages += &String::from_utf8_lossy(&piece[..count]);
         }
         let _ = child.kill();
-        stderr.read_to_string(&mut said).unwrap();
+        stderr.read_to_string(&mut messages).unwrap();
         child.wait().unwrap();
-        assert!(!said.contains("panicked"), "{files} files: {said}");
-        assert!(said.contains("recording to ") || said.contains("open files"), "{files}: {said}");
+        assert!(!messages.contains("panicked"), "{files} files: {messages}");
+        assert!(
+            messages.contains("recording to ") || messages.contains("open files"),
+            "{files}: {messages}"
+        );
     }
 }
 
-/// Writes a small recording with many equal states: each chunk holds 10,000 of them.
+/// Writes a small recording with many equal states. Each chunk holds 10,000 states.
 fn bomb(home: &Home, name: &str, chunks: usize) -> PathBuf {
     const CHUNK: u8 = 6;
     let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
@@ -124,21 +127,21 @@ fn bomb(home: &Home, name: &str, chunks: usize) -> PathBuf {
     path
 }
 
-/// Waits for a process. Returns its peak memory, its exit code and its messages.
+/// Runs a command. Returns the peak memory, the exit code and the messages.
 fn run_measured(mut command: Command) -> (u64, Option<i32>, String) {
     let mut child: Child =
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    let mut most = 0;
+    let mut peak = 0;
     let status = loop {
-        most = figure(child.id(), "VmHWM").unwrap_or(0).max(most);
+        peak = figure(child.id(), "VmHWM").unwrap_or(0).max(peak);
         if let Some(status) = child.try_wait().unwrap() {
             break status;
         }
         thread::sleep(Duration::from_millis(1));
     };
-    let mut said = String::new();
-    child.stderr.unwrap().read_to_string(&mut said).unwrap();
-    (most, status.code(), said)
+    let mut messages = String::new();
+    child.stderr.unwrap().read_to_string(&mut messages).unwrap();
+    (peak, status.code(), messages)
 }
 
 #[test]
@@ -156,15 +159,15 @@ fn a_small_file_with_many_states_takes_no_more_memory_than_the_limit() {
         &["replay", bomb, "--json"],
     ] {
         let command = home.command(&[arguments, &["--history-limit", "1"]].concat());
-        let (most, code, said) = run_measured(command);
-        assert_eq!(code, Some(1), "{said}");
+        let (peak, code, messages) = run_measured(command);
+        assert_eq!(code, Some(1), "{messages}");
         assert!(
-            said.contains(
+            messages.contains(
                 "states fit into the 1 MiB that open recordings share (raise --history-limit)"
             ),
-            "{said}"
+            "{messages}"
         );
-        assert!(most < 64 * MIB, "{arguments:?}: {most} bytes");
+        assert!(peak < 64 * MIB, "{arguments:?}: {peak} bytes");
         assert!(!home.path().join("bomb.svg").exists());
     }
 }
@@ -190,12 +193,12 @@ fn post(page: &str, path: &str, body: &str) -> (u16, String) {
 fn open_recordings_share_the_limit() {
     let home = Home::new();
     for name in ["r/a.mcap", "r/b.mcap"] {
-        // Between half a mebibyte and one mebibyte.
+        // Each recording takes between half a mebibyte and one mebibyte.
         bomb(&home, name, 60);
     }
     let arguments = ["-p", "0", "--record", "r", "--history-limit", "1", "--viewer-port", "0"];
     let server = home.serve_until(&arguments, "watch at http://");
-    let page = server.said.split("watch at http://").nth(1).unwrap().trim();
+    let page = server.messages.split("watch at http://").nth(1).unwrap().trim();
     let open = |name: &str| post(page, "/api/recordings/open", &format!("{{\"name\":\"{name}\"}}"));
     let (status, body) = open("a.mcap");
     assert_eq!(status, 200, "{body}");

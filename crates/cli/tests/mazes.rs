@@ -33,7 +33,7 @@ fn a_maze_is_shown_with_its_distances() {
 }
 
 #[test]
-fn finds_bundled_mazes_besides_the_users() {
+fn finds_bundled_mazes_in_addition_to_user_mazes() {
     let home = Home::new();
     home.write(".mmsim/small.txt", SMALL);
     assert!(home.run(&["mazes", "list"]).stdout.contains("small.txt"));

@@ -1,4 +1,4 @@
-//! Control characters in file names and in text from other programs: no command prints them.
+//! No command prints control characters from file names or from other programs.
 #![cfg(unix)]
 
 mod harness;
@@ -12,7 +12,8 @@ const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 /// Ambiguous hex digits.
 const AMBIGUOUS: &str = "bf\nab\nee\n";
 
-/// Clears the screen, sets a title, breaks the line, sets a colour and reverses the text direction.
+/// Text that clears the screen, sets a title, breaks the line, sets a colour and reverses the text
+/// direction.
 const EVIL: &str = "\u{1b}[2J\u{1b}]0;x\u{7}\r\n\u{9b}31m\u{202e}\u{7f}";
 
 /// Asserts that a text has no control characters.
@@ -26,7 +27,8 @@ fn check_ended(arguments: &[&str], ended: &Output) {
     assert!([Some(0), Some(1), Some(2)].contains(&ended.code), "{arguments:?}: {ended:?}");
 }
 
-/// Returns a home with evil file names: mazes (duplicate, closed, ambiguous), a folder, a recording.
+/// Returns a home folder in which a folder, a recording and several mazes have malicious names. The
+/// mazes include duplicate, closed and ambiguous mazes.
 fn evil_home() -> (Home, String) {
     let home = Home::new();
     let folder = format!("mazes{EVIL}");
@@ -142,7 +144,7 @@ fn no_server_prints_control_characters() {
     }
 }
 
-/// A simulator that sends evil text.
+/// The simulator sends malicious text.
 #[test]
 fn text_from_another_simulator_is_escaped() {
     let home = Home::new();

@@ -1,4 +1,4 @@
-//! Recording and replay: no acknowledged state is ever lost.
+//! Recording and replaying searches without loss of acknowledged states.
 
 mod harness;
 
@@ -15,13 +15,13 @@ use mmsim_tests::{ask, connect_to, wait_for};
 
 const MAZE: &str = "hedgerow";
 
-/// Returns the recordings in a folder, in the order of their start, without empty ones.
+/// Returns the non-empty recordings in a folder, in the order in which they began.
 fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
     // Skip the temporary file of a killed server.
     files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
-    // Sort by the number at the end: the clock may go backwards.
+    // Sort by the number at the end of the name, because the clock may go backwards.
     files.sort_by_key(|path| path.file_stem().unwrap().to_str().unwrap()[20..].to_string());
     let read = |path: PathBuf| match Recording::open(&path) {
         Ok(recording) => Some((path, recording)),
@@ -31,11 +31,11 @@ fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
     files.into_iter().filter_map(read).collect()
 }
 
-/// Receives a reply, or gives up once the server is killed.
+/// Receives a reply. Returns `None` if there is no reply and the server has been killed.
 fn receive(socket: &zmq::Socket, killed: &AtomicBool) -> Option<Vec<Vec<u8>>> {
     socket.set_rcvtimeo(20).unwrap();
     wait_for("a reply, or the server to be killed", || {
-        // Checked first, so that a reply from before the kill still counts.
+        // The flag is read first, so that a reply from before the kill still counts.
         let over = killed.load(Ordering::Relaxed);
         match socket.recv_multipart(0) {
             Ok(reply) => Some(Some(reply)),
@@ -45,7 +45,7 @@ fn receive(socket: &zmq::Socket, killed: &AtomicBool) -> Option<Vec<Vec<u8>>> {
     })
 }
 
-/// Sends states one by one with a reset now and then, and counts those acknowledged.
+/// Sends states one by one with occasional resets, and counts the acknowledged states.
 fn send_one_by_one(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool) {
     let socket = connect_to(address, zmq::REQ);
     for number in 0.. {
@@ -59,7 +59,7 @@ fn send_one_by_one(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool)
     }
 }
 
-/// Sends states without waiting for replies, and counts those acknowledged.
+/// Sends states without waiting for replies, and counts the acknowledged states.
 fn send_in_advance(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool) {
     let socket = connect_to(address, zmq::DEALER);
     let (mut sent, mut answered) = (0, 0);
@@ -78,16 +78,16 @@ fn send_in_advance(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool)
 /// The number of states sent before the first acknowledgement.
 const AHEAD: u64 = 100;
 
-/// Tells the sender that the server is killed, even if the test panics.
-struct SetAtTheEnd<'a>(&'a AtomicBool);
+/// A guard that sets a flag on drop, also during a panic.
+struct SetOnDrop<'a>(&'a AtomicBool);
 
-impl Drop for SetAtTheEnd<'_> {
+impl Drop for SetOnDrop<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
 }
 
-/// Kills the server at fifty moments while it receives states as fast as it can.
+/// Kills the server at fifty different times while it receives states at full speed.
 #[test]
 fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
     let (mut lost, mut total) = (0, 0);
@@ -105,8 +105,8 @@ fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
                     send_in_advance(&address, &acknowledged, &killed);
                 }
             });
-            let killed = SetAtTheEnd(&killed);
-            // Some are killed during startup, most while recording.
+            let killed = SetOnDrop(&killed);
+            // Some servers are killed during startup, most of them while recording.
             if round % 5 != 0 {
                 let is_acknowledged = || acknowledged.load(Ordering::Relaxed) > 0;
                 wait_for("the first acknowledged state", || is_acknowledged().then_some(()));
@@ -212,7 +212,7 @@ fn truncated_recordings_show_their_intact_states() {
     let whole = home.write("cut.mcap", &bytes);
     let shown = home.run(&["replay", whole.to_str().unwrap()]);
     assert_eq!(shown.code, Some(0), "{shown:?}");
-    let expected = format!("not closed: the file ends at byte {}, intact up to byte ", bytes.len());
+    let expected = format!(" of {} bytes are intact", bytes.len());
     assert!(shown.stdout.contains(&expected), "{shown:?}");
     assert!(shown.stdout.contains("\n190 states in "), "{shown:?}");
     bytes[50_000..60_000].fill(0xa5);
@@ -282,10 +282,11 @@ fn a_lost_folder_refuses_states_until_reset() {
     }
 }
 
-/// Other programs can change a recording. What they destroy is lost, but no further state is acknowledged.
+/// Another program can destroy parts of a recording. After such a change, the server acknowledges
+/// no further states.
 #[cfg(unix)]
 #[test]
-fn a_recording_that_another_program_changes_refuses_states_until_reset() {
+fn a_recording_changed_by_another_program_refuses_states_until_reset() {
     let home = Home::new();
     let server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
     let socket = connect_to(&server.address, zmq::REQ);
@@ -313,10 +314,11 @@ fn a_recording_that_another_program_changes_refuses_states_until_reset() {
     assert!(recording.history().iter().eq([state(7)]));
 }
 
-/// Kills the server while it compresses a recording. The file is always there and whole.
+/// Kills the server while it compresses a recording. The recording must always exist and be
+/// complete.
 #[cfg(unix)]
 #[test]
-fn no_state_is_lost_when_the_server_is_killed_while_it_packs() {
+fn no_state_is_lost_when_the_server_is_killed_during_compression() {
     const STATES: u64 = 500;
     let home = Home::new();
     let folder = home.path().join("r");
@@ -342,11 +344,12 @@ fn no_state_is_lost_when_the_server_is_killed_while_it_packs() {
     println!("30 kills: {packed} after packing, {left} in the middle of it");
 }
 
-/// A limit on the file size stands for a full disk.
+/// A limit on the file size imitates a full disk.
 #[cfg(unix)]
 #[test]
-fn a_full_disk_refuses_states_and_what_was_written_stays() {
-    // In blocks of 512 bytes. After the last state, they leave less and more room than a summary needs.
+fn a_full_disk_refuses_states_and_keeps_written_states() {
+    // The limits are in blocks of 512 bytes. After the last state, one limit leaves more space than
+    // the summary needs, the other one less.
     for limit in [64, 55] {
         fill_disk(limit);
     }
@@ -368,7 +371,7 @@ fn fill_disk(limit: usize) {
     let whole = |index: usize| {
         let (_, recording) = recordings(&home.path().join("r")).swap_remove(index);
         assert!(recording.history().iter().eq((0..states as u64).map(state)), "file {index}");
-        // The file is closed after compression, for which there may be room.
+        // The file is closed after compression, for which there may be enough space.
         assert!(!matches!(*recording.integrity(), Integrity::Damaged { .. }));
     };
     whole(0);

@@ -18,7 +18,7 @@ o   o---o   o
 o---o---o---o
 ";
 
-/// Records states of a mouse that goes back and forth and reports a wall that does not exist.
+/// Records states of a mouse that moves back and forth and reports a wall that does not exist.
 fn record(home: &Home, name: &str, states: u8) -> PathBuf {
     let simulation = Simulation::new("small", MAZE.parse::<Maze>().unwrap());
     let path = home.path().join(name);
@@ -92,14 +92,14 @@ fn a_state_of_a_recording_is_drawn() {
     assert!(second.contains("class=\"maze hide-numbers hide-trail\""));
     assert!(second.contains("points=\"10,30 10,10\""));
     assert!(second.contains("transform=\"translate(10 10) rotate(180)\""));
-    // The content decides, not the name.
+    // The content of the file matters, not its name.
     fs::copy(home.path().join("run.mcap"), home.path().join("run.bin")).unwrap();
     assert_eq!(home.run(&["render", "run.bin", "-o", "run.png"]).code, Some(0));
     assert_eq!(png_size(&read(&home, "run.png")), (640, 440));
 }
 
 #[test]
-fn a_search_moves() {
+fn a_recording_can_be_animated() {
     let home = Home::new();
     record(&home, "run.mcap", 5);
     let ended = home.run(&["render", "run.mcap", "-o", "run.gif", "--width", "128"]);
@@ -121,7 +121,7 @@ fn long_searches_have_at_most_400_frames() {
     }
     writer.close().unwrap();
     let ended = home.run(&["render", "long.mcap", "-o", "long.gif", "--width", "16"]);
-    assert_eq!(ended.stderr, "long.gif: 400 frames, evenly spaced, of 1000 states\n");
+    assert_eq!(ended.stderr, "long.gif: 400 evenly spaced frames of 1000 states\n");
     assert_eq!(gif_frames(&read(&home, "long.gif")).0, 400);
 }
 
@@ -164,11 +164,11 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
         ),
         (
             &["small.txt", "--at", "0", "-o", "a.svg"],
-            "small.txt: --at needs a recording, and this is a maze",
+            "small.txt: --at needs a recording, not a maze",
         ),
         (
             &["run.mcap", "--distances", "-o", "a.svg"],
-            "run.mcap: --distances needs a maze, and this is a recording",
+            "run.mcap: --distances needs a maze, not a recording",
         ),
         (&["run.mcap", "--at", "2", "-o", "old.gif"], "run.mcap: no state 2 (--at takes 0 to 1)"),
         (&["no.mcap", "-o", "a.svg"], "no.mcap: cannot be read: "),

@@ -18,7 +18,7 @@ fn serves_a_bundled_maze_by_default() {
     let server = Home::new().serve(&["--port", "0"]);
     assert!(
         server
-            .said
+            .messages
             .starts_with("serving 01-harbour.txt (16x16, goal 52 steps away) at tcp://127.0.0.1:")
     );
 }
@@ -28,7 +28,7 @@ fn finds_the_folder_in_the_home() {
     let home = Home::new();
     home.write(".mmsim/contest/own.txt", OPEN);
     let server = home.serve(&["-p", "0"]);
-    assert!(server.said.contains("own.txt (2x1, goal 1 step away)"), "{}", server.said);
+    assert!(server.messages.contains("own.txt (2x1, goal 1 step away)"), "{}", server.messages);
 }
 
 #[test]
@@ -36,8 +36,8 @@ fn falls_back_to_bundled_mazes() {
     let home = Home::new();
     home.write(".mmsim/rubbish.txt", "rubbish");
     let server = home.serve(&["-p", "0"]);
-    assert!(server.said.contains(".mmsim; using the bundled mazes"), "{}", server.said);
-    assert!(server.said.contains("serving 01-harbour.txt"), "{}", server.said);
+    assert!(server.messages.contains(".mmsim; using the bundled mazes"), "{}", server.messages);
+    assert!(server.messages.contains("serving 01-harbour.txt"), "{}", server.messages);
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn words_select_a_maze_in_a_folder_tree() {
     home.write("mazes/a-closed.txt", CLOSED);
     home.write("mazes/b-rubbish.txt", "rubbish");
     home.write("mazes/deep/er/c-open.txt", OPEN);
-    let served = |arguments: &[&str]| home.serve(arguments).said.clone();
+    let served = |arguments: &[&str]| home.serve(arguments).messages.clone();
     assert!(
         served(&["./mazes", "-p", "0"]).contains("c-open.txt"),
         "the first with a reachable goal"
@@ -83,8 +83,8 @@ fn warns_when_exposed_to_other_machines() {
                    history: the protocol has no authentication and no encryption\n";
     for host in ["0.0.0.0", "*"] {
         let server = home.serve_until(&["--port", "0", "--host", host], "encryption");
-        assert!(server.said.contains("at tcp://0.0.0.0:"), "{}", server.said);
-        assert!(server.said.ends_with(warning), "{}", server.said);
+        assert!(server.messages.contains("at tcp://0.0.0.0:"), "{}", server.messages);
+        assert!(server.messages.ends_with(warning), "{}", server.messages);
     }
 }
 
@@ -96,14 +96,13 @@ fn signals_stop_the_server_cleanly() {
         let mut server = home.serve(&["--port", "0"]);
         assert_eq!(home.run(&["solve", "flood-fill", "--connect", &server.address]).code, Some(0));
         server.signal(signal);
-        let (status, said) = server.wait();
-        assert_eq!(status.code(), Some(0), "{said}");
-        assert_eq!(said.lines().count(), 2, "{said}");
-        assert!(said.contains("MiB of states, half of the free memory"), "{said}");
+        let (status, messages) = server.wait();
+        assert_eq!(status.code(), Some(0), "{messages}");
+        assert_eq!(messages.lines().count(), 2, "{messages}");
+        assert!(messages.contains("MiB of states, half of the free memory"), "{messages}");
     }
 }
 
-/// It spins briefly for the next request, then parks.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_idle_server_uses_no_processor_time() {
@@ -112,11 +111,11 @@ fn an_idle_server_uses_no_processor_time() {
     assert_eq!(home.run(&["solve", "flood-fill", "--connect", &server.address]).code, Some(0));
     let ticks = || {
         let stat = std::fs::read_to_string(format!("/proc/{}/stat", server.id())).unwrap();
-        // User and kernel time: the 12th and 13th numbers after the name.
+        // The 12th and 13th numbers after the name are the user and kernel time.
         let numbers = stat.rsplit(')').next().unwrap().split(' ').skip(12).take(2);
         numbers.map(|number| number.parse::<u64>().unwrap()).sum::<u64>()
     };
-    // At first, the end of the search still counts.
+    // The first measurement may include the end of the search.
     wait_for("a second in which the server uses no processor time", || {
         let before = ticks();
         std::thread::sleep(std::time::Duration::from_secs(1));
@@ -136,7 +135,7 @@ fn a_closed_stderr_does_not_stop_the_server() {
 }
 
 #[test]
-fn usage_errors_have_their_own_exit_code() {
+fn usage_errors_have_a_separate_exit_code() {
     let home = Home::new();
     for arguments in [
         &["--nonsense"][..],

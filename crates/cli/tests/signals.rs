@@ -1,4 +1,5 @@
-//! Signals ignored at the start, as under `nohup` or in the background of a script.
+//! Signals that are ignored when the command starts, as under `nohup` or in background jobs of a
+//! script.
 #![cfg(target_os = "linux")]
 
 mod harness;
@@ -10,9 +11,11 @@ use harness::{Home, SIGNALS, Serving, recorded};
 
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
-/// Signal numbers, which are bits of masks.
+/// The number of the signal SIGHUP.
 const HUP: u32 = 1;
+/// The number of the signal SIGINT.
 const INT: u32 = 2;
+/// The number of the signal SIGTERM.
 const TERM: u32 = 15;
 
 /// Starts a command with the named signals ignored, and waits until it prints `text`.
@@ -25,7 +28,7 @@ fn start(home: &Home, ignored: &str, arguments: &[&str], text: &str) -> Serving 
     Serving::start(shell, text)
 }
 
-/// Whether a signal is in a mask of the process status.
+/// Returns true if a signal is in a mask of the process status.
 fn is_in(server: &Serving, mask: &str, signal: u32) -> bool {
     let status = fs::read_to_string(format!("/proc/{}/status", server.id())).unwrap();
     let mask = status.lines().find_map(|line| line.strip_prefix(mask)).unwrap();
@@ -40,8 +43,8 @@ fn check(mut server: Serving, name: &str, number: u32, others: &[u32]) {
     }
     server.signal(name);
     server.signal("TERM");
-    let (status, said) = server.wait();
-    assert_eq!(status.code(), Some(0), "{said}");
+    let (status, messages) = server.wait();
+    assert_eq!(status.code(), Some(0), "{messages}");
 }
 
 #[test]
@@ -66,7 +69,7 @@ fn signals_ignored_at_the_start_stay_ignored() {
 }
 
 #[test]
-fn a_server_that_ignores_every_signal_goes_on_serving() {
+fn a_server_that_ignores_every_signal_keeps_serving() {
     let home = Home::new();
     home.write("small.txt", MAZE);
     let arguments = ["small.txt", "--port", "0", "--no-viewer"];

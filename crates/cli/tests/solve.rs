@@ -54,13 +54,13 @@ fn a_small_search_prints_what_the_mouse_knows() {
     o---o---o---o---o---o---o---o---o
     flood-fill: goal reached after 24 steps, 21 cells visited, 51 requests
     ");
-    let told = ["--size", "8x8", "--goal", "3,3", "4,3", "--goal", "3,4", "4,4"];
-    let arguments = [&["solve", "flood-fill", "--connect", &server.address][..], &told].concat();
+    let maze = ["--size", "8x8", "--goal", "3,3", "4,3", "--goal", "3,4", "4,4"];
+    let arguments = [&["solve", "flood-fill", "--connect", &server.address][..], &maze].concat();
     assert_eq!(home.run(&arguments).stdout.lines().last(), ended.stdout.lines().last());
 }
 
 #[test]
-fn a_goal_not_reached_is_exit_code_1() {
+fn an_unreached_goal_sets_exit_code_1() {
     let home = Home::new();
     let server = home.serve(&["--port", "0", "--maze", "closed garden"]);
     let solve = |more: &[&str]| {
@@ -91,13 +91,13 @@ fn a_client_without_a_server_waits_until_the_timeout() {
     let ended =
         home.run(&["solve", "left-wall", "--connect", "tcp://127.0.0.1:1", "--timeout", "2.5"]);
     assert_eq!((ended.code, ended.stdout.as_str()), (Some(1), ""));
-    let said: Vec<&str> = ended.stderr.lines().collect();
-    assert!(said[0].starts_with("no reply from tcp://127.0.0.1:1 for "), "{ended:?}");
+    let messages: Vec<&str> = ended.stderr.lines().collect();
+    assert!(messages[0].starts_with("no reply from tcp://127.0.0.1:1 for "), "{ended:?}");
     assert!(
-        said[0].ends_with("(start a simulator with `mmsim`); press Ctrl-C to give up"),
+        messages[0].ends_with("(start a simulator with `mmsim`); press Ctrl-C to give up"),
         "{ended:?}"
     );
-    assert!(said[1].contains("within 2.5 s (start a simulator"), "{ended:?}");
+    assert!(messages[1].contains("within 2.5 s (start a simulator"), "{ended:?}");
     let arguments = ["solve", "left-wall", "--connect", "tcp://127.0.0.1:1", "--timeout", "0.1"];
     let asking = home.run(&[&arguments[..], &["--goal", "server", "--json"]].concat());
     assert_eq!(asking.json()["goal_reached"], json!(false));
@@ -105,7 +105,7 @@ fn a_client_without_a_server_waits_until_the_timeout() {
 }
 
 #[test]
-fn the_demo_draws_the_last_map_where_there_is_no_terminal() {
+fn the_demo_draws_the_last_map_without_a_terminal() {
     let home = Home::new();
     let ended = home.run(&["demo", "--port", "0", "--once", "--maze", "first steps"]);
     assert_eq!(ended.code, Some(0), "{ended:?}");
@@ -125,8 +125,8 @@ fn the_demo_keeps_serving_until_interrupted() {
     let searched = home.run(&["solve", "weight-increment", "--connect", &demo.address]);
     assert_eq!(searched.code, Some(0), "{searched:?}");
     demo.signal("INT");
-    let (status, said) = demo.wait();
-    assert_eq!(status.code(), Some(0), "{said}");
+    let (status, messages) = demo.wait();
+    assert_eq!(status.code(), Some(0), "{messages}");
     assert!(demo.stdout().contains("flood-fill: goal reached after 172 steps"));
 }
 

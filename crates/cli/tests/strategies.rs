@@ -1,4 +1,4 @@
-//! The pictures and figures of docs/strategies.md match the strategies.
+//! Checks that the pictures and figures in docs/strategies.md match the strategies.
 
 mod harness;
 
@@ -14,9 +14,10 @@ fn at_root(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
 }
 
-/// `MMSIM_UPDATE_PICTURES=1` redraws them after a change of a strategy or of the drawing.
+/// Set `MMSIM_UPDATE_PICTURES=1` to redraw the pictures after a change of a strategy or of the
+/// drawing.
 #[test]
-fn the_pictures_are_of_their_searches() {
+fn the_pictures_match_the_searches() {
     let home = Home::new();
     let server = home.serve(&["--port", "0", "--maze", "left bank"]);
     for strategy in STRATEGIES {
@@ -36,7 +37,7 @@ fn the_pictures_are_of_their_searches() {
 }
 
 #[test]
-fn the_figures_are_those_of_the_collection() {
+fn the_figures_match_the_collection() {
     let mazes = at_root("../shared/mazes/classic");
     if !mazes.exists() {
         eprintln!("skipped: {} is not there", mazes.display());

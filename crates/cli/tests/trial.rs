@@ -17,7 +17,7 @@ o---o---o---o---o
 ";
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
-/// Runs the random robot, which is fast enough in small mazes.
+/// Runs the trial with the random robot, which is fast enough in small mazes.
 fn random(home: &Home, arguments: &[&str]) -> Output {
     home.run(&[&["trial", "--robot", "random"], arguments].concat())
 }
@@ -108,18 +108,20 @@ fn reports_unreadable_mazes_and_runs_the_others() {
     home.write("empty/README.md", "no maze");
     let ended = random(&home, &["no such", "empty", "mazes"]);
     assert_eq!((ended.code, ended.stdout.lines().count()), (Some(1), 2), "{ended:?}");
-    let said: Vec<_> = ended.stderr.lines().collect();
-    assert!(said[0].starts_with("mmsim: no maze matches \"no such\" in "));
-    assert_eq!(said[1], "mmsim: no mazes in empty");
+    let messages: Vec<_> = ended.stderr.lines().collect();
+    assert!(messages[0].starts_with("mmsim: no maze matches \"no such\" in "));
+    assert_eq!(messages[1], "mmsim: no mazes in empty");
     assert!(
-        said[2].replace('\\', "/").starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
+        messages[2]
+            .replace('\\', "/")
+            .starts_with("mmsim: mazes/a.txt: line 1, column 1: expected ")
     );
     let ended = random(&home, &["mazes/a.txt"]);
     assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "no table without a trial");
 }
 
 #[test]
-fn the_smallest_maze_is_a_trial() {
+fn a_trial_works_in_the_smallest_maze() {
     let home = Home::new();
     home.write("one.txt", "o---o\n|SG |\no---o\n");
     let report = home.run(&["trial", "one.txt", "--robot", "all", "--json"]).json();
@@ -127,7 +129,7 @@ fn the_smallest_maze_is_a_trial() {
 }
 
 #[test]
-fn a_comparison_is_tables_json_and_charts() {
+fn a_comparison_prints_tables_and_json_and_draws_charts() {
     let home = Home::new();
     home.write("mazes/a.txt", MAZE);
     home.write("mazes/b &c.txt", MAZE);
@@ -168,7 +170,7 @@ fn a_comparison_is_tables_json_and_charts() {
 }
 
 #[test]
-fn swing_explores_as_far_as_its_variant_says() {
+fn the_variant_determines_how_far_swing_explores() {
     let home = Home::new();
     let explore_steps = |arguments: &[&str]| {
         let trial = ["trial", "first steps", "--robot", "swing", "--json"];
@@ -231,7 +233,7 @@ fn a_trial_is_served_until_interrupted() {
     let trial =
         ["trial", "a.txt", "--robot", "random", "--serve", "--port", "0", "--viewer-port", "0"];
     let mut server = harness::Serving::start(home.command(&trial), "still serving");
-    assert!(server.said.contains("watch at http://127.0.0.1:"), "{}", server.said);
+    assert!(server.messages.contains("watch at http://127.0.0.1:"), "{}", server.messages);
     let reply = ask(&connect_to(&server.address, zmq::REQ), b"info");
     let info: Value = serde_json::from_slice(&reply).unwrap();
     assert_eq!((&info["name"], &info["states"]), (&json!("a"), &json!(16)));
@@ -248,7 +250,7 @@ fn a_trial_is_served_until_interrupted() {
 }
 
 #[test]
-fn usage_errors_are_exit_code_2() {
+fn usage_errors_set_exit_code_2() {
     let home = Home::new();
     home.write("a.txt", MAZE);
     for (arguments, error) in [
@@ -262,7 +264,7 @@ fn usage_errors_are_exit_code_2() {
         (&["a.txt", "--key-points", "4"], "expected 0 to 3 key points"),
         (&["a.txt", "--variant", "some"], "[possible values: just-arrive, arrive-and-back, all]"),
         (&["a.txt", "--once"], "--serve"),
-        (&["a.txt", "--open"], "options for --serve require --serve"),
+        (&["a.txt", "--open"], "options for serving require --serve"),
         (&["a.txt", "--serve", "a.txt"], "--serve takes one maze, found 2"),
     ] {
         let ended = home.run(&[&["trial"], arguments].concat());

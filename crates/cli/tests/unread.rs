@@ -1,4 +1,4 @@
-//! A server whose stderr is an open pipe that nobody reads.
+//! A server whose stderr is an open pipe that no process reads.
 
 mod harness;
 
@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use harness::{Home, read_until};
 
-/// Enough refused requests to fill the pipe and the queue.
+/// A number of refused requests whose log messages fill the pipe and the queue.
 const REQUESTS: usize = 20_000;
 
 struct Unread {
@@ -20,12 +20,12 @@ struct Unread {
 }
 
 impl Unread {
-    /// Starts a server that logs each refused request, and sends it those requests.
+    /// Starts a server that logs each refused request, and sends enough requests to fill the pipe.
     fn start(home: &Home) -> Self {
         let mut command = home.server(&["-vv", "--port", "0"]);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-        let (stderr, said) = read_until(child.stderr.take().unwrap(), "tcp://");
-        let address = said.split("tcp://").nth(1).unwrap().split(';').next().unwrap();
+        let (stderr, messages) = read_until(child.stderr.take().unwrap(), "tcp://");
+        let address = messages.split("tcp://").nth(1).unwrap().split(';').next().unwrap();
         let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
         socket.set_linger(0).unwrap();
         socket.set_rcvtimeo(30_000).unwrap();
@@ -52,7 +52,7 @@ impl Drop for Unread {
     }
 }
 
-/// Reads lines until one contains the text.
+/// Reads lines until a line contains the text. Returns this line.
 fn line_with(lines: &Receiver<String>, text: &str) -> String {
     loop {
         let line = lines.recv_timeout(Duration::from_secs(30));

@@ -1,4 +1,4 @@
-//! When the viewer page is served, and where.
+//! Tests when the viewer page is served, and at which address.
 
 mod harness;
 
@@ -6,21 +6,21 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 
 use harness::Home;
-use mmsim_tests::{PATIENCE, wait_for};
+use mmsim_tests::{TIMEOUT, wait_for};
 
 /// Connects to the page at the reported address. Returns the connection and the host.
-fn connect(said: &str) -> (TcpStream, String) {
-    let address = said.split("watch at http://").nth(1).unwrap().lines().next().unwrap();
+fn connect(messages: &str) -> (TcpStream, String) {
+    let address = messages.split("watch at http://").nth(1).unwrap().lines().next().unwrap();
     let (host, _) = address.split_once('/').unwrap_or((address, ""));
     let port = host.rsplit(':').next().unwrap();
     let stream = TcpStream::connect(format!("127.0.0.1:{port}")).unwrap();
-    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.set_read_timeout(Some(TIMEOUT)).unwrap();
     (stream, host.into())
 }
 
 /// Returns the reply to `GET /`.
-fn page(said: &str) -> String {
-    let (mut stream, host) = connect(said);
+fn page(messages: &str) -> String {
+    let (mut stream, host) = connect(messages);
     write!(stream, "GET / HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n").unwrap();
     let mut reply = String::new();
     stream.read_to_string(&mut reply).unwrap();
@@ -35,7 +35,7 @@ fn reports_the_address_of_the_page() {
         &["demo", "--port", "0", "--viewer-port", "0", "--maze", "first steps"],
     ] {
         let server = home.serve_until(arguments, "watch at http://");
-        assert!(page(&server.said).starts_with("HTTP/1.1 200 OK"), "{arguments:?}");
+        assert!(page(&server.messages).starts_with("HTTP/1.1 200 OK"), "{arguments:?}");
     }
 }
 
@@ -64,10 +64,10 @@ fn a_second_simulator_serves_without_a_page() {
     assert_eq!(ended.code, Some(0));
     assert!(
         second
-            .said
+            .messages
             .contains("cannot serve the viewer page: port 6575 on 127.0.0.1 is already in use")
     );
-    // It does not matter whether another process has the port.
+    // This test also passes if another process uses the port.
     drop(usual);
 }
 
@@ -82,13 +82,13 @@ fn the_page_can_be_disabled() {
 }
 
 #[test]
-fn a_token_is_required_beyond_loopback() {
+fn a_token_is_required_from_other_machines() {
     let home = Home::new();
     let server =
         home.serve_until(&["--port", "0", "--viewer-port", "0", "--host", "0.0.0.0"], "watch at ");
-    assert!(server.said.contains("/?token="), "{}", server.said);
-    assert!(!server.said.contains("watch at http://0.0.0.0"), "nobody is at that address");
-    assert!(page(&server.said).starts_with("HTTP/1.1 401 Unauthorized"));
+    assert!(server.messages.contains("/?token="), "{}", server.messages);
+    assert!(!server.messages.contains("watch at http://0.0.0.0"), "nobody is at that address");
+    assert!(page(&server.messages).starts_with("HTTP/1.1 401 Unauthorized"));
 }
 
 #[test]
@@ -99,14 +99,14 @@ fn a_recording_is_shown_on_the_page() {
     home.run(&[&arguments[..], &["--goal", "server", "--record", "own.mcap"]].concat());
     let command = home.command(&["replay", "own.mcap", "--serve", "--viewer-port", "0"]);
     let mut replay = harness::Serving::start(command, "watch at http://");
-    assert!(page(&replay.said).starts_with("HTTP/1.1 200 OK"));
+    assert!(page(&replay.messages).starts_with("HTTP/1.1 200 OK"));
     replay.kill();
     assert!(replay.stdout().starts_with("own.mcap: "));
     assert_eq!(home.run(&["replay", "own.mcap", "--viewer-port", "0"]).code, Some(2));
     assert_eq!(home.run(&["replay", "own.mcap", "--serve", "--at", "1"]).code, Some(2));
 }
 
-/// Linux lists the open files and the threads of a process.
+/// These tests need the lists of open files and threads that Linux provides.
 #[cfg(target_os = "linux")]
 mod on_linux {
     use std::fs;
@@ -120,7 +120,7 @@ mod on_linux {
         let mut command = home.command(&["--port", "0", "--viewer-port", "0"]);
         command.env("TMPDIR", temporary.path());
         let mut server = harness::Serving::start(command, "watch at http://");
-        let (mut stream, host) = connect(&server.said);
+        let (mut stream, host) = connect(&server.messages);
         write!(
             stream,
             "POST /api/recordings?name=a.mcap HTTP/1.1\r\nhost: {host}\r\norigin: http://{host}\r\n\
@@ -147,13 +147,13 @@ mod on_linux {
         let limited = "ulimit -n 40 && exec \"$0\" --port 0 --viewer-port 0";
         command.args(["-c", limited, env!("CARGO_BIN_EXE_mmsim")]).env("HOME", home.path());
         let mut server = harness::Serving::start(command, "watch at http://");
-        let page = server.said.split("http://").nth(1).unwrap().split('/').next().unwrap();
+        let page = server.messages.split("http://").nth(1).unwrap().split('/').next().unwrap();
         let _all: Vec<_> = (0..60).map(|_| TcpStream::connect(page.trim()).unwrap()).collect();
-        // Time for several more attempts, none of which may be reported.
+        // In this time there are several more attempts, which must not be reported.
         std::thread::sleep(std::time::Duration::from_secs(2));
         server.kill();
-        let (_, said) = server.wait();
-        assert_eq!(said.matches("cannot accept a connection").count(), 1, "{said}");
+        let (_, messages) = server.wait();
+        assert_eq!(messages.matches("cannot accept a connection").count(), 1, "{messages}");
     }
 
     #[test]
@@ -162,7 +162,7 @@ mod on_linux {
         let server = home.serve_until(&["--port", "0", "--viewer-port", "0"], "watch at http://");
         let arguments = ["solve", "flood-fill", "--connect", &server.address];
         assert_eq!(home.run(&arguments).code, Some(0));
-        let (mut stream, host) = connect(&server.said);
+        let (mut stream, host) = connect(&server.messages);
         let animation = "/api/sources/live/animation.gif";
         write!(stream, "GET {animation}?run=2 HTTP/1.1\r\nhost: {host}\r\n\r\n").unwrap();
         wait_for("a thread that draws at the lowest priority", || {

@@ -151,7 +151,7 @@ impl Background {
 #[cfg(test)]
 mod tests {
     use mmsim_maze::Maze;
-    use mmsim_tests::{PATIENCE_MS, connect_to, within};
+    use mmsim_tests::{TIMEOUT_MS, connect_to, within};
 
     use super::*;
 
@@ -194,7 +194,7 @@ mod tests {
         for _ in 0..50 {
             let client = zmq::Context::new().socket(zmq::REQ).unwrap();
             client.set_identity(b"mouse").unwrap();
-            client.set_rcvtimeo(PATIENCE_MS).unwrap();
+            client.set_rcvtimeo(TIMEOUT_MS).unwrap();
             client.set_linger(0).unwrap();
             client.connect(server.address()).unwrap();
             client.send("ping", 0).unwrap();

@@ -116,7 +116,7 @@ mod tests {
     use std::time::Instant;
 
     use futures_util::future::join3;
-    use mmsim_tests::PATIENCE;
+    use mmsim_tests::TIMEOUT;
     use tokio::runtime;
 
     use super::*;
@@ -128,7 +128,7 @@ mod tests {
     /// Runs until cancelled or the timeout. Returns whether it was cancelled.
     fn run_until_cancelled(cancel: &CancelToken) -> bool {
         let started = Instant::now();
-        while cancel.check().is_ok() && started.elapsed() < PATIENCE {
+        while cancel.check().is_ok() && started.elapsed() < TIMEOUT {
             thread::sleep(Duration::from_millis(1));
         }
         cancel.check().is_err()
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn a_cancelled_job_ends_and_frees_its_permit() {
         run(async {
-            let queue = JobQueue::new("tests", 2, PATIENCE);
+            let queue = JobQueue::new("tests", 2, TIMEOUT);
             let (sender, outcomes) = mpsc::channel();
             for _ in 0..6 {
                 let sender = sender.clone();
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn a_client_that_leaves_the_queue_runs_no_job() {
         run(async {
-            let queue = JobQueue::new("tests", 1, PATIENCE);
+            let queue = JobQueue::new("tests", 1, TIMEOUT);
             let permit = queue.acquire().await.unwrap();
             let cancelled = queue.run(|_| -> Result<(), ApiError> { panic!("must not run") });
             assert!(timeout(Duration::from_millis(20), cancelled).await.is_err());
@@ -176,7 +176,7 @@ mod tests {
             Ok(())
         };
         run(async {
-            let queue = JobQueue::new("tests", 1, PATIENCE);
+            let queue = JobQueue::new("tests", 1, TIMEOUT);
             let (a, b, c) = join3(queue.run(job), queue.run(job), queue.run(job)).await;
             a.and(b).and(c).unwrap();
             let queue = JobQueue::new("tests", 1, Duration::ZERO);
@@ -198,7 +198,7 @@ mod tests {
             stat.rsplit(") ").next().unwrap().split(' ').nth(19 - 3).unwrap().parse().unwrap()
         }
         let normal = nice();
-        let queue = JobQueue::new("tests", 1, PATIENCE);
+        let queue = JobQueue::new("tests", 1, TIMEOUT);
         assert_eq!(run(queue.run(|_| Ok(nice()))).unwrap(), normal);
         let queue = queue.in_background();
         assert_eq!(run(queue.run(|_| Ok(nice()))).unwrap(), 19);

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use harness::{Response, WatchedServer};
-use mmsim_tests::{PATIENCE, wait_for};
+use mmsim_tests::{TIMEOUT, wait_for};
 use mmsim_viewer::Limits;
 
 /// Returns limits with short timeouts and this number of connections.
@@ -118,7 +118,7 @@ fn slow_uploads_do_not_block_others() {
 #[test]
 fn the_total_time_of_an_upload_is_limited() {
     let limits =
-        Limits { body_time: Duration::from_secs(2), max_lag: 10 * PATIENCE, ..Limits::default() };
+        Limits { body_time: Duration::from_secs(2), max_lag: 10 * TIMEOUT, ..Limits::default() };
     let watched = WatchedServer::with_limits("127.0.0.1", None, limits);
     let mut stream = watched.connect();
     let head = head(&watched, "/api/recordings?name=slow.mcap", 1_000_000);
@@ -166,7 +166,7 @@ fn event_streams_do_not_time_out() {
     thread::sleep(4 * limits.header_time);
     watched.send_states(1);
     let mut received = Vec::new();
-    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.set_read_timeout(Some(TIMEOUT)).unwrap();
     wait_for("the state", || {
         let mut buffer = [0; 4096];
         let count = stream.read(&mut buffer).unwrap();

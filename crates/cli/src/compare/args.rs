@@ -19,12 +19,12 @@ Examples:
 
 Columns:
   reached    mazes in which the strategy reached the goal, of those with a reachable goal
-  given up   mazes in which it reported an unreachable goal, of those with an unreachable goal
+  given up   mazes in which the strategy reported an unreachable goal, of those with an unreachable goal
   to goal    steps to the goal
   proven     solved mazes in which the shortest path was proven
-  after      steps until it was proven, mean over these mazes
+  after      steps until the shortest path was proven, mean over these mazes
   in all     steps of the whole search run, without a fast run
-  turns      quarter turns in the search run; a turn back counts as two
+  turns      quarter turns in the search run; a U-turn counts as two
   path       length of the shortest known path at the end, in steps
   shortest   length of the shortest path in the maze, in steps
   found      solved mazes in which path equals shortest
@@ -37,8 +37,8 @@ The exit code is 0 if all mazes could be read, whatever the searches found.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct CompareArgs {
-    /// Maze files, folders to search recursively, and words from the path of a maze [default: all mazes
-    /// in ~/.mmsim if there are any, else the bundled mazes]
+    /// Maze files, folders to search recursively, and words from the path of a maze [default: all
+    /// mazes in ~/.mmsim if there are any, else the bundled mazes]
     pub(crate) mazes: Vec<PathBuf>,
     /// Comma-separated list of strategies; may be repeated
     #[arg(
@@ -49,7 +49,7 @@ pub(crate) struct CompareArgs {
         value_parser = strategies()
     )]
     strategies: Vec<Option<BundledStrategy>>,
-    /// Use N threads; the results do not depend on it [default: the number of processors]
+    /// Use N threads, which does not affect the results [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
     /// Print CSV: a header and one line per search
@@ -61,7 +61,7 @@ pub(crate) struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// Returns the selected strategies, each once.
+    /// Returns the selected strategies without duplicates.
     pub(crate) fn strategies(&self) -> Vec<BundledStrategy> {
         each_once(&self.strategies, BundledStrategy::ALL)
     }

@@ -2,15 +2,15 @@
 
 use std::time::Duration;
 
-/// Runs `work` and measures its processor time on this thread. Time in which other threads run does
-/// not count.
+/// Runs `work` and measures its processor time on this thread. The time of other threads is not
+/// included.
 pub(super) fn measure<R>(work: impl FnOnce() -> R) -> (R, Duration) {
     let begin = thread_time();
     let result = work();
     (result, thread_time().saturating_sub(begin))
 }
 
-/// Returns the processor time of this thread since an arbitrary point.
+/// Returns the processor time of this thread since an arbitrary point in time.
 #[cfg(unix)]
 fn thread_time() -> Duration {
     use rustix::time::{ClockId, clock_gettime};
@@ -18,7 +18,7 @@ fn thread_time() -> Duration {
     clock_gettime(ClockId::ThreadCPUTime).try_into().unwrap_or_default()
 }
 
-/// Returns wall time instead: Windows measures processor time in steps of 16 ms.
+/// Returns the wall time, because Windows measures processor time only in steps of 16 ms.
 #[cfg(not(unix))]
 fn thread_time() -> Duration {
     use std::sync::LazyLock;

@@ -1,4 +1,4 @@
-//! What came of searches: one by one, and of each strategy the means.
+//! Reports of single searches, and of all searches of a strategy.
 
 use mmsim_maze::Escaped;
 use mmsim_solvers::BundledStrategy;
@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::search::Figures;
 use crate::selection::Selected;
 
-/// One search. The names are the keys of JSON and CSV.
+/// The report of one search. The field names are JSON keys and CSV column names.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SearchReport {
     #[serde(flatten)]
@@ -33,22 +33,23 @@ impl SearchReport {
     }
 }
 
-/// A strategy in all mazes: counts of mazes, and means over those in which the goal was reached.
-/// The names are the keys of the JSON.
+/// The report of all searches of a strategy. The means include only mazes in which the goal was
+/// reached. The field names are JSON keys.
 #[derive(Debug, Serialize)]
 pub(crate) struct StrategyReport {
     strategy: &'static str,
-    /// Mazes in which there is a way to the goal.
+    /// The number of mazes with a reachable goal.
     reachable: usize,
     goal_reached: usize,
-    /// Mazes in which there is none, and the strategy said so.
+    /// The number of mazes in which the goal is unreachable and the strategy reported it.
     rightly_given_up: usize,
-    /// Mazes in which the goal was reached and the shortest path proven.
+    /// The number of mazes in which the goal was reached and the shortest path was proven.
     proven: usize,
-    /// Mazes in which the goal was reached and the path found is as short as the shortest.
+    /// The number of mazes in which the goal was reached and the shortest known path is as short as
+    /// the true one.
     shortest_path_found: usize,
     steps_to_goal: Option<f64>,
-    /// Over the mazes in which it was proven.
+    /// The mean over the mazes in which the goal was reached and the shortest path was proven.
     steps_until_proven: Option<f64>,
     steps_in_all: Option<f64>,
     turns: Option<f64>,
@@ -82,7 +83,7 @@ impl StrategyReport {
         }
     }
 
-    /// The header row of the table.
+    /// Returns the header row of the table.
     pub(crate) fn head() -> Vec<String> {
         let head = [
             "strategy", "mazes", "reached", "given up", "to goal", "proven", "after", "in all",
@@ -91,7 +92,7 @@ impl StrategyReport {
         head.map(String::from).into()
     }
 
-    /// Its row of the table.
+    /// Returns the strategy's row of the table.
     pub(crate) fn row(&self) -> Vec<String> {
         let mean = |mean: Option<f64>| mean.map_or("-".into(), |mean| format!("{mean:.1}"));
         let Self { reachable, goal_reached, rightly_given_up, .. } = self;
@@ -113,8 +114,8 @@ impl StrategyReport {
         ]
     }
 
-    /// Its searches as lines of CSV, with the header if they are the first. Text is escaped, so that each
-    /// search is one line.
+    /// Writes each search as one line of CSV, preceded by a header if nothing has been written yet.
+    /// Escapes control characters, so that each search stays on one line.
     pub(crate) fn write_csv<W: std::io::Write>(&self, csv: &mut csv::Writer<W>) -> csv::Result<()> {
         #[derive(Serialize)]
         struct StrategyColumn {
@@ -130,7 +131,7 @@ impl StrategyReport {
     }
 }
 
-/// The mean, if there are any numbers.
+/// Returns the mean, or `None` if there are no numbers.
 fn mean(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = numbers.fold((0., 0.), |(sum, count), number| (sum + number, count + 1.));
     (count > 0.).then(|| sum / count)

@@ -1,4 +1,4 @@
-//! One search of one maze by one strategy, in memory, and its figures.
+//! Searching a maze in memory and measuring the search.
 
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_solvers::{
@@ -9,33 +9,35 @@ use serde::Serialize;
 
 use super::cpu_time::measure;
 
-/// The figures of a search, without its fast run unless stated otherwise.
-/// The field names are keys of JSON and CSV.
+/// The figures of a search. The figures exclude the fast run unless stated otherwise. The field
+/// names are JSON keys and CSV column names.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Figures {
     pub(crate) goal_reached: bool,
-    /// Steps until the mouse first stood in a goal cell, which may be on the fast run.
+    /// The number of steps until the mouse first reached a goal cell, possibly on the fast run.
     pub(crate) steps_to_goal: Option<u32>,
-    /// Steps until the shortest path was proven.
+    /// The number of steps until the shortest path was proven.
     pub(crate) steps_until_proven: Option<u32>,
-    /// Steps until the strategy stopped or began its fast run.
+    /// The number of steps until the strategy stopped or began its fast run.
     pub(crate) steps_in_all: u32,
-    /// Quarter turns on these steps; turning round is two.
+    /// The number of quarter turns until the strategy stopped or began its fast run. A U-turn
+    /// counts as two.
     pub(crate) turns: u32,
-    /// Steps from the start to the goal over the walls known at the end.
+    /// The pessimistic distance from the start to the goal at the end of the search, in steps.
     pub(crate) path_found: Option<u16>,
-    /// Steps from the start to the goal over the true walls, `None` if the goal is unreachable.
+    /// The distance from the start to the goal in the true maze in steps, or `None` if the goal is
+    /// unreachable.
     pub(crate) shortest_path: Option<u16>,
-    /// Processor time without the fast run, in microseconds, rounded to nanoseconds.
+    /// The processor time in microseconds, rounded to nanoseconds.
     pub(crate) time_us: f64,
-    /// Why the search run or the fast run ended early.
+    /// The error that ended the search run or the fast run early.
     pub(crate) error: Option<String>,
-    /// Whether the strategy rightly reported that the goal is unreachable.
+    /// True if the goal is unreachable and the strategy reported it.
     #[serde(skip)]
     pub(crate) is_rightly_given_up: bool,
 }
 
-/// Searches the maze until the strategy stops, with at most `max_states` decisions.
+/// Searches the maze until the strategy stops or has made `max_states` decisions.
 pub(crate) fn search<S: Strategy>(
     maze: &Maze,
     strategy: impl FnOnce() -> S,
@@ -106,8 +108,9 @@ o   o   o   o
 |           |
 o---o---o---o
 ";
-        // Four steps into the dead end, turning right twice, four back, turning round and right and
-        // left, then six, turning left twice. In the cell before the goal its open side is seen.
+        // The mouse takes four steps into the dead end with two right turns. It takes four steps
+        // back with a U-turn, a right turn and a left turn, then six steps with two left turns. In
+        // the cell before the goal it sees the open side of the goal.
         let expected = Figures {
             goal_reached: true,
             steps_to_goal: Some(14),
@@ -124,7 +127,11 @@ o---o---o---o
         assert_eq!(figures(FloodFill::new(), maze, 15), expected, "one state more than steps");
         let expected =
             Figures { goal_reached: false, steps_to_goal: None, steps_in_all: 13, ..expected };
-        assert_eq!(figures(FloodFill::new(), maze, 14), expected, "the path is known all the same");
+        assert_eq!(
+            figures(FloodFill::new(), maze, 14),
+            expected,
+            "the path is known, although the goal was not reached"
+        );
     }
 
     #[test]
@@ -138,7 +145,8 @@ o   o---o   o
 | S |       |
 o---o---o---o
 ";
-        // To the goal, the south-east corner, the goal again and the start, then fast to the goal.
+        // The mouse visits the goal, the south-east corner, the goal again and the start. Then the
+        // fast run leads to the goal.
         let expected = Figures {
             goal_reached: true,
             steps_to_goal: Some(6),
@@ -176,7 +184,7 @@ o---o---o
             error: None,
         };
         assert_eq!(figures(FloodFill::new(), maze, 1000), expected);
-        // Keeping left it sees nothing of the way through the middle.
+        // A mouse that follows the left wall does not see the path through the middle.
         let maze = "\
 o---o---o---o
 |           |
@@ -204,7 +212,7 @@ o---o---o---o
     }
 
     #[test]
-    fn only_who_says_that_there_is_no_way_gives_up_rightly() {
+    fn giving_up_is_right_only_with_a_report_of_an_unreachable_goal() {
         let expected = Figures {
             goal_reached: false,
             steps_to_goal: None,
@@ -218,12 +226,12 @@ o---o---o---o
             error: Some("goal unreachable from (1, 0)".into()),
         };
         assert_eq!(figures(FloodFill::new(), CLOSED, 1000), expected);
-        let circling = figures(LeftWall::new(), CLOSED, 100);
-        assert_eq!((circling.steps_in_all, circling.error), (99, None));
-        assert!(!circling.is_rightly_given_up);
+        let endless = figures(LeftWall::new(), CLOSED, 100);
+        assert_eq!((endless.steps_in_all, endless.error), (99, None));
+        assert!(!endless.is_rightly_given_up);
     }
 
-    /// Goes straight on, and fast from the second state on.
+    /// A strategy that always steps forward. The fast run begins with the second state.
     #[derive(Default)]
     struct Straight {
         states: u32,

@@ -14,20 +14,20 @@ pub(crate) struct RenderArgs {
     /// Recording, maze file, or words from the path of a maze
     #[arg(required = true, value_name = "MAZE|RECORDING")]
     pub(crate) source: Vec<String>,
-    /// File to write: .svg, .png, or for a recording .gif, which animates the search. An existing file
-    /// is replaced
+    /// File to write: .svg or .png, or .gif to animate a recording. An existing file is replaced
     #[arg(short, long, value_name = "FILE", value_parser = parse_picture)]
     pub(crate) output: Picture,
     /// Where to look for the maze [default: ~/.mmsim if it exists, else the bundled mazes]
     #[arg(long, value_name = "PATH")]
     pub(crate) mazes: Option<PathBuf>,
-    /// Draw state N of a recording; a .gif ends with it [default: the last state]
+    /// Draw state N of a recording; a .gif ends with state N [default: the last state]
     #[arg(long, value_name = "N")]
     pub(crate) at: Option<usize>,
     /// Label each cell of a maze with its distance to the goal in steps
     #[arg(long)]
     pub(crate) distances: bool,
-    /// Colour cells by the mouse's weights in a recording, by distance in a maze
+    /// Colour the cells: in a maze by the distance to the goal, in a recording by the mouse's
+    /// weights
     #[arg(long)]
     pub(crate) heat: bool,
     /// Omit the weights of a recording
@@ -39,14 +39,14 @@ pub(crate) struct RenderArgs {
     /// Colour theme
     #[arg(long, default_value = "light", value_parser = themes())]
     pub(crate) theme: Theme,
-    /// Width of a .png or .gif in pixels [default: 640 for the longer side]
+    /// Width of a .png or .gif in pixels [default: the width at which the longer side is 640]
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(width_range()))]
     pub(crate) width: Option<u32>,
     #[command(flatten)]
     pub(crate) reading: ReadingArgs,
 }
 
-/// The file of a picture and its format.
+/// The path and the format of the picture to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Picture {
     pub(crate) path: PathBuf,

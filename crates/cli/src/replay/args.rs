@@ -8,10 +8,9 @@ use crate::args::ReadingArgs;
 
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArgs {
-    /// Recording; the intact part is shown if a crash cut it off
+    /// Recording file; if the file is truncated, the intact part is shown
     pub(crate) file: PathBuf,
-    /// Show state N; the first state is 0, so N is the number of steps before it [default: the last
-    /// state]
+    /// Show state N, counted from 0 [default: the last state]
     #[arg(long, value_name = "N")]
     pub(crate) at: Option<usize>,
     #[command(flatten)]

@@ -16,8 +16,8 @@ pub(crate) struct ServeArgs {
     pub(crate) host: String,
     #[command(flatten)]
     pub(crate) server: ServerArgs,
-    /// Print a JSON object when ready: the addresses of the server and the viewer page, and the `info`
-    /// of the maze
+    /// When the server is ready, print a JSON object with the addresses of the server and the
+    /// viewer page, and the `info` of the maze
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -16,23 +16,23 @@ pub(crate) struct SolveArgs {
     /// Search strategy
     #[arg(value_parser = one_of(BundledStrategy::ALL.iter().copied(), strategy_value))]
     pub(crate) strategy: BundledStrategy,
-    /// Address of the simulator, as tcp://HOST:PORT; it may start later
+    /// Address of the simulator as tcp://HOST:PORT; the simulator may start later
     #[arg(long, value_name = "ENDPOINT", default_value_t = format!("tcp://127.0.0.1:{DEFAULT_PORT}"))]
     pub(crate) connect: String,
     #[command(flatten)]
     pub(crate) known: KnownMazeArgs,
-    /// Give up after sending N states, one more than the steps taken [default: 1000, or 10000 for
-    /// swing and shortest-path-search, which explore the maze and return to the start first]
+    /// Give up after sending N states, which is one more than the number of steps [default: 10000
+    /// for swing and shortest-path-search, which also return to the start, else 1000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_steps: Option<u32>,
-    /// Wait MS milliseconds after each step; a terminal then shows the mouse moving
+    /// Wait MS milliseconds after each step, and show the moving mouse on a terminal
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pub(crate) pace: u64,
     /// Record the acknowledged states to FILE, which must not exist; view it with `mmsim replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
-    /// Give up if a reply takes longer than S seconds [default: wait indefinitely for the simulator to
-    /// start, then 10 for each reply]
+    /// Give up if a reply takes longer than S seconds [default: no limit for the first reply, then
+    /// 10 for each reply]
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub(crate) timeout: Option<Duration>,
     /// Print a JSON object
@@ -40,7 +40,7 @@ pub(crate) struct SolveArgs {
     pub(crate) json: bool,
 }
 
-/// Describes a strategy in the help.
+/// Returns the name of a strategy and its description for the help.
 pub(crate) fn strategy_value(strategy: BundledStrategy) -> PossibleValue {
     PossibleValue::new(strategy.name()).help(strategy.about())
 }

@@ -1,4 +1,4 @@
-//! Connections: too many, idle, slow, and closed at bad moments.
+//! Attacks with connections: too many, idle, slow, and closed without warning.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -8,7 +8,7 @@ use crate::*;
 fn connections() {
     let target = Target::start();
     rlimit::increase_nofile_limit(4096).unwrap();
-    target.suffer("half a greeting and silence, or byte by byte", |address| {
+    target.run_attack("half a greeting and silence, or byte by byte", |address| {
         let half = raw::greeting()[..32].to_vec();
         let mut slow: Vec<_> = (0..50 * force().min(10)).map(|_| raw::connect(address)).collect();
         let half: Vec<_> = slow
@@ -27,18 +27,18 @@ fn connections() {
         }
         slow.into_iter().chain(half).for_each(raw::wait_until_cut_off);
     });
-    target.suffer("500 idle connections of each kind", |address| {
+    target.run_attack("500 idle connections of each kind", |address| {
         let silent: Vec<_> = (0..500).map(|_| raw::connect(address)).collect();
         silent.into_iter().for_each(raw::wait_until_cut_off);
         let idle: Vec<_> = (0..500).map(|_| raw::greet(address)).collect();
         assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
         drop(idle);
     });
-    target.suffer("more connections than there may be", |address| {
-        const MOST: usize = mmsim_server::limits::MAX_CONNECTIONS;
-        // One is the searcher's.
-        let mut all: Vec<_> = (1..MOST).map(|_| raw::greet(address)).collect();
-        // None of them has been silent for long.
+    target.run_attack("more connections than the limit", |address| {
+        use mmsim_server::limits::MAX_CONNECTIONS;
+        // The searcher already has one connection.
+        let mut all: Vec<_> = (1..MAX_CONNECTIONS).map(|_| raw::greet(address)).collect();
+        // A connection that has just sent a request is protected.
         for peer in &mut all {
             raw::walls(peer);
         }
@@ -46,7 +46,7 @@ fn connections() {
         let late: Vec<_> = (0..further).map(|_| raw::connect(address)).collect();
         let client = socket(&zmq::Context::new(), zmq::REQ, address);
         client.send("ping", 0).unwrap();
-        // Existing peers go on; newcomers are refused until some have left.
+        // Existing peers are still served; new peers are refused until others leave.
         for peer in &mut all {
             raw::walls(peer);
         }
@@ -56,7 +56,7 @@ fn connections() {
         drop(all);
         assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
     });
-    target.suffer("most of a long frame of each of many peers", |address| {
+    target.run_attack("a long incomplete frame from each of many peers", |address| {
         let frame = [raw::frame(1, b""), raw::frame(0, &vec![b'x'; 60_000])].concat();
         let all: Vec<_> = (0..900)
             .map(|_| {
@@ -68,7 +68,7 @@ fn connections() {
         assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
         drop(all);
     });
-    target.suffer("as many connections as there may be, which never leave", |address| {
+    target.run_attack("as many connections as the limit, which never close", |address| {
         let all: Vec<_> = (0..mmsim_server::limits::MAX_CONNECTIONS + 10)
             .map(|_| {
                 let mut peer = raw::connect(address);
@@ -76,13 +76,14 @@ fn connections() {
                 peer
             })
             .collect();
-        // It replaces a silent peer.
+        // A new peer replaces a silent one.
         assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
         drop(all);
     });
 }
 
-/// Keeps sending this request on several connections while `meanwhile` runs, and reconnects if closed.
+/// Sends a request repeatedly on several connections while `meanwhile` runs. Reconnects after a
+/// connection is closed.
 fn while_sending(count: usize, address: &str, request: &[u8], meanwhile: impl FnOnce()) {
     let hello = [raw::greeting(), raw::ready("REQ", 0), raw::request(request)].concat();
     let connect = || {
@@ -110,7 +111,7 @@ fn while_sending(count: usize, address: &str, request: &[u8], meanwhile: impl Fn
     });
 }
 
-/// Sets a flag on drop, also during a panic.
+/// A guard that sets a flag on drop, also during a panic.
 struct SetOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for SetOnDrop<'_> {
@@ -120,10 +121,10 @@ impl Drop for SetOnDrop<'_> {
 }
 
 #[test]
-fn a_mouse_that_thinks_keeps_its_place_among_connections_that_only_ping() {
+fn a_slow_mouse_stays_connected_among_connections_that_only_ping() {
     let target = Target::start();
     rlimit::increase_nofile_limit(4096).unwrap();
-    target.suffer("1,199 connections that only ping", |address| {
+    target.run_attack("1,199 connections that only ping", |address| {
         let mut mouse = raw::greet(address);
         raw::walls(&mut mouse);
         while_sending(1199, address, b"ping", || {
@@ -138,13 +139,13 @@ fn a_mouse_that_thinks_keeps_its_place_among_connections_that_only_ping() {
     });
 }
 
-/// Only Linux answers on all loopback addresses.
+/// Only Linux accepts connections on all loopback addresses.
 #[cfg(target_os = "linux")]
 #[test]
 fn one_address_cannot_take_all_connections() {
     let target = Target::start();
     rlimit::increase_nofile_limit(4096).unwrap();
-    target.suffer("every place taken by busy clients of one address", |address| {
+    target.run_attack("every connection taken by busy clients of one address", |address| {
         while_sending(1100, address, b"W\0\0N", || {
             let address = address.replace("tcp://", "tcp://127.0.0.2:0;");
             let client = socket(&zmq::Context::new(), zmq::REQ, &address);
@@ -163,7 +164,7 @@ fn more_connections_than_descriptors() {
     command.args(["-c", "ulimit -n 64 && exec \"$0\" --port 0 --viewer-port 0 --maze \"$1\""]);
     command.args([env!("CARGO_BIN_EXE_mmsim"), searcher::MAZE]).env("HOME", home.path());
     let target = Target(Serving::start(command, "tcp://"));
-    target.suffer("more connections than descriptors", |address| {
+    target.run_attack("more connections than descriptors", |address| {
         let all: Vec<_> = (0..200).map(|_| raw::connect(address)).collect();
         let client = socket(&zmq::Context::new(), zmq::REQ, address);
         client.send("ping", 0).unwrap();
@@ -175,13 +176,13 @@ fn more_connections_than_descriptors() {
 #[test]
 fn peers_that_vanish() {
     let target = Target::start();
-    target.suffer("peers that vanish between request and reply", |address| {
+    target.run_attack("peers that vanish between request and reply", |address| {
         let walls = [raw::greeting(), raw::ready("REQ", 0), raw::request(b"W\0\0N")].concat();
         for count in 0..10_000 * force() {
             let mut peer = raw::connect(address);
             raw::send(&mut peer, &walls);
             if count % 2 == 0 {
-                // The server sees the end only after the request.
+                // The server receives the request before the end of the stream.
                 peer.shutdown(Shutdown::Write).unwrap();
             }
             if count % 4 < 2 {
@@ -190,7 +191,7 @@ fn peers_that_vanish() {
             raw::reset(peer);
         }
     });
-    target.suffer("resets in the middle of a frame", |address| {
+    target.run_attack("resets in the middle of a frame", |address| {
         let whole = raw::request(&[b'S'; 518]);
         for cut in (0..whole.len()).cycle().take(whole.len() * force()) {
             let mut peer: TcpStream = raw::greet(address);
@@ -198,7 +199,7 @@ fn peers_that_vanish() {
             raw::reset(peer);
         }
     });
-    target.suffer("sockets of ZeroMQ that are closed before the reply", |address| {
+    target.run_attack("sockets of ZeroMQ that are closed before the reply", |address| {
         for _ in 0..force() {
             // A context has at most 1023 sockets, including those being closed.
             let context = zmq::Context::new();

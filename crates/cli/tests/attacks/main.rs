@@ -1,8 +1,9 @@
-//! Attacks on a running server while a correct client searches its maze. Every search must succeed, and
-//! after each attack the server must use no more memory, threads and descriptors than before.
+//! Attacks on a running server while a correct client searches its maze. Every search must succeed.
+//! After each attack, the server must use no more memory, threads and descriptors than before the
+//! attack.
 //!
-//! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` repeats each attack 20 times
-//! as often, and prints measurements.
+//! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes each attack 20
+//! times as long and prints measurements.
 
 #[path = "../harness/mod.rs"]
 mod harness;
@@ -20,13 +21,13 @@ use std::thread;
 use std::time::Duration;
 
 use harness::{Home, Serving};
-use measure::Held;
+use measure::Resources;
 use mmsim_maze::{Cell, Heading, Pose};
 use mmsim_protocol::Reply;
-use mmsim_tests::{PATIENCE_MS, malformed_requests, wait_for};
+use mmsim_tests::{TIMEOUT_MS, malformed_requests, wait_for};
 use searcher::while_searching;
 
-/// The factor for repetitions, usually 1.
+/// Returns the factor for the length of the attacks, by default 1.
 fn force() -> usize {
     static FORCE: OnceLock<usize> = OnceLock::new();
     *FORCE.get_or_init(|| env::var("MMSIM_ATTACK_FORCE").map_or(1, |force| force.parse().unwrap()))
@@ -44,11 +45,11 @@ impl Target {
         &self.0.address
     }
 
-    /// Runs an attack, and checks that the server is unharmed.
-    fn suffer(&self, name: &str, attack: impl FnOnce(&str)) {
+    /// Runs an attack, and checks that the server continues to work.
+    fn run_attack(&self, name: &str, attack: impl FnOnce(&str)) {
         println!("{name}");
         while_searching(self.address(), || {
-            let before = Held::by(self.0.id());
+            let before = Resources::from_process(self.0.id());
             attack(self.address());
             if let Some(before) = before {
                 before.wait_until_back(self.0.id());
@@ -57,12 +58,12 @@ impl Target {
     }
 }
 
-/// A connected ZeroMQ socket with a generous timeout.
+/// Connects a ZeroMQ socket with a long timeout.
 fn socket(context: &zmq::Context, kind: zmq::SocketType, address: &str) -> zmq::Socket {
     let socket = context.socket(kind).unwrap();
     socket.set_linger(0).unwrap();
-    socket.set_rcvtimeo(PATIENCE_MS).unwrap();
-    socket.set_sndtimeo(PATIENCE_MS).unwrap();
+    socket.set_rcvtimeo(TIMEOUT_MS).unwrap();
+    socket.set_sndtimeo(TIMEOUT_MS).unwrap();
     socket.connect(address).unwrap();
     socket
 }
@@ -81,7 +82,7 @@ fn assert_served(socket: &zmq::Socket) {
 #[test]
 fn wrong_requests() {
     let target = Target::start();
-    target.suffer("malformed requests", |address| {
+    target.run_attack("malformed requests", |address| {
         let client = socket(&zmq::Context::new(), zmq::REQ, address);
         for request in (0..force()).flat_map(|_| malformed_requests()) {
             client.send(&request, 0).unwrap();
@@ -89,7 +90,7 @@ fn wrong_requests() {
             assert_served(&client);
         }
     });
-    target.suffer("every length with every first byte", |address| {
+    target.run_attack("every length with every first byte", |address| {
         let dealer = socket(&zmq::Context::new(), zmq::DEALER, address);
         for first in 0..=u8::MAX {
             // Zeros are never a valid request: no heading and no order is zero.
@@ -110,7 +111,7 @@ fn wrong_requests() {
         dealer.send_multipart(["", "ping"], 0).unwrap();
         assert_eq!(dealer.recv_multipart(0).unwrap()[1], b"pong", "exactly one reply to each");
     });
-    target.suffer("requests of several frames", |address| {
+    target.run_attack("requests of several frames", |address| {
         let client = socket(&zmq::Context::new(), zmq::REQ, address);
         let many = vec!["x"; 10_000];
         let several: [&[&str]; 8] = [
@@ -139,7 +140,7 @@ fn wrong_requests() {
             peer.read_exact(&mut reply).unwrap();
             assert_eq!(reply[4..].escape_ascii().to_string(), expected);
         }
-        // Endless large messages hold no memory either, though none of their frames is invalid.
+        // An endless message of valid large frames must not use memory either.
         peer.write_all(&raw::frame(1, b"")).unwrap();
         peer.write_all(&raw::frame(1, &vec![7; 60_000]).repeat(1000)).unwrap();
         raw::reset(peer);
@@ -149,23 +150,24 @@ fn wrong_requests() {
 #[test]
 fn dealers() {
     let target = Target::start();
-    target.suffer("dealers without the empty frame", |address| {
+    target.run_attack("dealers without the empty frame", |address| {
         for _ in 0..20 * force() {
             let dealer = socket(&zmq::Context::new(), zmq::DEALER, address);
-            // A well-formed reset would be valid; these are not requests.
+            // Without the empty frame, these messages are not requests, so the reset has no effect.
             for request in ["ping", "info", "reset"] {
                 dealer.send(request, 0).unwrap();
                 dealer.send_multipart([request, request], 0).unwrap();
             }
             dealer.send_multipart(["", "ping"], 0).unwrap();
             assert_eq!(dealer.recv_multipart(0).unwrap(), [&b""[..], b"pong"]);
-            // It leaves while requests are pending, after a while and at once.
+            // Peers disconnect while their requests are pending, first after a delay and then
+            // immediately.
             let mut peer = raw::greet(address);
             peer.write_all(&raw::frame(0, b"ping").repeat(100)).unwrap();
             raw::reset(peer);
         }
     });
-    target.suffer("dealers that never read", |address| {
+    target.run_attack("dealers that never read", |address| {
         let context = zmq::Context::new();
         let dealers = (0..4).map(|_| {
             let dealer = socket(&context, zmq::DEALER, address);
@@ -173,26 +175,26 @@ fn dealers() {
             dealer.set_sndtimeo(10).unwrap();
             for _ in 0..1000 * force() {
                 if dealer.send_multipart(["", "info"], 0).is_err() {
-                    break; // the server takes no more of it
+                    break; // the server has stopped reading
                 }
             }
             dealer
         });
         let dealers: Vec<_> = dealers.collect();
-        // Then malformed requests, whose replies must not go to another client.
+        // The replies to these malformed requests must not go to another client.
         for dealer in &dealers {
             let _ = dealer.send("ping", 0);
         }
         assert_served(&socket(&context, zmq::REQ, address));
     });
-    target.suffer("a peer that never reads what is sent without end", |address| {
+    target.run_attack("a peer that sends endlessly and never reads", |address| {
         let mut peer = raw::greet(address);
         peer.set_write_timeout(Some(Duration::from_millis(500))).unwrap();
         let requests = raw::request(b"info").repeat(1 << 13);
         let is_full = || peer.write_all(&requests).is_err().then_some(());
-        wait_for("the server to take no more", is_full);
+        wait_for("the server to stop reading", is_full);
         assert_served(&socket(&zmq::Context::new(), zmq::REQ, address));
-        // No reply is lost once it reads.
+        // No reply is lost when the peer starts to read.
         for _ in 0..1000 {
             let mut head = [0; 4];
             peer.read_exact(&mut head).unwrap();
@@ -207,7 +209,7 @@ fn dealers() {
 #[test]
 fn other_protocols() {
     let target = Target::start();
-    target.suffer("no greeting", |address| {
+    target.run_attack("no greeting", |address| {
         for _ in 0..20 * force() {
             for garbage in [&b"GET / HTTP/1.1\r\n\r\n"[..], b"\0", &[0xff; 500], &[7; 9]] {
                 let mut peer = raw::connect(address);
@@ -221,7 +223,7 @@ fn other_protocols() {
         }
         raw::wait_until_cut_off(zeros);
     });
-    target.suffer("other greetings and handshakes", |address| {
+    target.run_attack("other greetings and handshakes", |address| {
         let changed = |index: usize, bytes: &[u8]| {
             let mut greeting = raw::greeting();
             greeting[index..index + bytes.len()].copy_from_slice(bytes);
@@ -251,7 +253,7 @@ fn other_protocols() {
             raw::send(&mut peer, wrong);
             raw::wait_until_cut_off(peer);
         }
-        // A ZMTP 2.0 peer is not one of them.
+        // A ZMTP 2.0 peer is accepted.
         let mut old = raw::connect(address);
         raw::send(&mut old, b"\xff\0\0\0\0\0\0\0\x01\x7f\x01\x03\0\0\x01\0\0\x04ping");
         let mut reply = [0; 22];
@@ -267,7 +269,7 @@ fn other_protocols() {
 #[test]
 fn wrong_frames_and_commands() {
     let target = Target::start();
-    target.suffer("frames and commands that are wrong", |address| {
+    target.run_attack("malformed frames and commands", |address| {
         let exbibytes = |first: u8| [&[2, first][..], &[0xff; 7]].concat();
         let wrong = [
             exbibytes(0x7f),
@@ -295,17 +297,17 @@ fn wrong_frames_and_commands() {
         peer.write_all(&raw::command("NO-SUCH", &[7; 3000])).unwrap();
         raw::ping(&mut peer);
     });
-    target.suffer("pings without end", |address| {
+    target.run_attack("endless pings", |address| {
         let mut peer = raw::greet(address);
         peer.set_write_timeout(Some(Duration::from_millis(200))).unwrap();
         let pings = raw::command("PING", b"\0\x010123456789abcdef").repeat(1 << 14);
         for _ in 0..8 * force() {
             if peer.write_all(&pings).is_err() {
-                break; // the server takes no more of it
+                break; // the server has stopped reading
             }
         }
         raw::reset(peer);
-        // This crashed a server based on libzmq.
+        // These bytes terminated a server that was based on libzmq.
         for _ in 0..300 * force() {
             let mut peer = raw::greet(address);
             let burst = [raw::request(b"").repeat(1900), raw::command("PING", b"\0\0").repeat(50)];
@@ -315,13 +317,14 @@ fn wrong_frames_and_commands() {
     });
 }
 
-/// A client that connects while the history is long must not pin its memory.
+/// A client that connects while the history is long must not prevent the release of the history's
+/// memory.
 #[test]
-fn a_reset_gives_memory_back() {
+fn a_reset_releases_memory() {
     let target = Target::start();
     let context = zmq::Context::new();
     let client = socket(&context, zmq::DEALER, target.address());
-    let Some(before) = Held::by(target.0.id()) else { return };
+    let Some(before) = Resources::from_process(target.0.id()) else { return };
     for _ in 0..2 {
         for block in 0..400 {
             for number in 0..100 {
@@ -333,16 +336,16 @@ fn a_reset_gives_memory_back() {
         }
         let late: Vec<_> = (0..3).map(|_| socket(&context, zmq::REQ, target.address())).collect();
         late.iter().for_each(assert_served);
-        let full = Held::by(target.0.id()).unwrap();
+        let full = Resources::from_process(target.0.id()).unwrap();
         assert!(full.memory > before.memory + 18 * 1024, "from {before:?} to {full:?}");
         client.send_multipart(["", "reset"], 0).unwrap();
         assert_eq!(client.recv_multipart(0).unwrap()[1], b"ok");
-        let after = Held::by(target.0.id()).unwrap();
+        let after = Resources::from_process(target.0.id()).unwrap();
         assert!(after.memory < before.memory + 4 * 1024, "from {full:?} to {after:?}");
     }
 }
 
-/// An incompressible state.
+/// Returns an incompressible state.
 fn noise(seed: u32) -> Vec<u8> {
     let mut noise = u64::from(seed) << 32 | 1;
     let mut state = vec![0; 518];
@@ -358,9 +361,9 @@ fn noise(seed: u32) -> Vec<u8> {
 }
 
 #[test]
-fn many_clients_at_once() {
+fn many_simultaneous_clients() {
     let target = Target::start();
-    target.suffer("32 clients, each with its own replies", |address| {
+    target.run_attack("32 clients, each with its own replies", |address| {
         let maze = searcher::maze();
         thread::scope(|scope| {
             for first in 0..32 {
@@ -381,7 +384,7 @@ fn many_clients_at_once() {
             }
         });
     });
-    target.suffer("many clients of one name, some with heartbeats", |address| {
+    target.run_attack("many clients with the same identity, some with heartbeats", |address| {
         let context = zmq::Context::new();
         let named = (0..100 * force().min(5)).map(|number| {
             let client = context.socket(zmq::REQ).unwrap();
@@ -391,7 +394,7 @@ fn many_clients_at_once() {
                 client.set_heartbeat_timeout(60_000).unwrap();
             }
             client.set_linger(0).unwrap();
-            client.set_rcvtimeo(PATIENCE_MS).unwrap();
+            client.set_rcvtimeo(TIMEOUT_MS).unwrap();
             client.connect(address).unwrap();
             client
         });

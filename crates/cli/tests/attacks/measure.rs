@@ -1,18 +1,18 @@
-//! The resources of a process, as reported by Linux.
+//! Measuring the resources of a process on Linux.
 
 use std::fs;
 
 use mmsim_tests::wait_for;
 
 /// The maximum growth of memory after an attack, in KiB.
-const MORE_MEMORY: u64 = 32 * 1024;
+const MAX_GROWTH_KIB: u64 = 32 * 1024;
 
 /// The maximum growth of peak memory during the attacks, in KiB.
-const MORE_AT_ITS_PEAK: u64 = 64 * 1024;
+const MAX_PEAK_GROWTH_KIB: u64 = 64 * 1024;
 
-/// The resources of a process at one moment.
+/// The resources that a process uses.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Held {
+pub(crate) struct Resources {
     /// Memory in KiB.
     pub(crate) memory: u64,
     /// Peak memory in KiB.
@@ -21,9 +21,9 @@ pub(crate) struct Held {
     descriptors: usize,
 }
 
-impl Held {
-    /// Returns the resources of a process, `None` on other systems.
-    pub(crate) fn by(process: u32) -> Option<Self> {
+impl Resources {
+    /// Returns the resources of a process, or `None` on systems other than Linux.
+    pub(crate) fn from_process(process: u32) -> Option<Self> {
         let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
         let number = |name: &str| {
             let line = status.lines().find_map(|line| line.strip_prefix(name))?;
@@ -37,13 +37,14 @@ impl Held {
         })
     }
 
-    /// Waits until the process uses no more than at this moment.
+    /// Waits until the resources of the process have returned to these values, within the permitted
+    /// growth.
     pub(crate) fn wait_until_back(&self, process: u32) {
-        let what = format!("the server to hold no more than {self:?}");
+        let what = format!("the server to use no more than {self:?}");
         wait_for(&what, || {
-            let now = Self::by(process).expect("the server has ended");
-            assert!(now.peak <= self.memory + MORE_AT_ITS_PEAK, "from {self:?} to {now:?}");
-            let back = now.memory <= self.memory + MORE_MEMORY
+            let now = Self::by(process).expect("the server is still running");
+            assert!(now.peak <= self.memory + MAX_PEAK_GROWTH_KIB, "from {self:?} to {now:?}");
+            let back = now.memory <= self.memory + MAX_GROWTH_KIB
                 && now.threads == self.threads
                 && now.descriptors == self.descriptors;
             back.then(|| println!("  before {self:?}\n  after  {now:?}"))

@@ -1,10 +1,10 @@
-//! Peers that speak ZMTP byte by byte, correctly or not.
+//! Peers that send raw bytes of ZMTP, both valid and invalid.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-use mmsim_tests::PATIENCE;
+use mmsim_tests::TIMEOUT;
 use socket2::SockRef;
 
 /// The greeting of ZMTP 3.1 with the mechanism NULL.
@@ -12,7 +12,7 @@ pub(crate) fn greeting() -> Vec<u8> {
     [&[0xff, 0, 0, 0, 0, 0, 0, 0, 0, 0x7f, 3, 1][..], b"NULL", &[0; 48]].concat()
 }
 
-/// Returns the READY command for a socket of this type, with an extra property of this length.
+/// Returns the READY command of a socket of type `kind`, with an extra property of `more` bytes.
 pub(crate) fn ready(kind: &str, more: usize) -> Vec<u8> {
     let property = |name: &str, value: &[u8]| {
         let lengths = (
@@ -28,7 +28,7 @@ pub(crate) fn ready(kind: &str, more: usize) -> Vec<u8> {
     frame(4, &body)
 }
 
-/// Returns a frame with these flags; the flag for a long frame is added if needed.
+/// Returns a frame with the given flags. Adds the flag for a long frame if needed.
 pub(crate) fn frame(flags: u8, body: &[u8]) -> Vec<u8> {
     match u8::try_from(body.len()) {
         Ok(length) => [&[flags, length][..], body].concat(),
@@ -41,16 +41,16 @@ pub(crate) fn request(body: &[u8]) -> Vec<u8> {
     [&frame(1, b"")[..], &frame(0, body)].concat()
 }
 
-/// Returns a command with this name.
+/// Returns a ZMTP command with the given name.
 pub(crate) fn command(name: &str, rest: &[u8]) -> Vec<u8> {
     frame(4, &[&[u8::try_from(name.len()).unwrap()][..], name.as_bytes(), rest].concat())
 }
 
-/// Connects without sending anything, with a generous timeout.
+/// Opens a TCP connection with a long timeout and sends no greeting.
 pub(crate) fn connect(address: &str) -> TcpStream {
     let stream = TcpStream::connect(address.strip_prefix("tcp://").unwrap()).unwrap();
-    stream.set_read_timeout(Some(PATIENCE)).unwrap();
-    stream.set_write_timeout(Some(PATIENCE)).unwrap();
+    stream.set_read_timeout(Some(TIMEOUT)).unwrap();
+    stream.set_write_timeout(Some(TIMEOUT)).unwrap();
     stream.set_nodelay(true).unwrap();
     stream
 }
@@ -76,7 +76,7 @@ pub(crate) fn ping(stream: &mut TcpStream) {
     assert_eq!(&reply, b"\x01\0\0\x04pong");
 }
 
-/// Requests the walls at the start and expects them.
+/// Requests the walls at the start cell and expects a valid reply.
 pub(crate) fn walls(stream: &mut TcpStream) {
     stream.write_all(&request(b"W\0\0N")).unwrap();
     let mut reply = [0; 7];
@@ -84,7 +84,7 @@ pub(crate) fn walls(stream: &mut TcpStream) {
     assert_eq!(reply[..4], [1, 0, 0, 3]);
 }
 
-/// Sends as much as the peer accepts until it closes.
+/// Sends bytes; the server may close the connection before it receives all of them.
 pub(crate) fn send(stream: &mut TcpStream, bytes: &[u8]) {
     if let Err(error) = stream.write_all(bytes) {
         let gone =
@@ -93,7 +93,7 @@ pub(crate) fn send(stream: &mut TcpStream, bytes: &[u8]) {
     }
 }
 
-/// Waits until the peer has closed.
+/// Waits until the server closes the connection.
 pub(crate) fn wait_until_cut_off(mut stream: TcpStream) {
     let mut rest = [0; 4096];
     loop {
@@ -106,7 +106,7 @@ pub(crate) fn wait_until_cut_off(mut stream: TcpStream) {
     }
 }
 
-/// Closes with unread data, as a dying process does: the peer receives a reset.
+/// Closes the connection with a TCP reset, as when a process dies with unread data.
 pub(crate) fn reset(stream: TcpStream) {
     SockRef::from(&stream).set_linger(Some(Duration::ZERO)).unwrap();
     drop(stream);

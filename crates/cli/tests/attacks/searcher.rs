@@ -9,12 +9,12 @@ use mmsim_client::{InMemory, SearchRun, Transport, Zmq, ask_info, search_run};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_server::Simulation;
 use mmsim_solvers::{FloodFill, Mouse};
-use mmsim_tests::{PATIENCE, bundled_mazes};
+use mmsim_tests::{TIMEOUT, bundled_mazes};
 
-/// The maze that is served.
+/// The name of the served maze.
 pub(crate) const MAZE: &str = "01-harbour";
 
-/// The maze that is served.
+/// Returns the served maze.
 pub(crate) fn maze() -> Maze {
     let path = bundled_mazes().join(MAZE).with_extension("txt");
     fs::read_to_string(path).unwrap().parse().unwrap()
@@ -25,23 +25,24 @@ fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
     search_run(transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(())).unwrap()
 }
 
-/// Searches repeatedly while `attack` runs, at least once before and after. Each must match one in memory.
+/// Searches repeatedly before, during and after `attack`. Every search must match a search in
+/// memory.
 pub(crate) fn while_searching<T>(address: &str, attack: impl FnOnce() -> T) -> T {
     let (searches, enough) = (AtomicU32::new(0), AtomicBool::new(false));
     let wait_for_another = || {
         let before = searches.load(Ordering::Acquire);
-        // One search may have been under way already.
+        // A search may already be running, so wait for the end of the second one.
         while searches.load(Ordering::Acquire) < before + 2 && !enough.load(Ordering::Acquire) {
             thread::sleep(Duration::from_millis(1));
         }
     };
     thread::scope(|scope| {
         let searching = scope.spawn(|| {
-            let ended = Output(&enough);
+            let ended = StopOnDrop(&enough);
             search_on(address, &searches, &enough);
             drop(ended);
         });
-        let ended = Output(&enough);
+        let ended = StopOnDrop(&enough);
         wait_for_another();
         let result = attack();
         wait_for_another();
@@ -52,10 +53,10 @@ pub(crate) fn while_searching<T>(address: &str, attack: impl FnOnce() -> T) -> T
     })
 }
 
-/// When one thread ends for any reason, it stops the other.
-struct Output<'a>(&'a AtomicBool);
+/// A guard that stops the other thread when one thread ends, also by a panic.
+struct StopOnDrop<'a>(&'a AtomicBool);
 
-impl Drop for Output<'_> {
+impl Drop for StopOnDrop<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Release);
     }
@@ -67,7 +68,7 @@ fn search_on(address: &str, searches: &AtomicU32, enough: &AtomicBool) {
     let in_memory =
         search(&mut InMemory::new(|request, reply| simulation.handle(request, reply)), &maze);
     assert!(in_memory.stats.goal_reached());
-    let mut transport = Zmq::connect(address, Some(PATIENCE), |_| {}).unwrap();
+    let mut transport = Zmq::connect(address, Some(TIMEOUT), |_| {}).unwrap();
     while !enough.load(Ordering::Acquire) {
         assert_eq!(search(&mut transport, &maze), in_memory);
         let kept = ask_info(&mut transport).unwrap().states;

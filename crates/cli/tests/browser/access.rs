@@ -1,4 +1,4 @@
-//! Access control: other sites, DNS rebinding, forged headers, other machines.
+//! Access control: requests from other sites and machines, DNS rebinding, and forged headers.
 
 use serde_json::json;
 
@@ -49,7 +49,7 @@ fn other_sites_can_neither_read_nor_control() {
         }
         assert!(browser.frame_has("#frame", "#panels"));
 
-        // From another site, and from another port of the same host.
+        // The attacks come from another site, and from another port of the same host.
         for from in [attacker.url("evil.example"), attacker.url("127.0.0.1")] {
             let found = attack(browser, &from, &simulator.page, &recording);
             for what in [
@@ -153,7 +153,7 @@ fn other_machines_need_the_token() {
         let port = host.rsplit(':').next().unwrap();
         let token = path.strip_prefix("/?token=").unwrap();
         assert_eq!(token.len(), 32);
-        // Under a host name, as from another machine.
+        // The page is opened under a host name, as from another machine.
         let page = format!("http://mouse.example:{port}");
 
         browser.open(&page);

@@ -1,4 +1,4 @@
-//! A browser under test: actions, queries and its log.
+//! Controlling a browser: actions, queries and logs.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
@@ -10,7 +10,7 @@ use fantoccini::elements::Element;
 use fantoccini::error::CmdError;
 use fantoccini::key::Key;
 use fantoccini::{Client, Locator};
-use mmsim_tests::PATIENCE;
+use mmsim_tests::TIMEOUT;
 pub(crate) use mmsim_tests::wait_for;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -22,11 +22,11 @@ use crate::driver::{Driver, missing};
 use crate::http;
 use crate::simulator::Simulator;
 
-/// The size of a laptop's window.
+/// The size of the browser window in pixels, as on a laptop.
 pub(crate) const WINDOW_SIZE: (u32, u32) = (1280, 860);
 
-/// A browser shared by tests, which run in it one at a time, since starting one takes longer than
-/// most tests. It closes once no test uses it or waits for it.
+/// The browser that all tests share, because starting a browser takes longer than most tests. The
+/// tests use the browser one at a time. The browser closes when no test uses it or waits for it.
 static SHARED: Mutex<Weak<Mutex<Option<Browser>>>> = Mutex::new(Weak::new());
 
 /// A browser with one page.
@@ -44,7 +44,8 @@ pub(crate) struct LogEntry {
     pub(crate) message: String,
 }
 
-/// Runs a test in a browser, which must log no errors. Skips the test if there is no browser.
+/// Runs a test in a browser and asserts that the browser logs no errors. Skips the test if no
+/// browser is installed.
 pub(crate) fn with_browser(test: impl FnOnce(&Browser)) {
     let shared = {
         let mut shared = locked(&SHARED);
@@ -110,15 +111,16 @@ impl Browser {
 
     #[track_caller]
     fn try_wait<T>(&self, answer: impl Future<Output = T>) -> T {
-        let answer = self.runtime.block_on(async { timeout(PATIENCE, answer).await });
-        answer.unwrap_or_else(|_| panic!("no reply from the browser within {PATIENCE:?}"))
+        let answer = self.runtime.block_on(async { timeout(TIMEOUT, answer).await });
+        answer.unwrap_or_else(|_| panic!("no reply from the browser within {TIMEOUT:?}"))
     }
 
     pub(crate) fn open(&self, address: &str) {
         self.wait(self.client.goto(address));
     }
 
-    /// Leaves the page, which must have logged no errors, so that its simulator can exit.
+    /// Asserts that the page has logged no errors, then closes the page so that its simulator can
+    /// exit.
     pub(crate) fn leave(&self) {
         self.assert_no_errors();
         self.open("about:blank");
@@ -134,7 +136,8 @@ impl Browser {
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
     }
 
-    /// Runs a script that passes its result to its last argument, a callback.
+    /// Runs an asynchronous script and returns its result. The script passes the result to a
+    /// callback, which is its last argument.
     pub(crate) fn run_async<T: DeserializeOwned>(&self, script: &str, arguments: &[Value]) -> T {
         let value = self.wait(self.client.execute_async(script, arguments.to_vec()));
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
@@ -157,7 +160,7 @@ impl Browser {
         self.run("return document.querySelector(arguments[0]) !== null", &[json!(selector)])
     }
 
-    /// Returns whether the page in a frame has a matching element.
+    /// Returns true if the page in a frame has a matching element.
     pub(crate) fn frame_has(&self, frame: &str, selector: &str) -> bool {
         self.wait(async {
             self.client.find(Locator::Css(frame)).await?.enter_frame().await?;
@@ -167,7 +170,7 @@ impl Browser {
         })
     }
 
-    /// Clears a field with the keyboard.
+    /// Clears an input field with the keyboard.
     pub(crate) fn clear(&self, selector: &str) {
         let all = [Key::Control, Key::Delete].map(char::from);
         self.type_into(selector, &format!("{}a{}{}", all[0], all[0], all[1]));
@@ -186,7 +189,7 @@ impl Browser {
         self.wait(self.client.perform_actions(actions));
     }
 
-    /// Presses a key while holding another.
+    /// Presses `key` while `held` is held down.
     pub(crate) fn press_with(&self, held: Key, key: char) {
         let held = char::from(held);
         let actions = [held, key, key, held].into_iter().zip([true, true, false, false]);
@@ -196,7 +199,7 @@ impl Browser {
         self.wait(self.client.perform_actions(actions));
     }
 
-    /// Returns the `textContent` of an element, before CSS such as `text-transform`.
+    /// Returns the `textContent` of an element, which CSS such as `text-transform` does not affect.
     pub(crate) fn text(&self, selector: &str) -> String {
         self.run("return document.querySelector(arguments[0]).textContent", &[json!(selector)])
     }
@@ -215,12 +218,12 @@ impl Browser {
         reply.json()["value"].take()
     }
 
-    /// Returns and clears the entries of a log: `browser` is the console.
+    /// Returns the entries of a log and clears the log. The log of the console is called `browser`.
     pub(crate) fn take_log(&self, kind: &str) -> Vec<LogEntry> {
         serde_json::from_value(self.command("se/log", &json!({ "type": kind }))).unwrap()
     }
 
-    /// Returns the errors and warnings of the console and clears it.
+    /// Returns the errors and warnings of the console and clears the console.
     pub(crate) fn take_errors(&self) -> Vec<LogEntry> {
         let is_error = |entry: &LogEntry| {
             (entry.level == "SEVERE" || entry.level == "WARNING")
@@ -239,7 +242,7 @@ impl Browser {
         self.driver.folder.path().join("downloads")
     }
 
-    /// Reports the state of the page when a test fails.
+    /// Prints the state of the page after a failed test.
     fn report(&self) -> Option<()> {
         self.runtime.block_on(async {
             let limit = Duration::from_secs(5);

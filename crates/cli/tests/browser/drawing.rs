@@ -1,5 +1,5 @@
-//! The expected elements of a map, built from the maze and the client's states, and the elements on
-//! the page.
+//! Comparing the elements of a map on the page with those expected for the maze and the client's
+//! states.
 
 use std::fmt::Debug;
 
@@ -10,26 +10,27 @@ use serde_json::json;
 use crate::browser::Browser;
 use crate::test_state::{SIDES, TestState, VISITED, neighbour};
 
-/// Distance between cell centres in units of the view box.
+/// The distance between cell centres in units of the view box.
 const PITCH: u32 = 20;
 
-/// The attributes of a map's elements. Class names are sorted.
+/// The attributes of the elements of a map. Class names are sorted.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 pub(crate) struct Drawing {
     view_box: String,
-    /// Cell, class, x, y, width, height.
+    /// The cell, class, x, y, width and height of each cell.
     cells: Vec<[String; 6]>,
-    /// Cell, transform, path.
+    /// The cell, transform and path of each number.
     numbers: Vec<[String; 3]>,
-    /// Cell and side, class, path.
+    /// The cell and side, the class and the path of each wall.
     walls: Vec<[String; 3]>,
-    /// Class and transform.
+    /// The class and the transform of the mouse.
     mouse: [String; 2],
     trail: String,
 }
 
 impl Drawing {
-    /// The map of a maze after a client's last state. `trail` holds the visited cells, oldest first.
+    /// Returns the expected map of a maze after a client's last state. `trail` holds the visited
+    /// cells, oldest first.
     pub(crate) fn expected(maze: &Maze, state: Option<&TestState>, trail: &[Cell]) -> Self {
         let size = maze.size();
         let classes = |class: &str, others: &[(bool, &str)]| {
@@ -94,7 +95,7 @@ impl Drawing {
         }
     }
 
-    /// Reads the map in the panel of a source.
+    /// Reads the map that the page shows in the panel of a source.
     pub(crate) fn on_page(browser: &Browser, source: &str) -> Self {
         let script = r#"
             const svg = document.querySelector(`.panel[data-source="${arguments[0]}"] .map svg`);
@@ -115,7 +116,7 @@ impl Drawing {
         browser.run(script, &[json!(source)])
     }
 
-    /// Panics with the differences if `shown` differs.
+    /// Asserts that `shown` has the same elements. Otherwise reports the differences.
     pub(crate) fn assert_shown(&self, shown: &Self) {
         assert_eq!(self.view_box, shown.view_box);
         assert_same("cells", &self.cells, &shown.cells);
@@ -134,8 +135,8 @@ fn assert_same<T: Debug + PartialEq>(what: &str, expected: &[T], found: &[T]) {
     assert!(first.is_empty(), "{count} {what} differ (expected, found): {first:#?}");
 }
 
-/// Every wall once: the north and east sides of each cell, the south sides of the southern row and
-/// the west sides of the western column.
+/// Returns every wall once: the north and east sides of all cells, the south sides of the southern
+/// row, and the west sides of the western column.
 fn all_walls(size: MazeSize) -> impl Iterator<Item = (Cell, char, Heading)> {
     let [north, east, south, west] = SIDES.map(|(letter, ..)| {
         let heading = Heading::ALL.into_iter().find(|heading| heading.letter() == letter);
@@ -167,7 +168,7 @@ fn text(number: u32) -> String {
     number.to_string()
 }
 
-/// The north-west corner of a cell.
+/// Returns the north-west corner of a cell.
 fn corner(size: MazeSize, cell: Cell) -> (u32, u32) {
     (u32::from(cell.x) * PITCH, u32::from(size.height() - 1 - cell.y) * PITCH)
 }

@@ -1,4 +1,4 @@
-//! Starts chromedriver and Chromium, and stops both when dropped.
+//! Starting and stopping chromedriver and Chromium.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -8,29 +8,30 @@ use fantoccini::error::NewSessionError;
 use fantoccini::wd::Capabilities;
 use fantoccini::{Client, ClientBuilder};
 use hyper_util::client::legacy::connect::HttpConnector;
-use mmsim_tests::{PATIENCE, within};
+use mmsim_tests::{TIMEOUT, within};
 use serde_json::json;
 use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
-/// Host rules: only this machine is reachable, also under the names `*.example`.
+/// The browser's host rules. Only this machine is reachable, also under names such as
+/// `mouse.example`.
 const NAMES: &str =
     "MAP *.example 127.0.0.1, MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost";
 
-/// A running chromedriver. Dropping it kills the process, which closes its browser.
+/// A running chromedriver. Dropping a `Driver` kills the process, which closes the browser.
 pub(crate) struct Driver {
     process: Child,
-    /// Its URL, such as `http://127.0.0.1:9515`.
+    /// The URL of chromedriver, such as `http://127.0.0.1:9515`.
     pub(crate) address: String,
-    /// Kept open so that chromedriver can write to it.
+    /// The output pipe, kept open so that chromedriver can write to it.
     _stdout: BufReader<ChildStdout>,
-    /// Contains the browser's profile and downloads.
+    /// A temporary folder for the browser's profile and downloads.
     pub(crate) folder: TempDir,
 }
 
 impl Driver {
-    /// Returns `None` if chromedriver is not installed.
+    /// Starts chromedriver. Returns `None` if chromedriver is not installed.
     pub(crate) fn start() -> Option<Self> {
         let mut command = Command::new("chromedriver");
         command.arg("--port=0").stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
@@ -79,7 +80,7 @@ impl Driver {
         let mut builder = ClientBuilder::new(HttpConnector::new());
         builder.capabilities(capabilities);
         let connected =
-            runtime.block_on(async { timeout(PATIENCE, builder.connect(&self.address)).await });
+            runtime.block_on(async { timeout(TIMEOUT, builder.connect(&self.address)).await });
         match connected.expect("the browser to open") {
             Ok(client) => Some(client),
             Err(NewSessionError::SessionNotCreated(error))
@@ -99,7 +100,7 @@ impl Drop for Driver {
     }
 }
 
-/// Reports that no browser is available; panics if one is required.
+/// Reports that no browser is available. Panics if a browser is required.
 pub(crate) fn missing() {
     let what = "chromedriver or Chromium not found";
     assert!(env::var("MMSIM_BROWSER").as_deref() != Ok("required"), "{what}");

@@ -1,4 +1,4 @@
-//! A page of another site in the same browser, and its attacks.
+//! Attacks on the page from another web site in the same browser.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -9,14 +9,16 @@ use serde_json::{Value, json};
 
 use crate::browser::Browser;
 
-/// A web server that allows every origin and records its requests. It runs until the process exits.
+/// A web server that allows every origin and records its requests. The server runs until the
+/// process exits.
 pub(crate) struct ForeignSite {
     port: String,
     requests: Arc<Mutex<Vec<String>>>,
 }
 
 impl ForeignSite {
-    /// Serves this page for paths that end in `/`, and small dummy files otherwise.
+    /// Starts a server that returns `page` for paths ending in `/`, and small dummy files for all
+    /// other paths.
     pub(crate) fn serve(page: &'static str) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port().to_string();
@@ -31,7 +33,7 @@ impl ForeignSite {
         Self { port, requests }
     }
 
-    /// The URL of the site under this host name.
+    /// Returns the URL of the site under the given host name.
     pub(crate) fn url(&self, host: &str) -> String {
         format!("http://{host}:{}", self.port)
     }
@@ -80,7 +82,7 @@ fn answer(stream: TcpStream, page: &str, log: &Mutex<Vec<String>>) -> Option<()>
     stream.get_mut().write_all(reply.as_bytes()).ok()
 }
 
-/// Tries everything that a page can do to another site, and returns the results.
+/// A script that tries everything that a page can do to another site, and returns the results.
 const ATTACK: &str = r#"
     const [target, recording, done] = arguments;
     const settle = (promise) =>
@@ -130,7 +132,7 @@ const ATTACK: &str = r#"
     }))();
 "#;
 
-/// Runs the attacks from a page of another site against `target`; one uploads `recording`.
+/// Runs the attacks on `target` from the page `from`. One of the attacks uploads `recording`.
 pub(crate) fn attack(browser: &Browser, from: &str, target: &str, recording: &[u8]) -> Value {
     browser.open(from);
     browser.run_async(ATTACK, &[json!(target), json!(recording)])

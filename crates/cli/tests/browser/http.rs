@@ -1,15 +1,15 @@
-//! A minimal HTTP client, for requests that no browser sends and for chromedriver commands that
-//! fantoccini lacks.
+//! A minimal HTTP client for requests that no browser sends and for chromedriver commands that
+//! fantoccini does not support.
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 
-use mmsim_tests::PATIENCE;
+use mmsim_tests::TIMEOUT;
 
 #[derive(Debug)]
 pub(crate) struct Reply {
     pub(crate) status: u16,
-    /// Names in lower case, and values.
+    /// Pairs of a header name in lower case and its value.
     pub(crate) headers: Vec<(String, String)>,
     pub(crate) body: Vec<u8>,
 }
@@ -28,7 +28,7 @@ impl Reply {
     }
 }
 
-/// Splits a URL such as `http://127.0.0.1:6575/page.js?a=b` into host with port, and path.
+/// Splits a URL such as `http://127.0.0.1:6575/page.js?a=b` into the host with port and the path.
 pub(crate) fn split_url(url: &str) -> (&str, &str) {
     let rest = url.strip_prefix("http://").unwrap();
     rest.find('/').map_or((rest, "/"), |at| rest.split_at(at))
@@ -42,7 +42,7 @@ pub(crate) fn get(url: &str) -> Reply {
 pub(crate) fn request(method: &str, url: &str, headers: &[(&str, &str)], body: &[u8]) -> Reply {
     let (host, path) = split_url(url);
     let mut stream = TcpStream::connect(host).unwrap();
-    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.set_read_timeout(Some(TIMEOUT)).unwrap();
     let length = body.len().to_string();
     let mut all = headers.to_vec();
     for default in [("host", host), ("content-length", &length), ("connection", "close")] {

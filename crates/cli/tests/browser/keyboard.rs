@@ -1,4 +1,4 @@
-//! Keyboard operation of the whole page, with a visible focus.
+//! Operating the whole page with the keyboard, with a visible focus.
 
 use std::collections::BTreeSet;
 
@@ -13,14 +13,14 @@ use crate::test_state::TestState;
 
 #[derive(Debug, Deserialize)]
 struct Focus {
-    /// Index among the focusable elements, `None` for the page itself.
+    /// The index among the focusable elements, or `None` if no element has the focus.
     index: Option<usize>,
     name: String,
-    /// Whether the element looks different with the focus.
+    /// True if the element looks different with the focus.
     is_visible: bool,
 }
 
-/// Returns the names of all visible elements that can have the focus.
+/// Returns the names of all visible elements that can receive the focus.
 fn focusable(browser: &Browser) -> Vec<String> {
     let script = "
         const seen = (element) => element.checkVisibility({ checkVisibilityCSS: true, checkOpacity: false });
@@ -33,7 +33,7 @@ fn focusable(browser: &Browser) -> Vec<String> {
     browser.run(script, &[])
 }
 
-/// Compares the focused element and its ancestors with and without the focus.
+/// Returns the focused element. Compares the element and its ancestors with and without the focus.
 fn focus_of(browser: &Browser) -> Focus {
     let script = "
         const element = document.activeElement;
@@ -75,7 +75,7 @@ fn tab_reaches_every_control_with_a_visible_focus() {
         let all = focusable(browser);
         assert!(all.len() > 20, "{all:?}");
         let (mut reached, mut order) = (BTreeSet::new(), Vec::new());
-        // One full cycle from the top of the page.
+        // Go through all elements once from the top of the page.
         browser.run::<()>("window.getSelection().collapse(document.body, 0)", &[]);
         for _ in 0..=all.len() + 3 {
             browser.press([char::from(Key::Tab)]);
@@ -87,10 +87,10 @@ fn tab_reaches_every_control_with_a_visible_focus() {
         let missed: Vec<_> =
             (0..all.len()).filter(|number| !reached.contains(number)).map(|n| &all[n]).collect();
         assert!(missed.is_empty(), "Tab does not reach {missed:?}");
-        // In document order, wrapping around at most once.
+        // The order is that of the document and wraps around at most once.
         let turns = order.windows(2).filter(|pair| pair[1] < pair[0]).count();
         assert!(turns <= 1, "{order:?}");
-        // Shift+Tab goes back.
+        // Shift+Tab moves the focus back.
         let before = focus_of(browser).index;
         browser.press_with(Key::Shift, char::from(Key::Tab));
         assert_ne!(focus_of(browser).index, before);
@@ -133,13 +133,13 @@ fn everything_works_without_a_pointer() {
         let last = simulator.info().states - 1;
         live.wait_for_run_state(simulator.run_number(), last);
 
-        // Step through its history. The shortcuts do not depend on the focus.
+        // Step through the history. The shortcuts do not depend on the focus.
         key(Key::Home);
         live.wait_for_state(0);
         browser.press("g12".chars());
         key(Key::Enter);
         live.wait_for_state(11);
-        // The field keeps the focus and its keys.
+        // A field with the focus handles its own keys.
         focus("[name=follow]");
         key(Key::Enter);
         live.wait_for_state(last);
@@ -169,7 +169,7 @@ fn everything_works_without_a_pointer() {
                 .run::<bool>("return document.querySelector(arguments[0]).open", &[json!(dialog)])
         };
         wait_for("the dialog", || is_open("#confirm").then_some(()));
-        // Shortcuts are disabled meanwhile.
+        // Shortcuts are disabled while the dialog is open.
         key(Key::Left);
         key(Key::Escape);
         wait_for("the dialog to close", || (!is_open("#confirm")).then_some(()));
@@ -179,7 +179,7 @@ fn everything_works_without_a_pointer() {
         );
         assert_eq!(live.data("index"), last.to_string());
 
-        // Help.
+        // Open the help.
         browser.run::<()>("document.activeElement.blur()", &[]);
         browser.press(['?']);
         wait_for("the keys", || is_open("#keys").then_some(()));

@@ -1,4 +1,4 @@
-//! The page follows what clients do.
+//! The live panel follows the states that clients send.
 
 use std::thread;
 
@@ -16,12 +16,12 @@ fn a_search_at_full_speed_is_followed_to_its_last_state() {
         let live = Panel::live(browser);
         live.wait_until_empty();
 
-        // `mmsim solve` as the client.
+        // First, `mmsim solve` is the client.
         let solve = ["solve", "flood-fill", "--connect", &simulator.serving.address];
         assert_eq!(simulator.home.run(&solve).code, Some(0));
         live.wait_for_state(simulator.info().states - 1);
 
-        // Searches whose states are known to the test.
+        // Then the test itself searches, so that the states are known.
         for strategy in [BundledStrategy::FloodFill, BundledStrategy::WeightIncrement] {
             let states = simulator.search(&maze, strategy);
             assert_eq!(simulator.info().states, states.len());

@@ -1,4 +1,4 @@
-//! The cost of opening the page.
+//! The number of bytes and requests to open the page.
 
 use std::collections::BTreeSet;
 
@@ -10,17 +10,17 @@ use crate::page::{Page, Panel};
 use crate::simulator::bundled;
 use crate::test_state::TestState;
 
-/// Limit for the initial load of the page, in bytes on the wire.
+/// The limit for the initial load of the page, in bytes on the wire.
 const MAX_BYTES: u64 = 150 * 1000;
 
 #[derive(Debug, Deserialize)]
 struct Resource {
     name: String,
-    /// Including headers.
+    /// The transferred bytes, including headers.
     bytes: u64,
 }
 
-/// Returns everything that the page has fetched so far, the document first.
+/// Returns the document and all resources that the page has fetched.
 fn resources(browser: &Browser) -> Vec<Resource> {
     let script = "return [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')]
         .map((entry) => ({ name: entry.name, bytes: entry.transferSize }))";
@@ -46,7 +46,7 @@ fn wait_until_loaded(browser: &Browser, mazes: usize) -> Vec<Resource> {
     resources(browser)
 }
 
-/// Returns the URLs requested since the last call.
+/// Returns the URLs that the page has requested since the last call.
 fn take_requested_urls(browser: &Browser) -> BTreeSet<String> {
     let log = browser.take_log("performance");
     let sent = log.iter().filter_map(|entry| {

@@ -1,4 +1,4 @@
-//! The map shows the server's maze and the client's state, element by element.
+//! Comparing each element of the map with the server's maze and the client's state.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::page::{Page, Panel};
 use crate::simulator::{bundled, maze_at};
 use crate::test_state::{SIDES, TestState, VISITED, neighbour};
 
-/// Loads each of these mazes and asserts that the map shows it.
+/// Loads each of these mazes and asserts that the map shows the maze.
 fn assert_shows_each(browser: &Browser, mazes: &[(&str, Maze)]) {
     let (page, live) = (Page(browser), Panel::live(browser));
     for (path, maze) in mazes {
@@ -29,8 +29,8 @@ fn stem(path: &str) -> &str {
     path.rsplit('/').next().unwrap().trim_end_matches(".txt")
 }
 
-/// Asserts the layout of the rendered map: the first and last cells are in their corners, north is up,
-/// and cells are square.
+/// Asserts the layout of the rendered map: the first and last cells are in their corners, north is
+/// up, and cells are square.
 fn assert_drawn_in_place(browser: &Browser, maze: &Maze) {
     let script = r"
         const [first, last] = [...arguments].map((cell) => {
@@ -72,7 +72,7 @@ fn every_wall_of_a_contest_maze_is_on_the_map() {
         let listed = listed.as_array().unwrap();
         let readable = listed.iter().filter(|maze| maze["error"].is_null());
         assert!(readable.count() >= 281, "{listed:?}");
-        // One maze per size and folder.
+        // Test one maze per size and folder.
         let mut kinds = BTreeSet::new();
         let paths = listed.iter().filter_map(|maze| {
             let path = maze["path"].as_str().unwrap();
@@ -105,7 +105,7 @@ fn both_matrix_orders_are_decoded() {
     });
 }
 
-/// With a message written byte by byte.
+/// Sends a message that the test writes byte by byte.
 #[test]
 fn each_byte_changes_one_element() {
     with_page(&["--maze", "meadow"], |browser, simulator| {
@@ -141,9 +141,9 @@ fn each_byte_changes_one_element() {
     });
 }
 
-/// A client that reports one wall too many.
+/// The client reports a wall that does not exist.
 #[test]
-fn a_mistaken_wall_looks_mistaken() {
+fn a_wrong_wall_is_marked() {
     with_page(&["--maze", "harbour"], |browser, simulator| {
         let maze = bundled("01-harbour.txt");
         let size = maze.size();
@@ -176,7 +176,7 @@ fn a_mistaken_wall_looks_mistaken() {
     });
 }
 
-/// In the same colours as exported pictures.
+/// The heat map has the same colours as exported pictures.
 #[test]
 fn the_heat_map_colours_weights() {
     with_page(&["--maze", "meadow"], |browser, simulator| {

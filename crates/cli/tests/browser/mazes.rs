@@ -1,4 +1,4 @@
-//! The list of mazes: searching it and loading a maze.
+//! Searching the list of mazes and loading a maze.
 
 use fantoccini::key::Key;
 use mmsim_solvers::BundledStrategy;
@@ -69,7 +69,7 @@ fn the_search_matches_all_words_in_any_order_and_case() {
             browser.text(&format!("{} .size", Page::maze_selector("mazes/closed 2024.txt"))),
             "2 × 1"
         );
-        // Choosing an unreadable maze shows why.
+        // Choosing an unreadable maze shows the reason.
         page.choose_maze("mazes/rubbish.txt");
         wait_for("the error", || {
             browser.text("#error span").contains("line 1, column 1").then_some(())

@@ -1,5 +1,5 @@
-//! Measurements of the page's latency and its cost to the simulator. They print results and assert
-//! nothing:
+//! Measurements of the latency of the page and of its cost to the simulator. The measurements print
+//! results and assert nothing:
 //!
 //! `cargo test --release -p mmsim --test browser -- --ignored --nocapture --test-threads=1`
 
@@ -14,21 +14,21 @@ use crate::browser::{Browser, wait_for, with_page};
 use crate::page::Panel;
 use crate::simulator::{Simulator, bundled, connect};
 
-/// Maximum number of unacknowledged states.
+/// The maximum number of unacknowledged states.
 const MAX_PENDING: usize = 64;
 
-/// Duration of each measurement.
+/// The duration of each measurement.
 const SPAN: Duration = Duration::from_secs(5);
 
-/// Returns the messages of a real search.
+/// Runs a search and returns its states as messages.
 fn search(simulator: &Simulator) -> Vec<Vec<u8>> {
     let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
     simulator.send(b"reset");
     states.iter().map(|state| state.message('C', 'C')).collect()
 }
 
-/// Sends up to `rate` states per second without waiting for each reply, until `is_enough` of the
-/// number of acknowledged states. Returns that number.
+/// Sends up to `rate` states per second without waiting for each reply, until `is_enough` returns
+/// true for the number of acknowledged states. Returns this number.
 fn stream(
     address: &str,
     messages: &[Vec<u8>],
@@ -37,7 +37,7 @@ fn stream(
 ) -> usize {
     let socket = zmq::Context::new().socket(zmq::DEALER).unwrap();
     socket.set_linger(0).unwrap();
-    socket.set_rcvtimeo(mmsim_tests::PATIENCE_MS).unwrap();
+    socket.set_rcvtimeo(mmsim_tests::TIMEOUT_MS).unwrap();
     socket.connect(address).unwrap();
     let (begun, mut sent, mut acknowledged) = (Instant::now(), 0_usize, 0);
     let mut messages = messages.iter().cycle();
@@ -79,7 +79,7 @@ fn print_load() {
     println!("load before: {}", load.trim());
 }
 
-/// Measures frame times and the number of shown states during `work`.
+/// Measures frame times and counts the shown states while `work` runs.
 fn frames(browser: &Browser, name: &str, work: impl FnOnce()) {
     let begin = r#"
         const recorded = window.recorded = { frames: [], shown: 0, ended: false };
@@ -179,7 +179,8 @@ fn the_rate_of_states_with_a_page_open() {
     });
 }
 
-/// Makes each new page measure when it has drawn the state LAST, in milliseconds since navigation.
+/// A script for new pages that measures the time until the state LAST is drawn, in milliseconds
+/// since navigation.
 const MEASURE_DRAWN: &str = r#"
     window.drawn = new Promise((yes) => new MutationObserver(() => {
         const panel = document.querySelector('[data-source="live"]');
@@ -188,8 +189,8 @@ const MEASURE_DRAWN: &str = r#"
         requestAnimationFrame(() => setTimeout(() => yes([at, performance.now()])));
     }).observe(document, { subtree: true, childList: true, attributeFilter: ["data-index"] }));"#;
 
-/// Moves the slider to each of these states and measures the time until the page shows and until it
-/// paints the state.
+/// A script that moves the slider to each of these states and measures the time until the page
+/// shows the state and until it paints the state.
 const SCRUB: &str = r#"
     const [positions, done] = arguments;
     const panel = document.querySelector('[data-source="live"]');

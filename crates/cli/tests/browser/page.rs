@@ -11,7 +11,7 @@ use crate::test_state::TestState;
 pub(crate) struct Page<'a>(pub(crate) &'a Browser);
 
 impl Page<'_> {
-    /// The selector of a maze's button.
+    /// Returns the selector of a maze's button.
     pub(crate) fn maze_selector(path: &str) -> String {
         format!(r#"#mazes li[data-path="{path}"] button"#)
     }
@@ -23,7 +23,7 @@ impl Page<'_> {
         self.0.click(&maze);
     }
 
-    /// The names of the visible mazes in the list.
+    /// Returns the names of the visible mazes in the list.
     pub(crate) fn maze_names(self) -> Vec<String> {
         let script = "return [...document.querySelectorAll('#mazes li')]
             .filter((item) => item.offsetParent !== null)
@@ -44,7 +44,7 @@ impl<'a> Panel<'a> {
         Self { browser, source: "live" }
     }
 
-    /// Restricts a selector to this panel.
+    /// Returns the selector restricted to this panel.
     pub(crate) fn part(&self, selector: &str) -> String {
         format!(r#".panel[data-source="{}"] {selector}"#, self.source)
     }
@@ -57,7 +57,7 @@ impl<'a> Panel<'a> {
         self.browser.click(&self.part(selector));
     }
 
-    /// A data attribute: `index`, `states`, `run`, `following`, `fast` or `proven`.
+    /// Returns a data attribute: `index`, `states`, `run`, `following`, `fast` or `proven`.
     pub(crate) fn data(&self, name: &str) -> String {
         let script = "return document.querySelector(arguments[0])?.dataset[arguments[1]] ?? 'none'";
         self.browser.run(script, &[json!(self.part("").trim_end()), json!(name)])
@@ -83,14 +83,14 @@ impl<'a> Panel<'a> {
         self.wait_for_state(at);
     }
 
-    /// An attribute of an element in this panel.
+    /// Returns an attribute of an element in this panel.
     pub(crate) fn attribute(&self, selector: &str, attribute: &str) -> String {
         let script =
             "return document.querySelector(arguments[0]).getAttribute(arguments[1]) ?? 'none'";
         self.browser.run(script, &[json!(self.part(selector)), json!(attribute)])
     }
 
-    /// Chooses the option with this value.
+    /// Chooses the option with this value in a list.
     pub(crate) fn choose(&self, selector: &str, value: &str) {
         let script = "
             const list = document.querySelector(arguments[0]);
@@ -121,7 +121,7 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// The text next to the slider, such as `State 120 of 412`.
+    /// Returns the text next to the slider, such as `State 120 of 412`.
     pub(crate) fn position(&self) -> String {
         self.text(".position")
     }

@@ -1,4 +1,4 @@
-//! Content security policy: only the server's own files run in the page.
+//! The content security policy: only scripts from the server run in the page.
 
 use serde_json::json;
 
@@ -8,7 +8,7 @@ use crate::harness::Home;
 use crate::page::{Page, Panel};
 use crate::simulator::Simulator;
 
-/// Tries to run scripts that are not from the server.
+/// A script that tries to run other scripts that are not from the server.
 const INLINE: &str = r#"
     const done = arguments[0];
     const violations = [];
@@ -65,7 +65,7 @@ fn only_scripts_of_the_server_run() {
     });
 }
 
-/// Windows does not allow these characters in file names.
+/// The file name in this test has characters that Windows does not allow.
 #[cfg(unix)]
 #[test]
 fn markup_in_names_is_text() {

@@ -1,4 +1,4 @@
-//! Recordings: saving, uploading, listing and serving them; exported pictures.
+//! Saving, uploading, listing and serving recordings, and exporting pictures.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,14 +15,14 @@ use crate::test_state::TestState;
 
 const FILE: &str = "#recordings [name=file]";
 
-/// Returns states of a maze and their messages.
+/// Returns `count` states of a maze and the messages that encode them.
 fn history(maze: &Maze, count: usize) -> (Vec<TestState>, Vec<Vec<u8>>) {
     let states: Vec<_> = (0..count).map(|number| TestState::new(number, maze.size())).collect();
     let messages = states.iter().map(|state| state.message('C', 'F')).collect();
     (states, messages)
 }
 
-/// Asserts that a panel has this history.
+/// Asserts that a panel has these states by showing the first, the second and the last one.
 fn assert_history(panel: Panel<'_>, maze: &Maze, states: &[TestState]) {
     let last = states.len() - 1;
     panel.wait_for_state(last);
@@ -34,7 +34,7 @@ fn assert_history(panel: Panel<'_>, maze: &Maze, states: &[TestState]) {
     }
 }
 
-/// Waits for a download, which is an empty file until it is complete.
+/// Waits for a download and returns its path. A download is an empty file until it is complete.
 fn downloaded(browser: &Browser, ending: &str) -> PathBuf {
     wait_for(ending, || {
         let entries = fs::read_dir(browser.downloads()).unwrap().map(|entry| entry.unwrap().path());
@@ -50,7 +50,7 @@ fn assert_holds(file: &Path, messages: &[Vec<u8>]) {
 }
 
 #[test]
-fn a_saved_run_opens_beside_the_live_one() {
+fn a_saved_run_opens_next_to_the_live_run() {
     with_page(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let (states, messages) = history(&maze, 300);
@@ -77,14 +77,14 @@ fn a_saved_run_opens_beside_the_live_one() {
             2
         );
 
-        // A reloaded page shows both.
+        // A reloaded page shows both histories.
         browser.open(&simulator.page);
         assert_history(opened, &maze, &states);
         live.wait_for_state(0);
         opened.click("button[name=close]");
         wait_for("the panel to close", || (!browser.exists(&opened.part(".map"))).then_some(()));
         live.assert_shows(&maze, &[other]);
-        // Closing it on the page closes it on the server.
+        // A recording closed on the page is also closed on the server.
         wait_for("the server", || {
             let address = simulator.url("/api/sources/1");
             (http::get(&address).status == 404).then_some(())
@@ -130,7 +130,7 @@ fn recordings_are_listed_and_open() {
             wait_for("the list", || (names().len() == runs.len()).then_some(()));
             simulator.send(b"reset");
         }
-        // Newest first.
+        // The newest recording is listed first.
         let listed = names();
         let (mut sorted, mut newest) = (listed.clone(), runs.iter().rev());
         sorted.sort_unstable();

@@ -1,4 +1,4 @@
-//! Running and stopping the bundled strategies.
+//! Running and stopping the bundled strategies on the page.
 
 use mmsim_solvers::BundledStrategy;
 
@@ -30,7 +30,7 @@ fn each_strategy_runs_and_stops() {
         assert_eq!(options(browser, live), names);
         for &strategy in BundledStrategy::ALL {
             let name = strategy.name();
-            // Slowly, then stop it.
+            // Run the strategy slowly, then stop it.
             live.choose("[name=strategy]", name);
             assert_eq!(live.text(".run .about"), strategy.about());
             live.choose("[name=pace]", "50");
@@ -48,7 +48,7 @@ fn each_strategy_runs_and_stops() {
             live.wait_for_run_state(simulator.run_number(), states - 1);
             assert_eq!(live.position(), format!("State {states} of {states}"));
 
-            // At full speed, to the goal.
+            // Run the strategy at full speed to the goal.
             live.choose("[name=pace]", "0");
             live.click(RUN);
             let result = wait_for("the goal", || {

@@ -8,7 +8,7 @@ use mmsim_formats::read_maze;
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::Info;
 use mmsim_solvers::{BundledStrategy, Mouse};
-use mmsim_tests::{PATIENCE, bundled_mazes, connect_to};
+use mmsim_tests::{TIMEOUT, bundled_mazes, connect_to};
 
 use crate::harness::{Home, Serving};
 use crate::http;
@@ -49,7 +49,7 @@ impl Simulator {
         mmsim_tests::ask(&self.socket, request)
     }
 
-    /// Sends a request that must succeed.
+    /// Sends a request and asserts that the reply is `ok`.
     pub(crate) fn send(&self, request: &[u8]) {
         assert_eq!(self.request(request).escape_ascii().to_string(), "ok");
     }
@@ -64,21 +64,21 @@ impl Simulator {
         serde_json::from_slice(&self.request(b"info")).unwrap()
     }
 
-    /// The number of the current run.
+    /// Returns the number of the current run.
     pub(crate) fn run_number(&self) -> u64 {
         http::get(&self.url("/api/sources/live")).json()["run"].as_u64().unwrap()
     }
 
     /// Runs a bundled strategy and returns the states that it sent.
     pub(crate) fn search(&self, maze: &Maze, strategy: BundledStrategy) -> Vec<TestState> {
-        let zmq = Zmq::connect(&self.serving.address, Some(PATIENCE), |_| {}).unwrap();
+        let zmq = Zmq::connect(&self.serving.address, Some(TIMEOUT), |_| {}).unwrap();
         let mut transport = StateRecorder { zmq, states: Vec::new() };
         let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::unexplored(maze), maze.start());
         search_run(&mut transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(())).unwrap();
         transport.states.iter().map(|message| TestState::decode(message, maze.size())).collect()
     }
 
-    /// The URL of a path.
+    /// Returns the URL of a path.
     pub(crate) fn url(&self, path: &str) -> String {
         format!("{}{path}", self.page)
     }
@@ -86,7 +86,7 @@ impl Simulator {
 
 /// Returns the URL of the page from a server's output, without a trailing slash.
 pub(crate) fn page_address(serving: &Serving) -> String {
-    let rest = serving.said.split("watch at ").nth(1).unwrap();
+    let rest = serving.messages.split("watch at ").nth(1).unwrap();
     rest.trim().trim_end_matches('/').to_string()
 }
 
@@ -95,7 +95,7 @@ pub(crate) fn connect(address: &str) -> zmq::Socket {
     connect_to(address, zmq::REQ)
 }
 
-/// Records the states that a client sends.
+/// A transport that collects the states that a client sends.
 struct StateRecorder<'a> {
     zmq: Zmq<'a>,
     states: Vec<Vec<u8>>,

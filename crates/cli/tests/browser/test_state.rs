@@ -1,12 +1,12 @@
-//! States of a client, encoded and decoded independently of `mmsim-protocol`, from the description
-//! in docs/protocol.md.
+//! States of a client, encoded and decoded independently of `mmsim-protocol` according to
+//! docs/protocol.md.
 
 use mmsim_maze::{Cell, MazeSize};
 
-/// The bit of a visited cell.
+/// The bit of a cell's byte that marks a visited cell.
 pub(crate) const VISITED: u8 = 1;
 
-/// Letter of a heading, its offset in x and y, and the bit of the wall on that side.
+/// The letter of each heading, its offset in x and y, and the bit of the wall on that side.
 pub(crate) const SIDES: [(char, i8, i8, u8); 4] =
     [('N', 0, 1, 16), ('E', 1, 0, 2), ('S', 0, -1, 4), ('W', -1, 0, 8)];
 
@@ -16,14 +16,14 @@ pub(crate) struct TestState {
     pub(crate) size: MazeSize,
     pub(crate) cell: Cell,
     pub(crate) heading: char,
-    /// Cell (x, y) is at y · width + x, as in `walls`.
+    /// The weights of the cells. Cell (x, y) is at index y · width + x, as in `walls`.
     pub(crate) weights: Vec<u8>,
     pub(crate) walls: Vec<u8>,
 }
 
 impl TestState {
-    /// Returns a state that is unique to this number, with varied weights and walls. It differs from its
-    /// transpose.
+    /// Returns a state with varied weights and walls, which is different for each number. The
+    /// matrices differ from their transposes.
     pub(crate) fn new(number: usize, size: MazeSize) -> Self {
         let seed = u8::try_from(number * 37 % 251).unwrap();
         let mix = |cell: Cell, by: u8| {
@@ -37,7 +37,7 @@ impl TestState {
             cell: Cell::new(part(number % width), part(number / width % height)),
             heading: ['E', 'N', 'W', 'S'][number % 4],
             weights: size.cells().map(|cell| mix(cell, 1)).collect(),
-            // Few walls, and no unused bits.
+            // There are few walls and no unused bits.
             walls: size.cells().map(|cell| mix(cell, 13) & mix(cell, 7) & 31).collect(),
         }
     }
@@ -46,7 +46,7 @@ impl TestState {
         usize::from(cell.y) * usize::from(self.size.width()) + usize::from(cell.x)
     }
 
-    /// Whether the client reports a wall on this side, in either of the two cells.
+    /// Returns true if the client reports a wall on this side in either of the two cells.
     pub(crate) fn has_wall(&self, cell: Cell, side: char) -> bool {
         let turn = SIDES.iter().position(|&(letter, ..)| letter == side).unwrap();
         let (_, dx, dy, bit) = SIDES[turn];
@@ -55,8 +55,8 @@ impl TestState {
         has_bit(cell, bit) || there.is_none_or(|there| has_bit(there, SIDES[(turn + 2) % 4].3))
     }
 
-    /// Encodes the state with the orders of its matrices: `C` is row by row from the south, `F` column
-    /// by column from the west.
+    /// Encodes the state with the given orders of the two matrices. `C` means row by row from the
+    /// south, `F` means column by column from the west.
     pub(crate) fn message(&self, weights: char, walls: char) -> Vec<u8> {
         let mut message = vec![b'S', self.cell.x, self.cell.y, letter(self.heading)];
         for (order, matrix) in [(weights, &self.weights), (walls, &self.walls)] {
@@ -89,7 +89,7 @@ fn letter(letter: char) -> u8 {
     u8::try_from(letter).unwrap()
 }
 
-/// The index of a cell's byte in a matrix.
+/// Returns the index of a cell's byte in a matrix.
 fn offset(order: char, size: MazeSize, cell: Cell) -> usize {
     let (x, y) = (usize::from(cell.x), usize::from(cell.y));
     match order {
@@ -99,7 +99,7 @@ fn offset(order: char, size: MazeSize, cell: Cell) -> usize {
     }
 }
 
-/// The neighbouring cell, or `None` outside the maze.
+/// Returns the neighbouring cell, or `None` outside the maze.
 pub(crate) fn neighbour(size: MazeSize, cell: Cell, (dx, dy): (i8, i8)) -> Option<Cell> {
     let there = Cell::new(cell.x.checked_add_signed(dx)?, cell.y.checked_add_signed(dy)?);
     size.contains(there).then_some(there)

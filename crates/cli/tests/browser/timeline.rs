@@ -13,7 +13,7 @@ use crate::test_state::TestState;
 
 const STATES: usize = 40;
 
-/// Sends states, all different, in a maze that is not square.
+/// Sends states that all differ, in a maze that is not square.
 fn history(simulator: &Simulator) -> Vec<TestState> {
     let size = bundled("oblong-long-meadow.txt").size();
     let states: Vec<_> = (0..STATES).map(|number| TestState::new(number, size)).collect();
@@ -24,7 +24,7 @@ fn history(simulator: &Simulator) -> Vec<TestState> {
     states
 }
 
-/// Moves the slider as by dragging.
+/// Moves the slider to a state, as when the user drags it.
 fn slide(browser: &Browser, live: Panel<'_>, to: usize) {
     let script = "
         const slider = document.querySelector(arguments[0]);
@@ -78,7 +78,7 @@ fn each_state_is_shown_as_it_was_sent() {
 }
 
 #[test]
-fn keys_go_through_the_history() {
+fn keys_step_through_the_history() {
     with_page(&["--maze", "meadow"], |browser, simulator| {
         history(simulator);
         let live = Panel::live(browser);
@@ -114,7 +114,7 @@ fn keys_go_through_the_history() {
     });
 }
 
-/// Records the shown states from now on.
+/// Makes the page record each state that it shows from now on.
 fn record_shown(browser: &Browser) {
     let script = r#"
         const panel = document.querySelector('.panel[data-source="live"]');
@@ -125,7 +125,7 @@ fn record_shown(browser: &Browser) {
 }
 
 #[test]
-fn playing_goes_on_to_the_newest_state() {
+fn playing_continues_to_the_newest_state() {
     with_page(&["--maze", "meadow"], |browser, simulator| {
         let states = history(simulator);
         let live = Panel::live(browser);
@@ -141,7 +141,7 @@ fn playing_goes_on_to_the_newest_state() {
         assert!(shown.is_sorted() && shown.first() <= Some(&2) && shown.len() > 4, "{shown:?}");
         live.assert_shows(&bundled("oblong-long-meadow.txt"), &states);
 
-        // With the keyboard, pausing in between.
+        // Play with the keyboard, with a pause.
         live.choose("[name=speed]", "20");
         // While the speed list has the focus, keys choose a speed.
         browser.run::<()>("document.activeElement.blur()", &[]);
@@ -154,7 +154,8 @@ fn playing_goes_on_to_the_newest_state() {
         assert!(is_playing());
         browser.press([' ']);
         assert!(!is_playing());
-        // A requested state is still drawn. Playing would show four states in this time.
+        // A state that was already requested is still drawn. Without the pause, four states would
+        // be shown in this time.
         let paused = wait_for("the pause", || {
             let at = live.data("index");
             thread::sleep(Duration::from_millis(200));

@@ -1,4 +1,4 @@
-//! The example clients and the tools that run them.
+//! Building and running the example clients.
 
 use std::env;
 use std::io::Write;
@@ -9,7 +9,7 @@ use mmsim_tests::{output, wait_for_exit};
 
 use crate::harness::Home;
 
-/// As strict as a firmware build.
+/// The compiler flags, which are as strict as those of a firmware build.
 const FLAGS: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
 
 /// Returns the path of a file in this repository.
@@ -22,7 +22,7 @@ pub(crate) fn rust() -> Command {
     rust_example("client")
 }
 
-/// An example in Rust, run as in examples/README.md.
+/// Returns the command that runs an example in Rust, as in examples/README.md.
 pub(crate) fn rust_example(name: &str) -> Command {
     let mut command = Command::new(env!("CARGO"));
     command.args(["run", "--quiet", "-p", "mmsim-examples", "--example", name, "--"]);
@@ -30,7 +30,7 @@ pub(crate) fn rust_example(name: &str) -> Command {
     command
 }
 
-/// Returns Python with pyzmq, `None` if it is not installed.
+/// Returns a Python interpreter with pyzmq, or `None` if there is none.
 pub(crate) fn python() -> Option<Command> {
     let has_zmq = |name: &&str| succeeds(Command::new(name).args(["-c", "import zmq"]));
     let name = ["python3", "python"].into_iter().find(has_zmq);
@@ -39,12 +39,12 @@ pub(crate) fn python() -> Option<Command> {
         return None;
     };
     let mut command = Command::new(name);
-    // Write no compiled files next to the sources.
+    // Python writes no compiled files next to the sources.
     command.env("PYTHONDONTWRITEBYTECODE", "1").current_dir(file("examples/python"));
     Some(command)
 }
 
-/// Builds the flood-fill mouse in C. Returns `None` without a compiler and libzmq.
+/// Builds the flood-fill mouse in C. Returns `None` if there is no compiler or no libzmq.
 pub(crate) fn c(home: &Home) -> Option<Command> {
     let probe = home.write("probe.c", "#include <zmq.h>\nint main(void) { return zmq_errno(); }\n");
     if !succeeds(compiler("cc", &probe, home).arg("-lzmq")) {
@@ -56,7 +56,8 @@ pub(crate) fn c(home: &Home) -> Option<Command> {
     Some(Command::new(built(home)))
 }
 
-/// Builds a C program that includes the codec's header, as C or C++. Returns `None` without a compiler.
+/// Compiles a program that includes the header of the codec, either as C or as C++. Returns `None`
+/// if there is no compiler.
 pub(crate) fn with_codec(name: &str, language: [&str; 2], home: &Home) -> Option<Command> {
     let probe = home.write("probe.c", "int main(void) { return 0; }\n");
     if !succeeds(&mut compiler(name, &probe, home)) {
@@ -76,7 +77,7 @@ fn compiler(name: &str, source: &Path, home: &Home) -> Command {
     command
 }
 
-/// Returns the path for the output of a compiler.
+/// Returns the path of the executable to build.
 fn built(home: &Home) -> PathBuf {
     home.path().join("built")
 }
@@ -86,9 +87,9 @@ fn succeeds(command: &mut Command) -> bool {
     quiet.spawn().is_ok_and(|mut child| wait_for_exit(&mut child).success())
 }
 
-/// Reports a missing tool, or fails if it is required.
+/// Reports a missing tool. Panics if the tools are required.
 fn missing(what: &str) {
     assert!(env::var("MMSIM_CLIENTS").as_deref() != Ok("required"), "{what}");
-    // Bypass the test harness, which hides the output of passing tests.
+    // Written directly, since the test harness captures `eprintln!` of passing tests.
     let _ = writeln!(std::io::stderr(), "skipped, {what}");
 }

@@ -1,4 +1,4 @@
-//! The C codec writes and reads the same bytes as `mmsim-protocol`.
+//! Comparing the C codec with `mmsim-protocol`, byte by byte.
 
 use std::fs::File;
 use std::process::Stdio;
@@ -10,11 +10,11 @@ use mmsim_tests::wait_with_output;
 use crate::client;
 use crate::harness::Home;
 
-/// The compilers that must accept the header, with its language.
+/// The compilers that must accept the header, with the flags for the language.
 const COMPILERS: [(&str, [&str; 2]); 2] =
     [("cc", ["-xc", "-std=c99"]), ("c++", ["-xc++", "-std=c++11"])];
 
-/// Tasks for `codec.c`, and the expected results.
+/// The input for `codec.c` and its expected output.
 #[derive(Default)]
 struct Tasks {
     input: Vec<u8>,
@@ -22,7 +22,8 @@ struct Tasks {
 }
 
 impl Tasks {
-    /// Encodes a request into a buffer of this size; the result is empty if it does not fit.
+    /// Adds a task to encode a request into a buffer of `capacity` bytes. The result is empty if
+    /// the request does not fit.
     fn request(&mut self, task: u8, capacity: usize, arguments: &[u8], expected: &[u8]) {
         self.input.push(task);
         self.input.extend(number(capacity));
@@ -32,7 +33,8 @@ impl Tasks {
         self.expected.push(1); // the rest of the buffer is unchanged
     }
 
-    /// Encodes a request into a buffer of exactly its size, and of one byte less.
+    /// Adds tasks to encode a request into a buffer of exactly its size, and into a buffer that is
+    /// one byte too small.
     fn both(&mut self, task: u8, arguments: &[u8], expected: &[u8]) {
         self.request(task, expected.len(), arguments, expected);
         self.request(task, expected.len() - 1, arguments, &[]);
@@ -75,7 +77,7 @@ fn number(value: usize) -> [u8; 2] {
     u16::try_from(value).unwrap().to_be_bytes()
 }
 
-/// A partly explored maze with every kind of wall.
+/// Returns a partly explored map with present, absent and unknown walls.
 fn map(size: MazeSize) -> KnownMaze {
     let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
     for cell in size.cells() {
@@ -159,14 +161,14 @@ fn out_of_range_requests() {
 }
 
 #[test]
-fn replies_and_rubbish() {
+fn valid_and_invalid_replies() {
     let mut tasks = Tasks::default();
     for bits in 0..8 {
         tasks.reply(&[bits & 1, bits >> 1 & 1, bits >> 2]);
     }
     for message in ["pong", "ok", "error: expected one frame, found 2", "error: ", "{}", ""] {
         tasks.reply(message.as_bytes());
-        // Truncated anywhere, with trailing bytes, and with another first byte.
+        // Replies are truncated at every length, have trailing bytes, or have another first byte.
         for length in 0..message.len() {
             tasks.reply(&message.as_bytes()[..length]);
         }

@@ -1,8 +1,8 @@
-//! The clients in `examples/`, each against a simulator that records requests.
+//! Running the clients in `examples/` against a simulator that records requests.
 //!
-//! The Python clients need python3 with pyzmq, the C clients a compiler `cc` and libzmq (Debian:
-//! libzmq3-dev). Without them, the tests report that they are skipped, and pass; with
-//! `MMSIM_CLIENTS=required` they fail.
+//! The Python clients need python3 with pyzmq. The C clients need a compiler `cc` and libzmq
+//! (Debian: libzmq3-dev). If these tools are missing, the tests print a note and pass, or fail if
+//! `MMSIM_CLIENTS=required` is set.
 
 #[path = "../harness/mod.rs"]
 mod harness;

@@ -1,4 +1,4 @@
-//! The clients search like `mmsim solve flood-fill`, and report errors.
+//! The clients search like `mmsim solve flood-fill` and report errors.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -10,7 +10,7 @@ use crate::client::{self, file};
 use crate::harness::Home;
 use crate::simulator::{Simulator, bundled};
 
-/// The output of a client and its requests.
+/// The output of a client and the requests that it sent.
 struct ClientRun {
     output: Output,
     requests: Vec<Vec<u8>>,
@@ -34,13 +34,14 @@ impl ClientRun {
     }
 }
 
-/// Mazes with a reachable goal: three bundled ones, and one with equally short paths left and right.
+/// Returns mazes with a reachable goal: three bundled mazes, and a maze with equally short paths on
+/// the left and on the right.
 fn mazes() -> [PathBuf; 4] {
     let own = file("crates/cli/tests/examples/left-or-right.txt");
     [bundled("01-harbour.txt"), bundled("07-lighthouse.txt"), bundled("06-mirage.txt"), own]
 }
 
-/// Compares a client with the command, and checks its error messages.
+/// Compares a client with the command and checks the client's error messages.
 fn check(client: impl Fn() -> Command) {
     for maze in &mazes() {
         let (steps, run) = same_states(client(), maze);
@@ -73,7 +74,8 @@ fn check(client: impl Fn() -> Command) {
     assert!(stderr.ends_with("(expected tcp://HOST:PORT)\n"), "{stderr}");
 }
 
-/// Asserts that a client sends the same bytes as the command. Returns the number of steps.
+/// Asserts that a client sends the same bytes as the command. Returns the number of steps and the
+/// client's run.
 fn same_states(mut client: Command, maze: &Path) -> (usize, ClientRun) {
     let home = Home::new();
     let mut command = home.command(&["solve", "flood-fill", "--connect"]);
@@ -116,7 +118,7 @@ fn the_client_in_c() {
     }
 }
 
-/// Tests the parts of the Python class that a successful search does not use.
+/// A Python script that tests the parts of the class that a successful search does not use.
 const CLASS: &str = r#"
 import sys
 from mmsim import Heading, NoReply, Pose, Refused, Simulator

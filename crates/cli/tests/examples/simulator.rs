@@ -9,27 +9,28 @@ use mmsim_maze::Maze;
 use mmsim_server::{ReplyBuffer, Simulation};
 use mmsim_tests::{bundled_mazes, within};
 
-/// Returns the file of a bundled maze.
+/// Returns the path of a bundled maze.
 pub(crate) fn bundled(name: &str) -> PathBuf {
     bundled_mazes().join(name)
 }
 
-/// Ends the thread; not a request of the protocol.
+/// The message that ends the simulator's thread. The message is not part of the protocol.
 const END: &[u8] = b"end";
 
-/// A simulator on a free port of loopback.
+/// A simulator on a free port of the loopback interface.
 pub(crate) struct Simulator {
     pub(crate) endpoint: String,
     thread: JoinHandle<Vec<Vec<u8>>>,
 }
 
 impl Simulator {
-    /// Serves the maze in this file.
+    /// Serves the maze in a file.
     pub(crate) fn serve(maze: &Path) -> Self {
         Self::start(maze, |_| Some(Duration::ZERO))
     }
 
-    /// Does the same. `pause` returns how long to wait before a reply, or `None` to stop.
+    /// Serves the maze in a file. `pause` gets the number of earlier requests. It returns the delay
+    /// before the reply, or `None` to stop.
     pub(crate) fn start(
         maze: &Path,
         pause: impl Fn(usize) -> Option<Duration> + Send + 'static,
@@ -56,12 +57,12 @@ impl Simulator {
         Self { endpoint, thread }
     }
 
-    /// Stops the simulator. Returns all requests that it has replied to.
+    /// Stops the simulator and returns all answered requests.
     pub(crate) fn requests(self) -> Vec<Vec<u8>> {
         let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
         socket.set_linger(0).unwrap();
         socket.connect(&self.endpoint).unwrap();
-        // If it has stopped already, nobody receives this.
+        // If the simulator has already stopped, the message is lost.
         socket.send(END, 0).unwrap();
         within("the simulator to end", || self.thread.join()).unwrap()
     }

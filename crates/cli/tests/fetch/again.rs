@@ -1,4 +1,4 @@
-//! Fetching into a folder that is not empty.
+//! Fetching mazes into a folder that is not empty.
 
 use std::fs;
 
@@ -6,11 +6,11 @@ use crate::archives::{tar_gz, zip};
 use crate::harness::Home;
 use crate::{MAZE, OTHER_MAZE, all_of, fetch, fetch_fails, home_with_mazes};
 
-/// A maze edited by the user.
+/// A fetched maze after an edit by the user.
 const EDITED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
 #[test]
-fn replaces_changed_files_removes_missing_ones_and_keeps_the_users() {
+fn fetch_replaces_changed_files_removes_missing_files_and_keeps_user_files() {
     let home = Home::new();
     let names = ["same", "changed", "gone", "deep/gone", "edited", "edited-gone", "deleted"];
     let paths = names.map(|name| format!("top/{name}.txt"));
@@ -66,7 +66,7 @@ fn cleans_up_after_a_killed_fetch() {
     let mazes = home.path().join("mazes");
     home.write("mazes/.mmsim-fetching-new/new.txt", MAZE);
     let before = all_of(&mazes.join("fetched"));
-    // It was killed between the two renames.
+    // Imitate a process that was killed between the two renames.
     fs::rename(mazes.join("fetched"), mazes.join(".mmsim-fetching-old")).unwrap();
     home.write("empty.zip", zip(&[]));
     assert_eq!(fetch(&home, "empty.zip").code, Some(1), "too early to clean up");
@@ -77,7 +77,8 @@ fn cleans_up_after_a_killed_fetch() {
     assert_eq!(fs::read_dir(&mazes).unwrap().count(), 2, "the folder and the lock");
 }
 
-/// Unreleased versions stored mazes directly in the folder, which would be listed twice.
+/// Unreleased versions stored mazes directly in the folder. Fetching these mazes again would list
+/// them twice.
 #[test]
 fn mazes_of_unreleased_versions_are_not_fetched_again() {
     let home = Home::new();
@@ -108,7 +109,7 @@ fn folders_and_files_of_the_user_are_not_replaced() {
     assert!(error.starts_with("mmsim: mazes/fetched/new cannot be kept: "), "{error}");
 }
 
-/// The last file cannot be written when the others have been.
+/// The fetch fails at the last file, after all other files have been written.
 #[test]
 fn failed_fetches_change_nothing() {
     let home = home_with_mazes();
@@ -134,7 +135,7 @@ fn links_are_not_followed() {
     let home = home_with_mazes();
     let outside = home.write("outside/old.txt", MAZE);
     home.write("new.tar.gz", tar_gz(&[("top/classic/old.txt", OTHER_MAZE), ("top/z.txt", MAZE)]));
-    // In place of a file or a folder in it.
+    // The link replaces a file or a folder inside the fetched folder.
     for (path, target) in [("classic/old.txt", &outside), ("classic", &home.path().join("outside"))]
     {
         let path = home.path().join("mazes/fetched").join(path);
@@ -146,7 +147,7 @@ fn links_are_not_followed() {
             "{error}"
         );
     }
-    // In place of the folder and of the lock.
+    // The link replaces the fetched folder or the lock file.
     let folder = home.path().join("mazes/fetched");
     fs::remove_dir_all(&folder).unwrap();
     symlink(home.path().join("outside"), &folder).unwrap();
@@ -165,7 +166,7 @@ fn links_are_not_followed() {
     assert!(home.path().join("elsewhere/fetched/classic/old.txt").exists());
 }
 
-/// A limit on the file size stands for a full disk.
+/// A limit on the file size imitates a full disk.
 #[cfg(unix)]
 #[test]
 fn full_disks_change_nothing() {

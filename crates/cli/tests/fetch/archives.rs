@@ -6,11 +6,11 @@ use flate2::Compression;
 use flate2::write::{DeflateEncoder, GzEncoder};
 use tar::{EntryType, Header};
 
-/// A bomb of 10 GiB, in parts of 1 MiB.
+/// The number of 1 MiB parts in a decompression bomb of 10 GiB.
 const BOMB_PARTS: usize = 10 << 10;
 const PART: &[u8] = &[0; 1 << 20];
 
-/// Pairs of name and content.
+/// Pairs of a file name and the content.
 pub(crate) type Contents<'a> = &'a [(&'a str, &'a str)];
 
 pub(crate) fn tar(contents: Contents) -> Vec<u8> {
@@ -32,12 +32,12 @@ pub(crate) fn gz(content: &[u8]) -> Vec<u8> {
     gz.finish().unwrap()
 }
 
-/// Returns a tar with one entry and an unchecked name.
+/// Returns a tar archive with one entry, whose name is not checked.
 pub(crate) fn tar_of(name: &[u8], kind: EntryType, content: &[u8]) -> Vec<u8> {
     [tar_entry(name, kind, content), vec![0; 1024]].concat()
 }
 
-/// Returns an entry, padded to whole blocks.
+/// Returns an entry of a tar archive, padded to whole blocks.
 pub(crate) fn tar_entry(name: &[u8], kind: EntryType, content: &[u8]) -> Vec<u8> {
     let header = tar_header(name, kind, content.len() as u64);
     let fill = content.len().next_multiple_of(512) - content.len();
@@ -57,13 +57,13 @@ fn tar_header(name: &[u8], kind: EntryType, size: u64) -> Vec<u8> {
     header.as_bytes().to_vec()
 }
 
-/// Returns an archive with an entry of 10 GiB of zeros.
+/// Returns a .tar.gz archive with an entry of 10 GiB of zeros.
 pub(crate) fn tar_gz_bomb(kind: EntryType) -> Vec<u8> {
     let header = gz(&tar_header(b"bomb.txt", kind, (BOMB_PARTS * PART.len()) as u64));
     [header, gz(PART).repeat(BOMB_PARTS)].concat()
 }
 
-/// A file in a zip, with the fields of its headers.
+/// A file in a zip archive, with the fields of its headers.
 pub(crate) struct Zipped<'a> {
     pub(crate) name: &'a [u8],
     pub(crate) data: Vec<u8>,
@@ -92,7 +92,7 @@ impl<'a> Zipped<'a> {
         }
     }
 
-    /// Returns 10 GiB of zeros that claim to be 100 bytes.
+    /// Returns a file of 10 GiB of zeros, whose header claims 100 bytes.
     pub(crate) fn bomb() -> Self {
         let mut deflate = DeflateEncoder::new(Vec::new(), Compression::best());
         deflate.write_all(PART).unwrap();

@@ -22,7 +22,7 @@ const CONTENTS: &[(&str, &str)] = &[
     ("top/tool.py", "print()"),
 ];
 
-/// Asserts that the visible files of `CONTENTS` are in the folder.
+/// Asserts that the folder contains the files of `CONTENTS` that are not hidden.
 fn assert_is_fetched(home: &Home, folder: &str) {
     let read = |name: &str| {
         fs::read_to_string(home.path().join(folder).join("fetched").join(name)).unwrap()
@@ -115,7 +115,7 @@ fn tar_gz_may_have_several_members_and_long_names() {
     assert!(home.path().join("mazes/fetched").join(&name[4..]).is_file());
 }
 
-/// As with GNU gzip.
+/// GNU gzip ignores zeros after the data too.
 #[test]
 fn zeros_after_a_tar_gz_are_ignored() {
     let home = Home::new();
@@ -148,7 +148,7 @@ fn schemes_ignore_case_and_file_urls_work() {
     }
 }
 
-/// The metadata of macOS must not hide the common top folder.
+/// Metadata files of macOS must not prevent the detection of a common top folder.
 #[test]
 fn hidden_files_are_skipped_first() {
     let mac = [
@@ -196,7 +196,7 @@ fn unportable_names_are_skipped() {
     let names = [&[&b"top/classic/good.txt"[..]], &odd[..]].concat();
     let zipped: Vec<_> = names.iter().map(|name| Zipped::new(name, MAZE.as_bytes())).collect();
     let kind = EntryType::Regular;
-    // In a tar such a long name needs an entry of its own.
+    // In a tar archive, such a long name needs a separate entry.
     let mut tar: Vec<u8> =
         names[..8].iter().flat_map(|name| tar_entry(name, kind, MAZE.as_bytes())).collect();
     tar.extend([0; 1024]);
@@ -208,10 +208,10 @@ fn unportable_names_are_skipped() {
             "1 maze in mazes/fetched (files: 1 new, 0 replaced, 0 unchanged, 0 removed, {skipped} skipped)"
         );
         assert_eq!(output.stdout.lines().next(), Some(&expected[..]), "{output:?}");
-        let said = format!(
+        let messages = format!(
             "skipped {skipped} files with names that are not valid on every system: \"top/12:30.txt\", \"top/a\\\"b.txt\", \"top/b?.txt\", …\n"
         );
-        assert_eq!(output.stderr, said);
+        assert_eq!(output.stderr, messages);
         assert_eq!(
             fs::read_to_string(home.path().join("mazes/fetched/classic/good.txt")).unwrap(),
             MAZE
@@ -220,7 +220,7 @@ fn unportable_names_are_skipped() {
     }
 }
 
-/// Some tools for Windows write backslashes, and folders as entries of their own.
+/// Some tools for Windows write backslashes and separate entries for folders.
 #[test]
 fn backslashes_in_a_zip_are_separators() {
     let home = Home::new();
@@ -245,7 +245,7 @@ fn json_has_all_results() {
 }
 
 #[test]
-fn concurrent_fetches_leave_a_whole_collection() {
+fn concurrent_fetches_leave_a_complete_collection() {
     let home = Home::new();
     let names: Vec<String> = (0..50).map(|number| format!("top/{number}.txt")).collect();
     let contents = |maze| names.iter().map(|name| (&name[..], maze)).collect::<Vec<_>>();

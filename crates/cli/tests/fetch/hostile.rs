@@ -6,7 +6,7 @@ use crate::archives::{Zipped, gz, tar, tar_entry, tar_gz, tar_gz_bomb, tar_of, z
 use crate::server::{answer, serve, serve_content};
 use crate::{MAZE, fetch_fails, home_with_mazes};
 
-/// Returns the error for an archive, without its name.
+/// Returns the error for an archive, without the name of the archive.
 fn refusal(archive: &[u8]) -> String {
     let home = home_with_mazes();
     home.write("archive", archive);
@@ -15,7 +15,8 @@ fn refusal(archive: &[u8]) -> String {
     error.strip_suffix("; nothing was changed\n").unwrap_or(error).to_string()
 }
 
-/// Returns the error for an entry beside a good one, which is the same in a .tar.gz and in a .zip.
+/// Returns the error for an archive with a valid entry and an entry with the given name. Asserts
+/// that .tar.gz and .zip give the same error.
 fn refusal_of_name(name: &[u8]) -> String {
     let good = tar_entry(b"good.txt", EntryType::Regular, MAZE.as_bytes());
     let bad = tar_of(name, EntryType::Regular, MAZE.as_bytes());
@@ -67,7 +68,7 @@ fn links_and_devices_are_refused() {
     let with_mode =
         |mode| refusal(&zip_of(&[Zipped { mode, ..Zipped::new(b"bad.txt", b"/etc/passwd") }]));
     insta::assert_snapshot!(with_mode(0o120_777), @r#"entry "bad.txt" is a symbolic link"#);
-    // Some tools mark links in the mode only, whatever the name and the originating system.
+    // Some tools mark links only in the mode, regardless of the name and the originating system.
     for (name, system) in [(&b"bad.txt"[..], 0), (b"bad/", 3), (b"bad/", 0), (b"bad.txt", 10)] {
         let link = Zipped { mode: 0o120_777, system, ..Zipped::new(name, b"/etc/passwd") };
         let refusal = refusal(&zip_of(&[Zipped::new(b"a.txt", MAZE.as_bytes()), link]));
@@ -131,7 +132,7 @@ fn other_files_and_archives_without_mazes_are_refused() {
 #[test]
 fn truncated_archives_are_refused() {
     let contents = [("a.txt", MAZE), ("b.txt", MAZE)];
-    // The last block of a tar is redundant zeros.
+    // The last block of a tar archive consists of redundant zeros.
     for (whole, spare) in [(tar_gz(&contents), 0), (zip(&contents), 0), (tar(&contents), 512)] {
         let home = home_with_mazes();
         for end in (1..whole.len() - spare).step_by(whole.len() / 12) {
@@ -174,7 +175,7 @@ fn failed_downloads_change_nothing() {
     assert!(fetch_fails(&home, "https://").starts_with("mmsim: cannot download https://: "));
 }
 
-/// mmsim uses its own certificates then. The server here does not speak TLS.
+/// Without system certificates, mmsim uses its own. The server in this test does not support TLS.
 #[cfg(all(unix, not(target_os = "macos")))]
 #[test]
 fn systems_without_certificates_are_supported() {

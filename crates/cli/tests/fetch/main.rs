@@ -18,7 +18,7 @@ use harness::{Home, Output};
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 const OTHER_MAZE: &str = "o---o---o---o\n| S       G |\no---o---o---o\n";
 
-/// Returns everything in a folder: files with their content, folders and links.
+/// Returns all files of a folder with their content, and all folders and links.
 fn all_of(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -37,7 +37,7 @@ fn fetch(home: &Home, from: &str) -> Output {
     home.run(&["mazes", "fetch", "mazes", "--from", from])
 }
 
-/// Asserts that a fetch fails and changes nothing, neither in the folder nor beside it.
+/// Asserts that a fetch fails and changes no file in the home folder. Returns the error.
 fn fetch_fails(home: &Home, from: &str) -> String {
     let before = all_of(home.path());
     let output = fetch(home, from);
@@ -48,7 +48,7 @@ fn fetch_fails(home: &Home, from: &str) -> String {
     output.stderr
 }
 
-/// Returns a home with fetched mazes in the folder `mazes`.
+/// Returns a home folder with fetched mazes in the folder `mazes`.
 fn home_with_mazes() -> Home {
     let home = Home::new();
     let archive = home.write("old.tar.gz", archives::tar_gz(&[("top/classic/old.txt", MAZE)]));

@@ -4,7 +4,8 @@ use std::io::{BufRead, BufReader, Write};
 use std::net::{SocketAddr, TcpListener};
 use std::thread;
 
-/// Serves these bytes for every request, then closes the connection. Returns the address.
+/// Sends these bytes in reply to every request and then closes the connection. Returns the address
+/// of the server.
 pub(crate) fn serve(answer: Vec<u8>) -> SocketAddr {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
@@ -26,7 +27,7 @@ pub(crate) fn serve_content(content: &[u8]) -> SocketAddr {
     serve(answer("200 OK", content.len(), content))
 }
 
-/// Returns a response that claims to have `bytes` bytes.
+/// Returns a response whose header claims a length of `bytes`.
 pub(crate) fn answer(status: &str, bytes: usize, content: &[u8]) -> Vec<u8> {
     let head = format!("HTTP/1.1 {status}\r\nContent-Length: {bytes}\r\nConnection: close\r\n\r\n");
     [head.as_bytes(), content].concat()

@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use std::sync::mpsc::{self, Receiver};
 use std::{fs, thread};
 
-use mmsim_tests::{PATIENCE, output, wait_for_exit, within};
+use mmsim_tests::{TIMEOUT, output, wait_for_exit, within};
 
 /// A temporary home folder of a test.
 pub struct Home(tempfile::TempDir);
@@ -58,7 +58,7 @@ impl Home {
         }
     }
 
-    /// Returns the command for a server, without a viewer page unless the arguments mention it.
+    /// Returns the command for a server, without a viewer page unless the arguments select one.
     pub fn server(&self, arguments: &[&str]) -> Command {
         let mut command = self.command(arguments);
         if !arguments.iter().any(|argument| argument.contains("viewer")) {
@@ -81,12 +81,12 @@ impl Home {
     pub fn serve_unheard(&self, arguments: &[&str]) -> Serving {
         let mut child = self.server(arguments).stderr(Stdio::piped()).spawn().unwrap();
         let (stderr, mut serving) = (child.stderr.take().unwrap(), Serving::new(child));
-        serving.has_said(read_until(stderr, "tcp://").1);
+        serving.set_messages(read_until(stderr, "tcp://").1);
         serving
     }
 }
 
-/// Returns the command under a limit of `ulimit`, such as `-v 1000`.
+/// Returns the command with a limit that `ulimit` sets, such as `-v 1000`.
 #[cfg(unix)]
 pub fn limited(command: &Command, limit: &str) -> Command {
     let mut limited = Command::new("bash");
@@ -102,8 +102,8 @@ pub fn limited(command: &Command, limit: &str) -> Command {
     limited
 }
 
-/// Returns the command with default signal handling: it would inherit signals that the tests ignore,
-/// as under `nohup`.
+/// Returns the command with default signal handling. Otherwise it would inherit the signals that
+/// the tests ignore, for example under `nohup`.
 fn mmsim() -> Command {
     let mmsim = env!("CARGO_BIN_EXE_mmsim");
     if !IS_IGNORING.get_or_init(is_ignoring) {
@@ -119,7 +119,8 @@ pub const SIGNALS: &str = "HUP,INT,TERM";
 
 static IS_IGNORING: OnceLock<bool> = OnceLock::new();
 
-/// Whether this process ignores one of the signals. Signal n is bit n - 1 of the mask.
+/// Returns true if this process ignores one of the signals. Bit n - 1 of the mask stands for signal
+/// n.
 fn is_ignoring() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -127,7 +128,7 @@ fn is_ignoring() -> bool {
     mask.unwrap_or(0) & (1 | 1 << 1 | 1 << 14) != 0
 }
 
-/// Returns the newest recording in a folder. The server may be compressing another one.
+/// Returns the newest recording in a folder. The server may still be compressing another recording.
 #[track_caller]
 pub fn recorded(folder: &Path) -> PathBuf {
     let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -135,26 +136,26 @@ pub fn recorded(folder: &Path) -> PathBuf {
     files.filter(is_recording).max().expect("a recording")
 }
 
-/// Reads until `text` is printed. Returns all output so far.
+/// Reads stderr until `text` is printed. Returns all messages up to this text.
 #[track_caller]
 pub fn read_until(stderr: ChildStderr, text: &str) -> (BufReader<ChildStderr>, String) {
     let expected = text.to_string();
     within(&format!("the command to print {text:?}"), move || {
-        let (mut stderr, mut said) = (BufReader::new(stderr), String::new());
-        while !said.contains(&expected) {
-            assert_ne!(stderr.read_line(&mut said).unwrap(), 0, "exited: {said}");
+        let (mut stderr, mut messages) = (BufReader::new(stderr), String::new());
+        while !messages.contains(&expected) {
+            assert_ne!(stderr.read_line(&mut messages).unwrap(), 0, "exited: {messages}");
         }
-        (stderr, said)
+        (stderr, messages)
     })
 }
 
-/// Returns the reported address, empty if there is none.
-fn address(said: &str) -> String {
-    let rest = said.split("tcp://").nth(1).and_then(|rest| rest.split(';').next());
+/// Returns the reported address, or an empty string if there is none.
+fn address(messages: &str) -> String {
+    let rest = messages.split("tcp://").nth(1).and_then(|rest| rest.split(';').next());
     rest.map(|rest| format!("tcp://{rest}")).unwrap_or_default()
 }
 
-/// The exit code and output of a command.
+/// The exit code and the output of a command.
 #[derive(Debug)]
 pub struct Output {
     pub code: Option<i32>,
@@ -168,22 +169,22 @@ impl Output {
     }
 }
 
-/// A server process, killed on drop.
+/// A server process that is killed on drop.
 pub struct Serving {
     child: Child,
     pub address: String,
-    /// The messages until it was ready.
-    pub said: String,
+    /// The messages on stderr until the server was ready.
+    pub messages: String,
     rest: Option<Receiver<String>>,
 }
 
 impl Serving {
     fn new(child: Child) -> Self {
-        Self { child, address: String::new(), said: String::new(), rest: None }
+        Self { child, address: String::new(), messages: String::new(), rest: None }
     }
 
-    fn has_said(&mut self, said: String) {
-        (self.address, self.said) = (address(&said), said);
+    fn set_messages(&mut self, messages: String) {
+        (self.address, self.messages) = (address(&messages), messages);
     }
 
     /// Starts a server command and waits until it prints `text` to stderr.
@@ -192,8 +193,8 @@ impl Serving {
         let mut child = pipes.spawn().unwrap();
         // `serving` kills the process even if it never prints the text.
         let (stderr, mut serving) = (child.stderr.take().unwrap(), Self::new(child));
-        let (mut stderr, said) = read_until(stderr, text);
-        serving.has_said(said);
+        let (mut stderr, messages) = read_until(stderr, text);
+        serving.set_messages(messages);
         let (send, rest) = mpsc::channel();
         serving.rest = Some(rest);
         thread::spawn(move || {
@@ -214,11 +215,11 @@ impl Serving {
         self.child.id()
     }
 
-    /// Waits until the process exits. Returns its status and all of its messages.
+    /// Waits until the process exits. Returns the exit status and all messages.
     pub fn wait(&mut self) -> (ExitStatus, String) {
         let status = wait_for_exit(&mut self.child);
-        let rest = self.rest.take().unwrap().recv_timeout(PATIENCE).expect("its stderr closes");
-        (status, self.said.clone() + &rest)
+        let rest = self.rest.take().unwrap().recv_timeout(TIMEOUT).expect("its stderr closes");
+        (status, self.messages.clone() + &rest)
     }
 
     pub fn stdout(&mut self) -> String {
@@ -230,7 +231,7 @@ impl Serving {
         })
     }
 
-    /// Sends a signal, named without SIG.
+    /// Sends a signal. The name is given without the prefix SIG.
     #[cfg(unix)]
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();

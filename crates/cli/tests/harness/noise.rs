@@ -2,7 +2,7 @@
 
 use mmsim_tests::connect_to;
 
-/// Returns a state of a classic maze, different for each number.
+/// Returns a state of a classic maze that differs for each number.
 pub fn state(number: u64) -> Vec<u8> {
     let mut seed = number;
     let mut noise = || {
@@ -18,12 +18,13 @@ pub fn state(number: u64) -> Vec<u8> {
     state
 }
 
-/// Sends states in batches until one is refused. Returns how many were acknowledged, and the refusal.
-pub fn send_until_refused(address: &str, from: u64, most: u64) -> (u64, Option<String>) {
+/// Sends states in batches until one is refused. Returns the number of acknowledged states and the
+/// error of the refusal.
+pub fn send_until_refused(address: &str, from: u64, max: u64) -> (u64, Option<String>) {
     let socket = connect_to(address, zmq::DEALER);
     let (mut sent, mut acknowledged, mut refusal) = (from, 0, None);
-    for answered in from..from + most {
-        while refusal.is_none() && sent < (answered + 100).min(from + most) {
+    for answered in from..from + max {
+        while refusal.is_none() && sent < (answered + 100).min(from + max) {
             socket.send_multipart([Vec::new(), state(sent)], 0).unwrap();
             sent += 1;
         }

@@ -1,4 +1,4 @@
-//! The ways a mouse can exit, and what the command prints and returns in each case.
+//! The output and the exit code for each way in which a mouse can exit.
 
 use super::*;
 
@@ -49,7 +49,7 @@ fn the_limit_stops_the_mouse() {
     assert_eq!(run(&home, &["small.txt", "--limit", "2"], within).unwrap().code, Some(0));
 }
 
-/// Whether this process exists and is not a zombie.
+/// Returns true if this process exists and is not a zombie.
 #[cfg(target_os = "linux")]
 fn lives(id: &str) -> bool {
     let status = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
@@ -66,12 +66,13 @@ fn child_processes_of_the_mouse_are_killed() {
     assert_eq!(limited.code, Some(1), "{limited:?}");
     let sleeps = limited.stderr.split("sleeps ").nth(1).unwrap().lines().next().unwrap();
     assert!(!lives(sleeps), "{limited:?}");
-    // The script exits. The command does not wait for the sleep that holds its pipe.
+    // The script exits. The command does not wait for the child process, which keeps the pipe open.
     let ended = home.run(&arguments(&[], &["sh", "-c", "sleep 600 & exit 3"]));
     assert_eq!(ended.code, Some(3), "{ended:?}");
 }
 
-/// `script` runs a shell on a terminal of its own, with the command in the background.
+/// The tool `script` runs a shell on a separate terminal, and the shell runs the command in the
+/// background.
 #[cfg(target_os = "linux")]
 #[test]
 fn runs_in_the_background_of_a_terminal() {
@@ -89,9 +90,9 @@ fn runs_in_the_background_of_a_terminal() {
     let mut script = Command::new("script");
     let script = script.args(["-qc", "bash run.sh", "/dev/null"]).current_dir(home.path());
     let output = output(script.env("HOME", home.path()));
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("status 5"), "{said}");
-    assert!(!said.contains("press Enter"), "{said}");
+    let messages = String::from_utf8_lossy(&output.stdout);
+    assert!(messages.contains("status 5"), "{messages}");
+    assert!(!messages.contains("press Enter"), "{messages}");
 }
 
 #[test]
@@ -99,12 +100,12 @@ fn a_missing_program_is_an_error() {
     let home = Home::new();
     let ended = home.run(&arguments(&QUIET, &["no-such-mouse", "1"]));
     assert_eq!(ended.code, Some(1));
-    let said = ended.stderr.lines().last().unwrap();
-    assert!(said.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{said}");
-    assert!(said.ends_with("needs its path, as in -- ./my-mouse)"), "{said}");
+    let messages = ended.stderr.lines().last().unwrap();
+    assert!(messages.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{messages}");
+    assert!(messages.ends_with("needs its path, as in -- ./my-mouse)"), "{messages}");
     let options = [&QUIET[..], &["--stay", "--json"]].concat();
     let report = home.run(&arguments(&options, &["no-such-mouse"])).json();
-    assert_eq!(report["error"].as_str(), said.strip_prefix("mmsim: "));
+    assert_eq!(report["error"].as_str(), messages.strip_prefix("mmsim: "));
     for wrong in [
         &["mms"][..],
         &["mms", "--"],
@@ -126,7 +127,7 @@ fn stay_keeps_serving_after_the_mouse_exits() {
     let options = ["--port", "0", "--viewer-port", "0", "--stay"];
     let Some(command) = command(&home, &options, "ask('moveForward')\nsys.exit(5)") else { return };
     let mut serving = Serving::start(command, "still serving");
-    assert!(serving.said.contains("watch at http://"), "{}", serving.said);
+    assert!(serving.messages.contains("watch at http://"), "{}", serving.messages);
     assert_eq!(states_of(&serving.address), 2);
     serving.signal("INT");
     assert_eq!(serving.wait().0.code(), Some(5));
@@ -143,11 +144,11 @@ fn an_interrupt_ends_the_mouse() {
     {
         let Some(command) = command(&home, options, mouse) else { return };
         let mut serving = Serving::start(command, "mouse ");
-        let mouse = serving.said.split_whitespace().last().unwrap().to_string();
+        let mouse = serving.messages.split_whitespace().last().unwrap().to_string();
         serving.signal("INT");
-        let (status, said) = serving.wait();
-        assert_eq!(status.code(), Some(130), "{said}");
-        assert!(said.contains("mouse stopped by Ctrl-C"), "{said}");
+        let (status, messages) = serving.wait();
+        assert_eq!(status.code(), Some(130), "{messages}");
+        assert!(messages.contains("mouse stopped by Ctrl-C"), "{messages}");
         let is_there = output(Command::new("sh").args(["-c", &format!("kill -0 {mouse} 2>&-")]));
         assert!(!is_there.status.success(), "{mouse} lives on");
     }

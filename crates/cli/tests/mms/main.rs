@@ -1,4 +1,4 @@
-//! `mmsim mms` with mice in other processes: one uses the published crate `mms-rs`, others are Python.
+//! `mmsim mms` with one mouse that uses the published crate `mms-rs`, and with mice in Python.
 
 #[path = "../harness/mod.rs"]
 mod harness;
@@ -30,7 +30,7 @@ def ask(line):
 
 ";
 
-/// Returns the Python interpreter. Without one, the test is skipped with a message.
+/// Returns the Python interpreter, or `None` with a message if there is none.
 fn python() -> Option<&'static str> {
     let works = |name: &&str| {
         let quiet = || Stdio::null();
@@ -46,7 +46,7 @@ fn python() -> Option<&'static str> {
     found
 }
 
-/// The mouse of `examples/mms-mouse.rs`, which cargo builds with the tests.
+/// Returns the path of the mouse `examples/mms-mouse.rs`, which cargo builds with the tests.
 fn mms_rs_mouse() -> PathBuf {
     let name = format!("mms-mouse{}", std::env::consts::EXE_SUFFIX);
     let path = Path::new(env!("CARGO_BIN_EXE_mmsim")).with_file_name("examples").join(name);
@@ -60,14 +60,14 @@ fn arguments<'a>(options: &[&'a str], mouse: &[&'a str]) -> Vec<&'a str> {
 
 const QUIET: [&str; 3] = ["--port", "0", "--no-viewer"];
 
-/// Returns a command that runs a Python mouse, if there is an interpreter.
+/// Returns a command that runs a Python mouse, or `None` if there is no interpreter.
 fn command(home: &Home, options: &[&str], mouse: &str) -> Option<Command> {
     let python = python()?;
     home.write("mouse.py", PREAMBLE.to_string() + mouse);
     Some(home.command(&arguments(options, &[python, "mouse.py"])))
 }
 
-/// Runs a Python mouse to completion in a maze of its own.
+/// Runs a Python mouse to completion with a server in the same command.
 fn run(home: &Home, options: &[&str], mouse: &str) -> Option<Output> {
     let python = python()?;
     home.write("mouse.py", PREAMBLE.to_string() + mouse);
@@ -107,12 +107,13 @@ fn a_mouse_on_mms_rs_reaches_the_goal() {
     total-effective-distance: 191
     total-turns: 124
     ");
-    let said = ended.stderr.lines().last();
-    assert_eq!(said, Some("mouse exited with code 0; goal reached, score 346.5"));
+    let messages = ended.stderr.lines().last();
+    assert_eq!(messages, Some("mouse exited with code 0; goal reached, score 346.5"));
     let recording = recording(&home.path().join("seen"));
     let poses = states(&recording, |state| state.pose());
     let size = MazeSize::CLASSIC;
-    // At the start, in each cell, after each turn, and the last markers.
+    // There is a state at the start, after each step and after each turn, and one for the last
+    // markers.
     assert_eq!(poses.len(), 1 + 191 + 124 + 1);
     assert_eq!(poses[0].cell, Cell::new(0, 0));
     for (before, after) in poses.iter().zip(&poses[1..]) {
@@ -129,7 +130,7 @@ fn a_mouse_on_mms_rs_reaches_the_goal() {
             }
         }
     });
-    // The distances that the mouse wrote into the cells.
+    // The weights are the distances that the mouse wrote into the cells.
     let last = states(&recording, |state| {
         let visited: CellSet =
             size.cells().filter(|&cell| state.cell_walls(cell).unwrap().visited()).collect();
@@ -215,18 +216,18 @@ for line in [
             marked,
         )
     });
-    // The wall that it has cleared exists in the maze.
+    // The mouse cleared a wall that exists in the maze.
     assert_eq!(last.last(), Some(&(Cell::new(0, 2), Some(12), Some(255), (true, false))));
 }
 
 #[test]
-fn unknown_commands_are_reported_at_once() {
+fn unknown_commands_are_reported_immediately() {
     let home = Home::new();
     let mouse = "ask('moveForward')\nask('moveForwrad')";
     let Some(command) = command(&home, &QUIET, mouse) else { return };
     // The mouse waits for a reply that never comes.
     let mut hanging = Serving::start(command, "mms: line 2: ");
-    assert!(hanging.said.ends_with("mms: line 2: unknown command \"moveForwrad\"\n"));
+    assert!(hanging.messages.ends_with("mms: line 2: unknown command \"moveForwrad\"\n"));
     hanging.kill();
     hanging.wait();
 }
@@ -240,13 +241,13 @@ fn incomplete_lines_are_reported() {
     let Some(command) = command(&home, &QUIET, &mouse) else { return };
     let mut hanging = Serving::start(command, "mms: line 2: ");
     let expected = "mms: line 2: no newline yet after \"mazeWidth\"\n";
-    assert!(hanging.said.ends_with(expected), "{}", hanging.said);
+    assert!(hanging.messages.ends_with(expected), "{}", hanging.messages);
     hanging.kill();
     hanging.wait();
 }
 
 #[test]
-fn arbitrary_lines_are_survived() {
+fn arbitrary_lines_do_not_stop_the_command() {
     let home = Home::new();
     let mouse = r"
 out = sys.stdout.buffer
@@ -264,8 +265,8 @@ os._exit(3)
     let Some(ended) = run(&home, &["--json"], mouse) else { return };
     assert_eq!(ended.code, Some(3), "{ended:?}");
     assert_eq!(ended.json()["refused_lines"], json!(5), "a blank line is none");
-    let said: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
-    insta::assert_snapshot!(said.join("\n"), @r#"
+    let messages: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
+    insta::assert_snapshot!(messages.join("\n"), @r#"
     mms: line 1: unknown command "\xff\xfe"
     mms: line 3: expected at most 4096 bytes, found more, starting with "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
     mms: line 5: expected a cell in a maze of 16x16 cells, found "setWall 99 0 n"
@@ -321,8 +322,8 @@ assert ask('wallBack') == 'true'
     let pipes = command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
     let mut child = pipes.spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
-    let said = harness::read_until(child.stderr.take().unwrap(), "ready").1;
-    assert!(!said.contains("press Enter"), "that is for terminals");
+    let messages = harness::read_until(child.stderr.take().unwrap(), "ready").1;
+    assert!(!messages.contains("press Enter"), "that is for terminals");
     stdin.write_all(b"\n").unwrap();
     assert_eq!(wait_for_exit(&mut child).code(), Some(0));
 }
@@ -346,9 +347,9 @@ sys.exit(int(width))
     let Some(ended) = connect(&["--goal", "server"]) else { return };
     assert_eq!(ended.code, Some(4), "{ended:?}");
     assert!(ended.stdout.starts_with("score: 6.05\nbest-run-distance: 5\n"), "{ended:?}");
-    let told = connect(&["--size", "4x3", "--goal", "2,2", "3,2"]).unwrap();
-    assert_eq!((told.code, &told.stdout), (Some(4), &ended.stdout));
-    // The start, five cells and a turn.
+    let configured = connect(&["--size", "4x3", "--goal", "2,2", "3,2"]).unwrap();
+    assert_eq!((configured.code, &configured.stdout), (Some(4), &ended.stdout));
+    // There is a state for the start, for each of five steps, and for a turn.
     assert_eq!(states_of(&server.address), 7);
     let wrong = connect(&[]).unwrap();
     assert_eq!(wrong.code, Some(1));

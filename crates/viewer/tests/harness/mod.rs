@@ -10,7 +10,7 @@ use mmsim_maze::{Cell, Maze};
 use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Background, Server, Simulation};
-use mmsim_tests::{PATIENCE, ask, connect, stop, wait_for, within};
+use mmsim_tests::{TIMEOUT, ask, connect, stop, wait_for, within};
 use mmsim_viewer::{Limits, Viewer, ViewerConfig, ViewerHandle};
 use serde_json::Value;
 
@@ -56,8 +56,8 @@ impl WatchedServer {
     /// Connects, with generous timeouts.
     pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(&self.host).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream.set_write_timeout(Some(PATIENCE)).unwrap();
+        stream.set_read_timeout(Some(TIMEOUT)).unwrap();
+        stream.set_write_timeout(Some(TIMEOUT)).unwrap();
         stream
     }
 
