@@ -1,4 +1,4 @@
-//! The search loop: read the walls, decide, take the step, and count.
+//! The search loop, which reads walls, asks the strategy for moves, and counts steps and turns.
 
 use core::convert::Infallible;
 
@@ -10,8 +10,8 @@ use crate::strategy::{Move, Phase, SearchError, Strategy};
 
 /// Drives a [`Mouse`] through a maze, one decision at a time, and counts what it does.
 ///
-/// A driver does no input or output. It asks its caller for the walls around a pose, so the same
-/// loop serves a maze in memory, a simulator and real sensors:
+/// A driver performs no input or output. The caller provides the walls around a pose, so the same
+/// loop works with a maze in memory, a simulator or real sensors:
 ///
 /// ```
 /// use mmsim_maze::{KnownMaze, Maze, Pose, WallsAround};
@@ -35,22 +35,22 @@ pub struct SearchDriver<'m, S> {
     mouse: &'m mut Mouse<S>,
     max_states: u32,
     states: u32,
-    /// The last decision, until the mouse has acted on it.
+    /// The last decision, or `None` once the mouse has acted on it.
     decision: Option<Result<Move, SearchError>>,
     phase: Phase,
     stats: SearchStats,
 }
 
-/// Why a search ended early. `E` is the error of the wall sensor.
+/// An error that ended a search. `E` is the error type of the wall sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DriveError<E> {
     /// The walls could not be read.
     #[error(transparent)]
     Sensor(E),
-    /// A reading contradicts an earlier one.
+    /// A sensor reading contradicts an earlier reading.
     #[error(transparent)]
     Contradiction(Contradiction),
-    /// The strategy cannot go on.
+    /// The strategy cannot continue.
     #[error(transparent)]
     Search(SearchError),
     /// The strategy chose a step through a side that is not known to be open.
@@ -65,16 +65,16 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         Self { mouse, max_states, states: 0, decision: None, phase, stats }
     }
 
-    /// Takes the step decided on last, reads the walls around the mouse, and lets the strategy
-    /// decide again. Returns `false` once the search is over.
+    /// Takes the step that the strategy chose, reads the walls around the mouse, and asks the
+    /// strategy for the next move. Returns `false` once the search is over.
     ///
-    /// Before the first decision the mouse also turns round to read the walls behind it if nothing
-    /// is known of the side at its back.
+    /// Before the first decision, the driver also reads the walls behind the mouse if the wall at
+    /// its back is unknown.
     ///
     /// # Errors
-    /// The walls cannot be read or contradict earlier readings, or the mouse would crash. An error
-    /// of the strategy is returned by the call after its decision, so that the caller can still
-    /// report the state in which it was made.
+    /// Returns an error if the walls cannot be read, if they contradict earlier readings, or if the
+    /// mouse would crash. An error of the strategy is returned by the next call of this method, so
+    /// that the caller can still report the state in which the error occurred.
     pub fn advance<E>(
         &mut self,
         mut read_walls: impl FnMut(Pose) -> Result<WallsAround, E>,
@@ -99,30 +99,32 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         Ok(true)
     }
 
-    /// Does the same as [`advance`](Self::advance) in a maze in memory.
+    /// Does the same as [`advance`](Self::advance), but reads the walls from a maze in memory.
     ///
     /// # Errors
-    /// The strategy cannot go on or would crash, or the mouse was in another maze before.
+    /// Returns an error if the strategy cannot continue, if the mouse would crash, or if its map
+    /// contradicts the maze.
     pub fn advance_in(&mut self, maze: &Maze) -> Result<bool, DriveError<Infallible>> {
         self.advance(|pose| Ok(maze.walls().around(pose)))
     }
 
-    /// The mouse.
+    /// Returns the mouse.
     pub const fn mouse(&self) -> &Mouse<S> {
         self.mouse
     }
 
-    /// The last decision; `None` before the first one and after a failed reading.
+    /// Returns the last decision, or `None` before the first decision and after a failed reading.
     pub const fn decision(&self) -> Option<Result<Move, SearchError>> {
         self.decision
     }
 
-    /// Steps and turns so far.
+    /// Returns the number of steps and turns in each phase.
     pub const fn stats(&self) -> &SearchStats {
         &self.stats
     }
 
-    /// The phase to which the last decision belongs. Once the fast run has begun it never ends.
+    /// Returns the phase to which the last decision belongs. Once the fast run has begun, the phase
+    /// no longer changes.
     pub const fn phase(&self) -> Phase {
         self.phase
     }

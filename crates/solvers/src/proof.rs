@@ -1,4 +1,4 @@
-//! What a mouse has proven about the shortest path.
+//! Proven bounds on the length of the shortest path.
 
 use mmsim_maze::{KnownMaze, Maze, Pose, Unknown, WallState};
 
@@ -19,15 +19,15 @@ use crate::flood::steps_between;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PathBounds {
-    /// The optimistic distance in steps, with unknown walls open; `None` if the known walls cut
-    /// the goal off.
+    /// The optimistic distance in steps, with unknown walls open; `None` if known walls block every
+    /// path.
     pub optimistic: Option<u16>,
     /// The pessimistic distance in steps, with unknown walls closed; `None` if no path is known.
     pub pessimistic: Option<u16>,
 }
 
 impl PathBounds {
-    /// Returns the bounds that follow from the known walls.
+    /// Computes the bounds from the known walls.
     #[must_use]
     pub fn new(map: &KnownMaze) -> Self {
         let [optimistic, pessimistic] = [Unknown::Open, Unknown::Closed]
@@ -35,16 +35,17 @@ impl PathBounds {
         Self { optimistic, pessimistic }
     }
 
-    /// Whether a path is known and no unknown wall can hide a shorter one.
+    /// Returns true if a path is known and no unknown wall can hide a shorter path.
     pub fn is_proven(&self) -> bool {
         self.pessimistic.is_some() && self.optimistic == self.pessimistic
     }
 }
 
-/// Returns after how many steps a search of `maze` has proven the shortest path, `None` if it never
-/// does. `poses` are those in which the mouse read the walls, one per step and the start.
+/// Returns the number of steps after which a search of `maze` has proven the shortest path, or
+/// `None` if it never does. `poses` holds the poses in which the mouse read the walls: the start
+/// pose, and one pose for each step.
 ///
-/// A search does not need to know this, so it is worked out afterwards.
+/// A search does not need this number, so it is computed after the search.
 #[must_use]
 pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
     let mut map = KnownMaze::unexplored(maze);
@@ -59,7 +60,7 @@ pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
         }
     }
     (0..).zip(poses).find_map(|(steps, &pose)| {
-        // A cell visited before shows nothing new.
+        // A cell that was visited before shows no new walls.
         let is_new = steps == 0 || !map.visited().contains(pose.cell);
         observe(&mut map, pose);
         (is_new && PathBounds::new(&map).is_proven()).then_some(steps)

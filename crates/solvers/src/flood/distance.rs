@@ -7,8 +7,9 @@ use super::plane::ParityPlane;
 use super::processor::{Task, run};
 use super::waves;
 
-/// Returns the steps from a cell to the nearest target, `None` if none is reachable or the cell is
-/// outside the maze. It is faster than a flood: it stops at the first target and stores no distances.
+/// Returns the number of steps from a cell to the nearest target, or `None` if no target is
+/// reachable or the cell is outside the maze. This is faster than a flood, because it stops at the
+/// first target and stores no distances.
 ///
 /// ```
 /// use mmsim_maze::{Cell, MazeSize, Walls};

@@ -1,4 +1,4 @@
-//! Parity planes: the cells of one colour of the chessboard, one bit each.
+//! Parity planes, which store the cells of one chessboard colour with one bit per cell.
 
 use mmsim_maze::MazeSize;
 
@@ -7,15 +7,15 @@ use super::transpose::{Line, interleave, spread};
 /// The longest side of a maze in cells.
 pub(super) const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// The longest side of a maze whose planes take two words.
+/// The longest side of a small maze, whose planes take two words each.
 pub(super) const SMALL_SIDE: usize = 16;
 
-/// Whether the planes of a maze of this size take two words, not eight.
+/// Returns true if the planes of a maze of this size take two words instead of eight.
 pub(super) const fn is_small(size: MazeSize) -> bool {
     size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
 }
 
-/// The cells of one colour of the chessboard, one bit each.
+/// A set of cells of one chessboard colour, with one bit per cell.
 ///
 /// ```text
 ///   y = 1 | light dark  light dark        A step always leads to the other colour, so a wave
@@ -24,25 +24,25 @@ pub(super) const fn is_small(size: MazeSize) -> bool {
 ///            x = 0   1     2     3
 /// ```
 ///
-/// Rows are stored from the south, the cells of a row from the west: bit x / 2 of a row is the cell in
-/// column x. In mazes of up to 16×16 cells a row takes 8 bits and a plane `N` = 2 words; in mazes of
-/// up to 32×32 cells a row takes 16 bits and a plane 8 words.
+/// Rows are stored from south to north. Bit x / 2 of a row is the cell in column x. In mazes of up
+/// to 16×16 cells, a row takes 8 bits and a plane takes `N` = 2 words. In larger mazes, a row takes
+/// 16 bits and a plane takes 8 words.
 ///
-/// Shifts may carry a bit into another row. The masks of [`Bitboard`](super::bitboard::Bitboard)
+/// Shifts may carry bits into another row, but the masks of [`Bitboard`](super::bitboard::Bitboard)
 /// remove such bits.
 pub(super) trait ParityPlane<const N: usize>: BitOps {
-    /// Creates a plane from its words, the southernmost first.
+    /// Creates a plane from words in the order from south to north.
     fn from_words(words: [u64; N]) -> Self;
 
     fn to_words(self) -> [u64; N];
 
-    /// Does the same as [`spread`], with special instructions where the processor has some.
+    /// Calls [`spread`], or uses special instructions for the same result.
     #[inline(always)]
     fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
         spread(even, odd, lines);
     }
 
-    /// Does the same as [`interleave`], with special instructions where the processor has some.
+    /// Calls [`interleave`], or uses special instructions for the same result.
     #[inline(always)]
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
         interleave(even, odd, lines);
@@ -62,13 +62,13 @@ pub(super) trait BitOps: Copy {
 
     fn xor(self, other: Self) -> Self;
 
-    /// self & !other
+    /// Computes `self & !other`.
     fn without(self, other: Self) -> Self;
 
-    /// Shifts each word to higher bits.
+    /// Shifts each word towards higher bits.
     fn up<const BITS: i32>(self) -> Self;
 
-    /// Shifts each word to lower bits.
+    /// Shifts each word towards lower bits.
     fn down<const BITS: i32>(self) -> Self;
 
     /// Moves all bits one row to the north.
@@ -79,26 +79,26 @@ pub(super) trait BitOps: Copy {
 
     fn is_empty(self) -> bool;
 
-    /// (self & mask) | others
+    /// Computes `(self & mask) | others`.
     #[inline(always)]
     fn and_or(self, mask: Self, others: Self) -> Self {
         self.and(mask).or(others)
     }
 
-    /// (self | others) & mask
+    /// Computes `(self | others) & mask`.
     #[inline(always)]
     fn or_and(self, others: Self, mask: Self) -> Self {
         self.or(others).and(mask)
     }
 
-    /// (self | others) & !mask
+    /// Computes `(self | others) & !mask`.
     #[inline(always)]
     fn or_without(self, others: Self, mask: Self) -> Self {
         self.or(others).without(mask)
     }
 }
 
-/// Returns the number of bits in a row of a plane of this many words.
+/// Returns the number of bits per row in a plane of `words` words.
 pub(super) const fn row_bits(words: usize) -> u32 {
     if words == 2 { 8 } else { 16 }
 }

@@ -1,11 +1,11 @@
-//! Transposition of bit planes to one byte per cell.
+//! Transposition of bit planes into one byte per cell.
 
 use super::plane::ParityPlane;
 
 /// The bytes of 16 adjacent cells of a row, from the west.
 pub(super) type Line = [u8; 16];
 
-/// Writes a byte for each cell, whose bit i comes from plane i of even or of odd columns.
+/// Writes one byte per cell. Bit i of a byte comes from plane i of the even or odd columns.
 #[inline(always)]
 pub(super) fn spread<const N: usize, H: ParityPlane<N>>(
     mut even: [H; 8],
@@ -17,8 +17,8 @@ pub(super) fn spread<const N: usize, H: ParityPlane<N>>(
     H::interleave(&even, &odd, lines);
 }
 
-/// Writes lines of bytes from those of even and of odd columns: byte j of element i belongs to line j
-/// and to the i-th of the even or odd columns.
+/// Merges the bytes of even and odd columns into lines. Byte j of element i belongs to line j and
+/// to the i-th even or odd column.
 #[inline(always)]
 pub(super) fn interleave<const N: usize, H: ParityPlane<N>>(
     even: &[H; 8],
