@@ -9,25 +9,27 @@ use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Unknown, Walls};
 mod avx512;
 mod bitboard;
 mod bytes;
+mod dispatch;
 mod distance;
 mod downhill;
 mod exploration;
 mod plane;
+mod portable;
 mod processor;
-mod transpose;
+mod task;
 mod update;
 mod waves;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod x86;
 
 use bitboard::{Bitboard, CellPlanes};
+use dispatch::{run, run_with};
 pub use distance::steps_between;
 pub use downhill::Downhill;
 pub(crate) use exploration::ExplorationTarget;
-use plane::{ParityPlane, SIDE, SMALL_SIDE, is_small};
+use plane::{Line, ParityPlane, SIDE, SMALL_SIDE, is_small};
 pub use processor::Instructions;
-use processor::{Task, run, run_with};
-use transpose::Line;
+use task::Task;
 use waves::Flooded;
 
 /// The distances in steps from each cell of a maze to the nearest target cell.
@@ -295,7 +297,7 @@ mod tests {
     use mmsim_maze::{Heading, Maze, Pose};
     use proptest::prelude::*;
 
-    use super::processor::with_each;
+    use super::dispatch::with_each;
     use super::*;
 
     #[test]

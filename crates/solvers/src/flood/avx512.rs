@@ -8,9 +8,8 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
-use super::plane::{BitOps, ParityPlane};
-use super::processor::Task;
-use super::transpose::{Line, to_words};
+use super::plane::{BitOps, Line, ParityPlane, to_words};
+use super::task::Task;
 use super::x86::{Sse2, simd};
 
 /// A vector of 128 bits with three-operand logic, which needs the AVX-512 features F and VL.
@@ -115,7 +114,7 @@ impl BitOps for Avx512Small {
     }
 }
 
-/// Does the same as [`super::transpose::spread`], but uses each word of a plane as a mask for 64
+/// Does the same as [`ParityPlane::spread`], but uses each word of a plane as a mask for 64
 /// bytes.
 #[inline(always)]
 fn spread_by_masks<const N: usize>(

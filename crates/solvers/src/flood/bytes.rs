@@ -1,7 +1,6 @@
 //! Conversion of the distances of a flood to one byte per cell.
 
-use super::plane::ParityPlane;
-use super::transpose::Line;
+use super::plane::{Line, ParityPlane};
 use super::waves::{Flooded, Marks};
 
 /// Writes 8 bits of each distance, starting at bit `first`, as one byte per cell. The rows are

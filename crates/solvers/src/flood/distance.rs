@@ -3,8 +3,9 @@
 use mmsim_maze::{Cell, CellSet, Walls};
 
 use super::bitboard::{Bitboard, CellPlanes};
+use super::dispatch::run;
 use super::plane::ParityPlane;
-use super::processor::{Task, run};
+use super::task::Task;
 use super::waves;
 
 /// Returns the number of steps from a cell to the nearest target, or `None` if no target is
@@ -55,7 +56,7 @@ mod tests {
 
     use super::*;
     use crate::flood::Distances;
-    use crate::flood::processor::with_each;
+    use crate::flood::dispatch::with_each;
     use crate::flood::tests::{any_targets, any_walls};
 
     proptest! {

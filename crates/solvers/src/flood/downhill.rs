@@ -3,8 +3,9 @@
 use mmsim_maze::{Cell, CellSet, Heading, Walls};
 
 use super::bitboard::{Bitboard, CellPlanes, rows};
+use super::dispatch::run;
 use super::plane::{ParityPlane, SIDE};
-use super::processor::{Task, run};
+use super::task::Task;
 use super::waves::{self, Marks};
 
 /// The downhill headings of all cells: the headings in which a step leads nearer to a target.
@@ -93,7 +94,7 @@ mod tests {
 
     use super::*;
     use crate::flood::Distances;
-    use crate::flood::processor::with_each;
+    use crate::flood::dispatch::with_each;
     use crate::flood::tests::{any_targets, any_walls};
 
     proptest! {

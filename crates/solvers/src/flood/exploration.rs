@@ -3,8 +3,9 @@
 use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown};
 
 use super::bitboard::{Bitboard, CellPlanes, Openings, is_dark, rows};
+use super::dispatch::run;
 use super::plane::{BitOps, ParityPlane};
-use super::processor::{Task, run};
+use super::task::Task;
 use super::waves::first_targets;
 
 /// The result of the selection of the next cell to explore.
@@ -310,7 +311,7 @@ mod tests {
 
     use super::*;
     use crate::flood::Distances;
-    use crate::flood::processor::with_each;
+    use crate::flood::dispatch::with_each;
     use crate::flood::tests::{any_targets, any_walls};
 
     #[test]

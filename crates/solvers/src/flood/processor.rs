@@ -1,13 +1,5 @@
 //! The instruction sets that a flood can use.
 
-use mmsim_maze::MazeSize;
-
-use super::plane::ParityPlane;
-#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
-use super::plane::is_small;
-#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-pub(super) use super::x86::run_with;
-
 /// An instruction set for floods. All instruction sets give the same distances, so only benchmarks
 /// choose one. All other code uses the [best](Self::best) available set.
 ///
@@ -83,46 +75,4 @@ impl Instructions {
             Self::Avx512 => "AVX-512",
         }
     }
-}
-
-/// A computation on parity planes that is generic over the instruction set.
-pub(super) trait Task {
-    type Output;
-
-    /// Runs the task on planes of `N` words. `N` is 2 in mazes of up to 16×16 cells and 8 in larger
-    /// mazes.
-    fn run<const N: usize, H: ParityPlane<N>>(self) -> Self::Output;
-}
-
-/// Runs a task with the best available instructions.
-pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
-    run_with(Instructions::Avx512, task, size)
-}
-
-/// Runs a task with the given instructions. Falls back to a lesser instruction set if the given
-/// instructions are not available.
-#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
-pub(super) fn run_with<T: Task>(_: Instructions, task: T, size: MazeSize) -> T::Output {
-    if is_small(size) { small(task) } else { large(task) }
-}
-
-/// Runs a task without vector instructions in a maze of up to 16×16 cells.
-pub(super) fn small<T: Task>(task: T) -> T::Output {
-    task.run::<2, [u64; 2]>()
-}
-
-/// Runs a task without vector instructions in a larger maze.
-pub(super) fn large<T: Task>(task: T) -> T::Output {
-    task.run::<8, [u64; 8]>()
-}
-
-/// Runs a task with each available instruction set and checks each result.
-#[cfg(test)]
-pub(super) fn with_each<T: Task>(
-    task: impl Fn() -> T,
-    size: MazeSize,
-    check: impl FnMut(T::Output),
-) {
-    let available = Instructions::ALL.iter().filter(|instructions| instructions.is_available());
-    available.map(|&instructions| run_with(instructions, task(), size)).for_each(check);
 }

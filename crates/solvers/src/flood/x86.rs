@@ -1,12 +1,12 @@
 //! Floods with SSE2, which every x86-64 processor has, and with AVX2. This file is only compiled if
 //! the compiler may use SSE2.
 //!
-//! Only this file and `avx512.rs` contain `unsafe` code. Intrinsics need `unsafe` outside functions
-//! that enable their feature, and trait methods cannot enable features. None of the intrinsics used
-//! here accesses memory through a pointer, so the only requirement is that the processor has the
-//! instruction. SSE2 is always available on x86-64. Code for other features is only reached through
-//! functions that enable these features. [`run_with`] calls such a function only if the processor
-//! supports its features.
+//! Only this file, `avx512.rs` and `dispatch.rs` contain `unsafe` code. Intrinsics need `unsafe`
+//! outside functions that enable their feature, and trait methods cannot enable features. None of
+//! the intrinsics used here accesses memory through a pointer, so the only requirement is that the
+//! processor has the instruction. SSE2 is always available on x86-64. Code for other features is
+//! only reached through functions that enable these features. `dispatch.rs` calls such a function
+//! only if the processor supports its features.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
@@ -14,13 +14,8 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
-use mmsim_maze::MazeSize;
-
-#[cfg(feature = "avx512")]
-use super::avx512::{large_avx512, small_avx512};
-use super::plane::{BitOps, ParityPlane, is_small};
-use super::processor::{Instructions, Task, large, small};
-use super::transpose::Line;
+use super::plane::{BitOps, Line, ParityPlane};
+use super::task::Task;
 
 /// A vector of 128 bits.
 #[derive(Clone, Copy)]
@@ -30,39 +25,16 @@ pub(super) struct Sse2(pub(super) __m128i);
 /// Four vectors of 128 bits.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-struct Sse2Large([__m128i; 4]);
-
-/// Runs a task with the given instructions. Falls back to a lesser instruction set if the given
-/// instructions are not available.
-pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
-    use Instructions::{Avx2, Avx512, Portable, Sse2};
-    let is_available = |some: Instructions| some.is_available();
-    // A single call, so that the result is written in place.
-    let run: unsafe fn(T) -> T::Output = match (instructions, is_small(size)) {
-        (Portable, true) => small,
-        (Portable, false) => large,
-        #[cfg(feature = "avx512")]
-        (Avx512, true) if is_available(Avx512) => small_avx512,
-        #[cfg(feature = "avx512")]
-        (Avx512, false) if is_available(Avx512) => large_avx512,
-        (Avx512 | Avx2, true) if is_available(Avx2) => small_avx2,
-        (Avx512 | Avx2, false) if is_available(Avx2) => large_avx2,
-        (Avx512 | Avx2 | Sse2, true) => T::run::<2, self::Sse2>,
-        (Avx512 | Avx2 | Sse2, false) => T::run::<8, Sse2Large>,
-    };
-    // SAFETY: the processor supports the features of `run`. `is_available` has checked all of them
-    // except SSE2.
-    unsafe { run(task) }
-}
+pub(super) struct Sse2Large([__m128i; 4]);
 
 /// Runs a task on SSE2 planes, for which the compiler selects AVX2 instructions.
 #[target_feature(enable = "avx2,bmi1,popcnt")]
-unsafe fn small_avx2<T: Task>(task: T) -> T::Output {
+pub(super) unsafe fn small_avx2<T: Task>(task: T) -> T::Output {
     task.run::<2, Sse2>()
 }
 
 #[target_feature(enable = "avx2,bmi1,popcnt")]
-unsafe fn large_avx2<T: Task>(task: T) -> T::Output {
+pub(super) unsafe fn large_avx2<T: Task>(task: T) -> T::Output {
     task.run::<8, Sse2Large>()
 }
 
@@ -93,7 +65,7 @@ impl ParityPlane<2> for Sse2 {
     }
 }
 
-/// Does the same as [`super::transpose::interleave`], 16 lines at a time.
+/// Does the same as [`ParityPlane::interleave`], 16 lines at a time.
 #[inline(always)]
 fn interleave<const PARTS: usize>(
     even: &[[__m128i; PARTS]; 8],
