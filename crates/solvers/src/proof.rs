@@ -66,3 +66,90 @@ pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
         (is_new && PathBounds::new(&map).is_proven()).then_some(steps)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, Heading};
+
+    use super::*;
+
+    const MAZE: &str = "o---o---o\n|   | G |\no   o   o\n| S     |\no---o---o\n";
+
+    fn pose(x: u8, y: u8, heading: Heading) -> Pose {
+        Pose::new(Cell::new(x, y), heading)
+    }
+
+    /// Returns the bounds after each of the poses, in which the mouse reads the walls.
+    fn bounds(maze: &str, poses: &[Pose]) -> Vec<(Option<u16>, Option<u16>)> {
+        let maze: Maze = maze.parse().unwrap();
+        let mut map = KnownMaze::unexplored(&maze);
+        let mut after = |&pose| {
+            map.observe(pose, maze.walls().around(pose)).unwrap();
+            let PathBounds { optimistic, pessimistic } = PathBounds::new(&map);
+            (optimistic, pessimistic)
+        };
+        poses.iter().map(&mut after).collect()
+    }
+
+    #[test]
+    fn bounds_follow_from_the_known_walls() {
+        let poses = [pose(0, 0, Heading::North), pose(1, 0, Heading::East)];
+        assert_eq!(bounds(MAZE, &poses), [(Some(2), None), (Some(2), Some(2))]);
+        let detour = "\
+o---o---o---o
+| S     | G |
+o   o---o   o
+|           |
+o---o---o---o
+";
+        let poses = [
+            pose(0, 1, Heading::South),
+            pose(0, 0, Heading::South),
+            pose(1, 0, Heading::East),
+            pose(2, 0, Heading::East),
+            pose(1, 1, Heading::East),
+        ];
+        let (two, four) = (Some(2), Some(4));
+        let expected = [(two, None), (two, None), (two, None), (two, four), (four, four)];
+        assert_eq!(bounds(detour, &poses), expected);
+        let closed = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";
+        let poses = [pose(0, 1, Heading::North), pose(1, 0, Heading::East)];
+        assert_eq!(bounds(closed, &poses), [(Some(2), None), (None, None)]);
+    }
+
+    #[test]
+    fn only_equal_bounds_of_a_known_path_are_a_proof() {
+        for (optimistic, pessimistic, is_proven) in [
+            (None, None, false),
+            (Some(0), None, false),
+            (Some(3), Some(4), false),
+            (Some(4), Some(4), true),
+            (Some(0), Some(0), true),
+        ] {
+            assert_eq!(PathBounds { optimistic, pessimistic }.is_proven(), is_proven);
+        }
+    }
+
+    fn until_proven(maze: &str, poses: &[Pose]) -> Option<u32> {
+        steps_until_proven(&maze.parse().unwrap(), poses)
+    }
+
+    #[test]
+    fn the_steps_of_the_proof_are_counted_from_the_start() {
+        let start = pose(0, 0, Heading::North);
+        let east = pose(1, 0, Heading::East);
+        assert_eq!(until_proven(MAZE, &[start, east]), Some(1));
+        let later = [start, pose(0, 1, Heading::North), pose(0, 0, Heading::South), east];
+        assert_eq!(until_proven(MAZE, &later), Some(3));
+        assert_eq!(until_proven(MAZE, &later[..3]), None);
+        assert_eq!(until_proven(MAZE, &[]), None);
+    }
+
+    #[test]
+    fn the_walls_behind_the_start_are_read_first() {
+        let maze = "o---o\n|   |\no   o\n| S |\no   o\n| G |\no---o\n";
+        assert_eq!(until_proven(maze, &[pose(0, 1, Heading::North)]), Some(0));
+        let beside = "o---o---o\n|   | G |\no   o   o\n| S |   |\no---o---o\n";
+        assert_eq!(until_proven(beside, &[pose(0, 0, Heading::North)]), None);
+    }
+}

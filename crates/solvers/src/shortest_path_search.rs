@@ -244,6 +244,31 @@ o---o---o---o---o
         }
     }
 
+    #[test]
+    fn returns_over_known_openings_if_no_unknown_path_may_be_shorter() {
+        let maze = "\
+o---o---o---o
+|         G |
+o   o---o   o
+|   |   |   |
+o   o---o   o
+| S         |
+o---o---o---o
+";
+        let maze: Maze = maze.parse().unwrap();
+        let mut mouse =
+            Mouse::new(ShortestPathSearch::new(), KnownMaze::unexplored(&maze), maze.start());
+        let mut driver = SearchDriver::new(&mut mouse, 1000);
+        let mut cells = Vec::new();
+        while driver.phase() != Phase::FastRun && driver.advance_in(&maze) == Ok(true) {
+            cells.push(driver.mouse().pose().cell);
+        }
+        let stats = driver.stats();
+        assert_eq!((stats.search_run.steps, stats.return_run.steps), (4, 4));
+        let (there, back) = cells.split_at(4);
+        assert!(there.iter().rev().eq(&back[1..]), "{cells:?}");
+    }
+
     proptest! {
         #[test]
         fn proves_the_shortest_path_or_reports_an_unreachable_goal(

@@ -69,3 +69,39 @@ const fn quarter_turns(step: Step) -> u32 {
         Step::Back => 2,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_and_turns_are_counted_by_phase() {
+        let mut stats = SearchStats::default();
+        for (phase, steps) in [
+            (Phase::SearchRun, &[Step::Front, Step::Left][..]),
+            (Phase::ReturnRun, &[Step::Right, Step::Back, Step::Back]),
+            (Phase::FastRun, &[Step::Front, Step::Front, Step::Front, Step::Front, Step::Back]),
+        ] {
+            for &step in steps {
+                stats.count(phase, step);
+            }
+        }
+        let expected = SearchStats {
+            search_run: PhaseStats { steps: 2, turns: 1 },
+            return_run: PhaseStats { steps: 3, turns: 5 },
+            fast_run: PhaseStats { steps: 5, turns: 2 },
+            steps_to_goal: None,
+        };
+        assert_eq!(stats, expected);
+        assert_eq!(stats.exploration(), PhaseStats { steps: 5, turns: 6 });
+        assert_eq!((stats.steps(), stats.turns()), (10, 8));
+    }
+
+    #[test]
+    fn the_goal_is_reached_even_without_steps() {
+        let mut stats = SearchStats::default();
+        assert!(!stats.goal_reached());
+        stats.steps_to_goal = Some(0);
+        assert!(stats.goal_reached());
+    }
+}

@@ -115,4 +115,15 @@ mod tests {
         assert!(distances.update(&walls, &targets, cell));
         assert_eq!(distances.at(Cell::new(0, 0)), None);
     }
+    #[test]
+    fn a_maze_of_another_size_is_flooded() {
+        let (cell, targets) = (Cell::new(0, 0), [Cell::new(1, 1)].into_iter().collect());
+        for (before, after) in [(2, 3), (3, 2), (2, 17), (17, 2), (17, 18), (18, 17)] {
+            let open = |side| Walls::open(MazeSize::new(side, side).unwrap());
+            let mut distances = Distances::flood(&open(before), &targets);
+            assert!(!distances.update(&open(before), &targets, cell));
+            assert!(distances.update(&open(after), &targets, cell), "{before} to {after}");
+            assert_eq!(distances, Distances::flood(&open(after), &targets));
+        }
+    }
 }
