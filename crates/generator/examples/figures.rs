@@ -1,5 +1,5 @@
-//! Compares real mazes of 16×16 cells with generated ones: the mean of each figure, and the range
-//! that contains 90 % of the mazes.
+//! Compares real mazes of 16×16 cells with generated mazes. For each figure, such as the number of
+//! dead ends, it prints the mean and the range that contains 90 % of the mazes.
 //!
 //! ```sh
 //! cargo run --release -p mmsim-generator --example figures -- MAZES
@@ -26,7 +26,7 @@ const NAMES: [&str; 7] = [
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args().nth(1).ok_or("no folder of mazes given")?;
+    let folder = std::env::args().nth(1).ok_or("no maze folder given")?;
     let catalogue = Catalogue::from_path(Path::new(&folder))?;
     let mut real = Vec::new();
     for entry in catalogue.entries() {
@@ -58,8 +58,8 @@ fn summary(mut values: Vec<f64>, width: usize) -> String {
     format!("{mean:width$.decimals$} {range:>9}")
 }
 
-/// Returns the values of each figure over all mazes, without undefined ones such as the shortest
-/// path to an unreachable goal.
+/// Returns the values of each figure for all mazes. Undefined values, such as the shortest path to
+/// an unreachable goal, are omitted.
 fn figures(mazes: &[Maze]) -> [Vec<f64>; NAMES.len()] {
     let mut all = [const { Vec::new() }; NAMES.len()];
     for maze in mazes {
@@ -95,7 +95,7 @@ fn reachable(maze: &Maze) -> CellSet {
     maze.size().cells().filter(|&cell| distances.at(cell).is_some()).collect()
 }
 
-/// Returns the lengths of all straights between walls, in steps.
+/// Returns the length in steps of each straight passage.
 fn straights(maze: &Maze) -> Vec<usize> {
     let mut straights = Vec::new();
     for cell in maze.size().cells() {
@@ -111,7 +111,7 @@ fn straights(maze: &Maze) -> Vec<usize> {
     straights
 }
 
-/// Counts the diagonals of four steps; both directions count as one.
+/// Counts the diagonals of four steps, ignoring their direction.
 fn stairs(maze: &Maze) -> usize {
     let step =
         |cell: Cell, heading| cell.neighbour(heading).filter(|_| !maze.walls().has(cell, heading));

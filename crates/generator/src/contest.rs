@@ -8,25 +8,26 @@ use crate::posts::{CellSide, Post, walls_to_outer_wall};
 use crate::splitmix64::SplitMix64;
 use crate::tree::{self, PassageParams};
 
-/// The minimum side length at which cells can surround the goal.
+/// The minimum side length, in cells, of a maze in which cells can surround the goal.
 pub(crate) const MIN_SIDE: u8 = 3;
 
-/// The maximum number of attempts to generate a maze whose goal is far enough away.
+/// The maximum number of attempts to generate a maze whose goal is far enough from the start.
 const MAX_ATTEMPTS: u32 = 32;
 
-// Each maze draws its own parameters from these ranges. They are chosen so that the mazes resemble
-// real ones, see the table in the documentation of the crate.
+// The parameters of each maze are drawn from these ranges, which are chosen so that the mazes
+// resemble real mazes. The documentation of the crate has a comparison.
 const STRAIGHT: [u32; 2] = [1, 10];
 const STAIRS: [u32; 2] = [1, 8];
 const ENDS_PERCENT: [u32; 2] = [0, 20];
-/// The number of loops in a maze of 16×16 cells, except for the one around the goal.
+/// The number of loops in a maze of 16×16 cells, not counting the loop around the goal.
 const LOOPS: [u32; 2] = [3, 28];
-/// The maximum percentage of loops that begin in a dead end.
+/// The maximum percentage of loops that are created at dead ends.
 const AT_DEAD_ENDS_PERCENT: [u32; 2] = [0, 60];
-/// The minimum length of the shortest path, in tenths of its length without walls.
+/// The minimum length of the shortest path, in tenths of its length in a maze without walls.
 const PATH_TENTHS: [u32; 2] = [20, 60];
 
-/// Returns the walls of a contest maze. Both sides must be at least [`MIN_SIDE`] long.
+/// Returns the walls of a contest maze. Both sides of the maze must be at least [`MIN_SIDE`] cells
+/// long.
 pub(crate) fn walls(size: MazeSize, rng: &mut SplitMix64) -> Walls {
     let room = size.central_cells();
     let direct = Distances::flood(&Walls::open(size), &room).at(START).map_or(0, u32::from);
@@ -57,7 +58,8 @@ impl Draft {
         Self { walls: closed_around(size, &room), room, min_path }
     }
 
-    /// Builds the maze. Returns whether the goal is an island and far enough away.
+    /// Builds the maze. Returns true if the goal is far enough from the start and no chain of walls
+    /// connects it to the outer wall.
     fn build(&mut self, rng: &mut SplitMix64) -> bool {
         self.create_passages(rng);
         if !self.is_far() {
@@ -68,7 +70,8 @@ impl Draft {
         is_island
     }
 
-    /// Opens one path between any two cells. The start and the room are dead ends of these paths.
+    /// Opens walls until there is exactly one path between any two cells. The start and the goal
+    /// room become dead ends.
     fn create_passages(&mut self, rng: &mut SplitMix64) {
         let free = self.walls.size().cells();
         let free = free.filter(|&cell| cell != START && !self.room.contains(cell)).collect();
@@ -85,8 +88,9 @@ impl Draft {
         self.walls.set(cell, heading, false);
     }
 
-    /// Opens a wall so that no chain of walls connects the room to the outer wall, and returns
-    /// whether that succeeded. A wall follower then never reaches the goal, as is usual in contests.
+    /// Opens a wall so that no chain of walls connects the goal room to the outer wall. Returns
+    /// true on success. This prevents a wall follower from reaching the goal, as in most contest
+    /// mazes.
     fn isolate_goal(&mut self, rng: &mut SplitMix64) -> bool {
         let posts = self.room_walls().into_iter().flat_map(Post::ends);
         match walls_to_outer_wall(&self.walls, posts) {
@@ -96,7 +100,7 @@ impl Draft {
         }
     }
 
-    /// Opens further walls to create loops, some of them at dead ends.
+    /// Opens walls to create loops, some of them at dead ends.
     fn open_loops(&mut self, rng: &mut SplitMix64) {
         let size = self.walls.size();
         let mut loops = rng.between(LOOPS) * u32::from(size.width()) * u32::from(size.height())
@@ -119,9 +123,9 @@ impl Draft {
         }
     }
 
-    /// Opens a wall and returns whether it did. It does not if there is no inner wall, if the start
-    /// or the room would get a second entrance, if a post would lose its last wall, or if the goal
-    /// would be too near.
+    /// Opens an inner wall, and returns false if there is no inner wall or if it must stay. The
+    /// start and the goal room keep a single entrance, each post keeps a wall, and the goal stays
+    /// far enough from the start.
     fn open(&mut self, side: CellSide) -> bool {
         let (cell, heading) = side;
         let is_protected = |cell| cell == START || self.room.contains(cell);
@@ -143,7 +147,7 @@ impl Draft {
         path.is_some_and(|steps| u32::from(steps) >= self.min_path)
     }
 
-    /// Returns the sides around the room, one of which becomes the entrance.
+    /// Returns the cell sides around the goal room, which are the candidates for its entrance.
     fn room_walls(&self) -> Vec<CellSide> {
         let sides = self.room.iter().flat_map(|cell| Heading::ALL.map(|heading| (cell, heading)));
         let is_outside = |cell: &Cell| !self.room.contains(*cell);

@@ -1,5 +1,5 @@
-//! Random micromouse mazes: contest-like, perfect and open. The same seed gives the same maze on
-//! every machine and in every version.
+//! Random micromouse mazes in the styles contest, perfect and open. The same seed gives the same
+//! maze on every machine and in every version.
 //!
 //! ```
 //! use mmsim_generator::{Style, generate};
@@ -10,18 +10,20 @@
 //! assert_eq!(maze, generate(MazeSize::CLASSIC, 7, Style::Contest));
 //! ```
 //!
-//! In every maze the start is (0, 0) and opens only to the north, the goal is the room of the
-//! central cells ([`MazeSize::central_cells`]) without inner walls, and every cell is reachable.
-//! The smallest mazes differ: a start that is a goal cell opens to the other goal cells, and a maze
-//! of one row extends to the east. [`Style`] lists the further properties of each style.
+//! In every maze the start is (0, 0), with an opening only to the north. The goal is the room of
+//! the central cells ([`MazeSize::central_cells`]), which has no walls inside. Every cell is
+//! reachable. The smallest mazes are exceptions: a start that is a goal cell is open to the other
+//! goal cells, and in a maze of one row the start is open to the east. [`Style`] describes the
+//! properties of each style.
 //!
 //! # How contest mazes are generated
-//! A depth-first search creates passages that prefer straights and alternating turns, and that end
-//! at random. Then walls are removed: one that connects the goal to the outer wall, some in dead
-//! ends, and some at random positions. A wall stays if a post would lose its last wall or the
-//! shortest path would become too short. Each maze draws its own parameters. This table compares
-//! the result with 250 real mazes of 16×16 cells: the mean, and the range that contains 90 % of the
-//! mazes.
+//! A randomized depth-first search creates the passages. The search prefers straight passages and
+//! alternating turns, and ends passages at random. Afterwards some walls are removed: one that
+//! connects the goal to the outer wall, several at dead ends, and several at random positions. A
+//! wall is kept if removing it would leave a post without walls or make the shortest path too
+//! short. The parameters, such as the number of loops, are drawn at random for each maze. The
+//! following table compares generated mazes with 250 real mazes of 16×16 cells. The table shows the
+//! mean of each figure and the range that contains 90 % of the mazes.
 //!
 //! ```text
 //!                               250 real mazes  10,000 generated mazes
@@ -34,7 +36,7 @@
 //! stairs of four steps            42      2-90            33      8-80
 //! ```
 //!
-//! The example `figures` prints it.
+//! The example `figures` prints this table.
 #![forbid(unsafe_code)]
 
 mod contest;
@@ -51,10 +53,10 @@ use mmsim_maze::{CellSet, Maze, MazeSize};
 use perfect::START;
 use splitmix64::SplitMix64;
 
-/// Returns the maze for a size, a seed and a style.
+/// Generates the maze for a size, a seed and a style.
 ///
 /// # Panics
-/// Never: the start lies inside every maze.
+/// This function never panics, because the start is inside every maze.
 pub fn generate(size: MazeSize, seed: u64, style: Style) -> Maze {
     let mut rng = SplitMix64::new(seed);
     let shortest_side = size.width().min(size.height());
@@ -63,7 +65,7 @@ pub fn generate(size: MazeSize, seed: u64, style: Style) -> Maze {
         Style::Contest | Style::Perfect => perfect::perfect(size, &mut rng),
         Style::Open => perfect::open(size, &mut rng),
     };
-    Maze::new(walls, START, CellSet::EMPTY).expect("the corner lies inside every maze")
+    Maze::new(walls, START, CellSet::EMPTY).expect("the start is inside every maze")
 }
 
 /// Runs the code in the README of this crate.

@@ -1,11 +1,11 @@
-//! Perfect mazes, and open mazes made from them.
+//! Perfect mazes, and open mazes derived from them.
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 
 use crate::splitmix64::SplitMix64;
 use crate::tree;
 
-/// The start of every maze.
+/// The start cell of every maze.
 pub(crate) const START: Cell = Cell::new(0, 0);
 
 /// Returns the walls of a perfect maze.
@@ -23,7 +23,7 @@ pub(crate) fn perfect(size: MazeSize, rng: &mut SplitMix64) -> Walls {
 
 /// Returns the walls of an open maze: a perfect maze with most walls removed.
 pub(crate) fn open(size: MazeSize, rng: &mut SplitMix64) -> Walls {
-    /// The number of walls that remain out of ten.
+    /// The number of walls that remain out of every ten.
     const REMAINING_TENTHS: u32 = 3;
     let mut walls = perfect(size, rng);
     for cell in size.cells().filter(|&cell| cell != START) {

@@ -5,10 +5,10 @@ use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 /// The maximum number of posts in a row.
 const SIDE: usize = MazeSize::MAX_SIDE as usize + 1;
 
-/// The side of a cell, where a wall may stand.
+/// A side of a cell, which may have a wall.
 pub(crate) type CellSide = (Cell, Heading);
 
-/// The post at the south-west corner of the cell with the same coordinates.
+/// A post at the south-west corner of the cell with the same coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Post {
     x: u8,
@@ -30,17 +30,17 @@ impl Post {
         }
     }
 
-    /// Returns whether a wall ends at the post.
+    /// Returns true if a wall ends at the post.
     pub(crate) fn has_wall(self, walls: &Walls) -> bool {
         self.is_outer(walls.size()) || self.connected(walls).next().is_some()
     }
 
-    /// Returns whether the post is part of the outer wall.
+    /// Returns true if the post is part of the outer wall.
     const fn is_outer(self, size: MazeSize) -> bool {
         self.x == 0 || self.y == 0 || self.x >= size.width() || self.y >= size.height()
     }
 
-    /// Returns the posts that a wall connects to this inner post, with the position of the wall.
+    /// Returns each post that a wall connects to this inner post, together with the wall.
     fn connected(self, walls: &Walls) -> impl Iterator<Item = (Self, CellSide)> + '_ {
         let Self { x, y } = self;
         [
@@ -58,8 +58,8 @@ impl Post {
     }
 }
 
-/// Returns the shortest chain of walls from one of these posts to the outer wall, or `None` if the
-/// posts form an island.
+/// Returns the shortest chain of walls from any of these posts to the outer wall, or `None` if no
+/// post is connected to the outer wall.
 pub(crate) fn walls_to_outer_wall(
     walls: &Walls,
     from: impl IntoIterator<Item = Post>,

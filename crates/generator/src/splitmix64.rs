@@ -1,8 +1,8 @@
 //! A pseudorandom number generator that gives the same numbers on every machine.
 
-/// The pseudorandom number generator of Steele, Lea and Flood ("Fast splittable pseudorandom number
-/// generators", OOPSLA 2014), which mixes the bits of a counter. It is implemented here because the
-/// maze for a seed must never change.
+/// SplitMix64, the pseudorandom number generator of Steele, Lea and Flood ("Fast splittable
+/// pseudorandom number generators", OOPSLA 2014), which mixes the bits of a counter. The algorithm
+/// is implemented here because the maze for a seed must never change.
 #[derive(Clone, Debug)]
 pub(crate) struct SplitMix64 {
     counter: u64,
@@ -20,7 +20,7 @@ impl SplitMix64 {
         mixed ^ mixed >> 31
     }
 
-    /// Returns a number below `count`, or 0 if `count` is 0.
+    /// Returns a random number below `count`, or 0 if `count` is 0.
     // Multiplying 32 random bits by the count is uniform enough for the small counts used here, and
     // the upper half of the product is below the count.
     #[allow(clippy::cast_possible_truncation)]
@@ -28,18 +28,19 @@ impl SplitMix64 {
         (((self.next() >> 32) * u64::from(count)) >> 32) as u32
     }
 
-    /// Returns a number from `first` to `last`, inclusive.
+    /// Returns a random number from `first` to `last`, inclusive.
     pub(crate) fn between(&mut self, [first, last]: [u32; 2]) -> u32 {
         first + self.below(last - first + 1)
     }
 
-    /// Returns an index below `count`, which must be less than 2³².
+    /// Returns a random index below `count`. `count` must be less than 2³².
     #[allow(clippy::cast_possible_truncation)]
     pub(crate) fn index(&mut self, count: usize) -> usize {
         self.below(count as u32) as usize
     }
 
-    /// Returns an index with a probability proportional to its weight, `None` if all weights are 0.
+    /// Returns a random index with a probability proportional to its weight, or `None` if all
+    /// weights are 0.
     pub(crate) fn weighted<const N: usize>(&mut self, weights: [u32; N]) -> Option<usize> {
         let mut rest = self.below(weights.iter().sum());
         weights.into_iter().position(|weight| {

@@ -6,20 +6,22 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Style {
-    /// Like contest mazes: loops and dead ends, straights and staircases. The goal has one
-    /// entrance, and each post has a wall except the one in the middle of the goal.
+    /// A maze that resembles contest mazes, with loops, dead ends, straight passages and
+    /// staircases. The goal has one entrance. Every post has a wall, except the post in the middle
+    /// of the goal.
     ///
-    /// If both sides are at least five cells long, the goal is an island: no wall connects it to the
-    /// outer wall, so a wall follower never reaches it. In a maze of 16×16 cells the shortest path
-    /// is at least 28 steps long, twice its length without walls.
+    /// If both sides of the maze are at least five cells long, no chain of walls connects the goal
+    /// to the outer wall, so a wall follower never reaches the goal. In a contest maze of 16×16
+    /// cells, the shortest path is at least 28 steps long, which is twice its length in a maze
+    /// without walls.
     ///
-    /// If a side is shorter than three cells, the goal cannot be surrounded by cells, and the maze
-    /// is [`Perfect`](Self::Perfect).
+    /// If a side of the maze is shorter than three cells, cells cannot surround the goal, and the
+    /// maze is a [`Perfect`](Self::Perfect) maze.
     Contest,
-    /// Exactly one path between any two cells, if the goal counts as one cell. All such mazes are
-    /// equally likely.
+    /// A maze with exactly one path between any two cells, if the goal counts as one cell. Every
+    /// possible perfect maze has the same probability.
     Perfect,
-    /// Few walls and many paths, for training.
+    /// A maze with few walls and many paths, for training.
     Open,
 }
 
@@ -27,7 +29,7 @@ impl Style {
     /// All styles.
     pub const ALL: &'static [Self] = &[Self::Contest, Self::Perfect, Self::Open];
 
-    /// Returns the name used on the command line.
+    /// Returns the name of the style on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Contest => "contest",
@@ -36,10 +38,10 @@ impl Style {
         }
     }
 
-    /// Returns a short description.
+    /// Returns a short description of the style.
     pub const fn about(self) -> &'static str {
         match self {
-            Self::Contest => "like contest mazes: loops, dead ends, a goal with one entrance",
+            Self::Contest => "contest-like maze with loops, dead ends and one goal entrance",
             Self::Perfect => "exactly one path between any two cells",
             Self::Open => "few walls and many paths, for training",
         }

@@ -4,8 +4,9 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 
 use crate::splitmix64::SplitMix64;
 
-/// Opens walls until there is exactly one path from each cell of `free` to the cells of `tree`. All
-/// such mazes are equally likely. Every free cell must be connected to `tree` through free cells.
+/// Opens walls until exactly one path leads from each cell of `free` to the cells of `tree`. Every
+/// possible result has the same probability. Every free cell must be connected to `tree` through
+/// free cells.
 ///
 /// This is Wilson's algorithm ("Generating random spanning trees more quickly than the cover time",
 /// STOC 1996): a random walk starts at a cell outside the tree and ends in the tree; the walk
@@ -37,19 +38,20 @@ pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, rng:
 /// Parameters of passages.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PassageParams {
-    /// The weight of going straight; a turn has weight 1.
+    /// The weight of going straight, relative to a turn with weight 1.
     pub(crate) straight: u32,
-    /// The weight of a turn back to the previous heading. Such turns make staircases, which fast
-    /// mice run diagonally.
+    /// The weight of a turn back to the previous heading. Alternating turns form staircases, which
+    /// fast mice run diagonally.
     pub(crate) stairs: u32,
-    /// The percentage of cells in which a passage ends and another one begins elsewhere.
+    /// The percentage of cells in which a passage ends and the search continues elsewhere.
     pub(crate) ends_percent: u32,
 }
 
-/// Opens walls until there is exactly one path between any two cells of `free`. Starts in a cell of
-/// `free` with a heading.
+/// Opens walls until there is exactly one path between any two cells of `free`. The search starts
+/// in the cell `root` of `free`, facing `heading`.
 ///
-/// This is a depth-first search, which makes long passages, except that passages end at random.
+/// The algorithm is a depth-first search, which creates long passages, with the addition that
+/// passages end at random.
 pub(crate) fn winding(
     walls: &mut Walls,
     (root, heading): (Cell, Heading),

@@ -1,16 +1,17 @@
-//! A*: a shortest path between two cells.
+//! The A* algorithm, which finds a shortest path between two cells.
 
 use core::array::from_fn;
 
 use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 
-/// The words that a maze needs at one bit per cell.
+/// The number of words that hold one bit for each cell of a maze.
 const WORDS: usize = MazeSize::MAX_AREA / 64;
 
 /// A shortest path between two cells, found by A* with the heuristic |dx| + |dy|.
 ///
 /// # Ties
-/// Of several shortest paths it takes, in each cell, the first of west, south, east and north.
+/// If there are several shortest paths, each step takes the first possible heading in the order
+/// west, south, east, north.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, Maze};
@@ -27,16 +28,16 @@ pub struct ShortestPath {
     length: u16,
     /// The number of bits from a cell to its northern neighbour.
     stride: usize,
-    /// Two bits per cell: the index in [`PREFERENCE`] of the next heading.
+    /// Two bits per cell, which hold the index of the next heading in [`PREFERENCE`].
     towards: [[u64; WORDS]; 2],
 }
 
-/// The order in which ties are broken.
+/// The order of headings in which ties are broken.
 const PREFERENCE: [Heading; 4] = [Heading::West, Heading::South, Heading::East, Heading::North];
 
 impl ShortestPath {
-    /// Finds a shortest path between two cells; returns `None` if there is none or a cell is outside
-    /// the maze.
+    /// Finds a shortest path between two cells. Returns `None` if there is no path or if a cell is
+    /// outside the maze.
     #[must_use]
     pub fn find(walls: &Walls, from: Cell, to: Cell) -> Option<Self> {
         let size = walls.size();
@@ -49,7 +50,7 @@ impl ShortestPath {
         }
     }
 
-    /// Returns the length in steps.
+    /// Returns the length of the path in steps.
     pub const fn length(&self) -> u16 {
         self.length
     }
@@ -57,7 +58,8 @@ impl ShortestPath {
     /// Returns the heading of each step, from the first to the last.
     pub fn headings(&self) -> impl Iterator<Item = Heading> + '_ {
         let mut bit = usize::from(self.from.y) * self.stride + usize::from(self.from.x);
-        // Offsets to the bit of the next cell. A table, because branches would be unpredictable.
+        // Offsets to the bit of the next cell. This is a table, because branches would be
+        // unpredictable.
         let offsets = [usize::MAX, self.stride.wrapping_neg(), 1, self.stride];
         (0..self.length).map(move |_| {
             let [low, high] = self.towards.map(|plane| (plane[bit / 64 % WORDS] >> (bit % 64)) & 1);
@@ -68,19 +70,21 @@ impl ShortestPath {
     }
 }
 
-/// A set of cells; the bit of a cell is x + `STRIDE` y.
+/// A set of cells. Bit x + `STRIDE` · y stands for the cell (x, y).
 type CellBits<const N: usize> = [u64; N];
 
-/// An A* search from the target back to the start of the path, so that the path is read forwards.
+/// An A* search from the target back to the start of the path, so that the path can be followed
+/// forwards.
 ///
-/// The heuristic is consistent and every step costs 1. So a step either moves nearer to the end by
-/// the heuristic, and the estimated length stays the same, or it does not, and the estimate grows by
-/// 2. Instead of a heap it uses layers, each holding the cells with the same estimate. Bit operations
-/// expand all cells of a layer at once.
+/// Every step changes the heuristic distance to the end by 1. So a step towards the end keeps the
+/// estimated length of the path, and a step away from the end increases the estimate by 2. Instead
+/// of a heap, the search uses layers of cells with the same estimate. Bit operations expand all
+/// cells of a layer together.
 struct LayeredSearch<const N: usize, const STRIDE: usize> {
     end: Cell,
-    /// Open northern or eastern sides of cells: first those through which a step north or east
-    /// moves nearer to the end, then those through which a step south or west does.
+    /// The open northern and eastern sides of cells. Steps north or east through sides of the first
+    /// set lead nearer to the end. Steps south or west through sides of the second set lead nearer
+    /// to the end.
     north: [CellBits<N>; 2],
     east: [CellBits<N>; 2],
 }
@@ -136,7 +140,7 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
         None
     }
 
-    /// Returns the neighbours of `cells`, reached in each direction through these sides only.
+    /// Returns the neighbours of `cells` that can be reached through the given sides.
     fn step(
         cells: &CellBits<N>,
         north: &CellBits<N>,
@@ -153,11 +157,12 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
         })
     }
 
-    /// Returns where the path goes from each settled cell, given the cells in odd layers.
+    /// Returns the next heading of the path in each settled cell, encoded as in [`ShortestPath`].
+    /// `odd` holds the cells in odd layers.
     ///
-    /// A step away from the end is on a shortest path if both cells are in the same layer, a step
-    /// nearer to the end if their layers differ. Neighbours are in the same layer or in successive
-    /// ones, so the parity of their layers suffices.
+    /// A step away from the end is on a shortest path if both cells are in the same layer. A step
+    /// nearer to the end is on a shortest path if the layers of the cells differ. Neighbours are in
+    /// the same layer or in successive layers, so the parity of their layers suffices.
     fn towards(&self, settled: &CellBits<N>, odd: &CellBits<N>) -> [[u64; WORDS]; 2] {
         let Self { north: [north, south], east: [east, west], .. } = self;
         let (south_odd, south_settled) = (up::<N, STRIDE>(odd), up::<N, STRIDE>(settled));

@@ -1,4 +1,4 @@
-//! The bundled strategies by name.
+//! The bundled strategies, which are selected by name.
 
 use std::fmt;
 use std::str::FromStr;
@@ -34,7 +34,7 @@ pub enum BundledStrategy {
     ShortestPathSearch,
 }
 
-/// The name of no bundled strategy.
+/// The error for an unknown strategy name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected one of {}, found {name:?}", names())]
 #[non_exhaustive]
@@ -53,7 +53,7 @@ impl BundledStrategy {
         Self::ShortestPathSearch,
     ];
 
-    /// Returns the name, as used on the command line.
+    /// Returns the name of the strategy as used on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::FloodFill => "flood-fill",
@@ -64,13 +64,13 @@ impl BundledStrategy {
         }
     }
 
-    /// Returns a one-line description.
+    /// Returns a one-line description of the strategy.
     pub const fn about(self) -> &'static str {
         match self {
             Self::FloodFill => {
                 "go to the neighbour nearest to the goal, treating unknown walls as open"
             }
-            Self::WeightIncrement => "go to the neighbour visited least",
+            Self::WeightIncrement => "go to the least visited neighbour",
             Self::LeftWall => "follow the wall on the left",
             Self::Swing => "visit centre and corners, return, and run the shortest known path",
             Self::ShortestPathSearch => {
@@ -79,9 +79,9 @@ impl BundledStrategy {
         }
     }
 
-    /// Returns the default limit on the states of its search. A swing visits far corners and
-    /// returns before its fast run, which takes up to 1,531 states in 281 real mazes of up to 32×32
-    /// cells.
+    /// Returns the default limit on the number of states in a search. In 281 real mazes of up to
+    /// 32×32 cells, a swing takes up to 1,531 states, because it visits far corners and returns
+    /// before its fast run.
     pub const fn max_states(self) -> u32 {
         match self {
             Self::FloodFill | Self::WeightIncrement | Self::LeftWall => 1000,

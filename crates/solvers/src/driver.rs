@@ -1,4 +1,4 @@
-//! The search loop: read the walls, decide, take the step, and count.
+//! The search loop, which reads walls, asks the strategy for moves, and counts steps and turns.
 
 use core::convert::Infallible;
 
@@ -10,8 +10,8 @@ use crate::strategy::{Move, Phase, SearchError, Strategy};
 
 /// Drives a [`Mouse`] through a maze, one decision at a time, and counts what it does.
 ///
-/// A driver does no input or output. It asks its caller for the walls around a pose, so the same
-/// loop serves a maze in memory, a simulator and real sensors:
+/// A driver performs no input or output. The caller provides the walls around a pose, so the same
+/// loop works with a maze in memory, a simulator or real sensors:
 ///
 /// ```
 /// use mmsim_maze::{KnownMaze, Maze, Pose, WallsAround};
@@ -35,24 +35,24 @@ pub struct SearchDriver<'m, S> {
     mouse: &'m mut Mouse<S>,
     max_states: u32,
     states: u32,
-    /// The last decision, until the mouse has acted on it.
+    /// The last decision, or `None` once the mouse has acted on it.
     decision: Option<Move>,
-    /// The last decision if it failed. Apart from `decision`, so that each step copies one byte.
+    /// The error of the last decision. A field of its own, so that a step copies only one byte.
     error: Option<SearchError>,
     phase: Phase,
     stats: SearchStats,
 }
 
-/// Why a search ended early. `E` is the error of the wall sensor.
+/// An error that ended a search. `E` is the error type of the wall sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DriveError<E> {
     /// The walls could not be read.
     #[error(transparent)]
     Sensor(E),
-    /// A reading contradicts an earlier one.
+    /// A sensor reading contradicts an earlier reading.
     #[error(transparent)]
     Contradiction(Contradiction),
-    /// The strategy cannot go on.
+    /// The strategy cannot continue.
     #[error(transparent)]
     Search(SearchError),
     /// The strategy chose a step through a side that is not known to be open.
@@ -67,16 +67,16 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         Self { mouse, max_states, states: 0, decision: None, error: None, phase, stats }
     }
 
-    /// Takes the step decided on last, reads the walls around the mouse, and lets the strategy
-    /// decide again. Returns `false` once the search is over.
+    /// Takes the step that the strategy chose, reads the walls around the mouse, and asks the
+    /// strategy for the next move. Returns `false` once the search is over.
     ///
-    /// Before the first decision the mouse also turns round to read the walls behind it if nothing
-    /// is known of the side at its back.
+    /// Before the first decision, the driver also reads the walls behind the mouse if the wall at
+    /// its back is unknown.
     ///
     /// # Errors
-    /// The walls cannot be read or contradict earlier readings, or the mouse would crash. An error
-    /// of the strategy is returned by the call after its decision, so that the caller can still
-    /// report the state in which it was made.
+    /// Returns an error if the walls cannot be read, if they contradict earlier readings, or if the
+    /// mouse would crash. An error of the strategy is returned by the next call of this method, so
+    /// that the caller can still report the state in which the error occurred.
     #[inline]
     pub fn advance<E>(
         &mut self,
@@ -105,30 +105,32 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         Ok(true)
     }
 
-    /// Does the same as [`advance`](Self::advance) in a maze in memory.
+    /// Does the same as [`advance`](Self::advance), but reads the walls from a maze in memory.
     ///
     /// # Errors
-    /// The strategy cannot go on or would crash, or the mouse was in another maze before.
+    /// Returns an error if the strategy cannot continue, if the mouse would crash, or if its map
+    /// contradicts the maze.
     pub fn advance_in(&mut self, maze: &Maze) -> Result<bool, DriveError<Infallible>> {
         self.advance(|pose| Ok(maze.walls().around(pose)))
     }
 
-    /// The mouse.
+    /// Returns the mouse.
     pub const fn mouse(&self) -> &Mouse<S> {
         self.mouse
     }
 
-    /// The last decision; `None` before the first one and after a failed reading.
+    /// Returns the last decision, or `None` before the first decision and after a failed reading.
     pub fn decision(&self) -> Option<Result<Move, SearchError>> {
         self.error.map(Err).or(self.decision.map(Ok))
     }
 
-    /// Steps and turns so far.
+    /// Returns the number of steps and turns in each phase.
     pub const fn stats(&self) -> &SearchStats {
         &self.stats
     }
 
-    /// The phase to which the last decision belongs. Once the fast run has begun it never ends.
+    /// Returns the phase to which the last decision belongs. Once the fast run has begun, the phase
+    /// no longer changes.
     pub const fn phase(&self) -> Phase {
         self.phase
     }
@@ -158,5 +160,201 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
             let steps = self.stats.steps();
             self.stats.steps_to_goal.get_or_insert(steps);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, Heading, KnownMaze};
+
+    use super::*;
+
+    const ROOM: &str = "o---o---o\n|     G |\no   o   o\n| S     |\no---o---o\n";
+    const CORRIDOR: &str = "o---o\n| G |\no   o\n| S |\no   o\n|   |\no---o\n";
+
+    /// A strategy that returns prepared decisions in prepared phases.
+    struct Script {
+        decisions: Vec<(Result<Move, SearchError>, Phase)>,
+        calls: usize,
+    }
+
+    impl Strategy for Script {
+        fn next_move(&mut self, _: &KnownMaze, _: Pose) -> Result<Move, SearchError> {
+            self.calls += 1;
+            self.decisions[self.calls - 1].0
+        }
+
+        fn phase(&self) -> Phase {
+            self.decisions[self.calls - 1].1
+        }
+    }
+
+    fn mouse(
+        maze: &Maze,
+        decisions: impl IntoIterator<Item = (Result<Move, SearchError>, Phase)>,
+    ) -> Mouse<Script> {
+        let script = Script { decisions: decisions.into_iter().collect(), calls: 0 };
+        Mouse::new(script, KnownMaze::unexplored(maze), maze.start())
+    }
+
+    fn search_run<const N: usize>(
+        steps: [Step; N],
+    ) -> impl Iterator<Item = (Result<Move, SearchError>, Phase)> {
+        steps.into_iter().map(|step| (Ok(Move::Step(step)), Phase::SearchRun))
+    }
+
+    fn pose(x: u8, y: u8, heading: Heading) -> Pose {
+        Pose::new(Cell::new(x, y), heading)
+    }
+
+    #[test]
+    fn steps_and_turns_are_counted_in_the_phase_of_their_decision() {
+        let maze: Maze = ROOM.parse().unwrap();
+        let step = |step| Ok(Move::Step(step));
+        let decisions = [
+            (step(Step::Front), Phase::SearchRun),
+            (step(Step::Right), Phase::SearchRun),
+            (step(Step::Back), Phase::ReturnRun),
+            (step(Step::Left), Phase::ReturnRun),
+            (step(Step::Back), Phase::FastRun),
+            (step(Step::Right), Phase::SearchRun),
+            (Ok(Move::Stop), Phase::ReturnRun),
+        ];
+        let mut mouse = mouse(&maze, decisions);
+        let mut driver = SearchDriver::new(&mut mouse, 1000);
+        assert_eq!((driver.decision(), driver.phase()), (None, Phase::SearchRun));
+        let expected = [
+            (pose(0, 0, Heading::North), Phase::SearchRun, None),
+            (pose(0, 1, Heading::North), Phase::SearchRun, None),
+            (pose(1, 1, Heading::East), Phase::ReturnRun, Some(2)),
+            (pose(0, 1, Heading::West), Phase::ReturnRun, Some(2)),
+            (pose(0, 0, Heading::South), Phase::FastRun, Some(2)),
+            (pose(0, 1, Heading::North), Phase::FastRun, Some(2)),
+            (pose(1, 1, Heading::East), Phase::FastRun, Some(2)),
+        ];
+        for ((steps, (pose, phase, to_goal)), (decision, _)) in (0..).zip(expected).zip(decisions) {
+            assert_eq!(driver.advance_in(&maze), Ok(true));
+            assert_eq!((driver.mouse().pose(), driver.phase()), (pose, phase));
+            assert_eq!(driver.decision(), Some(decision));
+            assert_eq!((driver.stats().steps(), driver.stats().steps_to_goal), (steps, to_goal));
+        }
+        for _ in 0..2 {
+            assert_eq!(driver.advance_in(&maze), Ok(false));
+        }
+        let stats = driver.stats();
+        assert_eq!((stats.search_run.steps, stats.search_run.turns), (2, 1));
+        assert_eq!((stats.return_run.steps, stats.return_run.turns), (2, 3));
+        assert_eq!((stats.fast_run.steps, stats.fast_run.turns), (2, 3));
+        assert_eq!(mouse.strategy().calls, 7);
+    }
+
+    #[test]
+    fn a_search_ends_after_the_maximum_number_of_states() {
+        let maze: Maze = ROOM.parse().unwrap();
+        for max_states in 0..4 {
+            let mut mouse = mouse(&maze, search_run([Step::Front, Step::Right, Step::Right]));
+            let mut driver = SearchDriver::new(&mut mouse, max_states);
+            for _ in 0..max_states {
+                assert_eq!(driver.advance_in(&maze), Ok(true));
+            }
+            assert_eq!(driver.advance_in(&maze), Ok(false));
+            assert_eq!(driver.stats().steps(), max_states.saturating_sub(1));
+            assert_eq!(driver.decision().is_some(), max_states > 0);
+            assert_eq!(mouse.strategy().calls, max_states as usize);
+        }
+    }
+
+    #[test]
+    fn the_wall_behind_is_read_only_at_the_start_and_only_if_unknown() {
+        let readings = |text: &str, step| {
+            let maze: Maze = text.parse().unwrap();
+            let mut mouse = mouse(&maze, search_run([step, Step::Back]));
+            let mut driver = SearchDriver::new(&mut mouse, 2);
+            let mut readings = Vec::new();
+            let mut read_walls = |pose| {
+                readings.push(pose);
+                Ok::<_, Infallible>(maze.walls().around(pose))
+            };
+            while driver.advance(&mut read_walls) == Ok(true) {}
+            readings
+        };
+        let (north, south) = (Heading::North, Heading::South);
+        let from_corner = [pose(0, 0, north), pose(0, 1, north)];
+        assert_eq!(readings(ROOM, Step::Front), from_corner);
+        let from_middle = [pose(0, 1, south), pose(0, 1, north), pose(0, 0, south)];
+        assert_eq!(readings(CORRIDOR, Step::Back), from_middle);
+    }
+
+    #[test]
+    fn a_failed_reading_can_be_repeated() {
+        let maze: Maze = CORRIDOR.parse().unwrap();
+        let mut mouse = mouse(&maze, search_run([Step::Back, Step::Back, Step::Back]));
+        let mut driver = SearchDriver::new(&mut mouse, 1000);
+        let fails = |_| Err("no reading");
+        let reads = |pose| Ok::<_, &str>(maze.walls().around(pose));
+        assert_eq!(driver.advance(fails), Err(DriveError::Sensor("no reading")));
+        assert_eq!(driver.decision(), None);
+        assert_eq!(driver.advance(reads), Ok(true));
+        assert_eq!(driver.advance(fails), Err(DriveError::Sensor("no reading")));
+        assert_eq!((driver.decision(), driver.stats().steps()), (None, 1));
+        assert_eq!(driver.advance(reads), Ok(true));
+        assert_eq!(driver.stats().steps(), 1);
+        assert_eq!(driver.mouse().pose(), pose(0, 0, Heading::South));
+        assert_eq!(driver.advance(reads), Ok(true));
+        assert_eq!(driver.mouse().pose(), pose(0, 1, Heading::North));
+        assert_eq!((driver.stats().steps(), driver.stats().turns()), (2, 4));
+    }
+
+    #[test]
+    fn contradictions_are_errors_in_both_directions_of_the_start() {
+        let maze: Maze = CORRIDOR.parse().unwrap();
+        for fault in [pose(0, 1, Heading::South), pose(0, 1, Heading::North)] {
+            let mut mouse = mouse(&maze, search_run([]));
+            let mut driver = SearchDriver::new(&mut mouse, 1000);
+            // There is no opening through the outer wall.
+            let read_walls = |pose: Pose| {
+                let around = maze.walls().around(pose);
+                Ok::<_, Infallible>(WallsAround { left: around.left && pose != fault, ..around })
+            };
+            let Err(DriveError::Contradiction(found)) = driver.advance(read_walls) else {
+                panic!("no contradiction at {fault:?}")
+            };
+            assert_eq!((found.cell, found.heading), (fault.cell, fault.heading.left()));
+            assert!(!found.found);
+        }
+    }
+
+    #[test]
+    fn a_crash_leaves_the_mouse_where_it_is() {
+        let maze: Maze = CORRIDOR.parse().unwrap();
+        let mut mouse = mouse(&maze, search_run([Step::Left]));
+        let mut driver = SearchDriver::new(&mut mouse, 1000);
+        assert_eq!(driver.advance_in(&maze), Ok(true));
+        let Err(DriveError::Crash(crash)) = driver.advance_in(&maze) else { panic!("no crash") };
+        assert_eq!((crash.cell, crash.heading), (Cell::new(0, 1), Heading::West));
+        assert_eq!(crash.state, WallState::Present);
+        assert_eq!((driver.mouse().pose(), driver.stats().steps()), (maze.start(), 0));
+    }
+
+    #[test]
+    fn an_error_of_the_strategy_is_returned_by_the_next_call_even_at_the_limit() {
+        let maze: Maze = ROOM.parse().unwrap();
+        let boxed_in = SearchError::BoxedIn { cell: Cell::new(0, 0) };
+        let mut mouse = mouse(&maze, [(Err(boxed_in), Phase::ReturnRun)]);
+        let mut driver = SearchDriver::new(&mut mouse, 1);
+        assert_eq!(driver.advance_in(&maze), Ok(true));
+        assert_eq!((driver.decision(), driver.phase()), (Some(Err(boxed_in)), Phase::ReturnRun));
+        for _ in 0..2 {
+            assert_eq!(driver.advance_in(&maze), Err(DriveError::Search(boxed_in)));
+        }
+    }
+
+    #[test]
+    fn a_mouse_that_starts_in_the_goal_takes_no_steps_to_it() {
+        let maze: Maze = "o---o---o\n|SG     |\no---o---o\n".parse().unwrap();
+        let mut mouse = mouse(&maze, search_run([Step::Right, Step::Back]));
+        let mut driver = SearchDriver::new(&mut mouse, 2);
+        while driver.advance_in(&maze) == Ok(true) {}
+        assert_eq!((driver.stats().steps(), driver.stats().steps_to_goal), (1, Some(0)));
     }
 }

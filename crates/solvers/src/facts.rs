@@ -1,10 +1,10 @@
-//! Facts of a maze that do not depend on a strategy.
+//! Facts about a maze that do not depend on a strategy.
 
 use mmsim_maze::{CellSet, Maze};
 
 use crate::flood::Distances;
 
-/// Facts of a maze that do not depend on a strategy.
+/// Facts about a maze that do not depend on a strategy.
 ///
 /// ```
 /// use mmsim_solvers::MazeFacts;
@@ -16,14 +16,15 @@ use crate::flood::Distances;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MazeFacts {
-    /// Steps from the start to the nearest goal cell, `None` if none can be reached.
+    /// The number of steps from the start to the nearest goal cell, or `None` if the goal is
+    /// unreachable.
     pub shortest_path: Option<u16>,
-    /// Number of cells that can be reached from the start, including the start.
+    /// The number of cells that can be reached from the start, including the start.
     pub reachable_cells: usize,
 }
 
 impl MazeFacts {
-    /// Computes the facts of a maze.
+    /// Computes the facts about a maze.
     #[must_use]
     pub fn new(maze: &Maze) -> Self {
         let start = maze.start().cell;

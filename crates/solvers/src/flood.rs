@@ -1,6 +1,6 @@
-//! Floods: the distance of every cell to the nearest target.
+//! Floods, which compute the distance from each cell to the nearest target.
 
-// The operations of a wave are compiled for each instruction set, inlined into its loop.
+// The operations of a wave must be inlined into the loop that is compiled for each instruction set.
 #![allow(clippy::inline_always)]
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Unknown, Walls};
@@ -9,28 +9,30 @@ use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Unknown, Walls};
 mod avx512;
 mod bitboard;
 mod bytes;
+mod dispatch;
 mod distance;
 mod downhill;
 mod exploration;
 mod plane;
+mod portable;
 mod processor;
-mod transpose;
+mod task;
 mod update;
 mod waves;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod x86;
 
 use bitboard::{Bitboard, CellPlanes};
+use dispatch::{run, run_with};
 pub use distance::steps_between;
 pub use downhill::Downhill;
 pub(crate) use exploration::ExplorationTarget;
-use plane::{ParityPlane, SIDE, SMALL_SIDE, is_small};
+use plane::{Line, ParityPlane, SIDE, SMALL_SIDE, is_small};
 pub use processor::Instructions;
-use processor::{Task, run, run_with};
-use transpose::Line;
+use task::Task;
 use waves::Flooded;
 
-/// The distances in steps from all cells to the nearest of some target cells.
+/// The distances in steps from each cell of a maze to the nearest target cell.
 ///
 /// ```
 /// use mmsim_maze::{Cell, MazeSize, Walls};
@@ -50,24 +52,25 @@ pub struct Distances {
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, PartialEq, Eq, Debug)]
 enum Steps {
-    /// A maze of up to 16×16 cells: rows of 16 cells from the south.
+    /// The distances in a maze of up to 16×16 cells, stored as rows of 16 cells from south to
+    /// north.
     Small(SmallSteps),
-    /// A larger maze: rows of 32 cells.
+    /// The distances in a larger maze, stored as rows of 32 cells from south to north.
     Large([u16; MazeSize::MAX_AREA]),
 }
 
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct SmallSteps {
     lines: SmallLines,
-    /// Whether all cells can reach a target. Only then is `UNREACHABLE_BYTE` a distance: a path of
-    /// this length passes through all cells.
+    /// True if all cells can reach a target. `UNREACHABLE_BYTE` is a distance only if all cells can
+    /// reach a target, because a path of 255 steps passes through all 256 cells.
     all_reached: bool,
 }
 
-/// One byte per cell of a small maze.
+/// The distances in a small maze, with one byte per cell.
 type SmallLines = [[Line; 8]; SMALL_SIDE / 8];
 
-/// The internal distance of a cell that cannot reach a target.
+/// The internal value for the distance of a cell that cannot reach a target.
 pub(crate) const UNREACHABLE: u16 = u16::MAX;
 const UNREACHABLE_BYTE: u8 = u8::MAX;
 
@@ -84,15 +87,15 @@ impl Distances {
         Self { size, steps }
     }
 
-    /// Floods the maze from the targets, which is a breadth-first search. Targets outside the maze are
-    /// ignored.
+    /// Computes the distances by a breadth-first search from the targets. Targets outside the maze
+    /// are ignored.
     #[must_use]
     pub fn flood(walls: &Walls, targets: &CellSet) -> Self {
         run(FloodTask { walls, targets }, walls.size())
     }
 
-    /// Floods what a mouse knows from the targets. Returns the optimistic distances, with unknown
-    /// walls open, and the pessimistic distances, with unknown walls closed.
+    /// Floods the map of a mouse twice from the targets. Returns the optimistic distances, with
+    /// unknown walls open, and the pessimistic distances, with unknown walls closed.
     ///
     /// ```
     /// use mmsim_maze::{Cell, KnownMaze, MazeSize};
@@ -108,14 +111,14 @@ impl Distances {
         [Unknown::Open, Unknown::Closed].map(|unknown| Self::flood(map.walls(unknown), targets))
     }
 
-    /// Does the same as [`flood`](Self::flood) with these instructions, or with lesser ones if they are
-    /// not available.
+    /// Does the same as [`flood`](Self::flood) with the given instructions. Falls back to a lesser
+    /// instruction set if the given instructions are not available.
     #[must_use]
     pub fn flood_with(instructions: Instructions, walls: &Walls, targets: &CellSet) -> Self {
         run_with(instructions, FloodTask { walls, targets }, walls.size())
     }
 
-    /// Floods again in place. An assignment would copy 2 KiB.
+    /// Floods the maze again in place, because an assignment would copy 2 KiB.
     pub(crate) fn reflood(&mut self, walls: &Walls, targets: &CellSet) {
         if self.size == walls.size() {
             run(
@@ -127,14 +130,16 @@ impl Distances {
         }
     }
 
-    /// Returns the steps from `cell` to the nearest target, `None` if it cannot reach one or is outside
-    /// the maze. To read all cells, [`rows`](Self::rows) is faster.
+    /// Returns the number of steps from `cell` to the nearest target, or `None` if no target is
+    /// reachable or the cell is outside the maze. [`rows`](Self::rows) is faster for reading all
+    /// cells.
     #[inline]
     pub fn at(&self, cell: Cell) -> Option<u16> {
         Some(self.raw(cell)).filter(|&steps| steps != UNREACHABLE)
     }
 
-    /// Returns the distances of all cells: rows from the south, the cells of each row from the west.
+    /// Returns the distances of all cells. The rows are ordered from south to north, and the cells
+    /// of each row from west to east.
     ///
     /// ```
     /// use mmsim_maze::{MazeSize, Walls};
@@ -153,14 +158,14 @@ impl Distances {
     pub fn rows(
         &self,
     ) -> impl DoubleEndedIterator<Item = impl DoubleEndedIterator<Item = Option<u16>>> {
-        // With an index in place of a slice the compiler moves the check of the variant out of a loop
-        // over the row.
+        // With an index instead of a slice, the compiler moves the check of the variant out of a
+        // loop over the row.
         let steps = move |y, x| Some(self.raw_inside(x, y)).filter(|&steps| steps != UNREACHABLE);
         (0..self.size.height())
             .map(move |y| (0..self.size.width()).map(move |x| steps(y.into(), x.into())))
     }
 
-    /// Does the same as [`at`](Self::at), with [`UNREACHABLE`] for `None`.
+    /// Does the same as [`at`](Self::at), but returns [`UNREACHABLE`] instead of `None`.
     #[inline]
     pub(crate) fn raw(&self, cell: Cell) -> u16 {
         if self.size.contains(cell) {
@@ -180,8 +185,8 @@ impl Distances {
     }
 
     /// Returns the distances of a cell's neighbours, in the order of
-    /// [`Heading::ALL`](mmsim_maze::Heading::ALL). A neighbour outside the maze has any value, so that
-    /// no bounds need to be checked.
+    /// [`Heading::ALL`](mmsim_maze::Heading::ALL). The value for a neighbour outside the maze is
+    /// arbitrary, which avoids bounds checks.
     pub(crate) fn raw_around(&self, cell: Cell) -> [u16; 4] {
         let (x, y) = (usize::from(cell.x), usize::from(cell.y));
         match &self.steps {
@@ -208,7 +213,8 @@ impl SmallSteps {
         Self { lines, all_reached: flooded.is_full() }
     }
 
-    /// Returns the distance of the cell at this index, or [`UNREACHABLE`].
+    /// Returns the distance of the cell at this index, or [`UNREACHABLE`] if it cannot reach a
+    /// target.
     #[inline]
     fn raw(&self, index: usize) -> u16 {
         let bytes = self.lines.as_flattened().as_flattened();
@@ -218,7 +224,7 @@ impl SmallSteps {
     }
 }
 
-/// Returns the indices of a cell's neighbours in rows of `row` cells.
+/// Returns the indices of the neighbours of the cell at `index` in rows of `row` cells.
 fn neighbours(index: usize, row: usize) -> [usize; 4] {
     [index + row, index + 1, index.wrapping_sub(row), index.wrapping_sub(1)]
 }
@@ -253,7 +259,7 @@ impl Task for FloodTask<'_> {
 
 struct RefloodTask<'a> {
     flood: FloodTask<'a>,
-    /// The distances of a maze of the same size.
+    /// The distances to overwrite, for a maze of the same size as the flooded maze.
     steps: &'a mut Steps,
 }
 
@@ -291,7 +297,7 @@ mod tests {
     use mmsim_maze::{Heading, Maze, Pose};
     use proptest::prelude::*;
 
-    use super::processor::with_each;
+    use super::dispatch::with_each;
     use super::*;
 
     #[test]
@@ -356,7 +362,7 @@ o---o---o---o
         assert_eq!(Distances::flood(&walls, &targets).reachable_cells(), 0);
     }
 
-    /// Floods naively: relaxes every step until nothing changes.
+    /// Computes the distances naively: relaxes every step until nothing changes.
     fn naive(walls: &Walls, targets: &CellSet) -> Vec<Option<u16>> {
         let size = walls.size();
         let mut steps: Vec<Option<u16>> =
@@ -380,7 +386,7 @@ o---o---o---o
         }
     }
 
-    /// Walls of a maze of any size, with one of three densities.
+    /// Generates the walls of a maze of any size, with one of three densities.
     pub(super) fn any_walls() -> impl Strategy<Value = Walls> {
         let bits = || prop::collection::vec(any::<[u32; 3]>(), 32);
         let size = prop_oneof![(1usize..=16, 1usize..=16), (1usize..=32, 1usize..=32)];
@@ -397,7 +403,7 @@ o---o---o---o
         })
     }
 
-    /// A few targets, some adjacent, some outside the maze.
+    /// Generates a few targets, some of them adjacent to each other or outside the maze.
     pub(super) fn any_targets() -> impl Strategy<Value = CellSet> {
         let block = (0u8..32, 0u8..32, 0u8..3, 0u8..3);
         prop::collection::vec(block, 0..4).prop_map(|blocks| {

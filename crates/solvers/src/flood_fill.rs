@@ -1,15 +1,15 @@
-//! Flood fill: go to the neighbour nearest to the goal.
+//! The flood-fill strategy, which goes to the neighbour nearest to the goal.
 
 use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose, Unknown};
 
 use crate::flood::{Distances, UNREACHABLE};
 use crate::strategy::{Move, SearchError, Strategy, step_to_least};
 
-/// Flood fill: goes to the neighbour with the shortest optimistic distance to the goal. It floods
-/// the maze again only when new walls change a distance.
+/// A strategy that goes to the neighbour with the shortest optimistic distance to the goal. The
+/// strategy floods the maze again only if new walls change a distance.
 ///
-/// Its weights are the distances to the goal in steps. It reaches every reachable goal and reports
-/// an unreachable one.
+/// The weights of the cells are their distances to the goal in steps. The strategy reaches every
+/// reachable goal and reports unreachable goals.
 #[derive(Clone, Debug)]
 pub struct FloodFill {
     distances: Distances,
@@ -17,7 +17,7 @@ pub struct FloodFill {
 }
 
 impl FloodFill {
-    /// Creates a new search.
+    /// Creates the strategy for a new search.
     pub const fn new() -> Self {
         Self { distances: Distances::unreachable(MazeSize::CLASSIC), has_begun: false }
     }

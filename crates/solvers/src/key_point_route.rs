@@ -1,12 +1,12 @@
-//! A route over key points, which a mouse visits to explore its maze.
+//! A route of key points that a mouse visits to explore a maze.
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
 use crate::a_star::ShortestPath;
 use crate::flood::Distances;
 
-/// Key points that a mouse visits in turn: the goal and the corners, in the order published with the
-/// robot of "plot and navigate a virtual maze".
+/// A route that visits the goal and the corners of a maze, in the order published with the robot of
+/// "plot and navigate a virtual maze".
 ///
 /// ```text
 ///  2. top left ┌───────┐ 5. top right
@@ -17,7 +17,7 @@ use crate::flood::Distances;
 /// ```
 ///
 /// Unreachable key points are skipped. The centre is the [reachable goal cell nearest to the
-/// middle](centre).
+/// middle](centre) of the maze.
 ///
 /// ```
 /// use mmsim_maze::{Cell, MazeSize, Walls};
@@ -33,7 +33,7 @@ pub struct KeyPointRoute {
     goals: CellSet,
     passed: CellSet,
     points: [KeyPoint; 8],
-    /// The indices of the points still to visit.
+    /// The indices of the remaining points.
     ahead: core::ops::Range<usize>,
 }
 
@@ -60,8 +60,8 @@ impl KeyPointRoute {
         Self::new(goals, [KeyPoint::Centre, KeyPoint::Start(start)])
     }
 
-    /// Creates the full route, with the first `corners` of its three corners: centre, top left,
-    /// bottom right, centre, top right, centre, start, centre.
+    /// Creates the full route, with only the first `corners` of its three corners. The full route
+    /// visits the centre, top left, bottom right, centre, top right, centre, start and centre.
     #[must_use]
     pub fn swing(size: MazeSize, start: Cell, goals: CellSet, corners: usize) -> Self {
         let (east, north) = (size.width() - 1, size.height() - 1);
@@ -81,8 +81,8 @@ impl KeyPointRoute {
         Self::new(goals, points.into_iter().flatten())
     }
 
-    /// Creates the full route with all three corners, but ends it at the start. The mouse goes to
-    /// the centre once more on its fast run.
+    /// Creates the full route without the final centre. The mouse visits the final centre on its
+    /// fast run.
     #[must_use]
     pub fn there_and_back(size: MazeSize, start: Cell, goals: CellSet) -> Self {
         let mut route = Self::swing(size, start, goals, Self::CORNERS);
@@ -95,7 +95,7 @@ impl KeyPointRoute {
         self.passed.insert(cell);
     }
 
-    /// Whether the next key point is the start.
+    /// Returns true if the next key point is the start.
     pub(crate) fn is_returning(&self) -> bool {
         matches!(self.points[self.ahead.clone()].first(), Some(KeyPoint::Start(_)))
     }
@@ -110,8 +110,8 @@ impl KeyPointRoute {
         route
     }
 
-    /// Returns the key point to go to from this cell, given the known walls; `None` once the route
-    /// is complete. Drops key points that have been reached or are unreachable.
+    /// Returns the next key point for a mouse in the cell `from`, or `None` if the route is
+    /// complete. Skips key points that have been reached or that these walls make unreachable.
     pub fn target(&mut self, walls: &Walls, from: Cell) -> Option<Cell> {
         while !self.ahead.is_empty() {
             let target = match self.points[self.ahead.start] {
@@ -130,10 +130,11 @@ impl KeyPointRoute {
     }
 }
 
-/// Returns the goal cell nearest to the middle of the maze that can be reached from a cell, `None`
-/// if there is none. Of equally near cells it is the northernmost, and of these the westernmost.
+/// Returns the goal cell nearest to the middle of the maze among those reachable from the cell
+/// `from`, or `None` if no goal cell is reachable. Ties are broken in favour of the northernmost,
+/// then the westernmost cell.
 ///
-/// In a trial's maze of n×n cells this is (n/2 - 1, n/2) if reachable.
+/// In a trial maze of n×n cells, the centre is the cell (n/2 - 1, n/2) if it is reachable.
 #[must_use]
 pub fn centre(goals: &CellSet, walls: &Walls, from: Cell) -> Option<Cell> {
     let size = walls.size();
@@ -155,7 +156,7 @@ mod tests {
     const SIZE: MazeSize = MazeSize::CLASSIC;
     const START: Cell = Cell::new(0, 0);
 
-    /// The cells of the route with these walls.
+    /// Returns the cells of the route with these walls.
     fn cells(mut route: KeyPointRoute, walls: &Walls) -> Vec<(u8, u8)> {
         let mut here = START;
         let next = || {
@@ -166,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn routes_match_the_published_ones() {
+    fn routes_match_the_published_routes() {
         let (goals, walls) = (SIZE.central_cells(), Walls::open(SIZE));
         let swing = |corners| cells(KeyPointRoute::swing(SIZE, START, goals, corners), &walls);
         let centre = (7, 8);

@@ -1,18 +1,18 @@
-//! Left-wall follower.
+//! The left-wall follower.
 
 use mmsim_maze::{Cell, KnownMaze, Pose, Step};
 
 use crate::strategy::{Move, SearchError, Strategy, open_steps};
 
-/// Left-wall follower: takes the first open step of left, front, right, back.
+/// A left-wall follower, which takes the first open step in the order left, front, right, back.
 ///
-/// Its weights are all 0. It never reaches a goal that is not connected to the outer wall, as is
-/// usual in contest mazes; it serves as the simplest example of a strategy.
+/// The weight of every cell is 0. A wall follower never reaches a goal that is not connected to the
+/// outer wall, as in most contest mazes. This is the simplest strategy and serves as an example.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LeftWall;
 
 impl LeftWall {
-    /// Creates a new search.
+    /// Creates the strategy for a new search.
     pub const fn new() -> Self {
         Self
     }

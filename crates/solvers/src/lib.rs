@@ -1,8 +1,8 @@
-//! Search strategies of a micromouse, and the floods that they use.
+//! Search strategies for a micromouse, and the flood algorithms that they use.
 //!
-//! A [`Strategy`] is pure: given what the mouse knows and its pose, it returns the next move. It uses
-//! no socket, clock or thread, so the same strategy runs in memory, against a simulator, and on a
-//! real mouse. A [`Mouse`] combines a strategy with a map and a pose:
+//! A [`Strategy`] is pure: it gets the known walls and the pose of the mouse, and returns the next
+//! move. A strategy uses no socket, clock or thread, so the same strategy runs in memory, against a
+//! simulator, and on a real mouse. A [`Mouse`] combines a strategy with a map and a pose:
 //!
 //! ```
 //! use mmsim_maze::{KnownMaze, Maze};
@@ -23,15 +23,17 @@
 //! ```
 //!
 //! # Floods
-//! [`Distances`] holds the distance from each cell to the nearest target. [`Downhill`] finds the next
-//! step without computing distances, [`steps_between`] the distance of a single cell. All of them
-//! operate on bit sets, with the vector [`Instructions`] that the processor supports.
+//! [`Distances`] holds the distance from each cell to the nearest target. [`Downhill`] finds the
+//! next step from each cell without computing distances. [`steps_between`] computes the distance of
+//! a single cell. All floods operate on bit sets and use the vector [`Instructions`] that the
+//! processor supports.
 //!
 //! # Ties
-//! Where several neighbours are equally good, a mouse prefers front, left, right, back, in this
-//! order, as the reference simulator's example clients do.
+//! If several neighbours are equally good, a mouse prefers front, left, right and back, in this
+//! order, like the example clients of the reference simulator.
 //!
-//! The crate is `no_std` and allocates nothing unless its feature `std` (on by default) is enabled.
+//! Without its feature `std`, which is enabled by default, the crate is `no_std` and never
+//! allocates memory.
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 // Marks the items of optional features on docs.rs.
 #![cfg_attr(docsrs, feature(doc_cfg))]

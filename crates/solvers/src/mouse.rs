@@ -1,4 +1,4 @@
-//! A mouse: a strategy, a map and a pose.
+//! A mouse, which combines a strategy, a map and a pose.
 
 use mmsim_maze::{
     Cell, Contradiction, Heading, KnownMaze, Pose, Step, Unknown, WallState, WallsAround,
@@ -6,10 +6,10 @@ use mmsim_maze::{
 
 use crate::strategy::{Move, Phase, SearchError, Strategy};
 
-/// A mouse in a maze: a strategy, what the mouse knows, and where it is.
+/// A mouse in a maze, with its strategy, its map of known walls, and its pose.
 ///
-/// A [`SearchDriver`](crate::SearchDriver) repeats [`see`](Self::see), [`decide`](Self::decide) and
-/// [`go`](Self::go). Firmware calls them itself.
+/// A [`SearchDriver`](crate::SearchDriver) calls [`see`](Self::see), [`decide`](Self::decide) and
+/// [`go`](Self::go) in a loop. Firmware calls these methods directly.
 #[derive(Clone, Debug)]
 pub struct Mouse<S> {
     strategy: S,
@@ -17,16 +17,16 @@ pub struct Mouse<S> {
     pose: Pose,
 }
 
-/// A step through a side that is not known to be open.
+/// An attempted step through a side that is not known to be open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("cannot leave {cell} to the {heading}: {}", describe(*state))]
 #[non_exhaustive]
 pub struct Crash {
-    /// Where the mouse is.
+    /// The cell of the mouse.
     pub cell: Cell,
-    /// The side that it would have gone through.
+    /// The side through which the mouse would have left the cell.
     pub heading: Heading,
-    /// What is known of that side.
+    /// The known state of the wall on this side of the cell.
     pub state: WallState,
 }
 
@@ -45,12 +45,12 @@ impl<S: Strategy> Mouse<S> {
         Self { strategy, map, pose }
     }
 
-    /// Returns what the mouse knows.
+    /// Returns the map of known walls.
     pub const fn map(&self) -> &KnownMaze {
         &self.map
     }
 
-    /// Returns where the mouse is.
+    /// Returns the pose of the mouse.
     pub const fn pose(&self) -> Pose {
         self.pose
     }
@@ -73,16 +73,17 @@ impl<S: Strategy> Mouse<S> {
     /// Adds the walls around the mouse to its map.
     ///
     /// # Errors
-    /// A reading that contradicts an earlier one. The map stays as it was.
+    /// Returns an error and keeps the map unchanged if the walls contradict an earlier reading.
     pub fn see(&mut self, around: WallsAround) -> Result<(), Contradiction> {
         self.map.observe(self.pose, around)
     }
 
-    /// Adds the walls that the mouse reads while it faces backwards. This is for the start, where
-    /// the side behind the mouse may be unknown. The pose of the mouse stays as it was.
+    /// Adds the walls that the mouse reads while it faces backwards. This reading is necessary at
+    /// the start, where the wall behind the mouse may be unknown. The pose of the mouse does not
+    /// change.
     ///
     /// # Errors
-    /// A reading that contradicts an earlier one. The map stays as it was.
+    /// Returns an error and keeps the map unchanged if the walls contradict an earlier reading.
     pub fn see_behind(&mut self, around: WallsAround) -> Result<(), Contradiction> {
         self.map.observe(self.turned_round(), around)
     }
@@ -92,10 +93,10 @@ impl<S: Strategy> Mouse<S> {
         Pose::new(self.pose.cell, self.pose.heading.back())
     }
 
-    /// Lets the strategy decide what to do here.
+    /// Lets the strategy decide on the next move.
     ///
     /// # Errors
-    /// The strategy cannot go on.
+    /// Returns an error if the strategy cannot continue.
     pub fn decide(&mut self) -> Result<Move, SearchError> {
         self.strategy.next_move(&self.map, self.pose)
     }
@@ -103,7 +104,7 @@ impl<S: Strategy> Mouse<S> {
     /// Takes a step.
     ///
     /// # Errors
-    /// The side is not known to be open. The mouse stays where it is.
+    /// Returns an error without moving the mouse if the side is not known to be open.
     #[inline]
     pub fn go(&mut self, step: Step) -> Result<(), Crash> {
         let Pose { cell, heading } = self.pose;

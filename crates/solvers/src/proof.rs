@@ -1,4 +1,4 @@
-//! What a mouse has proven about the shortest path.
+//! Proven bounds on the length of the shortest path.
 
 use mmsim_maze::{KnownMaze, Maze, Pose, Unknown, WallState};
 
@@ -19,15 +19,15 @@ use crate::flood::steps_between;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PathBounds {
-    /// The optimistic distance in steps, with unknown walls open; `None` if the known walls cut
-    /// the goal off.
+    /// The optimistic distance in steps, with unknown walls open; `None` if known walls block every
+    /// path.
     pub optimistic: Option<u16>,
     /// The pessimistic distance in steps, with unknown walls closed; `None` if no path is known.
     pub pessimistic: Option<u16>,
 }
 
 impl PathBounds {
-    /// Returns the bounds that follow from the known walls.
+    /// Computes the bounds from the known walls.
     #[must_use]
     pub fn new(map: &KnownMaze) -> Self {
         let [optimistic, pessimistic] = [Unknown::Open, Unknown::Closed]
@@ -35,16 +35,17 @@ impl PathBounds {
         Self { optimistic, pessimistic }
     }
 
-    /// Whether a path is known and no unknown wall can hide a shorter one.
+    /// Returns true if a path is known and no unknown wall can hide a shorter path.
     pub fn is_proven(&self) -> bool {
         self.pessimistic.is_some() && self.optimistic == self.pessimistic
     }
 }
 
-/// Returns after how many steps a search of `maze` has proven the shortest path, `None` if it never
-/// does. `poses` are those in which the mouse read the walls, one per step and the start.
+/// Returns the number of steps after which a search of `maze` has proven the shortest path, or
+/// `None` if it never does. `poses` holds the poses in which the mouse read the walls: the start
+/// pose, and one pose for each step.
 ///
-/// A search does not need to know this, so it is worked out afterwards.
+/// A search does not need this number, so it is computed after the search.
 #[must_use]
 pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
     let mut map = KnownMaze::unexplored(maze);
@@ -59,9 +60,96 @@ pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
         }
     }
     (0..).zip(poses).find_map(|(steps, &pose)| {
-        // A cell visited before shows nothing new.
+        // A cell that was visited before shows no new walls.
         let is_new = steps == 0 || !map.visited().contains(pose.cell);
         observe(&mut map, pose);
         (is_new && PathBounds::new(&map).is_proven()).then_some(steps)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, Heading};
+
+    use super::*;
+
+    const MAZE: &str = "o---o---o\n|   | G |\no   o   o\n| S     |\no---o---o\n";
+
+    fn pose(x: u8, y: u8, heading: Heading) -> Pose {
+        Pose::new(Cell::new(x, y), heading)
+    }
+
+    /// Returns the bounds after each of the poses, in which the mouse reads the walls.
+    fn bounds(maze: &str, poses: &[Pose]) -> Vec<(Option<u16>, Option<u16>)> {
+        let maze: Maze = maze.parse().unwrap();
+        let mut map = KnownMaze::unexplored(&maze);
+        let mut after = |&pose| {
+            map.observe(pose, maze.walls().around(pose)).unwrap();
+            let PathBounds { optimistic, pessimistic } = PathBounds::new(&map);
+            (optimistic, pessimistic)
+        };
+        poses.iter().map(&mut after).collect()
+    }
+
+    #[test]
+    fn bounds_follow_from_the_known_walls() {
+        let poses = [pose(0, 0, Heading::North), pose(1, 0, Heading::East)];
+        assert_eq!(bounds(MAZE, &poses), [(Some(2), None), (Some(2), Some(2))]);
+        let detour = "\
+o---o---o---o
+| S     | G |
+o   o---o   o
+|           |
+o---o---o---o
+";
+        let poses = [
+            pose(0, 1, Heading::South),
+            pose(0, 0, Heading::South),
+            pose(1, 0, Heading::East),
+            pose(2, 0, Heading::East),
+            pose(1, 1, Heading::East),
+        ];
+        let (two, four) = (Some(2), Some(4));
+        let expected = [(two, None), (two, None), (two, None), (two, four), (four, four)];
+        assert_eq!(bounds(detour, &poses), expected);
+        let closed = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";
+        let poses = [pose(0, 1, Heading::North), pose(1, 0, Heading::East)];
+        assert_eq!(bounds(closed, &poses), [(Some(2), None), (None, None)]);
+    }
+
+    #[test]
+    fn only_equal_bounds_of_a_known_path_are_a_proof() {
+        for (optimistic, pessimistic, is_proven) in [
+            (None, None, false),
+            (Some(0), None, false),
+            (Some(3), Some(4), false),
+            (Some(4), Some(4), true),
+            (Some(0), Some(0), true),
+        ] {
+            assert_eq!(PathBounds { optimistic, pessimistic }.is_proven(), is_proven);
+        }
+    }
+
+    fn until_proven(maze: &str, poses: &[Pose]) -> Option<u32> {
+        steps_until_proven(&maze.parse().unwrap(), poses)
+    }
+
+    #[test]
+    fn the_steps_of_the_proof_are_counted_from_the_start() {
+        let start = pose(0, 0, Heading::North);
+        let east = pose(1, 0, Heading::East);
+        assert_eq!(until_proven(MAZE, &[start, east]), Some(1));
+        let later = [start, pose(0, 1, Heading::North), pose(0, 0, Heading::South), east];
+        assert_eq!(until_proven(MAZE, &later), Some(3));
+        assert_eq!(until_proven(MAZE, &later[..3]), None);
+        assert_eq!(until_proven(MAZE, &[]), None);
+    }
+
+    #[test]
+    fn the_walls_behind_the_start_are_read_first() {
+        let maze = "o---o\n|   |\no   o\n| S |\no   o\n| G |\no---o\n";
+        assert_eq!(until_proven(maze, &[pose(0, 1, Heading::North)]), Some(0));
+        let beside = "o---o---o\n|   | G |\no   o   o\n| S |   |\no---o---o\n";
+        assert_eq!(until_proven(beside, &[pose(0, 0, Heading::North)]), None);
+    }
 }

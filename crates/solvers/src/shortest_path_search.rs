@@ -1,52 +1,53 @@
-//! Shortest-path search: explore until the shortest path is proven.
+//! The shortest-path search, which explores until the shortest path is proven.
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown};
 
 use crate::flood::{Distances, ExplorationTarget, UNREACHABLE};
 use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 
-/// Shortest-path search: goes to the goal, explores until no unknown wall can hide a shorter path
-/// than the known one, returns to the start, and runs to the goal.
+/// A strategy that goes to the goal, explores until no unknown wall can hide a shorter path,
+/// returns to the start, and runs to the goal.
 ///
-/// - It goes to the goal by flood fill. Of equally near neighbours it takes the one nearest to the
-///   goal as the crow flies, which keeps the most paths open.
-/// - Then it explores the optimistic shortest paths from the start to the goal. The cells on these
-///   paths at one distance from the start are a layer. Every path crosses every layer, so a few
-///   walls in an unvisited layer may close all paths. The mouse goes to the nearest cell of the
-///   narrowest unvisited layers.
-/// - It stops exploring as soon as one of these paths is known to be open: then the optimistic
-///   distance equals the pessimistic one. If it knows this one step before the goal, it still takes
-///   that step.
-/// - It returns to the start through unknown walls if that may be shorter.
+/// - The mouse goes to the goal by flood fill. If several neighbours are equally near, the mouse
+///   prefers the neighbour nearest to the goal regardless of walls, which keeps the most paths
+///   open.
+/// - From the goal, the mouse explores the optimistic shortest paths from the start to the goal. A
+///   layer consists of all cells on these paths with the same distance from the start. Every path
+///   crosses every layer, so a few walls in an unvisited layer may block all paths. The mouse goes
+///   to the nearest cell of the narrowest unvisited layers.
+/// - The exploration ends as soon as one of these paths is known to be open, because the optimistic
+///   distance then equals the pessimistic distance. The mouse always enters the goal before it
+///   returns, even if the shortest path is proven one step earlier.
+/// - On the return run, the mouse tries unknown walls if the path through them may be shorter.
 ///
-/// Its weights are the distances to its target in steps. It always proves the shortest path, or
-/// returns to the start and reports an unreachable goal.
+/// The weights of the cells are their distances to the mouse's target in steps. The strategy always
+/// proves the shortest path, or returns to the start and reports that the goal is unreachable.
 #[derive(Clone, Debug)]
 pub struct ShortestPathSearch {
     leg: Leg,
-    /// The cells in which it has made a decision. Coming back to one shows no new walls.
+    /// The cells in which the mouse has made a decision. Visiting a cell again shows no new walls.
     visited: CellSet,
-    /// Where it goes while it explores.
+    /// The target of the exploration.
     target: Option<ExplorationTarget>,
     distances: Distances,
-    /// The south-western and the north-eastern corner of the box around the goal cells, computed at
-    /// the first step.
+    /// The south-western and the north-eastern corner of the bounding box of the goal cells,
+    /// computed at the first step.
     goal_corners: Option<[Cell; 2]>,
 }
 
-/// What the mouse currently does.
+/// A part of the search.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Leg {
     ToGoal,
     Explore,
     Return,
-    /// The goal is unreachable: it returns to the start and reports that.
+    /// The goal is unreachable, so the mouse returns to the start to report this.
     GiveUp,
     FastRun,
 }
 
 impl ShortestPathSearch {
-    /// Creates a new search.
+    /// Creates the strategy for a new search.
     pub const fn new() -> Self {
         Self {
             leg: Leg::ToGoal,
@@ -57,7 +58,7 @@ impl ShortestPathSearch {
         }
     }
 
-    /// Plans the next steps, and starts the next leg if the current one is complete.
+    /// Plans the next steps, and starts the next leg if the current leg is complete.
     fn plan(&mut self, map: &KnownMaze, cell: Cell) {
         let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
         if self.leg == Leg::ToGoal {
@@ -70,8 +71,8 @@ impl ShortestPathSearch {
                 self.leg = Leg::GiveUp;
             }
         }
-        // A new plan is only needed if a wall cuts off the current one, or on a shortest path: walls
-        // seen elsewhere do not change the shortest paths.
+        // A new plan is only needed if a wall blocks the current plan, or if the mouse is on a
+        // shortest path. Walls elsewhere do not change the shortest paths.
         if self.leg == Leg::Explore {
             let is_valid = self.target.is_some() && self.distances.is_downhill_open(open, cell);
             if !is_valid || self.target.is_some_and(|target| target.paths.contains(cell)) {
@@ -97,7 +98,7 @@ impl ShortestPathSearch {
         }
     }
 
-    /// Whether this leg ends at `cell`.
+    /// Returns true if the current leg ends at `cell`.
     fn has_arrived(&self, map: &KnownMaze, cell: Cell) -> bool {
         match self.leg {
             Leg::ToGoal => map.goals().contains(cell),
@@ -153,7 +154,7 @@ impl Strategy for ShortestPathSearch {
     }
 }
 
-/// Returns the south-western and the north-eastern corner of the box around some cells.
+/// Returns the south-western and the north-eastern corner of the bounding box of `cells`.
 fn corners(cells: &CellSet) -> [Cell; 2] {
     let mut cells = cells.iter();
     let first = cells.next().unwrap_or(Cell::new(0, 0));
@@ -165,8 +166,9 @@ fn corners(cells: &CellSet) -> [Cell; 2] {
     })
 }
 
-/// Returns the distances of a cell's neighbours from a box, regardless of walls: the larger of
-/// columns and rows. They are in the order of [`Heading::ALL`](mmsim_maze::Heading::ALL).
+/// Returns the distances of a cell's neighbours from a bounding box, in the order of
+/// [`Heading::ALL`](mmsim_maze::Heading::ALL). The distance is the number of columns or of rows,
+/// whichever is larger, regardless of walls.
 fn crow_flies_around(cell: Cell, [south_west, north_east]: [Cell; 2]) -> [u8; 4] {
     let off = |from: u8, at: u8, to: u8| from.saturating_sub(at).max(at.saturating_sub(to));
     let columns = |x| off(south_west.x, x, north_east.x);
@@ -242,6 +244,31 @@ o---o---o---o---o
         }
     }
 
+    #[test]
+    fn returns_over_known_openings_if_no_unknown_path_may_be_shorter() {
+        let maze = "\
+o---o---o---o
+|         G |
+o   o---o   o
+|   |   |   |
+o   o---o   o
+| S         |
+o---o---o---o
+";
+        let maze: Maze = maze.parse().unwrap();
+        let mut mouse =
+            Mouse::new(ShortestPathSearch::new(), KnownMaze::unexplored(&maze), maze.start());
+        let mut driver = SearchDriver::new(&mut mouse, 1000);
+        let mut cells = Vec::new();
+        while driver.phase() != Phase::FastRun && driver.advance_in(&maze) == Ok(true) {
+            cells.push(driver.mouse().pose().cell);
+        }
+        let stats = driver.stats();
+        assert_eq!((stats.search_run.steps, stats.return_run.steps), (4, 4));
+        let (there, back) = cells.split_at(4);
+        assert!(there.iter().rev().eq(&back[1..]), "{cells:?}");
+    }
+
     proptest! {
         #[test]
         fn proves_the_shortest_path_or_reports_an_unreachable_goal(
@@ -262,7 +289,7 @@ o---o---o---o---o
             let maze = Maze::new(walls, inside(start), goals).unwrap();
             let mut mouse =
                 Mouse::new(ShortestPathSearch::new(), KnownMaze::unexplored(&maze), maze.start());
-            // It plans again only in unvisited cells.
+            // The strategy plans again only in unvisited cells.
             let max_states = u32::try_from((size.area() + 3) * size.area()).unwrap();
             let mut driver = SearchDriver::new(&mut mouse, max_states);
             while driver.advance_in(&maze) == Ok(true) {}

@@ -1,8 +1,9 @@
-//! The [`Strategy`] trait: what is known and a pose go in, a move comes out.
+//! The [`Strategy`] trait, which maps the known walls and a pose to the next move.
 
 use mmsim_maze::{Cell, KnownMaze, Pose, Step, Unknown};
 
-/// A search strategy. Given what the mouse knows and where it is, it decides what to do next.
+/// A search strategy, which decides on the next move from the known walls and the pose of the
+/// mouse.
 ///
 /// A strategy is pure: it uses no socket, clock or thread. The only method to implement is
 /// [`next_move`](Self::next_move).
@@ -26,23 +27,23 @@ use mmsim_maze::{Cell, KnownMaze, Pose, Step, Unknown};
 /// }
 /// ```
 pub trait Strategy {
-    /// Decides what to do in this pose. The map already holds the walls around it.
+    /// Decides on the next move in this pose. The map already contains the walls around the mouse.
     ///
-    /// It is called exactly once for each reading, in the order of the search.
+    /// This method is called exactly once for each reading, in the order of the search.
     ///
     /// # Errors
-    /// The search cannot go on.
+    /// Returns an error if the search cannot continue.
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError>;
 
-    /// Returns a number for a viewer to show in `cell`, as of the last
-    /// [`next_move`](Self::next_move): a distance in steps, a count of visits. `None` shows
-    /// nothing.
+    /// Returns the number that a viewer shows in `cell` after the last
+    /// [`next_move`](Self::next_move), for example a distance in steps or a number of visits.
+    /// Returns `None` if the viewer shows nothing.
     fn weight(&self, _cell: Cell) -> Option<u16> {
         None
     }
 
     /// Returns the phase to which the last [`next_move`](Self::next_move) belongs. A strategy that
-    /// stops in the goal stays in its search run.
+    /// stops in the goal never leaves the search run.
     fn phase(&self) -> Phase {
         Phase::SearchRun
     }
@@ -80,53 +81,53 @@ impl<S: Strategy + ?Sized> Strategy for Box<S> {
 /// A phase of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Phase {
-    /// Finding the goal, and exploring after that.
+    /// The mouse finds the goal and explores the maze.
     #[default]
     SearchRun,
-    /// Going back to the start.
+    /// The mouse returns to the start.
     ReturnRun,
-    /// Running from the start to the goal over known cells.
+    /// The mouse runs from the start to the goal through known cells.
     FastRun,
 }
 
-/// What a mouse does next.
+/// The next move of a mouse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Move {
-    /// Stop: the search is over.
+    /// Stop, because the search is over.
     Stop,
     /// Turn, then move one cell.
     Step(Step),
 }
 
-/// Why a strategy cannot go on.
+/// The reason why a strategy cannot continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SearchError {
-    /// Known walls close every path from the mouse to the goal.
+    /// Known walls block every path from the mouse to the goal.
     #[error("goal unreachable from {cell}")]
     GoalUnreachable {
-        /// Where the mouse is.
+        /// The cell of the mouse.
         cell: Cell,
     },
     /// The mouse has walls on all four sides.
     #[error("the mouse is boxed in at {cell}")]
     BoxedIn {
-        /// Where the mouse is.
+        /// The cell of the mouse.
         cell: Cell,
     },
-    /// An error of the strategy's own.
+    /// An error that is specific to the strategy.
     #[error("search failed at {cell}: {reason}")]
     Failed {
-        /// Where the mouse is.
+        /// The cell of the mouse.
         cell: Cell,
-        /// What went wrong.
+        /// The reason for the failure.
         reason: &'static str,
     },
 }
 
-/// Returns the steps that a mouse in `pose` can take through sides known to be open, each with the
-/// cell it leads to, in the order front, left, right, back.
+/// Returns the steps that a mouse in `pose` can take through sides known to be open, in the order
+/// front, left, right, back. Each step is returned with the cell to which it leads.
 pub fn open_steps(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Cell)> + '_ {
     let possible = map.walls(Unknown::Closed).sides(pose.cell);
     Step::ALL.into_iter().filter_map(move |step| {
@@ -135,8 +136,9 @@ pub fn open_steps(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Ce
     })
 }
 
-/// Returns the first open step to the neighbour with the least number, and that number; `None` if
-/// no step is open. `numbers` are in the order of [`Heading::ALL`](mmsim_maze::Heading::ALL).
+/// Returns the open step to the neighbour with the smallest number, and this number, or `None` if
+/// no step is open. `numbers` holds the numbers in the order of
+/// [`Heading::ALL`](mmsim_maze::Heading::ALL). Ties are broken in the order of [`Step::ALL`].
 // No branches on walls or numbers: they are unpredictable.
 pub(crate) fn step_to_least(map: &KnownMaze, pose: Pose, numbers: [u32; 4]) -> Option<(Step, u32)> {
     const CLOSED: u64 = 1 << 63;

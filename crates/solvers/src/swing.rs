@@ -1,4 +1,4 @@
-//! Swing: visit the centre and the corners, return, and run to the goal.
+//! The swing strategy, which visits the centre and the corners, returns, and runs to the goal.
 
 use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose, Step, Unknown, Walls};
 
@@ -7,17 +7,17 @@ use crate::flood::Distances;
 use crate::key_point_route::{KeyPointRoute, centre};
 use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 
-/// Swing: visits the key points of a [`KeyPointRoute`], then runs from the start to the goal on the
-/// shortest known path. To each key point it takes an optimistic shortest path, found with A*, and
-/// plans again when it sees a new wall.
+/// A strategy that visits the key points of a [`KeyPointRoute`], and then runs from the start to
+/// the goal on the shortest known path. The strategy finds an optimistic shortest path to each key
+/// point with A*, and plans again whenever the mouse sees a new wall.
 ///
-/// Its weights are the distances to the current key point in steps; on the fast run, to the goal. It
-/// reaches every reachable goal and reports an unreachable one.
+/// The weights of the cells are their distances in steps to the current key point, or to the goal
+/// on the fast run. The strategy reaches every reachable goal and reports unreachable goals.
 #[derive(Clone, Debug)]
 pub struct Swing {
-    /// `None` before the first decision.
+    /// The route, or `None` before the first decision.
     route: Option<KeyPointRoute>,
-    /// The path to the key point, and how many of its steps are done.
+    /// The path to the next key point, and the number of its steps that the mouse has taken.
     plan: Option<(ShortestPath, usize)>,
     /// The walls for which the path was planned.
     walls: Walls,
@@ -26,7 +26,7 @@ pub struct Swing {
 }
 
 impl Swing {
-    /// Creates a new search.
+    /// Creates the strategy for a new search.
     pub const fn new() -> Self {
         Self {
             route: None,
@@ -37,7 +37,7 @@ impl Swing {
         }
     }
 
-    /// Plans the path to the next key point. If there is none, the fast run begins.
+    /// Plans the path to the next key point. If no key point is left, the fast run begins.
     fn plan(&mut self, map: &KnownMaze, cell: Cell) -> Result<(), SearchError> {
         let walls = map.walls(Unknown::Open);
         centre(map.goals(), walls, cell).ok_or(SearchError::GoalUnreachable { cell })?;

@@ -1,4 +1,4 @@
-//! A search in memory, for the tests of the strategies.
+//! Searches in memory for tests of strategies.
 
 use mmsim_maze::{KnownMaze, Maze};
 
@@ -6,17 +6,17 @@ use crate::driver::SearchDriver;
 use crate::mouse::Mouse;
 use crate::strategy::{Move, SearchError, Strategy};
 
-/// How a search ended.
+/// The outcome of a search.
 pub(crate) struct Outcome {
     /// The last decision.
     pub(crate) result: Result<Move, SearchError>,
-    /// Steps taken.
+    /// The number of steps.
     pub(crate) steps: u32,
-    /// The map with weights and mouse.
+    /// A picture of the map with the weights and the mouse.
     pub(crate) drawing: String,
 }
 
-/// Searches the maze drawn in `text` until the strategy stops, in at most `max_steps` steps.
+/// Searches the maze drawn in `text` until the strategy stops, for at most `max_steps` steps.
 pub(crate) fn search(strategy: impl Strategy, text: &str, max_steps: u32) -> Outcome {
     let maze: Maze = text.parse().unwrap();
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(&maze), maze.start());

@@ -1,4 +1,4 @@
-//! Weight increment: go to the neighbour visited least.
+//! The weight-increment strategy, which goes to the least visited neighbour.
 
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
 
@@ -6,10 +6,11 @@ use crate::strategy::{Move, SearchError, Strategy, step_to_least};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// Weight increment: counts its visits to each cell and goes to the neighbour visited least.
+/// A strategy that counts its visits to each cell and goes to the least visited neighbour.
 ///
-/// Its weights are these counts. The start counts one extra visit, as in the reference simulator's
-/// example client. It reaches every reachable goal, with detours.
+/// The weights of the cells are their numbers of visits. The start counts one extra visit, as in
+/// the reference simulator's example client. The strategy reaches every reachable goal, but takes
+/// detours.
 #[derive(Clone, Debug)]
 pub struct WeightIncrement {
     /// `visits[x][y]`
@@ -18,7 +19,7 @@ pub struct WeightIncrement {
 }
 
 impl WeightIncrement {
-    /// Creates a new search.
+    /// Creates the strategy for a new search.
     pub const fn new() -> Self {
         Self { visits: [[0; SIDE]; SIDE], has_begun: false }
     }

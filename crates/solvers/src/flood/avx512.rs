@@ -1,4 +1,4 @@
-//! Floods with AVX-512, with the rules for `unsafe` of `x86.rs`.
+//! Floods with AVX-512. The rules for `unsafe` in `x86.rs` apply here, too.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
@@ -8,17 +8,16 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
-use super::plane::{BitOps, ParityPlane};
-use super::processor::Task;
-use super::transpose::{Line, to_words};
+use super::plane::{BitOps, Line, ParityPlane, to_words};
+use super::task::Task;
 use super::x86::{Sse2, simd};
 
-/// 128 bits with three-operand logic. Needs the features F and VL.
+/// A vector of 128 bits with three-operand logic, which needs the AVX-512 features F and VL.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 struct Avx512Small(Sse2);
 
-/// 512 bits. Needs the features F and BW.
+/// A vector of 512 bits, which needs the AVX-512 features F and BW.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 struct Avx512Large(__m512i);
@@ -115,7 +114,8 @@ impl BitOps for Avx512Small {
     }
 }
 
-/// Does the same as [`super::transpose::spread`], with the word of a plane as a mask of 64 bytes.
+/// Does the same as [`ParityPlane::spread`], but uses each word of a plane as a mask for 64
+/// bytes.
 #[inline(always)]
 fn spread_by_masks<const N: usize>(
     even: &[[u64; N]; 8],
@@ -137,7 +137,7 @@ fn spread_by_masks<const N: usize>(
     }
 }
 
-/// Returns 64 bytes with the bits of this word of each plane.
+/// Returns 64 bytes. Bit i of byte j is bit j of `planes[i][word]`.
 #[inline(always)]
 fn bytes_of<const N: usize>(planes: &[[u64; N]; 8], word: usize) -> __m512i {
     let mut bytes = simd!(_mm512_setzero_si512());
@@ -148,12 +148,12 @@ fn bytes_of<const N: usize>(planes: &[[u64; N]; 8], word: usize) -> __m512i {
     bytes
 }
 
-/// Truth tables: bit 4a + 2b + c is the result for the bits a, b and c.
+/// Truth tables of three-operand logic: bit 4a + 2b + c is the result for the bits a, b and c.
 const AND_OR: i32 = 0b1110_1010;
 const OR_AND: i32 = 0b1010_1000;
 const OR_WITHOUT: i32 = 0b0101_0100;
 
-/// Returns, for each of 32 rows, the row `further` rows to the north, modulo 32.
+/// Returns 32 consecutive row numbers, starting at `further`, modulo 32.
 const fn neighbour_rows(further: u16) -> [u16; 32] {
     let mut rows = [further; 32];
     let mut row = 1;

@@ -1,28 +1,29 @@
-//! A maze as a bitboard: where steps lead from the cells of one colour to those of the other.
+//! A maze as a bitboard, which holds the openings between cells of the two colours.
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
 use super::plane::{BitOps, ParityPlane, SIDE, row_bits};
 
-/// A set of cells, as one plane for each colour. (0, 0) is dark, like a1 on a chessboard.
+/// A set of cells, stored as one plane for each colour. (0, 0) is dark, like a1 on a chessboard.
 #[derive(Clone, Copy)]
 pub(super) struct CellPlanes<B> {
     pub(super) dark: B,
     pub(super) light: B,
 }
 
-/// The openings through which cells of one colour can be entered, always from the other colour.
+/// The openings through which cells of one colour can be entered from cells of the other colour.
 #[derive(Clone, Copy)]
 pub(super) struct Openings<B> {
-    /// Entered from the cell with the same bit: the other one of each two columns.
+    /// The cells that can be entered from the cell with the same bit, which is the neighbour in the
+    /// same pair of columns.
     same: B,
-    /// Entered by a step east from a cell with another bit.
+    /// The cells that can be entered by a step east from a cell with another bit.
     east: B,
-    /// Entered by a step west from a cell with another bit.
+    /// The cells that can be entered by a step west from a cell with another bit.
     west: B,
-    /// Entered by a step north.
+    /// The cells that can be entered by a step north.
     north: B,
-    /// Entered by a step south.
+    /// The cells that can be entered by a step south.
     south: B,
 }
 
@@ -41,15 +42,16 @@ impl<B: BitOps> Openings<B> {
         along.or_and(across, wanted)
     }
 
-    /// Returns the wave after `wave`: its neighbours that are not in the wave `before` it. For waves
-    /// of one colour this suffices, since each neighbour is one step nearer or one step farther.
+    /// Returns the wave that follows `wave`: the neighbours of `wave` that are not in the preceding
+    /// wave `before`. For waves of one colour, no other cells need to be excluded, since each
+    /// neighbour is either one step nearer or one step farther.
     #[inline(always)]
     pub(super) fn onward(&self, wave: B, before: B) -> B {
         let [along, across] = self.along_and_across(wave);
         along.or_without(across, before)
     }
 
-    /// Returns the neighbours of `cells` in two parts, whose union is all of them.
+    /// Returns two sets whose union is the set of all neighbours of `cells`.
     #[inline(always)]
     fn along_and_across(&self, cells: B) -> [B; 2] {
         // With three-operand logic this takes three dependent operations after the shifts, including
@@ -107,7 +109,7 @@ impl<H> Bitboard<H> {
 }
 
 impl<B> Bitboard<B> {
-    /// Returns the openings into cells of the near colour and into those of the far colour.
+    /// Returns the openings into cells of the near colour and into cells of the far colour.
     #[inline(always)]
     pub(super) fn near_and_far(self, near_is_dark: bool) -> [Openings<B>; 2] {
         let (dark, light) = (self.into_dark, self.into_light);
@@ -116,14 +118,14 @@ impl<B> Bitboard<B> {
 }
 
 impl<B> CellPlanes<B> {
-    /// Returns the plane of the near colour and that of the far colour.
+    /// Returns the plane of the near colour and the plane of the far colour.
     #[inline(always)]
     pub(super) fn near_and_far(self, near_is_dark: bool) -> [B; 2] {
         let Self { dark, light } = self;
         if near_is_dark { [dark, light] } else { [light, dark] }
     }
 
-    /// Returns the inverse of [`near_and_far`](Self::near_and_far).
+    /// Combines a near and a far plane, the inverse of [`near_and_far`](Self::near_and_far).
     #[inline(always)]
     pub(super) fn from_near_and_far([near, far]: [B; 2], near_is_dark: bool) -> Self {
         let (dark, light) = if near_is_dark { (near, far) } else { (far, near) };
@@ -140,7 +142,7 @@ impl<H> CellPlanes<H> {
         by_colour(split(cells.rows()))
     }
 
-    /// Creates the set of one cell. The plane of the other colour is empty.
+    /// Creates a set of one cell. The plane of the opposite colour is empty.
     #[inline(always)]
     pub(super) fn from_cell<const N: usize>(cell: Cell) -> Self
     where
@@ -162,12 +164,13 @@ impl<H> CellPlanes<H> {
     }
 }
 
-/// Whether a cell has the colour of (0, 0).
+/// Returns true if a cell is dark, like (0, 0).
 pub(super) const fn is_dark(cell: Cell) -> bool {
     (cell.x ^ cell.y) & 1 == 0
 }
 
-/// Returns the word and the bit of a cell in its plane; `None` if the plane is too small for it.
+/// Returns the indices of the word and the bit that hold a cell in a plane, or `None` if the plane
+/// is too small for the cell.
 #[inline(always)]
 pub(super) fn place<const N: usize>(cell: Cell) -> Option<(usize, usize)> {
     let bit = usize::from(cell.y) * row_bits(N) as usize + usize::from(cell.x / 2);
@@ -176,7 +179,7 @@ pub(super) fn place<const N: usize>(cell: Cell) -> Option<(usize, usize)> {
 }
 
 impl<H> CellPlanes<H> {
-    /// Returns the cells inside a maze of this size.
+    /// Removes the cells outside a maze of the given size.
     #[inline(always)]
     pub(super) fn inside<const N: usize>(self, size: MazeSize) -> Self
     where
@@ -188,8 +191,9 @@ impl<H> CellPlanes<H> {
         Self { dark: self.dark.and(dark), light: self.light.and(light) }
     }
 
-    /// Returns the southernmost cell, and of several the westernmost. A dark cell comes before all
-    /// light ones. `None` if the set is empty.
+    /// Returns the first cell of the set, or `None` if the set is empty. Dark cells come before
+    /// light cells. Cells of one colour are ordered from south to north, and in each row from west
+    /// to east.
     #[inline(always)]
     pub(super) fn first_cell<const N: usize>(self) -> Option<Cell>
     where
@@ -211,7 +215,7 @@ impl<H> CellPlanes<H> {
         Some(Cell::new((2 * half_x + ((y + light) & 1)) as u8, y as u8))
     }
 
-    /// Returns the cells in even columns and those in odd columns.
+    /// Returns the cells in even columns and the cells in odd columns.
     #[inline(always)]
     pub(super) fn columns<const N: usize>(self) -> [H; 2]
     where
@@ -223,7 +227,7 @@ impl<H> CellPlanes<H> {
     }
 }
 
-/// Returns the words of a plane with all bits of even rows set.
+/// Returns the words of a plane in which all bits of even rows are set.
 #[inline(always)]
 pub(super) fn even_rows<const N: usize>() -> [u64; N] {
     [if N == 2 { 0x00ff_00ff_00ff_00ff } else { 0x0000_ffff_0000_ffff }; N]
@@ -236,10 +240,10 @@ fn by_colour<const N: usize, H: ParityPlane<N>>([even, odd]: [H; 2]) -> CellPlan
     CellPlanes { dark: even.xor(swapped), light: odd.xor(swapped) }
 }
 
-/// Returns the sides without a wall in these columns of the first `height` rows.
+/// Returns the sides without a wall in the first `height` rows, masked by `columns`.
 #[inline(always)]
 fn open<const N: usize>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u32; SIDE] {
-    // Full rows, then empty ones. The offset selects how many are full.
+    // Full rows, followed by empty rows. The offset selects the number of full rows.
     static ROWS: [u32; 2 * SIDE] = {
         let mut rows = [0; 2 * SIDE];
         let mut y = 0;
@@ -257,12 +261,12 @@ fn open<const N: usize>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u3
     open
 }
 
-/// Returns the number of rows in a plane of this many words.
+/// Returns the number of rows in a plane of `words` words.
 const fn row_count(words: usize) -> usize {
     if words == 2 { 16 } else { SIDE }
 }
 
-/// Splits rows of bits, bit x of row y, into even and odd columns.
+/// Splits rows of bits into even and odd columns. Bit x of row y is the cell (x, y).
 #[inline(always)]
 fn split<const N: usize, H: ParityPlane<N>>(rows: &[u32; SIDE]) -> [H; 2] {
     let mut planes = [[0; N]; 2];
@@ -301,7 +305,7 @@ fn split<const N: usize, H: ParityPlane<N>>(rows: &[u32; SIDE]) -> [H; 2] {
     [H::from_words(even), H::from_words(odd)]
 }
 
-/// Inverse of [`split`].
+/// Merges even and odd columns into rows of bits, the inverse of [`split`].
 #[inline(always)]
 pub(super) fn rows<const N: usize, H: ParityPlane<N>>([even, odd]: [H; 2]) -> [u32; SIDE] {
     let (even, odd) = (even.to_words(), odd.to_words());
@@ -334,9 +338,9 @@ pub(super) fn rows<const N: usize, H: ParityPlane<N>>([even, odd]: [H; 2]) -> [u
     rows
 }
 
-/// Moves even bits to the lower half, odd ones to the upper half.
+/// Moves even bits to the lower half and odd bits to the upper half.
 ///
-/// After Warren, Hacker's Delight, 2nd edition, 7-2.
+/// The algorithm is from section 7-2 of Warren, Hacker's Delight, 2nd edition.
 #[inline(always)]
 const fn unshuffle(bits: u32) -> u32 {
     let bits = swap(bits, 0x2222_2222, 1);
@@ -354,7 +358,7 @@ const fn shuffle(bits: u32) -> u32 {
     swap(bits, 0x2222_2222, 1)
 }
 
-/// Swaps the bits of `mask` with those `distance` bits above them.
+/// Swaps the bits of `mask` with the bits `distance` positions above them.
 #[inline(always)]
 const fn swap(bits: u32, mask: u32, distance: u32) -> u32 {
     let differing = (bits ^ bits >> distance) & mask;

@@ -1,11 +1,11 @@
-//! The distances of a flood, one byte per cell.
+//! Conversion of the distances of a flood to one byte per cell.
 
-use super::plane::ParityPlane;
-use super::transpose::Line;
+use super::plane::{Line, ParityPlane};
 use super::waves::{Flooded, Marks};
 
-/// Writes 8 bits of each distance, from bit `first` on, as one byte per cell, row by row from the
-/// south-west. In unvisited cells all bits are set.
+/// Writes 8 bits of each distance, starting at bit `first`, as one byte per cell. The rows are
+/// ordered from south to north, and the cells of each row from west to east. The bytes of unvisited
+/// cells have all bits set.
 #[inline(always)]
 pub(super) fn write<const N: usize, H: ParityPlane<N>>(
     flooded: &Flooded<H>,

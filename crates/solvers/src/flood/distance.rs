@@ -3,12 +3,14 @@
 use mmsim_maze::{Cell, CellSet, Walls};
 
 use super::bitboard::{Bitboard, CellPlanes};
+use super::dispatch::run;
 use super::plane::ParityPlane;
-use super::processor::{Task, run};
+use super::task::Task;
 use super::waves;
 
-/// Returns the steps from a cell to the nearest target, `None` if none is reachable or the cell is
-/// outside the maze. It is faster than a flood: it stops at the first target and stores no distances.
+/// Returns the number of steps from a cell to the nearest target, or `None` if no target is
+/// reachable or the cell is outside the maze. This is faster than a flood, because it stops at the
+/// first target and stores no distances.
 ///
 /// ```
 /// use mmsim_maze::{Cell, MazeSize, Walls};
@@ -54,7 +56,7 @@ mod tests {
 
     use super::*;
     use crate::flood::Distances;
-    use crate::flood::processor::with_each;
+    use crate::flood::dispatch::with_each;
     use crate::flood::tests::{any_targets, any_walls};
 
     proptest! {

@@ -1,17 +1,18 @@
-//! The downhill headings of all cells.
+//! Downhill headings, in which a step leads nearer to a target.
 
 use mmsim_maze::{Cell, CellSet, Heading, Walls};
 
 use super::bitboard::{Bitboard, CellPlanes, rows};
+use super::dispatch::run;
 use super::plane::{ParityPlane, SIDE};
-use super::processor::{Task, run};
+use super::task::Task;
 use super::waves::{self, Marks};
 
-/// For each heading, the cells from which a step in that direction leads nearer to the targets.
+/// The downhill headings of all cells: the headings in which a step leads nearer to a target.
 ///
-/// This is all that a mouse needs to reach its target. It is faster than
-/// [`Distances`](crate::Distances) because it needs only the last two bits of each distance:
-/// neighbours differ by at most 1.
+/// A mouse needs only downhill headings to reach a target. Downhill headings are computed faster
+/// than [`Distances`](crate::Distances), because the two lowest bits of each distance suffice: the
+/// distances of connected neighbours differ by at most 1.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -23,7 +24,7 @@ use super::waves::{self, Marks};
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Downhill {
-    /// In the order of [`Heading::ALL`].
+    /// One set of cells for each heading, in the order of [`Heading::ALL`].
     cells: [CellSet; 4],
 }
 
@@ -39,8 +40,8 @@ impl Downhill {
         &self.cells[heading as usize]
     }
 
-    /// Returns the downhill headings of `cell`, in the order north, east, south, west. There are none
-    /// in a target, in a cell that cannot reach one, and outside the maze.
+    /// Returns the downhill headings of `cell`, in the order north, east, south, west. Targets,
+    /// cells that cannot reach a target, and cells outside the maze have no downhill headings.
     pub fn headings(&self, cell: Cell) -> impl Iterator<Item = Heading> + '_ {
         Heading::ALL.into_iter().filter(move |&heading| self.towards(heading).contains(cell))
     }
@@ -93,7 +94,7 @@ mod tests {
 
     use super::*;
     use crate::flood::Distances;
-    use crate::flood::processor::with_each;
+    use crate::flood::dispatch::with_each;
     use crate::flood::tests::{any_targets, any_walls};
 
     proptest! {

@@ -1,29 +1,32 @@
-//! The next cell to explore so that the shortest path can be proven.
+//! Selection of the next cell to explore in order to prove the shortest path.
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown};
 
 use super::bitboard::{Bitboard, CellPlanes, Openings, is_dark, rows};
+use super::dispatch::run;
 use super::plane::{BitOps, ParityPlane};
-use super::processor::{Task, run};
+use super::task::Task;
 use super::waves::first_targets;
 
-/// Where to explore next.
+/// The result of the selection of the next cell to explore.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct ExplorationTarget {
-    /// The cell to go to.
+    /// The cell to explore next.
     pub(crate) cell: Cell,
     /// All cells on the optimistic shortest paths from the start to the goal.
     pub(crate) paths: CellSet,
 }
 
 impl ExplorationTarget {
-    /// Returns where a mouse in `mouse` explores next, `None` once one of the optimistic shortest
-    /// paths is known to be open, and if there is no path.
+    /// Returns the cell that a mouse in the cell `mouse` explores next. Returns `None` if one of
+    /// the optimistic shortest paths is known to be open, or if there is no path.
     ///
-    /// The cells on these paths at one distance from the start are a layer. Candidates are the
-    /// unvisited cells beside unknown walls on the paths, in the narrowest layers without a visited
-    /// cell; if there is no such layer, in all layers. The target is the candidate nearest to the
-    /// mouse; of several, the one farthest from the start, because the mouse returns that way.
+    /// A layer consists of all cells on these paths with the same distance from the start.
+    /// Candidates are unvisited cells beside unknown walls on the paths. If some layers contain
+    /// candidates but no visited cell, only the candidates in the narrowest of these layers are
+    /// considered. The target is the candidate nearest to the mouse. If several candidates are
+    /// equally near, the target is the candidate farthest from the start, because the mouse can
+    /// visit the other candidates on its way back.
     pub(crate) fn find(map: &KnownMaze, mouse: Cell) -> Option<Self> {
         run(FindTarget { map, mouse }, map.size())
     }
@@ -57,12 +60,12 @@ impl Task for FindTarget<'_> {
     }
 }
 
-/// One colour of the board: how its cells can be entered, and which were visited.
+/// The openings and the visited cells of one colour.
 #[derive(Clone, Copy)]
 struct Colour<B> {
-    /// The openings into its cells with unknown walls open.
+    /// The openings into cells of this colour, with unknown walls open.
     optimistic: Openings<B>,
-    /// The same with unknown walls closed.
+    /// The openings into cells of this colour, with unknown walls closed.
     known: Openings<B>,
     visited: B,
 }
@@ -71,22 +74,23 @@ struct Colour<B> {
 #[derive(Clone, Copy)]
 struct PathCells<B> {
     all: B,
-    /// Those in the narrowest layers without a visited cell.
+    /// The cells in the narrowest layers without a visited cell.
     narrowest: B,
 }
 
 /// The optimistic shortest paths from the start to the goal.
 ///
-/// A layer has one colour, and the next layer the other one. In pairs, the colour of the goal cells
-/// at the ends of the paths comes first.
+/// The colours of successive layers alternate. In arrays of two, the first element belongs to the
+/// colour of the goal cells at the ends of the paths.
 struct ShortestPaths<B> {
     colours: [Colour<B>; 2],
     ends_are_dark: bool,
     /// The goal cells at the ends of the paths.
     ends: B,
     start: B,
-    /// Supersets of the layers, from the one before the ends on: the cells at that distance from
-    /// the start modulo 4. Neighbours are one step apart, so this separates the layers.
+    /// Four sets of cells, one for each distance from the start modulo 4, beginning with the layer
+    /// before the ends of the paths. Neighbouring cells are one step apart, so four sets suffice to
+    /// separate the layers.
     layers: [B; 4],
     /// The length of the paths in steps.
     length: usize,
@@ -146,9 +150,10 @@ impl<B: BitOps> ShortestPaths<B> {
         Some(Self { colours, ends_are_dark, ends, start, layers: before, length })
     }
 
-    /// Calls `visit` with each layer and the index of its colour, from the ends back to the start,
-    /// and possibly with a few empty layers after it. Once `visit` returns `false` the loop ends,
-    /// up to four layers later.
+    /// Calls `visit` with each layer and the index of its colour, from the ends of the paths back
+    /// to the start, and possibly with a few empty layers after the start. After `visit` has
+    /// returned `false`, it is called for at most four more layers, for which it must also return
+    /// `false`.
     #[inline(always)]
     fn for_each_layer(&self, mut visit: impl FnMut(usize, B) -> bool) {
         let mut layer = self.ends;
@@ -177,8 +182,8 @@ impl<B: BitOps> ShortestPaths<B> {
         }
         let (mut all, mut all_open) = ([B::NONE; 2], [B::NONE; 2]);
         let mut narrowest = Narrowest::NONE;
-        // The cells of a layer from which a path to the goal is known to be open. Soon there are
-        // none.
+        // The cells of a layer from which a path to the goal is known to be open. This set is soon
+        // empty.
         let (mut open, mut is_over) = (B::ALL, false);
         self.for_each_layer(|colour, layer| {
             let Colour { known, visited, .. } = &self.colours[colour];
@@ -198,7 +203,7 @@ impl<B: BitOps> ShortestPaths<B> {
         (!is_open).then(|| [cells(0), cells(1)])
     }
 
-    /// Returns the cells that are worth a visit, see [`ExplorationTarget::find`].
+    /// Returns the candidates for exploration, see [`ExplorationTarget::find`].
     #[inline(always)]
     fn candidates<const N: usize>(&self, found: &[PathCells<B>; 2]) -> [B; 2]
     where
@@ -210,15 +215,15 @@ impl<B: BitOps> ShortestPaths<B> {
             let beside_unknown = optimistic.without(*known).from(found[1 - i].all, found[i].all);
             unexplored[i] = beside_unknown.without(*visited);
         }
-        // The narrowest layers usually contain some.
+        // The narrowest layers usually contain unexplored cells.
         let candidates =
             [found[0].narrowest.and(unexplored[0]), found[1].narrowest.and(unexplored[1])];
         let is_any = !candidates[0].or(candidates[1]).is_empty();
         if is_any { candidates } else { self.narrowest(unexplored) }
     }
 
-    /// Returns those of the `unexplored` cells that are in the narrowest layers which contain such
-    /// cells but no visited one; all of them if there is no such layer.
+    /// Returns the cells of `unexplored` in the narrowest layers that contain unexplored cells but
+    /// no visited cell. If there is no such layer, returns all unexplored cells.
     #[inline(always)]
     fn narrowest<const N: usize>(&self, unexplored: [B; 2]) -> [B; 2]
     where
@@ -235,7 +240,8 @@ impl<B: BitOps> ShortestPaths<B> {
         if narrowest.width == Narrowest::<B>::NONE.width { unexplored } else { narrowest.cells }
     }
 
-    /// Returns the candidates nearest to the mouse, all of one colour, and the index of that.
+    /// Returns the candidates nearest to the mouse, which all have the same colour, and the index
+    /// of this colour.
     #[inline(always)]
     fn nearest<const N: usize>(&self, mouse: Cell, candidates: [B; 2]) -> Option<(usize, B)>
     where
@@ -250,7 +256,8 @@ impl<B: BitOps> ShortestPaths<B> {
         Some(((near + usize::from(steps)) % 2, nearest))
     }
 
-    /// Returns those of some cells of one colour that are farthest from the start.
+    /// Returns the members of `cells` that are farthest from the start. `cells_colour` is the index
+    /// of the colour of `cells`.
     #[inline(always)]
     fn first_layer_with(&self, cells_colour: usize, cells: B) -> B {
         let mut first = B::NONE;
@@ -264,7 +271,7 @@ impl<B: BitOps> ShortestPaths<B> {
     }
 }
 
-/// Cells of the narrowest of some layers.
+/// Cells of the narrowest layers, collected layer by layer.
 struct Narrowest<B> {
     width: u32,
     cells: [B; 2],
@@ -273,7 +280,7 @@ struct Narrowest<B> {
 impl<B: BitOps> Narrowest<B> {
     const NONE: Self = Self { width: u32::MAX, cells: [B::NONE; 2] };
 
-    /// Adds `cells` of a layer, unless it is empty or wider than another one.
+    /// Adds `cells` of a layer, unless the layer is empty or wider than an earlier layer.
     #[inline(always)]
     fn add<const N: usize>(&mut self, colour: usize, layer: B, cells: B)
     where
@@ -304,7 +311,7 @@ mod tests {
 
     use super::*;
     use crate::flood::Distances;
-    use crate::flood::processor::with_each;
+    use crate::flood::dispatch::with_each;
     use crate::flood::tests::{any_targets, any_walls};
 
     #[test]
@@ -379,8 +386,8 @@ o---o---o---o---o---o
     }
 
     /// Follows the optimistic shortest paths from goal to start. Returns the candidates, see
-    /// [`ExplorationTarget::find`], and all cells on the paths; `None` if one of the paths is known
-    /// to be open.
+    /// [`ExplorationTarget::find`], and all cells on the paths. Returns `None` if one of the paths
+    /// is known to be open.
     fn candidates(map: &KnownMaze, from_start: &Distances) -> Option<(CellSet, CellSet)> {
         let mut paths = Paths::to_goals(map, from_start);
         let (mut width, mut narrowest, mut others) = (usize::MAX, CellSet::EMPTY, CellSet::EMPTY);
@@ -409,14 +416,14 @@ o---o---o---o---o---o
         cells: [Cell; MazeSize::MAX_AREA],
         count: usize,
         found: CellSet,
-        /// Those from which a path to the goal is known to be open.
+        /// The cells from which a path to the goal is known to be open.
         sure: CellSet,
-        /// Those beside an unknown wall on a path.
+        /// The cells beside an unknown wall on a path.
         doubtful: CellSet,
     }
 
     impl Paths {
-        /// Begins with their ends: the goal cells nearest to the start, if any is reachable.
+        /// Begins with the ends of the paths, which are the goal cells nearest to the start.
         fn to_goals(map: &KnownMaze, from_start: &Distances) -> Self {
             let nearest = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
             let is_end = |&goal: &Cell| nearest.is_some() && from_start.at(goal) == nearest;

@@ -1,21 +1,23 @@
-//! Parity planes: the cells of one colour of the chessboard, one bit each.
+//! Parity planes, which store the cells of one chessboard colour with one bit per cell, and their
+//! conversion to one byte per cell.
 
 use mmsim_maze::MazeSize;
 
-use super::transpose::{Line, interleave, spread};
+/// The bytes of 16 adjacent cells of a row, from the west.
+pub(super) type Line = [u8; 16];
 
 /// The longest side of a maze in cells.
 pub(super) const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// The longest side of a maze whose planes take two words.
+/// The longest side of a small maze, whose planes take two words each.
 pub(super) const SMALL_SIDE: usize = 16;
 
-/// Whether the planes of a maze of this size take two words, not eight.
+/// Returns true if the planes of a maze of this size take two words instead of eight.
 pub(super) const fn is_small(size: MazeSize) -> bool {
     size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
 }
 
-/// The cells of one colour of the chessboard, one bit each.
+/// A set of cells of one chessboard colour, with one bit per cell.
 ///
 /// ```text
 ///   y = 1 | light dark  light dark        A step always leads to the other colour, so a wave
@@ -24,28 +26,40 @@ pub(super) const fn is_small(size: MazeSize) -> bool {
 ///            x = 0   1     2     3
 /// ```
 ///
-/// Rows are stored from the south, the cells of a row from the west: bit x / 2 of a row is the cell in
-/// column x. In mazes of up to 16×16 cells a row takes 8 bits and a plane `N` = 2 words; in mazes of
-/// up to 32×32 cells a row takes 16 bits and a plane 8 words.
+/// Rows are stored from south to north. Bit x / 2 of a row is the cell in column x. In mazes of up
+/// to 16×16 cells, a row takes 8 bits and a plane takes `N` = 2 words. In larger mazes, a row takes
+/// 16 bits and a plane takes 8 words.
 ///
-/// Shifts may carry a bit into another row. The masks of [`Bitboard`](super::bitboard::Bitboard)
-/// remove such bits.
+/// Shifts may carry bits into another row, but the masks of a bitboard remove such bits.
 pub(super) trait ParityPlane<const N: usize>: BitOps {
-    /// Creates a plane from its words, the southernmost first.
+    /// Creates a plane from words in the order from south to north.
     fn from_words(words: [u64; N]) -> Self;
 
     fn to_words(self) -> [u64; N];
 
-    /// Does the same as [`spread`], with special instructions where the processor has some.
+    /// Writes one byte per cell. Bit i of a byte comes from plane i of the even or odd columns.
     #[inline(always)]
-    fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
-        spread(even, odd, lines);
+    fn spread(mut even: [Self; 8], mut odd: [Self; 8], lines: &mut [[Line; 8]]) {
+        transpose_bits(&mut even);
+        transpose_bits(&mut odd);
+        Self::interleave(&even, &odd, lines);
     }
 
-    /// Does the same as [`interleave`], with special instructions where the processor has some.
+    /// Merges the bytes of even and odd columns into lines. Byte j of element i belongs to line j
+    /// and to the i-th even or odd column.
     #[inline(always)]
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
-        interleave(even, odd, lines);
+        let (even, odd) = (to_words(even), to_words(odd));
+        for (word, lines) in lines.iter_mut().enumerate() {
+            let pair = |i: usize| [even[i][word], odd[i][word]];
+            let ([a, b], [c, d], [e, f], [g, h]) = (pair(0), pair(1), pair(2), pair(3));
+            let west = transposed_bytes([a, b, c, d, e, f, g, h]);
+            let ([a, b], [c, d], [e, f], [g, h]) = (pair(4), pair(5), pair(6), pair(7));
+            let east = transposed_bytes([a, b, c, d, e, f, g, h]);
+            for (line, (west, east)) in lines.iter_mut().zip(west.into_iter().zip(east)) {
+                *line = (u128::from(west) | u128::from(east) << 64).to_le_bytes();
+            }
+        }
     }
 }
 
@@ -62,13 +76,13 @@ pub(super) trait BitOps: Copy {
 
     fn xor(self, other: Self) -> Self;
 
-    /// self & !other
+    /// Computes `self & !other`.
     fn without(self, other: Self) -> Self;
 
-    /// Shifts each word to higher bits.
+    /// Shifts each word towards higher bits.
     fn up<const BITS: i32>(self) -> Self;
 
-    /// Shifts each word to lower bits.
+    /// Shifts each word towards lower bits.
     fn down<const BITS: i32>(self) -> Self;
 
     /// Moves all bits one row to the north.
@@ -79,107 +93,69 @@ pub(super) trait BitOps: Copy {
 
     fn is_empty(self) -> bool;
 
-    /// (self & mask) | others
+    /// Computes `(self & mask) | others`.
     #[inline(always)]
     fn and_or(self, mask: Self, others: Self) -> Self {
         self.and(mask).or(others)
     }
 
-    /// (self | others) & mask
+    /// Computes `(self | others) & mask`.
     #[inline(always)]
     fn or_and(self, others: Self, mask: Self) -> Self {
         self.or(others).and(mask)
     }
 
-    /// (self | others) & !mask
+    /// Computes `(self | others) & !mask`.
     #[inline(always)]
     fn or_without(self, others: Self, mask: Self) -> Self {
         self.or(others).without(mask)
     }
 }
 
-/// Returns the number of bits in a row of a plane of this many words.
+/// Returns the number of bits per row in a plane of `words` words.
 pub(super) const fn row_bits(words: usize) -> u32 {
     if words == 2 { 8 } else { 16 }
 }
 
-/// The portable implementation.
-impl<const N: usize> ParityPlane<N> for [u64; N] {
-    #[inline(always)]
-    fn from_words(words: [u64; N]) -> Self {
-        words
-    }
-
-    #[inline(always)]
-    fn to_words(self) -> [u64; N] {
-        self
-    }
-}
-
-impl<const N: usize> BitOps for [u64; N] {
-    const NONE: Self = [0; N];
-    const ALL: Self = [u64::MAX; N];
-
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        zip(self, other, |a, b| a & b)
-    }
-
-    #[inline(always)]
-    fn or(self, other: Self) -> Self {
-        zip(self, other, |a, b| a | b)
-    }
-
-    #[inline(always)]
-    fn xor(self, other: Self) -> Self {
-        zip(self, other, |a, b| a ^ b)
-    }
-
-    #[inline(always)]
-    fn without(self, other: Self) -> Self {
-        zip(self, other, |a, b| a & !b)
-    }
-
-    #[inline(always)]
-    fn up<const BITS: i32>(self) -> Self {
-        zip(self, self, |word, _| word << BITS)
-    }
-
-    #[inline(always)]
-    fn down<const BITS: i32>(self) -> Self {
-        zip(self, self, |word, _| word >> BITS)
-    }
-
-    #[inline(always)]
-    fn north(self) -> Self {
-        let row = row_bits(N);
-        let mut moved = [0; N];
-        for (i, moved) in moved.iter_mut().enumerate() {
-            *moved = self[i] << row | if i > 0 { self[i - 1] >> (64 - row) } else { 0 };
-        }
-        moved
-    }
-
-    #[inline(always)]
-    fn south(self) -> Self {
-        let row = row_bits(N);
-        let mut moved = [0; N];
-        for (i, moved) in moved.iter_mut().enumerate() {
-            *moved = self[i] >> row | if i + 1 < N { self[i + 1] << (64 - row) } else { 0 };
-        }
-        moved
-    }
-
-    #[inline(always)]
-    fn is_empty(self) -> bool {
-        self.iter().fold(0, |all, word| all | word) == 0
-    }
-}
-
+/// Returns the words of each plane.
 #[inline(always)]
-fn zip<const N: usize>(mut a: [u64; N], b: [u64; N], both: impl Fn(u64, u64) -> u64) -> [u64; N] {
-    for (a, b) in a.iter_mut().zip(b) {
-        *a = both(*a, b);
+pub(super) fn to_words<const N: usize, H: ParityPlane<N>>(planes: &[H; 8]) -> [[u64; N]; 8] {
+    // `map` of arrays and `zip` are not always inlined.
+    let mut words = [[0; N]; 8];
+    for (i, plane) in planes.iter().enumerate() {
+        words[i] = plane.to_words();
     }
-    a
+    words
+}
+
+/// Moves bit i of byte j of plane k to bit k of byte j of plane i.
+#[inline(always)]
+fn transpose_bits<const N: usize, H: ParityPlane<N>>(planes: &mut [H; 8]) {
+    macro_rules! swap {
+        ($bits:literal, $mask:literal, $($low:literal $high:literal),*) => { $(
+            let differing =
+                planes[$low].down::<$bits>().xor(planes[$high]).and(H::from_words([$mask; N]));
+            planes[$high] = planes[$high].xor(differing);
+            planes[$low] = planes[$low].xor(differing.up::<$bits>());
+        )* };
+    }
+    swap!(1, 0x5555_5555_5555_5555, 0 1, 2 3, 4 5, 6 7);
+    swap!(2, 0x3333_3333_3333_3333, 0 2, 1 3, 4 6, 5 7);
+    swap!(4, 0x0f0f_0f0f_0f0f_0f0f, 0 4, 1 5, 2 6, 3 7);
+}
+
+/// Moves byte i of word k to byte k of word i.
+#[inline(always)]
+fn transposed_bytes(mut words: [u64; 8]) -> [u64; 8] {
+    macro_rules! swap {
+        ($bits:literal, $mask:literal, $($low:literal $high:literal),*) => { $(
+            let differing = (words[$low] >> $bits ^ words[$high]) & $mask;
+            words[$high] ^= differing;
+            words[$low] ^= differing << $bits;
+        )* };
+    }
+    swap!(8, 0x00ff_00ff_00ff_00ff, 0 1, 2 3, 4 5, 6 7);
+    swap!(16, 0x0000_ffff_0000_ffff, 0 2, 1 3, 4 6, 5 7);
+    swap!(32, 0x0000_0000_ffff_ffff, 0 4, 1 5, 2 6, 3 7);
+    words
 }

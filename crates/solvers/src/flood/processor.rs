@@ -1,15 +1,7 @@
 //! The instruction sets that a flood can use.
 
-use mmsim_maze::MazeSize;
-
-use super::plane::ParityPlane;
-#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
-use super::plane::is_small;
-#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-pub(super) use super::x86::run_with;
-
-/// An instruction set for floods. All give the same distances, so only benchmarks need to choose;
-/// everything else uses the [best](Self::best).
+/// An instruction set for floods. All instruction sets give the same distances, so only benchmarks
+/// choose one. All other code uses the [best](Self::best) available set.
 ///
 /// ```
 /// use mmsim_maze::{MazeSize, Walls};
@@ -23,19 +15,20 @@ pub(super) use super::x86::run_with;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Instructions {
-    /// Words of 64 bits, on any processor.
+    /// Operations on words of 64 bits, which every processor has.
     Portable,
-    /// SSE2, which every x86-64 processor has. Programs without an operating system may not use it.
+    /// SSE2, which every x86-64 processor has, but which may be disabled in programs without an
+    /// operating system.
     Sse2,
-    /// AVX2 and BMI1, in most x86-64 processors since 2015.
+    /// AVX2 and BMI1, which most x86-64 processors since 2015 have.
     Avx2,
-    /// AVX-512 with the extensions BW and VL, in most servers and some laptops. Takes the crate's
-    /// feature `avx512`.
+    /// AVX-512 with the extensions BW and VL, which most servers and some laptops have. The support
+    /// for AVX-512 requires the crate feature `avx512`.
     Avx512,
 }
 
 impl Instructions {
-    /// All instruction sets, the best last.
+    /// All instruction sets, in ascending order of speed.
     pub const ALL: &'static [Self] = &[Self::Portable, Self::Sse2, Self::Avx2, Self::Avx512];
 
     /// Returns the best instruction set that is available.
@@ -45,8 +38,9 @@ impl Instructions {
         from_best.find(|instructions| instructions.is_available()).unwrap_or(Self::Portable)
     }
 
-    /// Whether this processor has these instructions and this crate was built with them. Without the
-    /// feature `std` only the instructions that all processors of the target have are available.
+    /// Returns true if this processor supports the instructions and this crate was built with them.
+    /// Without the feature `std`, only instructions that every processor of the target supports are
+    /// available.
     pub fn is_available(self) -> bool {
         match self {
             Self::Portable => true,
@@ -72,7 +66,7 @@ impl Instructions {
         }
     }
 
-    /// Returns the name.
+    /// Returns the name of the instruction set.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Portable => "portable",
@@ -81,44 +75,4 @@ impl Instructions {
             Self::Avx512 => "AVX-512",
         }
     }
-}
-
-/// Work on parity planes, generic over the instructions.
-pub(super) trait Task {
-    type Output;
-
-    /// `N` is 2 in mazes of up to 16×16 cells, otherwise 8.
-    fn run<const N: usize, H: ParityPlane<N>>(self) -> Self::Output;
-}
-
-/// Runs a task with the best instructions.
-pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
-    run_with(Instructions::Avx512, task, size)
-}
-
-/// Runs a task with these instructions, or with lesser ones if they are not available.
-#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
-pub(super) fn run_with<T: Task>(_: Instructions, task: T, size: MazeSize) -> T::Output {
-    if is_small(size) { small(task) } else { large(task) }
-}
-
-/// Runs a task portably in a maze of up to 16×16 cells.
-pub(super) fn small<T: Task>(task: T) -> T::Output {
-    task.run::<2, [u64; 2]>()
-}
-
-/// Runs a task portably in a larger maze.
-pub(super) fn large<T: Task>(task: T) -> T::Output {
-    task.run::<8, [u64; 8]>()
-}
-
-/// Runs a task with all available instructions.
-#[cfg(test)]
-pub(super) fn with_each<T: Task>(
-    task: impl Fn() -> T,
-    size: MazeSize,
-    check: impl FnMut(T::Output),
-) {
-    let available = Instructions::ALL.iter().filter(|instructions| instructions.is_available());
-    available.map(|&instructions| run_with(instructions, task(), size)).for_each(check);
 }

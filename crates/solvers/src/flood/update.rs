@@ -1,18 +1,19 @@
-//! Updates of distances after new walls.
+//! Updates of distances after walls have changed.
 
 use mmsim_maze::{Cell, CellSet, Heading, Walls};
 
 use super::{Distances, UNREACHABLE};
 
 impl Distances {
-    /// Updates the distances after the walls around `seen` have changed. Floods the maze again
-    /// if a distance would change, and returns whether it flooded.
+    /// Updates the distances after the walls around `seen` have changed. Floods the maze again if
+    /// any distance changes. Returns true if the maze was flooded.
     ///
-    /// The distances must have been right before, for the same targets, and no other walls may have
-    /// changed. A maze of another size than before is flooded completely.
+    /// The distances must have been correct for the same targets before the change, and no other
+    /// walls may have changed. If the size of the maze has changed, the maze is always flooded.
     ///
-    /// Distances are right if each cell is one step farther than its nearest neighbour. New walls
-    /// around a cell affect only that cell and its neighbours.
+    /// Distances are correct if each cell is one step farther from the targets than the best of its
+    /// neighbours. New walls around a cell can change this only for the cell itself and its
+    /// neighbours.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -26,15 +27,16 @@ impl Distances {
     /// assert_eq!(distances, Distances::flood(&walls, &goals));
     /// ```
     pub fn update(&mut self, walls: &Walls, targets: &CellSet, seen: Cell) -> bool {
-        let changes = !self.stays_right(walls, seen);
+        let changes = !self.remains_correct(walls, seen);
         if changes {
             self.reflood(walls, targets);
         }
         changes
     }
 
-    /// Whether the cell is a target or has an open neighbour nearer to one. For a mouse that goes
-    /// downhill and only adds walls around itself, this means that its own distance is still right.
+    /// Returns true if the cell is a target or has an open neighbour nearer to a target. For a
+    /// mouse that goes downhill and only adds walls around itself, `true` means that the distance
+    /// of its cell is still correct.
     pub(crate) fn is_downhill_open(&self, walls: &Walls, cell: Cell) -> bool {
         let (steps, around, sides) = (self.raw(cell), self.raw_around(cell), walls.sides(cell));
         // Without branches, because they would be unpredictable.
@@ -45,9 +47,10 @@ impl Distances {
         steps == 0 || Heading::ALL.into_iter().fold(0, is_downhill) > 0
     }
 
-    /// Whether the distances are right with the walls around `seen`: open neighbours differ by at most
-    /// one step, and `seen` and each cell behind a wall still have a nearer neighbour.
-    fn stays_right(&self, walls: &Walls, seen: Cell) -> bool {
+    /// Returns true if the distances are still correct with the walls around `seen`: the distances
+    /// of open neighbours differ by at most one step, and `seen` and each cell behind a wall have
+    /// an open neighbour nearer to a target.
+    fn remains_correct(&self, walls: &Walls, seen: Cell) -> bool {
         if walls.size() != self.size {
             return false;
         }
@@ -111,5 +114,16 @@ mod tests {
         walls.set(cell, Heading::West, true);
         assert!(distances.update(&walls, &targets, cell));
         assert_eq!(distances.at(Cell::new(0, 0)), None);
+    }
+    #[test]
+    fn a_maze_of_another_size_is_flooded() {
+        let (cell, targets) = (Cell::new(0, 0), [Cell::new(1, 1)].into_iter().collect());
+        for (before, after) in [(2, 3), (3, 2), (2, 17), (17, 2), (17, 18), (18, 17)] {
+            let open = |side| Walls::open(MazeSize::new(side, side).unwrap());
+            let mut distances = Distances::flood(&open(before), &targets);
+            assert!(!distances.update(&open(before), &targets, cell));
+            assert!(distances.update(&open(after), &targets, cell), "{before} to {after}");
+            assert_eq!(distances, Distances::flood(&open(after), &targets));
+        }
     }
 }

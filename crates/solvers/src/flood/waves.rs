@@ -1,30 +1,31 @@
-//! Waves: the sets of cells at distance 0, 1, 2 and so on.
+//! Waves, which are the sets of cells at distance 0, 1, 2 and so on.
 
 use super::bitboard::{Bitboard, CellPlanes, Openings, even_rows};
 use super::plane::{BitOps, ParityPlane};
 
-/// The bits of a distance: up to 1,023 steps in a maze of 32×32 cells.
+/// The number of bits of a distance, which is at most 1,023 steps in a maze of 32×32 cells.
 pub(super) const PLANES: usize = 10;
 
 /// The distances of all cells of one colour, as bit planes.
 pub(super) struct Marks<B> {
-    /// Bit i of each distance.
+    /// Plane i holds bit i of each distance.
     pub(super) planes: [B; PLANES],
     /// The cells that no wave has reached.
     pub(super) unvisited: B,
 }
 
-/// The distances of all cells. The near colour is that of the first wave, the far colour the other.
+/// The distances of all cells. The near colour is the colour of the first wave, and the far colour
+/// is the opposite one.
 pub(super) struct Flooded<B> {
     pub(super) near: Marks<B>,
     pub(super) far: Marks<B>,
     pub(super) near_is_dark: bool,
 }
 
-/// A counter for each cell: the number of waves before the one that reached it. The lowest bit of the
-/// counters has index `FIRST`.
+/// A counter for each cell, which counts the waves before the wave that reached the cell. The
+/// lowest bit of the counters has index `FIRST`.
 ///
-/// The counters are Gray codes. So each wave changes one bit, in all unvisited cells.
+/// The counters are Gray codes, so each wave changes only one bit of each counter.
 struct Counts<B, const FIRST: usize> {
     code: [B; PLANES],
 }
@@ -35,7 +36,7 @@ impl<B: BitOps, const FIRST: usize> Counts<B, FIRST> {
         Self { code: [B::NONE; PLANES] }
     }
 
-    /// Adds one to the counters of `cells`, which becomes `count`.
+    /// Increments the counters of `cells` to `count`.
     #[inline(always)]
     fn add(&mut self, count: u32, cells: B) {
         // No distance has more bits than there are planes.
@@ -44,7 +45,7 @@ impl<B: BitOps, const FIRST: usize> Counts<B, FIRST> {
         }
     }
 
-    /// Converts the counters to binary numbers, with `low` as the bits below the first.
+    /// Converts the counters to binary numbers. `low` provides the bits below the index `FIRST`.
     #[inline(always)]
     fn into_marks(mut self, low: B, unvisited: B) -> Marks<B> {
         for i in (FIRST + 1..PLANES).rev() {
@@ -62,7 +63,8 @@ impl<B: BitOps, const FIRST: usize> Counts<B, FIRST> {
 pub(super) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> Flooded<B> {
     let unvisited =
         CellPlanes { dark: B::ALL.without(targets.dark), light: B::ALL.without(targets.light) };
-    // Waves begin at targets with an open neighbour. If these have one colour, so has each wave.
+    // Waves begin at targets with an open neighbour. If all of these have the same colour, each
+    // wave contains cells of only one colour.
     let edge = CellPlanes {
         dark: board.into_dark.from(unvisited.light, targets.dark),
         light: board.into_light.from(unvisited.dark, targets.light),
@@ -81,8 +83,8 @@ pub(super) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> F
     Flooded { near, far, near_is_dark: is_dark }
 }
 
-/// Sends waves from cells of the near colour, so that each wave has one colour. Returns the near and
-/// the far marks.
+/// Sends waves from cells of the near colour, so each wave contains cells of only one colour.
+/// Returns the distances of near cells and of far cells.
 #[inline(always)]
 fn waves_of_one_colour<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],
@@ -106,7 +108,8 @@ fn waves_of_one_colour<B: BitOps>(
             break;
         }
     }
-    // The counters hold pairs of waves. Far targets have no open neighbour, but distance 0.
+    // The counters hold pairs of waves. Far targets have no open neighbour, and their distance is
+    // 0.
     [near.into_marks(B::NONE, unvisited_near), far.into_marks(far_at_first, unvisited_far)]
 }
 
@@ -140,7 +143,7 @@ fn waves_of_both_colours<B: BitOps>(
 }
 
 impl<B: BitOps> Flooded<B> {
-    /// Returns the bits of one plane of each colour as those of even and of odd columns.
+    /// Converts a plane of each colour to the bits of even columns and of odd columns.
     #[inline(always)]
     pub(super) fn columns<const N: usize>(&self, plane: impl Fn(&Marks<B>) -> B) -> [B; 2]
     where
@@ -153,16 +156,16 @@ impl<B: BitOps> Flooded<B> {
         [near.xor(swapped), far.xor(swapped)]
     }
 
-    /// Whether waves have reached every cell of the planes.
+    /// Returns true if waves have reached every cell of the planes.
     #[inline(always)]
     pub(super) fn is_full(&self) -> bool {
         self.near.unvisited.or(self.far.unvisited).is_empty()
     }
 }
 
-/// Sends waves from cells of the near colour until one reaches a target. Returns the targets reached
-/// and the number of steps, or `None` if no target is reachable. The targets have the near colour if
-/// the number of steps is even.
+/// Sends waves from cells of the near colour until one reaches a target. Returns the targets that
+/// this wave reaches and the number of steps, or `None` if no target is reachable. The targets have
+/// the near colour if the number of steps is even, otherwise the far colour.
 #[inline(always)]
 pub(super) fn first_targets<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],

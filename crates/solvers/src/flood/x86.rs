@@ -1,11 +1,12 @@
-//! Floods with SSE2, which every x86-64 processor has, and with AVX2. This file is only compiled where
+//! Floods with SSE2, which every x86-64 processor has, and with AVX2. This file is only compiled if
 //! the compiler may use SSE2.
 //!
-//! This file and `avx512.rs` are the only ones with `unsafe`. Intrinsics need it outside of functions
-//! that enable their feature, and trait methods cannot enable one. None of the intrinsics used here
-//! accesses memory through a pointer, so the only requirement is that the processor has the
-//! instruction. SSE2 is always available, see above. Code for other features is only reached through
-//! functions that enable these features, which [`run_with`] calls after it has asked the processor.
+//! Only this file, `avx512.rs` and `dispatch.rs` contain `unsafe` code. Intrinsics need `unsafe`
+//! outside functions that enable their feature, and trait methods cannot enable features. None of
+//! the intrinsics used here accesses memory through a pointer, so the only requirement is that the
+//! processor has the instruction. SSE2 is always available on x86-64. Code for other features is
+//! only reached through functions that enable these features. `dispatch.rs` calls such a function
+//! only if the processor supports its features.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
@@ -13,57 +14,31 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
-use mmsim_maze::MazeSize;
+use super::plane::{BitOps, Line, ParityPlane};
+use super::task::Task;
 
-#[cfg(feature = "avx512")]
-use super::avx512::{large_avx512, small_avx512};
-use super::plane::{BitOps, ParityPlane, is_small};
-use super::processor::{Instructions, Task, large, small};
-use super::transpose::Line;
-
-/// 128 bits.
+/// A vector of 128 bits.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Sse2(pub(super) __m128i);
 
-/// Four times 128 bits.
+/// Four vectors of 128 bits.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-struct Sse2Large([__m128i; 4]);
+pub(super) struct Sse2Large([__m128i; 4]);
 
-/// Runs a task with these instructions, or with lesser ones if they are not available.
-pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
-    use Instructions::{Avx2, Avx512, Portable, Sse2};
-    let is_available = |some: Instructions| some.is_available();
-    // A single call, so that the result is written in place.
-    let run: unsafe fn(T) -> T::Output = match (instructions, is_small(size)) {
-        (Portable, true) => small,
-        (Portable, false) => large,
-        #[cfg(feature = "avx512")]
-        (Avx512, true) if is_available(Avx512) => small_avx512,
-        #[cfg(feature = "avx512")]
-        (Avx512, false) if is_available(Avx512) => large_avx512,
-        (Avx512 | Avx2, true) if is_available(Avx2) => small_avx2,
-        (Avx512 | Avx2, false) if is_available(Avx2) => large_avx2,
-        (Avx512 | Avx2 | Sse2, true) => T::run::<2, self::Sse2>,
-        (Avx512 | Avx2 | Sse2, false) => T::run::<8, Sse2Large>,
-    };
-    // SAFETY: the processor has the features of `run`: it was asked for all but SSE2.
-    unsafe { run(task) }
-}
-
-/// Uses the planes of SSE2; the compiler selects the AVX2 instructions.
+/// Runs a task on SSE2 planes, for which the compiler selects AVX2 instructions.
 #[target_feature(enable = "avx2,bmi1,popcnt")]
-unsafe fn small_avx2<T: Task>(task: T) -> T::Output {
+pub(super) unsafe fn small_avx2<T: Task>(task: T) -> T::Output {
     task.run::<2, Sse2>()
 }
 
 #[target_feature(enable = "avx2,bmi1,popcnt")]
-unsafe fn large_avx2<T: Task>(task: T) -> T::Output {
+pub(super) unsafe fn large_avx2<T: Task>(task: T) -> T::Output {
     task.run::<8, Sse2Large>()
 }
 
-/// Calls an intrinsic, see the head of this file.
+/// Calls an intrinsic. The safety rules are at the top of this file.
 macro_rules! simd {
     ($call:expr) => {
         unsafe { $call }
@@ -90,7 +65,7 @@ impl ParityPlane<2> for Sse2 {
     }
 }
 
-/// Does the same as [`super::transpose::interleave`], 16 lines at a time.
+/// Does the same as [`ParityPlane::interleave`], 16 lines at a time.
 #[inline(always)]
 fn interleave<const PARTS: usize>(
     even: &[[__m128i; PARTS]; 8],

@@ -1,0 +1,83 @@
+//! Floods without vector instructions.
+
+use super::plane::{BitOps, ParityPlane, row_bits};
+
+impl<const N: usize> ParityPlane<N> for [u64; N] {
+    #[inline(always)]
+    fn from_words(words: [u64; N]) -> Self {
+        words
+    }
+
+    #[inline(always)]
+    fn to_words(self) -> [u64; N] {
+        self
+    }
+}
+
+impl<const N: usize> BitOps for [u64; N] {
+    const NONE: Self = [0; N];
+    const ALL: Self = [u64::MAX; N];
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        zip(self, other, |a, b| a & b)
+    }
+
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        zip(self, other, |a, b| a | b)
+    }
+
+    #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        zip(self, other, |a, b| a ^ b)
+    }
+
+    #[inline(always)]
+    fn without(self, other: Self) -> Self {
+        zip(self, other, |a, b| a & !b)
+    }
+
+    #[inline(always)]
+    fn up<const BITS: i32>(self) -> Self {
+        zip(self, self, |word, _| word << BITS)
+    }
+
+    #[inline(always)]
+    fn down<const BITS: i32>(self) -> Self {
+        zip(self, self, |word, _| word >> BITS)
+    }
+
+    #[inline(always)]
+    fn north(self) -> Self {
+        let row = row_bits(N);
+        let mut moved = [0; N];
+        for (i, moved) in moved.iter_mut().enumerate() {
+            *moved = self[i] << row | if i > 0 { self[i - 1] >> (64 - row) } else { 0 };
+        }
+        moved
+    }
+
+    #[inline(always)]
+    fn south(self) -> Self {
+        let row = row_bits(N);
+        let mut moved = [0; N];
+        for (i, moved) in moved.iter_mut().enumerate() {
+            *moved = self[i] >> row | if i + 1 < N { self[i + 1] << (64 - row) } else { 0 };
+        }
+        moved
+    }
+
+    #[inline(always)]
+    fn is_empty(self) -> bool {
+        self.iter().fold(0, |all, word| all | word) == 0
+    }
+}
+
+#[inline(always)]
+fn zip<const N: usize>(mut a: [u64; N], b: [u64; N], both: impl Fn(u64, u64) -> u64) -> [u64; N] {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a = both(*a, b);
+    }
+    a
+}
