@@ -7,8 +7,8 @@ use crate::action::Action;
 use crate::robot::Robot;
 use crate::survey::Survey;
 
-/// The published benchmark that moves at random: a random turn and 0 to 3 cells forwards in each
-/// step. It resets after visiting the goal. The same seed gives the same moves.
+/// The published benchmark robot that moves at random. In each step it makes a random turn and
+/// moves 0 to 3 cells forwards. In the goal it resets. The same seed gives the same moves.
 #[derive(Clone, Debug)]
 pub struct RandomWalk {
     survey: Survey,
