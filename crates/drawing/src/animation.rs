@@ -49,8 +49,8 @@ struct Begun {
     palette: Palette,
     encoder: Encoder<Vec<u8>>,
     canvas: Canvas,
-    /// The newest frame and its display time in milliseconds. It is written later, because the last
-    /// frame gets a longer display time.
+    /// The newest frame and its display time in milliseconds. The newest frame is written later,
+    /// because the last frame gets a longer display time.
     last: Option<(Frame<'static>, u32)>,
 }
 

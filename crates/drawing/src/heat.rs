@@ -1,10 +1,10 @@
 //! Heat map colours for weights.
 //!
 //! A colour ramp runs from cool to warm along straight lines in `OKLab`
-//! (<https://bottosson.github.io/posts/oklab/>). Its steps have equal length, so equal differences
-//! in weight look equal. The lightness decreases steadily (in the dark theme it increases), so the
-//! ramp is readable without distinguishing hues. The range of lightness keeps the numbers on top of
-//! the colours legible.
+//! (<https://bottosson.github.io/posts/oklab/>). The steps of the ramp have equal length, so equal
+//! differences in weight look equal. The lightness decreases steadily (in the dark theme it
+//! increases), so the ramp is readable without distinguishing hues. The range of lightness keeps
+//! the numbers on top of the colours legible.
 
 use crate::theme::Theme;
 

@@ -9,8 +9,8 @@
 //!       y ▼                       For a 16×16 maze the viewBox is `-2 -2 324 324`.
 //! ```
 //!
-//! A [`Scene`] describes a picture. It contains a maze or a client's map, and optionally the mouse,
-//! numbers in the cells and the trail. Every scene is drawn as SVG. PNG files and the frames of an
+//! A [`Scene`] describes a picture: a maze or a client's map, and optionally the mouse, numbers in
+//! the cells and the trail. Every scene is drawn as SVG. PNG files and the frames of an
 //! [`Animation`] are rasterized from the SVG, so all formats look alike.
 //!
 //! A [`BarChart`] compares the scores of trials.

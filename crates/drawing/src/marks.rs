@@ -7,8 +7,8 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use crate::digits::decimals;
 use crate::geometry::{PITCH, centre};
 
-/// Returns the part of the frame around `cells` that lies in `cell`. It has a line along each side
-/// of `cell` whose neighbour is not in `cells`, drawn inside the walls.
+/// Returns the part of the frame around `cells` that lies in `cell`. The part has a line inside the
+/// walls along each side of `cell` whose neighbour is not in `cells`.
 pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
     const INSET: f64 = 1.9;
     let (x, y) = centre(size, cell);

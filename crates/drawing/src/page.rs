@@ -30,7 +30,7 @@ pub fn page_json() -> String {
     )
 }
 
-/// Formats a JSON array of texts that contain no characters that JSON escapes.
+/// Formats texts as a JSON array. The texts must not contain characters that JSON escapes.
 fn list(texts: impl Iterator<Item = String>) -> String {
     format!("[{}]", texts.map(|text| format!("\"{text}\"")).collect::<Vec<_>>().join(","))
 }

@@ -133,7 +133,7 @@ impl Sheet {
         let trail = (0..size.height())
             .step_by(2)
             .flat_map(|y| row(y).map(|(x, y)| Cell::new(if y % 4 == 0 { x } else { 15 - x }, y)));
-        #[expect(clippy::unwrap_used, reason = "start and goals lie inside")]
+        #[expect(clippy::unwrap_used, reason = "the start and the goals lie inside the maze")]
         Self { maze: maze.unwrap(), map, trail: trail.collect() }
     }
 

@@ -5,7 +5,7 @@ use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 use crate::svg::{Svg, View};
 use crate::theme::Theme;
 
-/// The maximum number of trail cells in a drawing. Older cells are omitted.
+/// The maximum number of trail cells in a drawing; older cells are omitted.
 pub const TRAIL_CELLS: usize = 500;
 
 /// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
@@ -35,8 +35,8 @@ pub struct Scene<'a> {
     pub(crate) truth: Option<&'a Maze>,
     pub(crate) map: Option<&'a KnownMaze>,
     pub(crate) mouse: Option<Pose>,
-    /// The number in each cell, in the order of [`MazeSize::cells`]. Empty in a scene without
-    /// numbers.
+    /// The number in each cell, in the order of [`MazeSize::cells`], or an empty list if the scene
+    /// has no numbers.
     pub(crate) numbers: Vec<Option<u16>>,
     pub(crate) trail: &'a [Cell],
     pub(crate) layers: Layers,
@@ -61,7 +61,7 @@ impl Layers {
 }
 
 impl Default for Layers {
-    /// Selects only the numbers and the trail.
+    /// Returns the numbers and the trail, without the heat colours.
     fn default() -> Self {
         Self { numbers: true, heat: false, trail: true }
     }
@@ -163,10 +163,11 @@ impl<'a> Scene<'a> {
     /// ```
     ///
     /// Cells are ordered row by row from the south. Every place where a wall can be has an element.
-    /// First come the north and the east side of each cell, then the south sides of the south row,
-    /// then the west sides of the west column. The class `true` marks a wall of the true maze,
-    /// `known` marks a wall on the client's map, and `mistaken` marks a wall on the client's map
-    /// that does not exist. An element with none of these classes is invisible.
+    /// The wall elements are ordered as follows: first the north and the east side of each cell,
+    /// then the south sides of the south row, then the west sides of the west column. The class
+    /// `true` marks a wall of the true maze, `known` marks a wall on the client's map, and
+    /// `mistaken` marks a wall on the client's map that does not exist. An element with none of
+    /// these classes is invisible.
     pub fn page_svg(&self) -> String {
         Svg::draw(self, View::Page)
     }

@@ -32,7 +32,7 @@ pub(crate) struct Svg<'a> {
     parts: Vec<Part>,
 }
 
-/// A part of a drawing that is visible only in its own area.
+/// A part of a drawing that is visible only in one area.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
     /// The byte range of the part in the text.
@@ -155,8 +155,8 @@ impl<'a> Svg<'a> {
         self.put("</g>\n");
     }
 
-    /// Draws a frame around the start and a frame around the goals, each with a badge (S or G).
-    /// These marks are drawn on top of the heat colours.
+    /// Draws a frame around the start and a frame around the goals, each with a badge (S or G). The
+    /// frames and badges are drawn on top of the heat colours.
     fn marks(&mut self) {
         let Scene { size, start, goals, .. } = *self.scene;
         self.put("<g class=\"marks\">\n");

@@ -89,8 +89,8 @@ impl Colours {
     }
 }
 
-/// Returns the style rules shared by both themes. The rules use only classes, and neither variables
-/// nor calculations, so that simple renderers understand them.
+/// Returns the style rules shared by both themes. The rules use classes but no variables or
+/// calculations, so that simple SVG renderers understand the rules.
 fn shapes() -> String {
     format!(
         "\
@@ -141,8 +141,8 @@ fn colours(theme: Theme) -> String {
     rules
 }
 
-/// Returns the stylesheet of a page with drawings ([`Scene::page_svg`](crate::Scene::page_svg)). It
-/// contains the light theme, and the dark theme for users who prefer dark colours.
+/// Returns the stylesheet of a page with drawings ([`Scene::page_svg`](crate::Scene::page_svg)).
+/// The stylesheet contains the light theme, and the dark theme for users who prefer dark colours.
 ///
 /// ```
 /// let css = mmsim_drawing::stylesheet();

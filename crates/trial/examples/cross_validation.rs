@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         WallPrior::learn(training.map(|(_, maze)| maze))
     });
     println!(
-        "{} mazes; mean score for each seed from 0 to {}, overall mean",
+        "{} mazes; mean score for each seed from 0 to {}, and overall mean",
         mazes.len(),
         SEEDS - 1
     );
@@ -67,7 +67,7 @@ const fn half(index: usize) -> usize {
 }
 
 /// Returns the mean score over all mazes. For each maze the champion uses the prior learnt from the
-/// opposite half of the mazes. A trial without a score makes the mean infinite.
+/// half that does not contain the maze. A trial without a score makes the mean infinite.
 fn mean(mazes: &[Maze], priors: &[WallPrior; 2], rule: StoppingRule, seed: u64) -> f64 {
     let score = |(index, maze): (usize, &Maze)| {
         let prior = priors[half(index)].clone();

@@ -16,8 +16,8 @@ pub enum Action {
         /// wall.
         cells: i8,
     },
-    /// A reset, which ends the first run if the robot has visited the goal. In all other cases a
-    /// reset has no effect and wastes a step.
+    /// A reset, which ends the first run if the robot has visited the goal and only wastes a step
+    /// otherwise.
     Reset,
     /// A report that the goal is unreachable, which ends the trial without a score. The published
     /// tester has no such action: its robots keep moving until they run out of steps.

@@ -24,26 +24,27 @@ pub use wall_prior::WallPrior;
 /// races along the fastest known path.
 ///
 /// **On the way to the goal** the champion plans optimistically: it treats unknown walls as open.
-/// It heads for the cell at the edge of the explored area that lies on the fastest possible path to
-/// the goal.
+/// The champion heads for the cell at the edge of the explored area that lies on the fastest
+/// possible path to the goal.
 ///
 /// **After reaching the goal** the champion samples random mazes that agree with the known walls; a
-/// [`WallPrior`] gives the probabilities of the unknown walls. In each sample it finds the fastest
-/// path from the start to the goal and the stretch of this path that has unknown walls. It computes
-/// how many race steps the path would save and how many steps it takes to explore the stretch, and
-/// sums both numbers over all samples. A [`StoppingRule`] sets the minimum gain per exploration
-/// step. Among the stretches that reach this minimum, the robot moves to the stretch with the
-/// largest total gain, which includes the gain of other stretches nearby. The robot stops exploring
-/// if no stretch reaches the minimum gain or if no faster race is possible.
+/// [`WallPrior`] gives the probabilities of the unknown walls. In each sample the champion finds
+/// the fastest path from the start to the goal and the stretch of this path that has unknown walls.
+/// The champion computes how many race steps the path would save and how many steps the exploration
+/// of the stretch takes, and sums both numbers over all samples. A [`StoppingRule`] sets the
+/// minimum gain per exploration step. Among the stretches that reach the minimum gain, the robot
+/// moves to the stretch with the largest total gain, which includes the gain of other stretches
+/// nearby. The robot stops exploring if no stretch reaches the minimum gain or if no faster race is
+/// possible.
 ///
 /// The champion assumes that the maze is similar to a contest maze, in which the goal cells form a
-/// room with one entrance. In other mazes it explores too little or too much, but it never relies
-/// on a sampled wall: with noise-free sensors it moves only through sides that it has seen to be
-/// open.
+/// room with one entrance. In other mazes the champion explores too little or too much, but it
+/// never relies on a sampled wall: with noise-free sensors it moves only through sides that it has
+/// seen to be open.
 ///
 /// With noisy sensors the champion keeps a probability for each wall and repeats uncertain
-/// readings. It also tracks several hypotheses about its position, because an undetected wall can
-/// cut a move short.
+/// readings. The champion also tracks several hypotheses about its position, because an undetected
+/// wall can cut a move short.
 #[derive(Clone, Debug)]
 pub struct Champion {
     belief: BeliefState,
@@ -201,7 +202,7 @@ impl RaceBounds {
     }
 
     /// Returns the nearest cell at the edge of the explored area through which a race may take
-    /// fewer than `upper` steps. If there is no such cell, accepts races of exactly `upper` steps.
+    /// fewer than `upper` steps or, if no cell allows fewer, exactly `upper` steps.
     fn nearest_improving(&self, map: &KnownMaze, upper: u16) -> Option<Cell> {
         let from_start = RaceSteps::flood_from(map.walls(Unknown::Open), map.start().cell);
         let race_through = |cell| Some(from_start.at(cell)? + self.to_goal.at(cell)?);

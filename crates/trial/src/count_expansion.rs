@@ -14,7 +14,7 @@ use crate::trial::sensor_headings;
 
 /// The published benchmark robot that plans like the published [`Swing`](crate::Swing), using A*
 /// with the heuristic set to zero. The robot moves to the centre, resets, and races to the centre.
-/// Its scores equal the published scores.
+/// The robot's scores equal the published scores.
 ///
 /// Before each step the robot floods the maze from its position, with unknown walls open, and
 /// numbers the cells in the order in which the flood reaches them. Cells at the same distance are

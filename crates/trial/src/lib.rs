@@ -10,9 +10,9 @@
 //!   └───────┘  rotation and movement, or a reset   └───────┘
 //! ```
 //!
-//! [`Trial`] is the environment. It follows exactly the rules of the tester published with the
-//! task. A [`Robot`] takes part in a trial. The crate uses no clock, sockets or threads, and all
-//! randomness comes from seeds, so a trial gives the same result on every machine.
+//! [`Trial`] is the environment and follows the rules of the published tester exactly. A [`Robot`]
+//! takes part in a trial. The crate uses no clock, sockets or threads, and all randomness comes
+//! from seeds, so a trial gives the same result on every machine.
 #![forbid(unsafe_code)]
 
 mod action;

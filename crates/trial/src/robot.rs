@@ -36,7 +36,7 @@ use crate::trial::{Trial, TrialOutcome};
 /// ```
 pub trait Robot {
     /// Returns the next action. `sensors` holds the numbers of open cells to the left, in front and
-    /// to the right, up to the next wall.
+    /// to the right of the robot, up to the next wall.
     fn next_move(&mut self, sensors: [u8; 3]) -> Action;
 }
 

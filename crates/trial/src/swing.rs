@@ -12,10 +12,11 @@ use crate::robot::Robot;
 use crate::survey::Survey;
 
 /// The published robot that visits key points one after another along optimistic shortest paths,
-/// and plans again whenever it sees a new wall. It moves along a straight in steps of up to 3
-/// cells. After the last key point it resets and races along the shortest path known to be open.
+/// and plans again whenever it sees a new wall. The robot moves along straights in steps of up to 3
+/// cells. After the last key point the robot resets and races along the shortest path known to be
+/// open.
 ///
-/// The robot moves backwards only through sides known to be open. It skips unreachable [key
+/// The robot moves backwards only through sides known to be open. The robot skips unreachable [key
 /// points](KeyPointRoute), and it [gives up](Action::GiveUp) if no goal cell is reachable.
 #[derive(Clone, Debug)]
 pub struct Swing {
@@ -48,8 +49,7 @@ enum PlannedPath {
     TimeSteps(Box<RaceSteps>),
 }
 
-/// The part of the route that a [`Swing`] robot follows. The published report compares these
-/// variants.
+/// The part of the route that a [`Swing`] robot follows, with the variants of the published report.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
 pub enum Variant {
@@ -85,13 +85,13 @@ pub struct KeyPointsError {
 }
 
 impl Swing {
-    /// Creates the published robot, which minimizes the number of cells of a path.
+    /// Creates the published robot, which minimizes the number of cells in a path.
     pub fn new(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
         Self::with_cost(PathCost::Cells, unexplored, variant, key_points)
     }
 
-    /// Creates the improved robot that the published report suggests. It minimizes the number of
-    /// time steps of a path, where a straight move of up to 3 cells is one step.
+    /// Creates the improved robot that the published report suggests. The improved robot minimizes
+    /// the number of time steps of a path, where a straight move of up to 3 cells takes one step.
     pub fn timed(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
         Self::with_cost(PathCost::TimeSteps, unexplored, variant, key_points)
     }
@@ -246,7 +246,7 @@ impl KeyPoints {
 }
 
 impl Default for KeyPoints {
-    /// Returns all three corners.
+    /// Returns the maximum of three corners.
     fn default() -> Self {
         Self(3)
     }

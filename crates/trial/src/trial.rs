@@ -10,8 +10,8 @@ use crate::action::Action;
 ///
 /// In each step the robot gets its [`readings`](Self::readings) and [acts](Self::act). The first
 /// run explores the maze and ends with a reset after a visit to the goal. The second run is the
-/// race, which ends when a step ends in a goal cell. Crossing a goal cell within a step does not
-/// count.
+/// race, which ends when a step ends in a goal cell. Crossing a goal cell in the middle of a step
+/// does not count as reaching the goal.
 ///
 /// ```
 /// use mmsim_trial::{Action, Rotation, Trial, TrialOutcome};
@@ -132,7 +132,7 @@ impl<'m> Trial<'m> {
     }
 
     /// Returns the true sensor readings: the numbers of open cells to the left, in front and to the
-    /// right, up to the next wall. There is no sensor at the back.
+    /// right of the robot, up to the next wall. The robot has no sensor at the back.
     pub fn readings(&self) -> [u8; 3] {
         sensor_headings(self.pose.heading).map(|heading| {
             let mut next = Some(self.pose.cell);

@@ -16,8 +16,8 @@ pub(super) struct BeliefState {
     noise: f64,
 }
 
-/// The minimum weight of a hypothesis relative to the most likely hypothesis. Hypotheses with a
-/// lower weight are dropped.
+/// The minimum weight of a hypothesis relative to the most likely hypothesis; hypotheses with less
+/// weight are dropped.
 const MIN_WEIGHT: f64 = 1e-6;
 
 impl BeliefState {
@@ -56,8 +56,8 @@ impl BeliefState {
         }
     }
 
-    /// Applies an action to each hypothesis. If an unknown wall may cut a move short, the
-    /// hypothesis is split.
+    /// Applies an action to each hypothesis. A hypothesis is split if an unknown wall may cut the
+    /// move short.
     pub(super) fn apply(&mut self, action: Action) {
         let is_noisy = self.noise > 0.;
         self.hypotheses = self

@@ -26,7 +26,7 @@ const MAX_SAMPLES: usize = 1024;
 
 /// A group of unknown stretches that share the end nearer to the robot.
 struct Candidate {
-    /// The shared end of the stretches.
+    /// The end that all stretches of the group share.
     end: Cell,
     /// The number of race steps saved, summed over the samples.
     saved: u32,
@@ -42,7 +42,7 @@ impl ExplorationValue {
         Self { samples, known: known(map), count: 0, stretches: Vec::new() }
     }
 
-    /// Adds samples, after discarding all earlier samples if the known walls have changed.
+    /// Adds samples. If the known walls have changed, earlier samples are discarded.
     fn add_samples(&mut self, map: &KnownMaze, prior: &WallPrior, upper: u16) {
         let known = known(map);
         if self.known != known {
@@ -110,7 +110,7 @@ impl ExplorationValue {
 
     /// Returns the expected saving per exploration step, in thirtieths of a race step, for a
     /// candidate that is `steps` steps away. The length of a stretch counts only in samples in
-    /// which the stretch is open, because the robot recognises a closed stretch at its near end.
+    /// which the stretch is open, because the robot detects a closed stretch at its near end.
     fn gain(&self, candidate: &Candidate, steps: u16) -> f64 {
         #[allow(clippy::cast_precision_loss)]
         let steps = self.count as f64 * f64::from(steps) + f64::from(candidate.length);

@@ -23,10 +23,10 @@ pub(super) struct Hypothesis {
     pub(super) survey: Survey,
     /// True if a step of the first run has ended in the goal.
     pub(super) has_visited_goal: bool,
-    /// True in the second run.
+    /// True if the robot is in the second run.
     pub(super) is_racing: bool,
-    /// True if a step of the second run has ended in the goal. If the trial continues nevertheless,
-    /// the hypothesis is wrong.
+    /// True if a step of the second run has ended in the goal. Such a hypothesis is wrong if the
+    /// trial continues.
     pub(super) has_finished: bool,
     pub(super) weight: f64,
     /// The probability that a side is open, as `[y][x][side]`. Side 0 is north and side 1 is east.
@@ -35,15 +35,15 @@ pub(super) struct Hypothesis {
 
 /// The minimum probability at which a side counts as known, either open or closed.
 const CERTAIN: f32 = 0.9;
-/// The maximum probability of a wall with noisy sensors. It is below 1 so that later readings can
-/// still change the probability.
+/// The maximum probability of a wall with noisy sensors, which is below 1 so that later readings
+/// can still change the probability.
 const MAX_PROBABILITY: f32 = 0.999;
-/// The minimum likelihood of a reading across unknown walls. Long corridors are more frequent than
-/// independent walls would suggest.
+/// The minimum likelihood of a sensor reading that crosses unknown walls. Long corridors are more
+/// frequent than they would be if walls were independent.
 const MIN_UNKNOWN_LIKELIHOOD: f64 = 0.05;
 
 impl Hypothesis {
-    /// Creates the hypothesis of a robot at the start.
+    /// Creates the initial hypothesis, with the robot at the start.
     pub(super) fn new(unexplored: KnownMaze) -> Self {
         Self {
             survey: Survey::new(unexplored),
@@ -55,7 +55,7 @@ impl Hypothesis {
         }
     }
 
-    /// Returns the map, with every wall marked as unknown that may have been misread.
+    /// Returns the map, in which every wall that may have been misread is unknown.
     pub(super) fn without_uncertain_walls(&self) -> KnownMaze {
         let mut map = self.survey.map().clone();
         for cell in map.size().cells() {

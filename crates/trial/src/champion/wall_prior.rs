@@ -5,8 +5,8 @@ use mmsim_maze::Maze;
 use super::contest;
 use super::maze_batch::{MazeBatch, WallSite};
 
-/// The probability of a wall at a site, given the walls at the eight neighbouring sites. Six of
-/// these sites share a post with the site. The other two are the opposite sides of the adjacent
+/// The probability of a wall at a site, given the walls at the eight neighbouring sites. Six of the
+/// neighbouring sites share a post with the site, and two are the opposite sides of the adjacent
 /// cells.
 ///
 /// ```text
@@ -23,7 +23,7 @@ use super::maze_batch::{MazeBatch, WallSite};
 ///
 /// The prior captures typical properties of contest mazes: each post has a wall, there are few
 /// crossings, and corridors are more frequent than open areas. In statistical terms, the prior is a
-/// Markov random field over the walls, fitted by pseudo-likelihood (J. Besag, 1975).
+/// Markov random field over the walls, fitted by pseudo-likelihood (Besag, 1975).
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct WallPrior {
     /// The probabilities in units of 1/256. Bit i - 1 of the index is set if site i of the drawing
