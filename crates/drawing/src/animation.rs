@@ -19,10 +19,11 @@ pub const MAX_FRAMES: usize = 400;
 /// The display time of each frame in the animation of a search, in milliseconds.
 pub const FRAME_MS: u32 = 60;
 
-/// Builds an animated GIF that repeats forever and shows its last frame for 2.5 seconds.
+/// A builder for an animated GIF that repeats forever and shows its last frame for at least 2.5
+/// seconds.
 ///
-/// All frames share one palette, chosen for the theme and the layers of the first one. Each frame
-/// stores only the rectangle that changed, which keeps the file small.
+/// All frames share one palette, chosen for the theme and the layers of the first frame. To keep
+/// the file small, each frame stores only the rectangle that changed.
 ///
 /// ```
 /// use mmsim_drawing::{Animation, Scene};
@@ -43,12 +44,13 @@ pub struct Animation {
     begun: Option<Begun>,
 }
 
-/// The state from the first frame on.
+/// The state of an animation with at least one frame.
 struct Begun {
     palette: Palette,
     encoder: Encoder<Vec<u8>>,
     canvas: Canvas,
-    /// The newest frame, held back because the last frame gets a longer display time.
+    /// The newest frame and its display time in milliseconds. The newest frame is written later,
+    /// because the last frame gets a longer display time.
     last: Option<(Frame<'static>, u32)>,
 }
 
@@ -64,12 +66,12 @@ impl Animation {
         Self { width_px, begun: None }
     }
 
-    /// Adds a frame that is shown for `delay_ms` milliseconds, rounded to the hundredths of a second
-    /// that a GIF stores; browsers show a frame for at least two of them.
+    /// Adds a frame that is shown for `delay_ms` milliseconds. The display time is rounded up to
+    /// hundredths of a second, the unit of a GIF, and is at least 20 ms, the minimum in browsers.
     ///
     /// # Errors
-    /// The width is out of range, see [`Scene::png`], or the size of the maze differs from that of
-    /// the first frame.
+    /// Returns an error if the width is out of range (see [`Scene::png`]) or if the size of the
+    /// maze differs from that of the first frame.
     pub fn push(&mut self, scene: &Scene<'_>, delay_ms: u32) -> Result<(), PictureError> {
         let Some(begun) = &mut self.begun else {
             self.begun = Some(Begun::new(scene, self.width_px, delay_ms)?);
@@ -86,7 +88,7 @@ impl Animation {
     /// Returns the GIF file.
     ///
     /// # Errors
-    /// The animation has no frame.
+    /// Returns an error if the animation has no frame.
     pub fn finish(self) -> Result<Vec<u8>, PictureError> {
         let mut begun = self.begun.ok_or(PictureError::NoFrame)?;
         begun.write_last(LAST_MS)?;
@@ -108,7 +110,7 @@ impl Begun {
         Ok(Self { palette, encoder, canvas, last: Some((frame, delay_ms)) })
     }
 
-    /// Returns the frame that turns the previous picture into the one on the canvas.
+    /// Returns the frame that turns the previous picture into the picture on the canvas.
     fn change(&mut self, shown: &Pixmap) -> Frame<'static> {
         let (old, new) = (shown.pixels(), self.canvas.pixmap().pixels());
         let width = shown.width() as usize;
@@ -155,13 +157,13 @@ fn failed(error: impl std::fmt::Display) -> PictureError {
     PictureError::Drawing(error.to_string())
 }
 
-/// Converts a number of pixels, at most 4096.
+/// Converts a number of pixels, which is at most 4096.
 fn px(pixels: usize) -> u16 {
     u16::try_from(pixels).unwrap_or(u16::MAX)
 }
 
-/// Selects at most `most` of `states` states for an animation: evenly spaced, including the first
-/// and the last.
+/// Selects at most `max_frames` of `states` states for an animation. The selected states are evenly
+/// spaced and include the last state and, if `max_frames` is at least 2, the first state.
 ///
 /// ```
 /// use mmsim_drawing::frame_indices;
@@ -169,8 +171,8 @@ fn px(pixels: usize) -> u16 {
 /// assert_eq!(frame_indices(1001, 5).collect::<Vec<_>>(), [0, 250, 500, 750, 1000]);
 /// assert_eq!(frame_indices(1001, 1).collect::<Vec<_>>(), [1000]);
 /// ```
-pub fn frame_indices(states: usize, most: usize) -> impl ExactSizeIterator<Item = usize> {
-    let frames = states.min(most);
+pub fn frame_indices(states: usize, max_frames: usize) -> impl ExactSizeIterator<Item = usize> {
+    let frames = states.min(max_frames);
     (0..frames).map(move |frame| {
         // Counted from the end, so that a single frame shows the last state.
         let back = frames - 1 - frame;
@@ -187,7 +189,8 @@ mod tests {
     use crate::scene::Layers;
     use crate::theme::Theme;
 
-    /// Returns what a viewer shows at the end, and the display times in hundredths of a second.
+    /// Returns the final picture of a GIF and the display times of its frames in hundredths of a
+    /// second.
     fn played(gif: &[u8]) -> (Pixmap, Vec<u16>) {
         let mut options = DecodeOptions::new();
         options.set_color_output(ColorOutput::RGBA);

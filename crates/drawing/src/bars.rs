@@ -7,21 +7,21 @@ use mmsim_maze::Escaped;
 use crate::digits::decimals;
 use crate::theme::Theme;
 
-/// The width of a chart in units of its viewBox, which are pixels unless it is scaled.
+/// The width of a chart in units of its viewBox. A unit is a pixel unless the chart is scaled.
 const WIDTH: f64 = 760.0;
 const MARGIN: f64 = 16.0;
 const BAR: f64 = 18.0;
 const PITCH: f64 = 25.0;
-/// The height of a line of text: title, legend or group name.
+/// The height of a line of text, such as the title, the legend or a group name.
 const LINE: f64 = 28.0;
-/// An upper estimate of the width of a character, since the reader's fonts are unknown.
+/// An upper estimate of the width of a character, because the reader's font is unknown.
 const LETTER: f64 = 7.6;
-/// The space between a bar and its texts.
+/// The space between a bar and the texts beside it.
 const GAP: f64 = 8.0;
 
-/// A horizontal bar chart: groups of bars, each bar with two stacked parts.
+/// A horizontal bar chart with groups of bars. Each bar has two stacked parts.
 ///
-/// All bars share one scale that begins at 0. The value is written beside each bar.
+/// All bars share one scale that begins at 0. The value of each bar is written beside the bar.
 ///
 /// ```
 /// use mmsim_drawing::{Bar, BarChart, BarGroup};
@@ -39,9 +39,9 @@ const GAP: f64 = 8.0;
 pub struct BarChart {
     /// The title of the chart.
     pub title: String,
-    /// The names of the two parts, for the legend.
+    /// The names of the two parts of a bar, for the legend.
     pub parts: [String; 2],
-    /// The name of the limits, shown in the legend if a group has one.
+    /// The name of the limit lines, shown in the legend if a group has a limit.
     pub limit: String,
     /// The groups, from top to bottom.
     pub groups: Vec<BarGroup>,
@@ -54,23 +54,24 @@ pub struct BarGroup {
     pub name: String,
     /// The bars, from top to bottom.
     pub bars: Vec<Bar>,
-    /// A lower bound of all bars, drawn as a line across them.
+    /// A lower bound on the lengths of the bars, drawn as a line across all bars of the group.
     pub limit: Option<f64>,
 }
 
-/// A bar of two parts.
+/// A bar with two stacked parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
     /// The label of the bar.
     pub name: String,
-    /// The lengths of its parts, or `None` to show only the text.
+    /// The lengths of the two parts, or `None` to show only the text.
     pub parts: Option<[f64; 2]>,
-    /// Its value as text, or the reason why it has none.
+    /// The value of the bar as text, or the reason why the bar has no value.
     pub value: String,
 }
 
 impl BarChart {
-    /// Returns the chart as an SVG file that follows the reader's light or dark preference.
+    /// Returns the chart as an SVG file that adapts to the reader's preference for light or dark
+    /// colours.
     pub fn svg(&self) -> String {
         let rows = self.groups.iter().map(|group| LINE + PITCH * count(&group.bars));
         let height = 2.0 * MARGIN + 2.0 * LINE + rows.sum::<f64>();
@@ -115,7 +116,7 @@ impl BarChart {
 /// The origin and the scale of the bars.
 struct Scale {
     left: f64,
-    /// Picture units for each unit of the values.
+    /// The number of picture units for each unit of the values.
     unit: f64,
 }
 
@@ -177,7 +178,7 @@ fn text(svg: &mut String, class: &str, x: f64, y: f64, text: &str) {
     let _ = writeln!(svg, "<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{text}</text>");
 }
 
-/// Escapes text for XML, which cannot represent control characters.
+/// Escapes text for XML, including control characters, which XML cannot represent.
 fn escaped(text: &str) -> String {
     let text = Escaped(text).to_string();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

@@ -11,13 +11,13 @@ use crate::pixels::paint;
 use crate::scene::Scene;
 use crate::svg::{Part, Svg, View};
 
-/// The minimum scale in pixels per unit for partial updates. Below it, a line of the trail is
-/// thinner than a pixel and its pixels depend on the rest of the trail, so the small picture is
-/// drawn as a whole.
+/// The minimum scale in pixels per unit for partial updates. Below this scale, the line of the
+/// trail is thinner than a pixel and each pixel depends on the whole trail, so the picture is
+/// redrawn completely.
 const THIN: f64 = 0.5;
 
-/// A picture that redraws only the tiles in which something changed. The result equals drawing the
-/// whole scene.
+/// A picture that redraws only the tiles in which something changed. The result is the same as if
+/// the whole scene were redrawn.
 pub(crate) struct Canvas {
     size: MazeSize,
     drawing: String,
@@ -41,7 +41,7 @@ impl Canvas {
     /// Updates the picture to show this scene.
     ///
     /// # Errors
-    /// The size of its maze differs.
+    /// Returns an error if the size of the maze has changed.
     pub(crate) fn show(&mut self, scene: &Scene<'_>) -> Result<(), PictureError> {
         if scene.size != self.size {
             return Err(PictureError::OtherFrame { expected: self.size, found: scene.size });
@@ -67,7 +67,8 @@ impl Canvas {
     }
 }
 
-/// Returns the text before the first part: the style and the hidden layers.
+/// Returns the text of a drawing before the first part, which contains the style and the hidden
+/// layers.
 fn head<'a>(drawing: &'a str, parts: &[Part]) -> &'a str {
     &drawing[..parts.first().map_or(drawing.len(), |part| part.text.start)]
 }
@@ -82,7 +83,7 @@ fn keys<'a>((drawing, parts): (&'a str, &[Part])) -> HashSet<(&'a str, Area)> {
     parts.iter().map(|part| (&drawing[part.text.clone()], part.area)).collect()
 }
 
-/// Returns the drawing with only some of its parts.
+/// Returns the drawing without its unwanted parts.
 fn only(drawing: &str, parts: &[Part], is_wanted: impl Fn(&&Part) -> bool) -> String {
     let mut text = String::with_capacity(drawing.len());
     let mut done = 0;
@@ -93,7 +94,8 @@ fn only(drawing: &str, parts: &[Part], is_wanted: impl Fn(&&Part) -> bool) -> St
     text + &drawing[done..]
 }
 
-/// The division of a picture into tiles of the size of a cell, offset by a margin to the north-west.
+/// The division of a picture into tiles of the size of a cell. The tiles are offset from the cells
+/// by the margin, to the north-west.
 struct Tiles {
     columns: usize,
     rows: usize,
@@ -118,7 +120,7 @@ impl Tiles {
         vec![true; self.columns * self.rows]
     }
 
-    /// Returns the tiles that these areas touch.
+    /// Returns, for each tile, true if one of these areas touches the tile.
     fn touched(&self, areas: Vec<Area>) -> Vec<bool> {
         let mut touched = vec![false; self.columns * self.rows];
         for tile in areas.into_iter().flat_map(|area| self.indices(area)) {
@@ -127,7 +129,7 @@ impl Tiles {
         touched
     }
 
-    /// Returns the tiles with pixels that an element in this area may colour.
+    /// Returns the indices of the tiles in which an element in this area may colour pixels.
     fn indices(&self, [west, north, east, south]: Area) -> impl Iterator<Item = usize> + '_ {
         let span = |from: i32, to: i32, scale: f64, count: usize| {
             // Two extra pixels: one for anti-aliased edges, one for tiles that begin within a pixel.
@@ -142,7 +144,7 @@ impl Tiles {
         rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column))
     }
 
-    /// Copies the pixels of a tile, including those on its edges.
+    /// Copies the pixels of a tile, including the pixels on its edges.
     fn copy(&self, tile: usize, from: &Pixmap, to: &mut Pixmap) {
         let span = |index: usize, scale: f64, end: u32| {
             #[expect(clippy::cast_precision_loss, reason = "at most 33")]
@@ -187,7 +189,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
-        /// Compares with the naive twin, which draws everything.
+        /// Compares the canvas with a naive implementation that redraws the whole scene.
         #[test]
         fn a_picture_is_the_same_as_if_all_of_it_were_drawn(
             (width, height) in (1usize..=8, 1usize..=8),

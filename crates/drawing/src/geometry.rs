@@ -8,7 +8,7 @@ pub(crate) const PITCH: u32 = 20;
 /// The margin around the maze, in units.
 pub(crate) const MARGIN: u32 = 2;
 
-/// A rectangle in units: west, north, east, south.
+/// A rectangle as the coordinates of its west, north, east and south edges, in units.
 pub(crate) type Area = [i32; 4];
 
 /// Returns the width and height of the drawing of a maze, in units.
@@ -23,7 +23,7 @@ pub(crate) fn cell_area((x, y): (u32, u32)) -> Area {
     [west, north, west + pitch, north + pitch]
 }
 
-/// Returns the bounding box of both areas.
+/// Returns the bounding box of two areas.
 pub(crate) fn around(one: Area, other: Area) -> Area {
     [one[0].min(other[0]), one[1].min(other[1]), one[2].max(other[2]), one[3].max(other[3])]
 }

@@ -1,16 +1,17 @@
 //! Heat map colours for weights.
 //!
-//! A ramp goes from cool to warm along straight lines in `OKLab`
-//! (<https://bottosson.github.io/posts/oklab/>), in steps of equal length, so equal differences in
-//! weight look equal. Lightness only falls (in the dark theme it only rises), so the ramp is
-//! readable without distinguishing hues. Its range keeps the numbers on top legible.
+//! A colour ramp runs from cool to warm along straight lines in `OKLab`
+//! (<https://bottosson.github.io/posts/oklab/>). The steps of the ramp have equal length, so equal
+//! differences in weight look equal. The lightness decreases steadily (in the dark theme it
+//! increases), so the ramp is readable without distinguishing hues. The range of lightness keeps
+//! the numbers on top of the colours legible.
 
 use crate::theme::Theme;
 
 /// The number of colours in a ramp.
 pub(crate) const STEPS: usize = 64;
 
-/// A colour as red, green and blue, each 0 to 255.
+/// A colour as red, green and blue, each from 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Rgb(pub(crate) u8, pub(crate) u8, pub(crate) u8);
 
@@ -20,7 +21,7 @@ impl std::fmt::Display for Rgb {
     }
 }
 
-/// Returns the ramp of a theme, from the smallest weight to the largest.
+/// Returns the colour ramp of a theme, from the smallest weight to the largest weight.
 pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
     let corners: &[Lch] = match theme {
         Theme::Light => &LIGHT,
@@ -34,13 +35,13 @@ pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
     (0..STEPS).map(|step| srgb(along(&corners, &lengths, at(step)))).collect()
 }
 
-/// Returns the index of a weight's colour among [`STEPS`], given the largest weight.
+/// Returns the index of a weight's colour in the colour ramp, given the largest weight.
 pub(crate) fn step(weight: u16, largest: u16) -> usize {
     let (weight, largest) = (usize::from(weight), usize::from(largest).max(1));
     ((2 * weight * (STEPS - 1) + largest) / (2 * largest)).min(STEPS - 1)
 }
 
-/// Lightness, chroma and hue (in degrees) of the corners of the ramp.
+/// The lightness, chroma and hue (in degrees) of a corner of the colour ramp.
 type Lch = (f64, f64, f64);
 const LIGHT: [Lch; 5] = [
     (0.955, 0.025, 230.0),
@@ -74,7 +75,7 @@ fn along(corners: &[Lab], lengths: &[f64], mut way: f64) -> Lab {
     std::array::from_fn(|axis| from[axis] + share * (to[axis] - from[axis]))
 }
 
-/// Converts to the nearest sRGB colour.
+/// Converts an `OKLab` colour to the nearest sRGB colour.
 fn srgb([l, a, b]: Lab) -> Rgb {
     let cube = |a_share: f64, b_share: f64| (l + a_share * a + b_share * b).powi(3);
     let (l, m, s) = (
@@ -104,7 +105,7 @@ fn srgb([l, a, b]: Lab) -> Rgb {
 pub(crate) mod tests {
     use super::*;
 
-    /// Relative luminance as defined by the Web Content Accessibility Guidelines 2.2.
+    /// Returns the relative luminance as defined by the Web Content Accessibility Guidelines 2.2.
     fn luminance(Rgb(red, green, blue): Rgb) -> f64 {
         let linear = |channel: u8| {
             let share = f64::from(channel) / 255.0;
@@ -113,7 +114,8 @@ pub(crate) mod tests {
         0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue)
     }
 
-    /// Contrast as defined by the same guidelines: 1 to 21.
+    /// Returns the contrast ratio, from 1 to 21, as defined by the Web Content Accessibility
+    /// Guidelines 2.2.
     pub(crate) fn contrast(one: Rgb, other: Rgb) -> f64 {
         let (one, other) = (luminance(one) + 0.05, luminance(other) + 0.05);
         one.max(other) / one.min(other)

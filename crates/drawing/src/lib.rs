@@ -1,5 +1,5 @@
-//! Pictures of mazes and of what a mouse believes: SVG for web pages and files, PNG, animated GIF
-//! and thumbnails.
+//! Pictures of mazes and of the maps that mice build: SVG for web pages and files, PNG, animated
+//! GIF and thumbnails.
 //!
 //! ```text
 //!   -2,-2 ┌───────────────► x     a cell is 20 units wide, and north is on top: cell (x, y) begins
@@ -9,14 +9,14 @@
 //!       y ▼                       For a 16×16 maze the viewBox is `-2 -2 324 324`.
 //! ```
 //!
-//! A [`Scene`] describes the picture: a maze, or a client's map with or without the true maze, and
-//! the mouse, numbers in the cells and the trail. It is drawn once, as SVG; PNG files and the frames
-//! of an [`Animation`] are rasterized from that SVG, so all of them look alike.
+//! A [`Scene`] describes a picture: a maze or a client's map, and optionally the mouse, numbers in
+//! the cells and the trail. Every scene is drawn as SVG. PNG files and the frames of an
+//! [`Animation`] are rasterized from the SVG, so all formats look alike.
 //!
-//! A [`BarChart`] compares the costs of trials.
+//! A [`BarChart`] compares the scores of trials.
 //!
-//! SVG elements carry classes instead of styles, see [`Scene::page_svg`]; [`stylesheet`] defines the
-//! colours. Numbers are drawn as strokes ([`digits`]), so no font is needed.
+//! SVG elements have classes instead of styles (see [`Scene::page_svg`]), and the [`stylesheet`]
+//! defines the colours. Numbers are drawn as strokes ([`digits`]), so no font is needed.
 //!
 //! ```
 //! use mmsim_drawing::{Scene, Theme};
@@ -33,7 +33,7 @@
 //! # Ok::<(), mmsim_maze::ParseMazeError>(())
 //! ```
 //!
-//! The crate does no input or output and knows neither the protocol nor the file formats.
+//! The crate performs no I/O and depends on neither the protocol nor the file formats.
 #![forbid(unsafe_code)]
 
 mod animation;
@@ -61,7 +61,7 @@ pub use scene::{Layers, Scene, TRAIL_CELLS};
 pub use theme::{Theme, stylesheet};
 pub use thumbnail::thumbnail;
 
-/// The code in the README of this crate runs.
+/// Runs the code in the README of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -7,8 +7,8 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use crate::digits::decimals;
 use crate::geometry::{PITCH, centre};
 
-/// Returns the part of a frame around `cells` that lies in one of them: a line inside the walls
-/// along each side whose neighbour is outside the set.
+/// Returns the part of the frame around `cells` that lies in `cell`. The part has a line inside the
+/// walls along each side of `cell` whose neighbour is not in `cells`.
 pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
     const INSET: f64 = 1.9;
     let (x, y) = centre(size, cell);
@@ -16,8 +16,8 @@ pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
     let mut path = String::new();
     for side in Heading::ALL.into_iter().filter(|&side| !has(cell.neighbour(side))) {
         let outside = cell.neighbour(side);
-        // The length from the middle of the side towards a corner: the line turns there, continues
-        // straight, or turns the other way in the next cell.
+        // The length of the line from the middle of the side towards a corner. At the corner the
+        // frame turns inwards, continues straight, or turns outwards in the next cell.
         let reach = |along: Heading| {
             let half = f64::from(PITCH) / 2.0;
             match (has(cell.neighbour(along)), has(outside.and_then(|cell| cell.neighbour(along))))
@@ -29,7 +29,7 @@ pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
         };
         let out = f64::from(PITCH) / 2.0 - INSET;
         let (left, right) = (reach(side.left()), reach(side.right()));
-        // To the east and south of the centre of the cell.
+        // Offsets to the east and to the south from the centre of the cell.
         let point = |way: f64| match side {
             Heading::North => (way, -out),
             Heading::East => (out, way),
@@ -46,12 +46,13 @@ pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
     path
 }
 
-/// Letters 3.4 units high around a point.
+/// The path of the letter S, 3.4 units high, centred on the current point.
 pub(crate) const LETTER_S: &str = "m1-1.2c-.2-.3-.6-.5-1.1-.5-.7 0-1.1.3-1.1.8 0 1.2 2.4.5 2.4 1.7 0 .6-.5.9-1.2.9-.5 0-1-.2-1.2-.5";
+/// The path of the letter G, 3.4 units high, centred on the current point.
 pub(crate) const LETTER_G: &str =
     "m1.2-1c-.2-.4-.6-.7-1.1-.7-.9 0-1.4.7-1.4 1.7s.5 1.7 1.4 1.7c.7 0 1.2-.5 1.2-1.4h-1.1";
 
-/// A mouse seen from above, nose to the north: a tapering body, two ears, two eyes.
+/// The path of a mouse that faces north, seen from above: a tapering body, two ears and two eyes.
 pub(crate) const MOUSE: &str = "M0-8.4C1.9-7 3.2-5.2 3.7-3.5A2.5 2.5 0 1 1 5.5.8C5.9 2 6 3.2 5.6 4.4 4.9 6.6 2.7 7.8 0 7.8S-4.9 6.6-5.6 4.4C-6 3.2-5.9 2-5.5.8A2.5 2.5 0 1 1-3.7-3.5C-3.2-5.2-1.9-7 0-8.4ZM-1.6-3.4a.3.3 0 1 0 .01 0zM1.6-3.4a.3.3 0 1 0 .01 0z";
 
 #[cfg(test)]

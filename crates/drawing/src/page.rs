@@ -1,18 +1,20 @@
-//! Tables for a page that updates the drawing itself.
+//! Tables for a web page that updates a drawing.
 
 use crate::digits::{ADVANCE, DIGITS, decimals};
 use crate::heat::ramp;
 use crate::theme::Theme;
 
-/// Returns the tables that a page needs to draw numbers and heat colours as this crate does, as JSON:
+/// Returns, as JSON, the tables that a web page needs to draw numbers and heat colours like this
+/// crate:
 ///
 /// ```json
 /// {"advance": 5, "digits": ["m…", … 10], "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
 /// ```
 ///
-/// A number of n digits consists, for each digit i from 0, of `M{x} 0` and the path of the digit,
-/// where x is (i − n/2) · advance with at most two decimals, see [`digits`](crate::digits). The
-/// colour of a weight w is number round(63 · w / max(1, the largest weight)).
+/// The path of a number with n digits consists of `M{x} 0` and the path of the digit for each digit
+/// i, counted from 0. The number x is (i − n/2) · advance with at most two decimals (see
+/// [`digits`](crate::digits)). The colour of a weight w has the index round(63 · w / max(1, the
+/// largest weight)).
 ///
 /// ```
 /// assert!(mmsim_drawing::page_json().starts_with(r#"{"advance":5,"digits":["m2.5-3.4c"#));
@@ -28,7 +30,7 @@ pub fn page_json() -> String {
     )
 }
 
-/// Formats texts without characters that JSON escapes.
+/// Formats texts as a JSON array. The texts must not contain characters that JSON escapes.
 fn list(texts: impl Iterator<Item = String>) -> String {
     format!("[{}]", texts.map(|text| format!("\"{text}\"")).collect::<Vec<_>>().join(","))
 }

@@ -10,13 +10,14 @@ use crate::heat::{Rgb, ramp};
 use crate::pixels::PictureError;
 use crate::scene::Scene;
 
-/// The maximum number of colours in a GIF palette, besides the index for unchanged pixels.
-const MOST: usize = 255;
+/// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
+const MAX_COLOURS: usize = 255;
 
-/// The number of colours taken unchanged: those of the theme and those that cover the largest areas.
+/// The number of exact colours in a palette: the colours of the theme and the colours that cover
+/// the largest areas.
 const EXACT: usize = 112;
 
-/// A set of colours with a lookup of the nearest one.
+/// A set of colours with a cached lookup of the nearest colour.
 #[derive(Debug)]
 pub(crate) struct Palette {
     colours: Vec<Rgb>,
@@ -24,16 +25,16 @@ pub(crate) struct Palette {
 }
 
 impl Palette {
-    /// The index that means "unchanged".
+    /// The index for unchanged pixels.
     #[expect(clippy::cast_possible_truncation, reason = "255")]
-    pub(crate) const UNCHANGED: u8 = MOST as u8;
+    pub(crate) const UNCHANGED: u8 = MAX_COLOURS as u8;
 
-    /// Builds a palette for animations of scenes like this one at this size in pixels. Its colours
-    /// come from a sample sheet that shows everything a scene can contain, so the palette suits all
-    /// frames before the first one is drawn.
+    /// Builds a palette for an animation of this width in pixels whose scenes have the same theme
+    /// and layers as `scene`. The colours come from a sample sheet that shows everything a scene
+    /// can contain, so the palette suits all frames of the animation.
     pub(crate) fn like(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
         let size = MazeSize::CLASSIC;
-        // The scale of the scene, as far as the maximum size of a picture allows.
+        // The scale of the scene, within limits for the size of the sheet.
         let side_px = (width_px * units(size).0 / units(scene.size).0).clamp(64, 768);
         let sheet = Sheet::new(size);
         let mut areas = BTreeMap::new();
@@ -53,13 +54,13 @@ impl Palette {
         Ok(Self { colours: choose(chosen, areas.collect()), nearest: HashMap::new() })
     }
 
-    /// Returns the colours as bytes, three for each, padded to 256 entries.
+    /// Returns the colours as bytes, three for each colour, padded to 256 colours.
     pub(crate) fn bytes(&self) -> Vec<u8> {
         let colours = self.colours.iter().flat_map(|colour| [colour.0, colour.1, colour.2]);
-        colours.chain(std::iter::repeat(0)).take(3 * (MOST + 1)).collect()
+        colours.chain(std::iter::repeat(0)).take(3 * (MAX_COLOURS + 1)).collect()
     }
 
-    /// Returns the index of the nearest colour.
+    /// Returns the index of the colour in the palette that is nearest to `colour`.
     pub(crate) fn index(&mut self, colour: Rgb) -> u8 {
         let colours = &self.colours;
         *self.nearest.entry(colour).or_insert_with(|| {
@@ -74,15 +75,16 @@ pub(crate) fn rgb(pixel: PremultipliedColorU8) -> Rgb {
     Rgb(pixel.red(), pixel.green(), pixel.blue())
 }
 
-/// Returns the squared distance between two colours.
+/// Returns the weighted squared distance between two colours.
 fn distance(one: Rgb, other: Rgb) -> u32 {
     let square = |one: u8, other: u8| u32::from(one.abs_diff(other)).pow(2);
     // Green contributes most to perceived lightness, blue least.
     2 * square(one.0, other.0) + 4 * square(one.1, other.1) + square(one.2, other.2)
 }
 
-/// Starts with the fixed colours and those of the largest areas, then repeatedly adds the colour
-/// farthest from all chosen ones. Flat areas are exact, and blends at their edges are close.
+/// Adds to the chosen colours the colours of the largest areas, and then repeatedly the colour
+/// farthest from all chosen colours. Flat areas get their exact colours, and blends at the edges of
+/// areas get similar colours.
 fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     areas.retain(|(colour, _)| !chosen.contains(colour));
     areas.sort_by_key(|&(_, area)| std::cmp::Reverse(area));
@@ -91,7 +93,7 @@ fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     let far = |colour: Rgb| chosen.iter().map(|&other| distance(colour, other)).min().unwrap_or(0);
     let mut rest: Vec<(Rgb, u32)> =
         areas.iter().skip(exact).map(|&(colour, _)| (colour, far(colour))).collect();
-    while chosen.len() < MOST {
+    while chosen.len() < MAX_COLOURS {
         let Some(&(next, 1..)) = rest.iter().max_by_key(|(_, far)| far) else { break };
         chosen.push(next);
         for (colour, far) in &mut rest {
@@ -101,8 +103,7 @@ fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     chosen
 }
 
-/// A sample maze with a map: all kinds of walls and cells, all weights, and a trail through every
-/// cell.
+/// A sample maze with a map and a trail that together show all kinds of walls and cells.
 struct Sheet {
     maze: Maze,
     map: KnownMaze,
@@ -132,11 +133,11 @@ impl Sheet {
         let trail = (0..size.height())
             .step_by(2)
             .flat_map(|y| row(y).map(|(x, y)| Cell::new(if y % 4 == 0 { x } else { 15 - x }, y)));
-        #[expect(clippy::unwrap_used, reason = "start and goals lie inside")]
+        #[expect(clippy::unwrap_used, reason = "the start and the goals lie inside the maze")]
         Self { maze: maze.unwrap(), map, trail: trail.collect() }
     }
 
-    /// Returns the sheet in the theme and with the layers of this scene.
+    /// Returns a scene of the sheet with the theme and the layers of the scene `like`.
     fn scene(&self, like: &Scene<'_>, heading: Heading) -> Scene<'_> {
         Scene::from_map(&self.map)
             .with_truth(Some(&self.maze))
@@ -175,7 +176,7 @@ mod tests {
         assert_eq!(chosen.len(), 203, "there is room for all");
         let many = (0..=255).flat_map(|red| [(Rgb(red, 0, 0), 1), (Rgb(red, 0, 255), 1)]);
         let chosen = choose(Vec::new(), many.collect());
-        assert_eq!(chosen.len(), MOST);
+        assert_eq!(chosen.len(), MAX_COLOURS);
         for blue in [0, 255] {
             for red in 0..=255 {
                 let error = chosen.iter().map(|&other| distance(Rgb(red, 0, blue), other)).min();

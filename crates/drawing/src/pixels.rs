@@ -26,31 +26,32 @@ pub enum PictureError {
     Size {
         /// The requested width in pixels.
         width: u32,
-        /// The height that follows from it, in pixels.
+        /// The height that follows from the width, in pixels.
         height: u64,
     },
-    /// Drawing or encoding failed; no scene causes this.
+    /// Drawing or encoding failed, which no scene is expected to cause.
     #[error("cannot draw the picture: {0}")]
     Drawing(String),
     /// The animation has no frame.
     #[error("cannot write an animation without frames")]
     NoFrame,
-    /// The maze of a frame differs in size from that of the first frame.
+    /// The size of the maze in a frame differs from that in the first frame.
     #[error("cannot add a frame of {found} cells to an animation of {expected} cells")]
     OtherFrame {
-        /// The size of the first maze.
+        /// The size of the maze in the first frame.
         expected: MazeSize,
-        /// The size of this maze.
+        /// The size of the maze in the rejected frame.
         found: MazeSize,
     },
 }
 
 impl Scene<'_> {
-    /// Draws a PNG of this width in pixels; the height follows from the maze, see
-    /// [`width_within`](Self::width_within).
+    /// Draws the scene as a PNG of this width in pixels. The height follows from the size of the
+    /// maze; see [`width_within`](Self::width_within).
     ///
     /// # Errors
-    /// The width is outside 16 to 4096 pixels, or the height exceeds 4096 pixels.
+    /// Returns an error if the width is outside 16 to 4096 pixels or the height exceeds 4096
+    /// pixels.
     ///
     /// ```
     /// use mmsim_drawing::Scene;
@@ -65,8 +66,8 @@ impl Scene<'_> {
             .map_err(|error| PictureError::Drawing(error.to_string()))
     }
 
-    /// Returns the largest width at which neither side of the picture exceeds `most` pixels, but at
-    /// least the minimum width.
+    /// Returns the largest width at which neither side of the picture exceeds `side_px` pixels, but
+    /// at least the minimum width of a picture.
     ///
     /// ```
     /// use mmsim_drawing::Scene;
@@ -87,7 +88,7 @@ impl Scene<'_> {
         paint(&Svg::draw(self, View::Pixels), pixmap)
     }
 
-    /// Creates an empty picture of this width.
+    /// Creates an empty picture of this width in pixels.
     pub(crate) fn blank(&self, width_px: u32) -> Result<Pixmap, PictureError> {
         let (width, height) = (width_px, height_px(self.size, width_px));
         let size_error = PictureError::Size { width, height };
@@ -99,7 +100,7 @@ impl Scene<'_> {
     }
 }
 
-/// Draws an SVG scaled to the picture.
+/// Draws an SVG, scaled to the size of the picture.
 pub(crate) fn paint(drawing: &str, mut pixmap: Pixmap) -> Result<Pixmap, PictureError> {
     let tree = Tree::from_str(drawing, &Options::default())
         .map_err(|error| PictureError::Drawing(error.to_string()))?;
@@ -112,7 +113,7 @@ pub(crate) fn paint(drawing: &str, mut pixmap: Pixmap) -> Result<Pixmap, Picture
     Ok(pixmap)
 }
 
-/// Returns the height that corresponds to a width, in pixels.
+/// Returns the height of a picture of this width, in pixels.
 fn height_px(size: MazeSize, width_px: u32) -> u64 {
     let (width, height) = units(size);
     let (width, height) = (u64::from(width), u64::from(height));
@@ -133,7 +134,7 @@ mod tests {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
     }
 
-    /// Returns the colour at a point, in units, of a picture with 3 pixels per unit.
+    /// Draws the scene with 3 pixels per unit and returns the colour at a point given in units.
     fn at(scene: &Scene<'_>, x: u32, y: u32) -> Rgb {
         let pixmap = scene.pixmap(3 * units(scene.size).0).unwrap();
         let (x, y) = (3 * (x + 2) + 1, 3 * (y + 2) + 1);

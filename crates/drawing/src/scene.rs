@@ -5,14 +5,14 @@ use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 use crate::svg::{Svg, View};
 use crate::theme::Theme;
 
-/// The maximum number of cells drawn of a trail: the most recent ones.
+/// The maximum number of trail cells in a drawing; older cells are omitted.
 pub const TRAIL_CELLS: usize = 500;
 
-/// The contents of a picture: a maze or a client's map, plus mouse, numbers and trail. It borrows
-/// mazes and trail; nothing is drawn until an output is requested.
+/// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
+/// scene borrows the mazes and the trail. Nothing is drawn until an output is requested.
 ///
-/// In a scene of the true maze alone, a page shows all walls pale, because a client's map is added
-/// later; a file shows them at full strength.
+/// If a scene contains only the true maze, a page shows all walls pale, because the page adds a
+/// client's map later. A file shows all walls at full strength.
 ///
 /// ```
 /// use mmsim_drawing::{Layers, Scene, Theme};
@@ -35,15 +35,16 @@ pub struct Scene<'a> {
     pub(crate) truth: Option<&'a Maze>,
     pub(crate) map: Option<&'a KnownMaze>,
     pub(crate) mouse: Option<Pose>,
-    /// One for each cell in the order of [`MazeSize::cells`], or empty.
+    /// The number in each cell, in the order of [`MazeSize::cells`], or an empty list if the scene
+    /// has no numbers.
     pub(crate) numbers: Vec<Option<u16>>,
     pub(crate) trail: &'a [Cell],
     pub(crate) layers: Layers,
     pub(crate) theme: Theme,
 }
 
-/// The layers of a scene that a file shows. A page contains all layers and hides them with classes
-/// on the `<svg>`.
+/// The layers of a scene that a file shows. A page contains all layers and hides layers with
+/// classes on the `<svg>` element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Layers {
     /// The numbers in the cells.
@@ -60,21 +61,21 @@ impl Layers {
 }
 
 impl Default for Layers {
-    /// Numbers and trail only.
+    /// Returns the numbers and the trail, without the heat colours.
     fn default() -> Self {
         Self { numbers: true, heat: false, trail: true }
     }
 }
 
 impl<'a> Scene<'a> {
-    /// Creates a scene of the true maze, with no wall known to a client.
+    /// Creates a scene of the true maze without a client's map.
     pub fn from_maze(maze: &'a Maze) -> Self {
         let scene = Self::empty(maze.size(), maze.start().cell, maze.goals());
         Self { truth: Some(maze), ..scene }
     }
 
-    /// Creates a scene of a client's map. Its walls count as real unless the
-    /// [true maze](Self::with_truth) says otherwise.
+    /// Creates a scene of a client's map. Walls on the map count as real unless a [true
+    /// maze](Self::with_truth) contradicts them.
     pub fn from_map(map: &'a KnownMaze) -> Self {
         let scene = Self::empty(map.size(), map.start().cell, map.goals());
         Self { map: Some(map), ..scene }
@@ -95,8 +96,8 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Adds the true maze: walls unknown to the client are pale, and believed walls that do not exist
-    /// are marked as mistaken. A maze of another size is ignored.
+    /// Adds the true maze. Walls unknown to the client are drawn pale, and walls on the client's
+    /// map that do not exist are marked as mistaken. A maze of a different size is ignored.
     pub fn with_truth(mut self, maze: Option<&'a Maze>) -> Self {
         self.truth = maze.filter(|maze| maze.size() == self.size);
         self
@@ -108,8 +109,8 @@ impl<'a> Scene<'a> {
         self
     }
 
-    /// Adds the client's weight of each cell, as numbers and heat colours. If all weights are 0, none
-    /// is shown.
+    /// Adds the client's weight of each cell, shown as a number and as a heat colour. If all
+    /// weights are 0, no weight is shown.
     pub fn with_weights(mut self, weight: impl Fn(Cell) -> u8) -> Self {
         self.numbers = self.size.cells().map(|cell| Some(u16::from(weight(cell)))).collect();
         if self.numbers.iter().all(|&number| number == Some(0)) {
@@ -118,13 +119,14 @@ impl<'a> Scene<'a> {
         self
     }
 
-    /// Adds a number, such as a distance in steps, to each cell for which `number` returns one.
+    /// Adds a number, such as a distance in steps, to each cell for which `number` returns a value.
     pub fn with_numbers(mut self, number: impl Fn(Cell) -> Option<u16>) -> Self {
         self.numbers = self.size.cells().map(number).collect();
         self
     }
 
-    /// Adds the path of the mouse, oldest cell first. The last [`TRAIL_CELLS`] cells are drawn.
+    /// Adds the path of the mouse, starting with the oldest cell. Only the last [`TRAIL_CELLS`]
+    /// cells are drawn.
     pub fn with_trail(mut self, cells: &'a [Cell]) -> Self {
         self.trail = &cells[cells.len().saturating_sub(TRAIL_CELLS)..];
         self
@@ -142,10 +144,9 @@ impl<'a> Scene<'a> {
         self
     }
 
-    /// Returns the drawing for a page that uses the [`stylesheet`](crate::stylesheet): all layers,
-    /// without styles or a size. Each element that can change carries a class and its cell or wall, so
-    /// a page can update it in place:
-    ///
+    /// Returns the drawing for a page that uses the [`stylesheet`](crate::stylesheet). The drawing
+    /// has all layers, but no styles and no size. Each element that can change has a class and an
+    /// attribute with its cell or wall, so a page can update the element in place:
     ///
     /// ```text
     /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer
@@ -161,17 +162,18 @@ impl<'a> Scene<'a> {
     /// </svg>
     /// ```
     ///
-    /// Cells are ordered row by row from the south. Every place of a wall has an element: the north
-    /// and the east side of each cell, then the south sides of the south row, then the west sides of
-    /// the west column. The class `true` marks a wall of the true maze, `known` a wall that the client
-    /// believes in, `mistaken` a believed wall that does not exist; an element with none of them is
-    /// invisible.
+    /// Cells are ordered row by row from the south. Every place where a wall can be has an element.
+    /// The wall elements are ordered as follows: first the north and the east side of each cell,
+    /// then the south sides of the south row, then the west sides of the west column. The class
+    /// `true` marks a wall of the true maze, `known` marks a wall on the client's map, and
+    /// `mistaken` marks a wall on the client's map that does not exist. An element with none of
+    /// these classes is invisible.
     pub fn page_svg(&self) -> String {
         Svg::draw(self, View::Page)
     }
 
-    /// Returns the drawing as a standalone SVG file: the page's drawing plus the style of its theme and
-    /// a size in pixels, with the selected layers.
+    /// Returns the drawing as a standalone SVG file with the style of the theme, a size in pixels
+    /// and the selected layers.
     pub fn svg(&self) -> String {
         Svg::draw(self, View::File)
     }

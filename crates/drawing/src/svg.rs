@@ -20,11 +20,11 @@ pub(crate) enum View {
     Page,
     /// A file with its own style.
     File,
-    /// Rasterization: like a file, without invisible elements.
+    /// A file for rasterization, without invisible elements.
     Pixels,
 }
 
-/// A writer of the drawing of a scene.
+/// A writer that draws a scene as SVG.
 pub(crate) struct Svg<'a> {
     scene: &'a Scene<'a>,
     view: View,
@@ -32,14 +32,15 @@ pub(crate) struct Svg<'a> {
     parts: Vec<Part>,
 }
 
-/// A part of a drawing with its own area; it can be omitted if it has not changed.
+/// A part of a drawing that is visible only in one area.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
-    /// Its byte range in the text.
+    /// The byte range of the part in the text.
     pub(crate) text: Range<usize>,
-    /// The area in which it is visible.
+    /// The area in which the part is visible.
     pub(crate) area: Area,
-    /// Whether it can be omitted: elements can, pieces of the trail (one element) cannot.
+    /// True if the part is an element, which can be omitted. A piece of the trail is only a part of
+    /// an element and cannot be omitted.
     pub(crate) is_element: bool,
 }
 
@@ -76,7 +77,7 @@ impl<'a> Svg<'a> {
         self.parts.push(Part { text: start..self.text.len(), area, is_element: true });
     }
 
-    /// Returns whether a layer is written at all.
+    /// Returns true if a layer is written.
     fn has(&self, layer: impl Fn(Layers) -> bool) -> bool {
         self.view != View::Pixels || layer(self.scene.layers)
     }
@@ -154,8 +155,8 @@ impl<'a> Svg<'a> {
         self.put("</g>\n");
     }
 
-    /// Draws frames around the start and the goals, each with a badge: S or G. They remain visible
-    /// under the heat colours.
+    /// Draws a frame around the start and a frame around the goals, each with a badge (S or G). The
+    /// frames and badges are drawn on top of the heat colours.
     fn marks(&mut self) {
         let Scene { size, start, goals, .. } = *self.scene;
         self.put("<g class=\"marks\">\n");
@@ -170,7 +171,8 @@ impl<'a> Svg<'a> {
         self.put("</g>\n");
     }
 
-    /// Draws a cell's part of the frame, and the badge if the cell is the corner.
+    /// Draws the part of the frame that lies in `cell`, and the badge if `cell` is the north-west
+    /// corner of the frame.
     fn mark(&mut self, class: &str, cell: Cell, cells: &CellSet, letter: &str) {
         let Scene { size, start, .. } = *self.scene;
         let (x, y) = corner(size, cell);
@@ -215,7 +217,7 @@ impl<'a> Svg<'a> {
             let start = self.text.len();
             self.put(format_args!("{},{}", corner.0 + PITCH / 2, corner.1 + PITCH / 2));
             if let Some((start, before)) = last {
-                // A piece stays within its two cells and those between.
+                // A piece of the trail stays within its two cells and the cells between them.
                 let area = around(cell_area(before), cell_area(corner));
                 self.parts.push(Part { text: start..self.text.len(), area, is_element: false });
             }
@@ -323,7 +325,7 @@ mod tests {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
     }
 
-    /// The mouse knows one wall and believes in another that does not exist.
+    /// Returns a map with one wall that exists and one wall that does not exist.
     fn map(maze: &Maze) -> KnownMaze {
         let mut map = KnownMaze::unexplored(maze);
         map.visit(Cell::new(0, 0));

@@ -20,17 +20,17 @@ pub enum Theme {
 pub(crate) struct Colours {
     pub(crate) floor: Rgb,
     pub(crate) visited: Rgb,
-    /// Known walls; unknown walls use the same colour with less opacity.
+    /// The colour of known walls. Unknown walls have the same colour with less opacity.
     pub(crate) wall: Rgb,
     pub(crate) mistaken: Rgb,
-    /// The start cell and its frame.
+    /// The colours of the start cell and of its frame.
     pub(crate) start: (Rgb, Rgb),
-    /// The goal cells and their frame.
+    /// The colours of the goal cells and of their frame.
     pub(crate) goal: (Rgb, Rgb),
     pub(crate) trail: Rgb,
     pub(crate) number: Rgb,
     pub(crate) mouse: Rgb,
-    /// The outline of the mouse.
+    /// The colour of the mouse's outline.
     pub(crate) rim: Rgb,
     /// The opacity of walls that the client does not know.
     pub(crate) unknown_opacity: &'static str,
@@ -82,15 +82,15 @@ impl Theme {
 }
 
 impl Colours {
-    /// Returns the colours that fill areas.
+    /// Returns the colours that are drawn without transparency.
     pub(crate) const fn areas(&self) -> [Rgb; 11] {
         let Self { floor, visited, wall, mistaken, start, goal, number, mouse, rim, .. } = *self;
         [floor, visited, wall, mistaken, start.0, start.1, goal.0, goal.1, number, mouse, rim]
     }
 }
 
-/// Returns the rules shared by both themes. Simple renderers must understand them: classes only, no
-/// variables, no calculations.
+/// Returns the style rules shared by both themes. The rules use classes but no variables or
+/// calculations, so that simple SVG renderers understand the rules.
 fn shapes() -> String {
     format!(
         "\
@@ -112,7 +112,7 @@ fn shapes() -> String {
     )
 }
 
-/// Returns the rules of one theme: colours only.
+/// Returns the style rules of one theme, which set only colours.
 fn colours(theme: Theme) -> String {
     let Colours { floor, visited, wall, mistaken, start, goal, trail, number, mouse, rim, .. } =
         theme.colours();
@@ -141,8 +141,8 @@ fn colours(theme: Theme) -> String {
     rules
 }
 
-/// Returns the stylesheet of a page with drawings ([`Scene::page_svg`](crate::Scene::page_svg)):
-/// the light theme, and the dark theme for users who prefer it.
+/// Returns the stylesheet of a page with drawings ([`Scene::page_svg`](crate::Scene::page_svg)).
+/// The stylesheet contains the light theme, and the dark theme for users who prefer dark colours.
 ///
 /// ```
 /// let css = mmsim_drawing::stylesheet();
@@ -153,8 +153,8 @@ pub fn stylesheet() -> String {
     format!("{}{light}@media (prefers-color-scheme:dark){{\n{dark}}}\n", shapes())
 }
 
-/// Returns the style of a file in one theme. With `is_truth_alone`, the scene has no client, so all
-/// walls are drawn at full strength.
+/// Returns the style of a file in one theme. If `is_truth_alone` is true, the scene has no client's
+/// map, so all walls are drawn at full strength.
 pub(crate) fn file_style(theme: Theme, is_truth_alone: bool) -> String {
     let strong = ".maze .wall.true{stroke-linecap:square;stroke-opacity:1}\n";
     let strong = if is_truth_alone { strong } else { "" };

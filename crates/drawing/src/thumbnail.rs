@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use mmsim_maze::{Cell, Heading, Maze};
 
-/// Returns a small SVG of a maze, about 1.5 KB for a classic maze: its walls as one path, its goal
-/// cells filled. The background is transparent; the colours suit light and dark pages.
+/// Returns a small SVG of a maze, about 1.5 KB for a classic maze. All walls are drawn as one path,
+/// and the goal cells are filled. The background is transparent, and the colours suit light and
+/// dark pages.
 ///
 /// ```
 /// let maze: mmsim_maze::Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
@@ -29,7 +30,7 @@ pub fn thumbnail(maze: &Maze) -> String {
     )
 }
 
-/// A grey between black and white, visible on both.
+/// A grey that is visible on both black and white.
 const WALL: &str = "#7b8794";
 const GOAL: &str = "#b46be0";
 
@@ -38,8 +39,8 @@ fn row(height: u8, cell: Cell) -> u8 {
     height - 1 - cell.y
 }
 
-/// Returns all walls as one path in units of a cell: the outer walls, then straight runs of inner
-/// walls, each positioned relative to the start of the previous one.
+/// Returns all walls as one path in units of a cell. The path contains the outer walls and then the
+/// straight runs of inner walls. Each run is positioned relative to the end of the previous run.
 fn walls(maze: &Maze) -> String {
     let (width, height) = (maze.size().width(), maze.size().height());
     let mut path = format!("M0 0h{width}v{height}H0z");
@@ -89,7 +90,7 @@ mod tests {
 
     use super::*;
 
-    /// A wall of one cell: its start, and whether it runs east rather than south.
+    /// A wall of one cell: the position of its start, and true if it runs east instead of south.
     type Piece = (i32, i32, bool);
 
     /// Parses the path back into walls.

@@ -1,12 +1,13 @@
-//! Wall places and their classes.
+//! The places where a maze can have walls, and the classes of walls in a drawing.
 
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, WallState};
 
-/// A side of a cell, where a wall can be.
+/// A side of a cell where a wall can be.
 pub(crate) type WallPlace = (Cell, Heading);
 
-/// Returns every wall place of a maze once: the north and the east side of each cell in the order of
-/// [`MazeSize::cells`], then the south sides of the south row, then the west sides of the west column.
+/// Returns each place where a maze can have a wall exactly once: the north and the east side of
+/// each cell in the order of [`MazeSize::cells`], then the south sides of the south row, then the
+/// west sides of the west column.
 pub(crate) fn places(size: MazeSize) -> impl Iterator<Item = WallPlace> {
     let inner = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
     let south = (0..size.width()).map(|x| (Cell::new(x, 0), Heading::South));
@@ -17,7 +18,7 @@ pub(crate) fn places(size: MazeSize) -> impl Iterator<Item = WallPlace> {
 /// The classification of a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct WallClass {
-    /// Whether the true maze has the wall.
+    /// True if the true maze has the wall.
     pub(crate) stands: bool,
     /// The client's belief.
     pub(crate) belief: BelievedWall,
@@ -26,11 +27,11 @@ pub(crate) struct WallClass {
 /// A client's belief about a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BelievedWall {
-    /// The client does not believe in the wall.
+    /// The wall is not on the client's map.
     None,
-    /// The client believes in the wall, and it exists or the truth is unknown.
+    /// The wall is on the client's map, and it exists or the true maze is unknown.
     Known,
-    /// The client believes in the wall, but it does not exist.
+    /// The wall is on the client's map but not in the true maze.
     Mistaken,
 }
 

@@ -1,9 +1,9 @@
 //! Evaluates the champion on mazes outside its training set.
 //!
-//! The mazes are divided into two halves, in blocks of eight because the mazes of a contest are
-//! adjacent. A wall prior is learnt from one half and the champion runs in the other half with
-//! several seeds, and vice versa. For comparison, the robot `proven` explores until no faster race
-//! is possible.
+//! The mazes are divided into two halves in blocks of eight, because mazes of the same contest are
+//! adjacent in the list. A wall prior is learnt from one half and the champion runs in the other
+//! half with several seeds, and vice versa. For comparison, the robot `proven` explores until no
+//! faster race is possible.
 //!
 //! ```sh
 //! cargo run --release -p mmsim-trial --example cross_validation -- MAZES...
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         WallPrior::learn(training.map(|(_, maze)| maze))
     });
     println!(
-        "{} mazes; mean score for each seed from 0 to {}, overall mean",
+        "{} mazes; mean score for each seed from 0 to {}, and overall mean",
         mazes.len(),
         SEEDS - 1
     );
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let overall = means.iter().sum::<f64>() / means.len() as f64;
         println!("{name:22} {}  {overall:.3}", columns.join(" "));
     };
-    // This robot does not use the seed.
+    // The robot `proven` does not use the seed.
     print("proven", StoppingRule::Proven, 1);
     for min_gain in MIN_GAINS {
         print(&format!("champion, gain {min_gain:.1}"), StoppingRule::MinGain(min_gain), SEEDS);
@@ -61,13 +61,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the half to which a maze belongs.
+/// Returns the half, 0 or 1, to which the maze with this index belongs.
 const fn half(index: usize) -> usize {
     index / BLOCK % 2
 }
 
-/// Returns the mean score over all mazes, each with the prior learnt from the other half. A trial
-/// without a score makes the mean infinite.
+/// Returns the mean score over all mazes. For each maze the champion uses the prior learnt from the
+/// half that does not contain the maze. A trial without a score makes the mean infinite.
 fn mean(mazes: &[Maze], priors: &[WallPrior; 2], rule: StoppingRule, seed: u64) -> f64 {
     let score = |(index, maze): (usize, &Maze)| {
         let prior = priors[half(index)].clone();

@@ -1,7 +1,8 @@
-//! Measures how long the champion takes per step: median, 99th percentile and maximum over complete
-//! trials in all mazes of the given paths, with noise-free and with noisy sensors.
+//! Measures how long the champion takes per step. Prints the median, the 99th percentile and the
+//! maximum over complete trials in all mazes of the given paths, with noise-free and with noisy
+//! sensors.
 //!
-//! Each trial runs three times and each step counts with its fastest run, which reduces the
+//! Each trial runs three times, and only the fastest time of each step counts, which reduces the
 //! influence of other processes.
 //!
 //! ```sh
@@ -18,7 +19,7 @@ use mmsim_trial::{
     Action, Champion, Robot, SensorNoise, StoppingRule, WallPrior, run_observed_trial,
 };
 
-/// A robot and the durations of its steps.
+/// A robot that records the duration of each step.
 struct TimedRobot<R> {
     robot: R,
     steps: Vec<Duration>,

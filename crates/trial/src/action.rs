@@ -1,24 +1,26 @@
-//! The answer of a robot to its sensor readings.
+//! The response of a robot to its sensor readings.
 
 use std::fmt;
 
 use mmsim_maze::Heading;
 
-/// What a robot does in a time step.
+/// The action of a robot in one time step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
-    /// Turns on the spot, then moves straight.
+    /// A turn on the spot, followed by a straight move.
     Move {
         /// The turn.
         rotation: Rotation,
         /// The number of cells to move along the new heading; a negative number moves backwards.
-        /// The environment limits it to 3 in either direction, and the move ends early at a wall.
+        /// The environment limits a move to 3 cells in either direction and ends it early at a
+        /// wall.
         cells: i8,
     },
-    /// Ends the first run if the robot has visited the goal. Any other reset wastes a step.
+    /// A reset, which ends the first run if the robot has visited the goal and only wastes a step
+    /// otherwise.
     Reset,
-    /// Reports that the goal is unreachable. The trial ends without a score. The published tester
-    /// has no such answer: there, the robot moves on until its steps are used up.
+    /// A report that the goal is unreachable, which ends the trial without a score. The published
+    /// tester has no such action: its robots keep moving until they run out of steps.
     GiveUp,
 }
 
@@ -37,11 +39,11 @@ impl Action {
     /// The maximum number of cells in one step.
     pub const MAX_CELLS: i8 = 3;
 
-    /// No turn and no move.
+    /// The action that neither turns nor moves the robot.
     pub const STAY: Self = Self::Move { rotation: Rotation::None, cells: 0 };
 
-    /// Converts the two numbers of the published robots: a rotation in degrees, where values other
-    /// than -90 and 90 mean no turn, and a movement in cells.
+    /// Creates a move from the two numbers that a published robot returns: a rotation in degrees
+    /// and a movement in cells. Rotations other than -90 and 90 mean no turn.
     ///
     /// ```
     /// use mmsim_trial::{Action, Rotation};
@@ -59,8 +61,9 @@ impl Action {
         Self::Move { rotation, cells }
     }
 
-    /// Returns the move that takes a robot with heading `from` the given number of cells towards
-    /// `heading`, in reverse if that direction is behind the robot; `None` for 0 cells.
+    /// Returns the action that moves a robot with heading `from` by `cells` cells towards
+    /// `heading`, or `None` for 0 cells. If `heading` is behind the robot, the robot moves
+    /// backwards.
     pub(crate) fn towards(from: Heading, heading: Heading, cells: usize) -> Option<Self> {
         let cells = i8::try_from(cells).ok().filter(|&cells| cells > 0)?;
         let is_turn = |rotation: &Rotation| rotation.turn(from) == heading;
@@ -72,7 +75,7 @@ impl Action {
 }
 
 impl Rotation {
-    /// Returns the angle in degrees, clockwise.
+    /// Returns the angle of the turn in degrees; clockwise is positive.
     pub const fn degrees(self) -> i16 {
         match self {
             Self::Left => -90,

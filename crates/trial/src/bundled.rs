@@ -1,4 +1,4 @@
-//! The robots of this crate, by name.
+//! The names and descriptions of the robots in this crate.
 
 use std::fmt;
 use std::str::FromStr;
@@ -11,7 +11,7 @@ use crate::random_walk::RandomWalk;
 use crate::robot::Robot;
 use crate::swing::{KeyPoints, Swing, Variant};
 
-/// A robot of this crate.
+/// One of the robots in this crate.
 ///
 /// ```
 /// use mmsim_trial::BundledRobot;
@@ -36,16 +36,16 @@ pub enum BundledRobot {
     Champion,
 }
 
-/// The settings of bundled robots. Each robot uses those that apply to it.
+/// The settings of bundled robots. Each robot ignores the settings that do not apply to it.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Settings {
     /// The random seed.
     pub seed: u64,
     /// The number of corners to visit.
     pub key_points: KeyPoints,
-    /// How much of the key point route to follow.
+    /// The part of the key point route to follow.
     pub variant: Variant,
-    /// The probability that a sensor reading is wrong by one cell, 0 to 1.
+    /// The probability, from 0 to 1, that a sensor reading is wrong by one cell.
     pub noise: f64,
 }
 
@@ -69,7 +69,7 @@ impl BundledRobot {
         Self::Champion,
     ];
 
-    /// Returns the name used on the command line.
+    /// Returns the robot's name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Random => "random",
@@ -85,15 +85,15 @@ impl BundledRobot {
         Self::ALL.iter().map(|robot| robot.name()).collect()
     }
 
-    /// Returns a short description.
+    /// Returns a short description of the robot.
     pub const fn about(self) -> &'static str {
         match self {
             Self::Random => "random turns and moves",
-            Self::CountExpansion => "flood to the goal, reset, race",
-            Self::Swing => "A* to centre and corners, then the shortest known path",
-            Self::SwingTimed => "as swing, with plans in time steps of up to 3 cells",
+            Self::CountExpansion => "flood to find the goal, reset, then race",
+            Self::Swing => "A* to the centre and the corners, then the shortest known path",
+            Self::SwingTimed => "like swing, but plan in time steps of up to 3 cells",
             Self::Proven => "explore until no faster race is possible",
-            Self::Champion => "explore as long as that is likely to pay off",
+            Self::Champion => "explore as long as it is likely to pay off",
         }
     }
 

@@ -1,4 +1,4 @@
-//! The champion: explores as long as that pays off.
+//! The champion, a robot that explores as long as exploration pays off.
 
 mod belief_state;
 mod contest;
@@ -20,26 +20,31 @@ use belief_state::BeliefState;
 use exploration_value::ExplorationValue;
 pub use wall_prior::WallPrior;
 
-/// The champion: moves to the goal, explores as long as the expected gain exceeds the cost, and
-/// races in the fewest steps over known walls.
+/// A robot that moves to the goal, explores as long as the expected gain exceeds the cost, and then
+/// races along the fastest known path.
 ///
-/// **On the way to the goal** it plans optimistically. It moves to the cell at the edge of the
-/// known part that has the goal in the fewest time steps.
+/// **On the way to the goal** the champion plans optimistically: it treats unknown walls as open.
+/// The champion heads for the cell at the edge of the explored area that lies on the fastest
+/// possible path to the goal.
 ///
-/// **After that** it samples mazes that agree with the known walls; a [`WallPrior`] gives the
-/// probabilities of the unknown ones. In each sample it finds the fastest race and its stretch of
-/// unknown walls, the steps that this race would save, and the steps needed to explore the stretch.
-/// It adds these numbers up over all samples. A [`StoppingRule`] sets the minimum gain per
-/// exploration step. Of the stretches that reach it, the robot moves to the one with the most gain
-/// nearby. It stops if there is none, or if no faster race is possible.
+/// **After reaching the goal** the champion samples random mazes that agree with the known walls; a
+/// [`WallPrior`] gives the probabilities of the unknown walls. In each sample the champion finds
+/// the fastest path from the start to the goal and the stretch of this path that has unknown walls.
+/// The champion computes how many race steps the path would save and how many steps the exploration
+/// of the stretch takes, and sums both numbers over all samples. A [`StoppingRule`] sets the
+/// minimum gain per exploration step. Among the stretches that reach the minimum gain, the robot
+/// moves to the stretch with the largest total gain, which includes the gain of other stretches
+/// nearby. The robot stops exploring if no stretch reaches the minimum gain or if no faster race is
+/// possible.
 ///
-/// It assumes a contest maze: the goal cells are a room with one entrance, and the other walls
-/// resemble those of contest mazes. In other mazes it explores too little or too much, but its
-/// moves never depend on a sample: with noise-free sensors it moves only through open sides that it
-/// has seen.
+/// The champion assumes that the maze is similar to a contest maze, in which the goal cells form a
+/// room with one entrance. In other mazes the champion explores too little or too much, but it
+/// never relies on a sampled wall: with noise-free sensors it moves only through sides that it has
+/// seen to be open.
 ///
-/// With noisy sensors it keeps a probability for each wall, repeats uncertain readings, and tracks
-/// several hypotheses about its position, because an unseen wall can cut a move short.
+/// With noisy sensors the champion keeps a probability for each wall and repeats uncertain
+/// readings. The champion also tracks several hypotheses about its position, because an undetected
+/// wall can cut a move short.
 #[derive(Clone, Debug)]
 pub struct Champion {
     belief: BeliefState,
@@ -51,13 +56,14 @@ pub struct Champion {
     steps: u32,
 }
 
-/// The rule by which a [`Champion`] stops exploring.
+/// The rule that decides when a [`Champion`] stops exploring.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub enum StoppingRule {
-    /// Stop if an exploration step saves less than this many thirtieths of a race step.
+    /// Stop when the expected saving per exploration step is below this value, in thirtieths of a
+    /// race step.
     MinGain(f64),
-    /// Stop if no faster race is possible, whatever the cost.
+    /// Stop only when no faster race is possible, whatever the cost of exploration.
     Proven,
 }
 
@@ -118,7 +124,7 @@ impl Champion {
         }
     }
 
-    /// Returns whether the race must begin now to end within the step limit.
+    /// Returns true if the race must begin now to finish within the step limit.
     fn must_race(&self, upper: u16) -> bool {
         let race = u32::from(upper);
         self.steps + race + race / 4 + 4 >= Trial::MAX_STEPS
@@ -149,15 +155,15 @@ impl Robot for Champion {
     }
 }
 
-/// Bounds on the race steps, and the distances used to compute them.
+/// Bounds on the number of race steps, and the distances used to compute the bounds.
 struct RaceBounds {
     /// Pessimistic distances from the current cell.
     from_here: RaceSteps,
     /// Optimistic distances to the goal.
     to_goal: RaceSteps,
-    /// The fewest race steps with unknown walls closed.
+    /// The minimum number of race steps if all unknown walls are closed.
     upper: Option<u16>,
-    /// The fewest race steps with unknown walls open.
+    /// The minimum number of race steps if all unknown walls are open.
     lower: Option<u16>,
 }
 
@@ -173,15 +179,15 @@ impl RaceBounds {
         Self { from_here, to_goal, upper, lower }
     }
 
-    /// Returns the steps to a cell over known open sides; 1 for the current cell, where the robot
-    /// turns on the spot.
+    /// Returns the number of steps to a cell through sides known to be open. Returns 1 for the
+    /// current cell, because a turn on the spot takes one step.
     fn steps_to(&self, cell: Cell) -> Option<u16> {
         self.from_here.at(cell).map(|steps| steps.max(1))
     }
 
-    /// Returns the cell to head for: the cell at the edge of the explored area with the shortest path
-    /// to the goal, or a goal cell. Ties are broken by the smallest sum of steps to the cell and Manhattan distance
-    /// from there to the goal, then by the fewest steps to the cell.
+    /// Returns the goal cell or the cell at the edge of the explored area through which the path to
+    /// the goal may be shortest. Ties are broken by the number of steps to the cell plus the
+    /// Manhattan distance from the cell to the goal, then by the number of steps to the cell.
     fn nearest_to_goal(&self, map: &KnownMaze) -> Option<Cell> {
         let manhattan = |cell: Cell, goal: Cell| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y);
         let to_any_goal = |cell| map.goals().iter().map(|goal| manhattan(cell, goal)).min();
@@ -195,8 +201,8 @@ impl RaceBounds {
         nearest.map(|(_, cell)| cell)
     }
 
-    /// Returns the nearest cell at the edge of the known part through which a race may take fewer
-    /// than `upper` steps or, if there is none, exactly `upper` steps.
+    /// Returns the nearest cell at the edge of the explored area through which a race may take
+    /// fewer than `upper` steps or, if no cell allows fewer, exactly `upper` steps.
     fn nearest_improving(&self, map: &KnownMaze, upper: u16) -> Option<Cell> {
         let from_start = RaceSteps::flood_from(map.walls(Unknown::Open), map.start().cell);
         let race_through = |cell| Some(from_start.at(cell)? + self.to_goal.at(cell)?);
@@ -216,7 +222,8 @@ impl RaceBounds {
 
 const TURN: Action = Action::Move { rotation: Rotation::Right, cells: 0 };
 
-/// Returns the next move towards a cell; in the cell itself, a turn that reveals the walls behind.
+/// Returns the next move towards `target`. In the target cell, returns a turn that reveals the
+/// walls behind the robot.
 fn move_to(map: &KnownMaze, pose: Pose, target: Cell) -> Action {
     let walls = map.walls(Unknown::Closed);
     RaceSteps::flood_from(walls, target).next_move(walls, pose).unwrap_or(TURN)
@@ -236,7 +243,7 @@ mod tests {
     use crate::robot::{run_observed_trial, run_trial};
     use crate::trial::TrialOutcome;
 
-    /// A maze with two paths to the goal. The shorter one leads away from the goal at first.
+    /// A maze with two paths to the goal. The shorter path leads away from the goal at first.
     const MAZE: &str = "\
 o---o---o---o---o---o---o
 |                       |

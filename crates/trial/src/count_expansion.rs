@@ -1,4 +1,4 @@
-//! Count expansion: the published benchmark that floods without a heuristic.
+//! Count expansion, the published benchmark robot that floods without a heuristic.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -12,26 +12,28 @@ use crate::robot::Robot;
 use crate::survey::Survey;
 use crate::trial::sensor_headings;
 
-/// Count expansion: the A* of the published [`Swing`](crate::Swing) with the heuristic set to zero.
-/// The robot moves to the centre, resets, and races there. Its scores equal the published ones.
+/// The published benchmark robot that plans like the published [`Swing`](crate::Swing), using A*
+/// with the heuristic set to zero. The robot moves to the centre, resets, and races to the centre.
+/// The robot's scores equal the published scores.
 ///
-/// Before each step it floods the maze from its position over the walls noted so far, with unknown
-/// walls open, and numbers the cells in the order in which the flood finds them. Cells at the same
-/// distance expand by column from west to east, within a column from south to north, and each to
-/// the north, west, south and east. The plan follows the neighbours with the lowest numbers back
-/// from the centre, so it is not always a shortest path. The robot takes the first straight of the
-/// plan, up to 3 cells.
+/// Before each step the robot floods the maze from its position, with unknown walls open, and
+/// numbers the cells in the order in which the flood reaches them. Cells at the same distance are
+/// expanded by column from west to east, and within a column from south to north. Each cell is
+/// expanded to the north, west, south and east, in this order. The plan is traced back from the
+/// centre through the neighbours with the lowest numbers, so it is not always a shortest path. The
+/// robot moves up to 3 cells along the first straight of the plan.
 ///
-/// A wall that the sensors see is noted on its near side only; plans may still cross it from the
-/// far side. The race is planned in the same way, so it may enter unexplored cells.
+/// The robot records a wall only on the side from which it saw the wall, so a plan may still cross
+/// the wall from the opposite side. The race is planned in the same way as the exploration, so it
+/// may enter unexplored cells.
 ///
-/// These are the rules of the published code, with two additions: the robot turns on the spot if it
-/// has not seen the walls behind it, and it [gives up](Action::GiveUp) if no goal cell is reachable.
-/// In large mazes it may run out of time.
+/// The robot differs from the published code in two ways: it turns on the spot if it has not seen
+/// the walls behind it, and it [gives up](Action::GiveUp) if no goal cell is reachable. In large
+/// mazes the robot may exceed the step limit.
 #[derive(Clone, Debug)]
 pub struct CountExpansion {
     survey: Survey,
-    /// For each heading of [`ORDER`], the cells with a wall on that side, as seen from inside.
+    /// For each heading of [`ORDER`], the cells from which a wall was seen in that direction.
     walls: [CellSet; 4],
     has_visited_goal: bool,
     is_racing: bool,
@@ -62,13 +64,15 @@ impl CountExpansion {
         }
     }
 
-    /// Returns the neighbour in direction `ORDER[place]` unless a wall was seen from this side.
+    /// Returns the neighbour of `cell` in direction `ORDER[place]`, or `None` if a wall was seen
+    /// from `cell`.
     fn beyond(&self, cell: Cell, place: usize) -> Option<Cell> {
         let next = self.survey.map().size().neighbour(cell, ORDER[place]);
         next.filter(|_| !self.walls[place].contains(cell))
     }
 
-    /// Floods from `from` and returns for each cell how many cells were found before it.
+    /// Floods the maze from `from` and returns, for each cell, the number of cells that were
+    /// reached before it.
     fn counts(&self, from: Cell) -> ExpansionCounts {
         let mut counts = ExpansionCounts([None; MazeSize::MAX_AREA]);
         let mut open = BinaryHeap::from([Reverse((0_u16, from.x, from.y))]);
@@ -87,7 +91,7 @@ impl CountExpansion {
         counts
     }
 
-    /// Returns the first straight of the path to `target`: its heading and its length in cells.
+    /// Returns the heading and the length in cells of the first straight of the path to `target`.
     fn plan(&self, target: Cell) -> Option<(Heading, usize)> {
         let counts = self.counts(self.survey.pose().cell);
         let (mut cell, mut straight) = (target, None);
@@ -108,7 +112,7 @@ impl CountExpansion {
         straight
     }
 
-    /// Returns the next step towards the centre, `None` if the goal is unreachable.
+    /// Returns the next step towards the centre, or `None` if the goal is unreachable.
     fn step(&self) -> Option<Action> {
         let (map, pose) = (self.survey.map(), self.survey.pose());
         let target = centre(map.goals(), map.walls(Unknown::Open), pose.cell)?;

@@ -1,5 +1,5 @@
-//! The two-run trial "plot and navigate a virtual maze": a robot explores an unknown maze, returns
-//! to the start by a reset, and races to the goal.
+//! The two-run trial "plot and navigate a virtual maze": a robot explores an unknown maze, is reset
+//! to the start, and races to the goal.
 //!
 //! ```text
 //!              a step: sensors, then a turn and up to 3 cells
@@ -11,8 +11,8 @@
 //! ```
 //!
 //! [`Trial`] is the environment and follows the rules of the published tester exactly. A [`Robot`]
-//! takes part in it. The crate uses no clock, sockets or threads, and all randomness comes from
-//! seeds, so a trial gives the same result on every machine.
+//! takes part in a trial. The crate uses no clock, sockets or threads, and all randomness comes
+//! from seeds, so a trial gives the same result on every machine.
 #![forbid(unsafe_code)]
 
 mod action;

@@ -2,10 +2,10 @@
 
 use fastrand::Rng;
 
-/// Sensor noise: each reading is wrong by one cell with a given probability.
+/// Sensor noise that makes each reading wrong by one cell with a given probability.
 ///
-/// A wrong reading is equally likely to be too high or too low, except that a reading of 0 becomes
-/// 1. The same seed gives the same errors.
+/// A wrong reading is equally likely to be too high or too low, but a true value of 0 is always
+/// misread as one cell. The same seed gives the same errors.
 ///
 /// ```
 /// use mmsim_trial::SensorNoise;
@@ -25,12 +25,12 @@ impl SensorNoise {
         Self::new(0., 0)
     }
 
-    /// Creates sensors whose readings are wrong with the given probability, 0 to 1.
+    /// Creates sensors whose readings are wrong with the given probability, from 0 to 1.
     pub fn new(probability: f64, seed: u64) -> Self {
         Self { probability, rng: Rng::with_seed(seed) }
     }
 
-    /// Returns the readings with errors added.
+    /// Adds random errors to the readings.
     pub fn apply(&mut self, readings: [u8; 3]) -> [u8; 3] {
         readings.map(|cells| {
             if self.rng.f64() >= self.probability {

@@ -1,20 +1,20 @@
-//! The fewest time steps to the goal.
+//! The minimum number of time steps to the goal.
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose, Walls};
 
 use crate::action::Action;
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
-/// Empty rows on either side of the maze, which make bounds checks unnecessary.
+/// The number of empty rows north and south of the maze, which make bounds checks unnecessary.
 const MARGIN: usize = Action::MAX_CELLS as usize;
 const UNREACHABLE: u16 = u16::MAX;
 
-/// The number of time steps from each cell to the nearest of some target cells.
+/// The number of time steps from each cell to the nearest target cell.
 ///
-/// A step is a straight of 1 to 3 cells. The heading does not matter: within a step, a robot turns
-/// left or right before it moves, or moves backwards. A target counts if a step ends in it, not if
-/// a step crosses it. As a straight may end after any cell, a target that can be crossed can also
-/// be reached.
+/// A step is a straight move of 1 to 3 cells. The robot's heading does not affect the distance,
+/// because a step may begin with a left or right turn, and a robot can move backwards. A target
+/// counts as reached only if a step ends in it. A step may end in any cell that it could cross, so
+/// every target that can be crossed can also be reached.
 ///
 /// The distances are computed by breadth-first search. Each wave takes a few bit operations on the
 /// rows of the maze.
@@ -29,7 +29,7 @@ const UNREACHABLE: u16 = u16::MAX;
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct RaceSteps {
     size: MazeSize,
-    /// By row from the south, 32 cells each.
+    /// The number of steps for each cell, in rows of 32 cells from the south.
     steps: [u16; MazeSize::MAX_AREA],
 }
 
@@ -51,22 +51,23 @@ impl RaceSteps {
         Self::flood(walls, &CellSet::from_iter([target]))
     }
 
-    /// Returns the number of time steps from `cell` to the nearest target, 0 in a target. Returns
-    /// `None` if no target is reachable or the cell is outside the maze.
+    /// Returns the number of time steps from `cell` to the nearest target, which is 0 in a target.
+    /// Returns `None` if no target is reachable or the cell is outside the maze.
     pub fn at(&self, cell: Cell) -> Option<u16> {
         let index = || usize::from(cell.y) * SIDE + usize::from(cell.x);
         let steps = self.size.contains(cell).then(|| self.steps[index()]);
         steps.filter(|&steps| steps != UNREACHABLE)
     }
 
-    /// Returns the first move of a fastest path from `pose`, `None` if a target is reached or
-    /// unreachable. Ties are broken by the longest move, then by the order ahead, left, right, back.
+    /// Returns the first move of a fastest path from `pose`, or `None` if `pose` is in a target or
+    /// no target is reachable. Longer moves are preferred; ties are broken in the order ahead,
+    /// left, right, back.
     pub fn next_move(&self, walls: &Walls, pose: Pose) -> Option<Action> {
         let (heading, cells) = self.next_straight(walls, pose)?;
         Action::towards(pose.heading, heading, cells)
     }
 
-    /// Returns the same move as a direction and a number of cells.
+    /// Returns the direction and the number of cells of [`next_move`](Self::next_move).
     pub(crate) fn next_straight(&self, walls: &Walls, pose: Pose) -> Option<(Heading, usize)> {
         let here = self.at(pose.cell)?;
         let towards =
@@ -94,14 +95,15 @@ pub(crate) fn straight(
     std::iter::successors(Some(cell), next).skip(1).take(MARGIN)
 }
 
-/// Returns the minimum number of race steps, `None` if the goal is unreachable. A start in the goal
-/// counts 1, because the race only ends with a step.
+/// Returns the minimum number of race steps, or `None` if the goal is unreachable. Returns 1 if the
+/// start is in the goal, because a race has at least one step.
 pub fn race_optimum(walls: &Walls, start: Cell, goals: &CellSet) -> Option<u16> {
     RaceSteps::flood(walls, goals).at(start).map(|steps| steps.max(1))
 }
 
-/// The open straights of 1, 2 and 3 cells to the north and to the east of each cell: bit x of row
-/// `MARGIN` + y. `PADDED` is `ROWS` plus both margins. Straights never leave the maze.
+/// The open straights of 1, 2 and 3 cells to the north and to the east of each cell. Bit x of row
+/// `MARGIN` + y stands for cell (x, y). `PADDED` is `ROWS` plus both margins. Straights never leave
+/// the maze.
 pub(crate) struct Straights<const ROWS: usize, const PADDED: usize> {
     north: [[u32; PADDED]; MARGIN],
     east: [[u32; PADDED]; MARGIN],
@@ -140,7 +142,7 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
         }
     }
 
-    /// Returns the cells one step from the wave, except those in `excluded`.
+    /// Returns the cells that are one step away from the wave, except the cells in `excluded`.
     pub(crate) fn next(&self, Wave(wave): &Wave<PADDED>, excluded: &Wave<PADDED>) -> Wave<PADDED> {
         let mut next = [0; PADDED];
         for y in MARGIN..MARGIN + ROWS {
@@ -155,7 +157,7 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
         Wave(next)
     }
 
-    /// Returns the cells in which a step from `cell` may end, nearest first.
+    /// Returns the cells in which a step from `cell` towards `heading` may end, nearest first.
     pub(crate) fn ends(&self, cell: Cell, heading: Heading) -> impl Iterator<Item = Cell> + '_ {
         let Cell { x, y } = cell;
         let row = MARGIN + usize::from(y);
@@ -173,7 +175,7 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
     }
 }
 
-/// A set of cells: bit x of row `MARGIN` + y.
+/// A set of cells, in which bit x of row `MARGIN` + y stands for cell (x, y).
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Wave<const PADDED: usize>([u32; PADDED]);
 
@@ -199,7 +201,7 @@ impl<const PADDED: usize> Wave<PADDED> {
         }
     }
 
-    /// Returns the set of all other cells.
+    /// Returns the set of all cells that are not in this set.
     pub(crate) fn complement(&self) -> Self {
         Self(self.0.map(|row| !row))
     }
@@ -227,7 +229,7 @@ mod tests {
     use super::*;
     use crate::trial::Trial;
 
-    /// The reference implementation: breadth-first search over poses in the environment.
+    /// The reference implementation, a breadth-first search over poses in the environment.
     fn naive(maze: &Maze) -> Option<u16> {
         let mut queue = VecDeque::from([(Trial::new(maze), 0)]);
         let mut seen = vec![maze.start()];

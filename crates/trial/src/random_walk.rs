@@ -7,8 +7,9 @@ use crate::action::Action;
 use crate::robot::Robot;
 use crate::survey::Survey;
 
-/// The published benchmark that moves at random: a random turn and 0 to 3 cells forwards in each
-/// step. It resets after visiting the goal. The same seed gives the same moves.
+/// The published benchmark robot that moves at random. In each step the robot makes a random turn
+/// and moves 0 to 3 cells forwards. The robot resets once it is in the goal. The same seed gives
+/// the same moves.
 #[derive(Clone, Debug)]
 pub struct RandomWalk {
     survey: Survey,

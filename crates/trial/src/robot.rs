@@ -1,4 +1,4 @@
-//! The interface of robots, and functions that run a trial.
+//! The [`Robot`] trait, and functions that run a trial.
 
 use mmsim_maze::Maze;
 
@@ -6,11 +6,11 @@ use crate::action::Action;
 use crate::noise::SensorNoise;
 use crate::trial::{Trial, TrialOutcome};
 
-/// A robot: it answers sensor readings with actions.
+/// A robot, which responds to sensor readings with actions.
 ///
-/// Before the trial a robot knows the size of the maze, its start and its goal cells
-/// ([`KnownMaze::unexplored`](mmsim_maze::KnownMaze::unexplored)). It tracks its own position by
-/// dead reckoning.
+/// Before the trial a robot knows the size, the start and the goal cells of the maze
+/// ([`KnownMaze::unexplored`](mmsim_maze::KnownMaze::unexplored)). During the trial the robot
+/// tracks its own position by dead reckoning.
 ///
 /// Robots are deterministic: they use no clock, threads or sockets, and all randomness comes from a
 /// seed.
@@ -36,7 +36,7 @@ use crate::trial::{Trial, TrialOutcome};
 /// ```
 pub trait Robot {
     /// Returns the next action. `sensors` holds the numbers of open cells to the left, in front and
-    /// to the right, up to the next wall.
+    /// to the right of the robot, up to the next wall.
     fn next_move(&mut self, sensors: [u8; 3]) -> Action;
 }
 
@@ -52,7 +52,7 @@ pub fn run_trial(maze: &Maze, robot: &mut (impl Robot + ?Sized)) -> TrialOutcome
 }
 
 /// Runs a complete trial of a robot with the given sensor noise. Before each step, `observe`
-/// receives the trial, the readings that the robot got, and its answer.
+/// receives the trial, the sensor readings of the robot and the robot's action.
 pub fn run_observed_trial(
     maze: &Maze,
     robot: &mut (impl Robot + ?Sized),
@@ -83,7 +83,7 @@ pub(crate) mod tests {
         actions
     }
 
-    /// Runs trials with noisy sensors; they must neither panic nor leave the maze.
+    /// Checks that trials with noisy sensors neither panic nor leave the maze.
     pub(crate) fn check_noisy_trials<R: Robot>(new_robot: impl Fn(&Maze) -> R) {
         let text = "o---o---o---o\n|         G |\no   o---o   o\n| S         |\no---o---o---o\n";
         let maze: Maze = text.parse().unwrap();

@@ -5,7 +5,8 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, WallState};
 use crate::action::Action;
 use crate::trial::sensor_headings;
 
-/// A robot's map of the maze, built from sensor readings, and its pose by dead reckoning.
+/// A robot's map of the maze, built from sensor readings, and the robot's pose, tracked by dead
+/// reckoning.
 ///
 /// ```
 /// use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, WallState};
@@ -30,7 +31,7 @@ impl Survey {
         Self { map, pose }
     }
 
-    /// Sets the pose, for callers that know it without dead reckoning.
+    /// Sets the pose, for callers that know the pose without dead reckoning.
     pub const fn set_pose(&mut self, pose: Pose) {
         self.pose = pose;
     }
@@ -50,13 +51,13 @@ impl Survey {
         self.map.goals()
     }
 
-    /// Returns whether the estimated position is a goal cell.
+    /// Returns true if the estimated position is a goal cell.
     pub fn is_in_goal(&self) -> bool {
         self.goals().contains(self.pose.cell)
     }
 
-    /// Adds sensor readings to the map and returns whether they changed it. A reading overrides
-    /// earlier ones that contradict it. The outer walls always stay.
+    /// Adds sensor readings to the map and returns true if they changed the map. A reading
+    /// overrides earlier readings that contradict it. The outer walls never change.
     pub fn observe(&mut self, sensors: [u8; 3]) -> bool {
         let Pose { cell, heading } = self.pose;
         self.map.visit(cell);
@@ -91,8 +92,8 @@ impl Survey {
         is_changed
     }
 
-    /// Updates the pose by an action. A move ends at a known wall; a reset returns to the start,
-    /// heading north.
+    /// Updates the pose after an action. A move ends at a known wall. A reset sets the pose to the
+    /// start, heading north.
     pub fn apply(&mut self, action: Action) {
         match action {
             Action::Move { rotation, cells } => {

@@ -1,4 +1,4 @@
-//! Swing: the published explorer, which plans with A* and visits key points.
+//! Swing, the published robot that plans with A* and visits key points.
 
 use std::fmt;
 use std::str::FromStr;
@@ -11,18 +11,19 @@ use crate::race::{RaceSteps, straight};
 use crate::robot::Robot;
 use crate::survey::Survey;
 
-/// Swing, the published explorer: it visits key points one after another along optimistic shortest
-/// paths, and plans again whenever it sees a wall. The cells of a straight are joined to steps of up
-/// to 3 cells. Then it resets and races along the shortest path known to be open.
+/// The published robot that visits key points one after another along optimistic shortest paths,
+/// and plans again whenever it sees a new wall. The robot moves along straights in steps of up to 3
+/// cells. After the last key point the robot resets and races along the shortest path known to be
+/// open.
 ///
-/// It moves backwards only through sides known to be open. It skips unreachable
-/// [key points](KeyPointRoute), and it [gives up](Action::GiveUp) if no goal cell is reachable.
+/// The robot moves backwards only through sides known to be open. The robot skips unreachable [key
+/// points](KeyPointRoute), and it [gives up](Action::GiveUp) if no goal cell is reachable.
 #[derive(Clone, Debug)]
 pub struct Swing {
     survey: Survey,
     route: KeyPointRoute,
     cost: PathCost,
-    /// Valid until a wall is seen or the plan is completed.
+    /// The current plan, which is valid until the robot sees a new wall or completes the plan.
     plan: Option<SwingPlan>,
     has_visited_goal: bool,
     is_racing: bool,
@@ -48,7 +49,7 @@ enum PlannedPath {
     TimeSteps(Box<RaceSteps>),
 }
 
-/// How much of the route a [`Swing`] robot follows, as compared in the published report.
+/// The part of the route that a [`Swing`] robot follows, with the variants of the published report.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
 pub enum Variant {
@@ -61,7 +62,7 @@ pub enum Variant {
     All,
 }
 
-/// The number of corners to visit, 0 to 3.
+/// The number of corners to visit, from 0 to 3.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct KeyPoints(u8);
 
@@ -74,7 +75,7 @@ pub struct UnknownVariant {
     pub name: String,
 }
 
-/// The error for a text that is not a number of [`KeyPoints`].
+/// The error for a text that is not a valid number of [`KeyPoints`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected 0 to 3 key points, found {found:?}")]
 #[non_exhaustive]
@@ -84,13 +85,13 @@ pub struct KeyPointsError {
 }
 
 impl Swing {
-    /// Creates the published explorer, whose path costs are cells.
+    /// Creates the published robot, which minimizes the number of cells in a path.
     pub fn new(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
         Self::with_cost(PathCost::Cells, unexplored, variant, key_points)
     }
 
-    /// Creates the improvement that the published report suggests: path costs are time steps, where
-    /// a straight of up to 3 cells is one step.
+    /// Creates the improved robot that the published report suggests. The improved robot minimizes
+    /// the number of time steps of a path, where a straight move of up to 3 cells takes one step.
     pub fn timed(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
         Self::with_cost(PathCost::TimeSteps, unexplored, variant, key_points)
     }
@@ -112,7 +113,7 @@ impl Swing {
         Self { survey, route, cost, plan: None, has_visited_goal: false, is_racing: false }
     }
 
-    /// Returns the next step of the first run, `None` if the goal is unreachable.
+    /// Returns the next step of the first run, or `None` if the goal is unreachable.
     fn explore(&mut self) -> Option<Action> {
         if self.plan.is_none() {
             let (walls, pose) = (self.survey.map().walls(Unknown::Open), self.survey.pose());
@@ -122,14 +123,15 @@ impl Swing {
                     self.plan = self.plan(walls, target, [target].into_iter().collect());
                 }
                 None if self.has_visited_goal => return Some(Action::Reset),
-                // The route ended at the start; only a step that ends in the goal counts.
+                // The route is complete, but the goal counts as visited only after a step that ends
+                // in it.
                 None => return centre.map(|_| Action::STAY),
             }
         }
         self.follow()
     }
 
-    /// Returns the next step of the second run, `None` if the goal is unreachable.
+    /// Returns the next step of the second run, or `None` if the goal is unreachable.
     fn race(&mut self) -> Option<Action> {
         let goals = *self.survey.goals();
         if self.survey.is_in_goal() {
@@ -144,8 +146,8 @@ impl Swing {
         self.follow()
     }
 
-    /// Returns a plan for the shortest path to `cell`, or for the fewest time steps to any cell of
-    /// `targets`.
+    /// Returns a plan with the shortest path to `cell` or with the fewest time steps to any cell of
+    /// `targets`, depending on the unit of path costs.
     fn plan(&self, walls: &Walls, cell: Cell, targets: CellSet) -> Option<SwingPlan> {
         let path = match self.cost {
             PathCost::Cells => PlannedPath::Cells(
@@ -239,12 +241,12 @@ impl FromStr for Variant {
 }
 
 impl KeyPoints {
-    /// All numbers, from 0 to 3.
+    /// All valid numbers of corners, from 0 to 3.
     pub const ALL: &'static [Self] = &[Self(0), Self(1), Self(2), Self(3)];
 }
 
 impl Default for KeyPoints {
-    /// Returns all three corners.
+    /// Returns the maximum of three corners.
     fn default() -> Self {
         Self(3)
     }

@@ -1,4 +1,4 @@
-//! The environment: the effect of a step, the ends of both runs, and the score.
+//! The environment of a trial: the effects of steps, the ends of both runs, and the score.
 
 use std::fmt;
 
@@ -6,11 +6,12 @@ use mmsim_maze::{Heading, Maze, Pose};
 
 use crate::action::Action;
 
-/// The two-run trial of a robot in a maze, by the rules of the published tester.
+/// The two-run trial of a robot in a maze, according to the rules of the published tester.
 ///
 /// In each step the robot gets its [`readings`](Self::readings) and [acts](Self::act). The first
-/// run explores; it ends with a reset after a visit to the goal. The second run is the race; it is over
-/// once a step ends in a goal cell. Crossing a goal cell within a step does not count.
+/// run explores the maze and ends with a reset after a visit to the goal. The second run is the
+/// race, which ends when a step ends in a goal cell. Crossing a goal cell in the middle of a step
+/// does not count as reaching the goal.
 ///
 /// ```
 /// use mmsim_trial::{Action, Rotation, Trial, TrialOutcome};
@@ -59,19 +60,19 @@ pub enum TrialOutcome {
     GaveUp,
 }
 
-/// The steps of both runs. A lower score is better.
+/// The number of steps of each run. A lower score is better.
 ///
 /// [`Display`](fmt::Display) prints the score with three decimals, like the published tester.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Score {
-    /// Steps of the first run, including the reset.
+    /// The number of steps of the first run, including the reset.
     pub explore_steps: u32,
-    /// Steps of the second run.
+    /// The number of steps of the second run.
     pub race_steps: u32,
 }
 
 impl Score {
-    /// Returns the race steps plus a thirtieth of the exploration steps.
+    /// Returns the number of race steps plus a thirtieth of the number of exploration steps.
     pub fn value(self) -> f64 {
         f64::from(self.race_steps) + (1. / 30.) * f64::from(self.explore_steps)
     }
@@ -110,28 +111,28 @@ impl<'m> Trial<'m> {
         self.pose
     }
 
-    /// Returns the current run; after the end, the last one.
+    /// Returns the current run or, after the end of the trial, the last run.
     pub const fn phase(&self) -> TrialPhase {
         self.phase
     }
 
-    /// Returns the steps taken in the first run.
+    /// Returns the number of steps taken in the first run.
     pub const fn explore_steps(&self) -> u32 {
         self.explore_steps
     }
 
-    /// Returns the steps taken in the second run.
+    /// Returns the number of steps taken in the second run.
     pub const fn race_steps(&self) -> u32 {
         self.race_steps
     }
 
-    /// Returns the outcome, `None` before the end.
+    /// Returns the outcome, or `None` before the end of the trial.
     pub const fn outcome(&self) -> Option<TrialOutcome> {
         self.outcome
     }
 
     /// Returns the true sensor readings: the numbers of open cells to the left, in front and to the
-    /// right, up to the next wall. There is no sensor at the back.
+    /// right of the robot, up to the next wall. The robot has no sensor at the back.
     pub fn readings(&self) -> [u8; 3] {
         sensor_headings(self.pose.heading).map(|heading| {
             let mut next = Some(self.pose.cell);
@@ -144,7 +145,8 @@ impl<'m> Trial<'m> {
         })
     }
 
-    /// Takes a step. Does nothing after the end of the trial.
+    /// Executes an action in one step and returns the outcome if the trial has ended. Does nothing
+    /// after the end of the trial.
     pub fn act(&mut self, action: Action) -> Option<TrialOutcome> {
         if self.outcome.is_none() {
             match self.phase {
@@ -171,7 +173,8 @@ impl<'m> Trial<'m> {
         self.outcome
     }
 
-    /// Moves straight, backwards if `cells` is negative, up to a wall.
+    /// Moves the robot straight, but stops at a wall. A negative number of cells means a backward
+    /// move.
     fn go(&mut self, cells: i8) {
         let Pose { cell, heading } = self.pose;
         let towards: Heading = if cells < 0 { heading.back() } else { heading };
@@ -198,7 +201,7 @@ impl<'m> Trial<'m> {
     }
 }
 
-/// Returns the directions of the three sensors of a robot with this heading.
+/// Returns the directions of the left, front and right sensors of a robot with this heading.
 pub(crate) const fn sensor_headings(heading: Heading) -> [Heading; 3] {
     [heading.left(), heading, heading.right()]
 }

@@ -6,18 +6,18 @@ use super::hypothesis::{Hypothesis, MAX_HYPOTHESES};
 use crate::action::Action;
 
 /// The belief of a robot with noisy sensors: several hypotheses about the maze and the pose. An
-/// unexpected wall can cut a move short without notice, so even the pose is uncertain.
+/// unexpected wall can cut a move short without the robot noticing, so even the pose is uncertain.
 ///
-/// With noise-free sensors there is one hypothesis, whose probabilities are all 0 or 1; it equals a
-/// [`Survey`](crate::Survey).
+/// With noise-free sensors there is only one hypothesis, which equals a [`Survey`](crate::Survey).
 #[derive(Clone, Debug)]
 pub(super) struct BeliefState {
-    /// Never empty; the most likely one comes first.
+    /// At least one hypothesis, in descending order of likelihood.
     hypotheses: Vec<Hypothesis>,
     noise: f64,
 }
 
-/// Hypotheses whose weight relative to the most likely one is lower are dropped.
+/// The minimum weight of a hypothesis relative to the most likely hypothesis; hypotheses with less
+/// weight are dropped.
 const MIN_WEIGHT: f64 = 1e-6;
 
 impl BeliefState {
@@ -30,11 +30,12 @@ impl BeliefState {
         &self.hypotheses[0]
     }
 
-    /// Weights the hypotheses by the likelihood of the readings and updates their maps.
+    /// Multiplies the weight of each hypothesis by the likelihood of the readings and updates its
+    /// map.
     pub(super) fn observe(&mut self, sensors: [u8; 3]) {
         let weight = |hypothesis: &Hypothesis| {
             let likelihood = hypothesis.likelihood(hypothesis.survey.pose(), sensors, self.noise);
-            // The trial would be over.
+            // If the robot had finished, the trial would be over.
             if hypothesis.has_finished { 0. } else { hypothesis.weight * likelihood }
         };
         let weights: Vec<f64> = self.hypotheses.iter().map(weight).collect();
@@ -55,7 +56,8 @@ impl BeliefState {
         }
     }
 
-    /// Applies an action to each hypothesis, which splits where an unknown wall may end a move.
+    /// Applies an action to each hypothesis. A hypothesis is split if an unknown wall may cut the
+    /// move short.
     pub(super) fn apply(&mut self, action: Action) {
         let is_noisy = self.noise > 0.;
         self.hypotheses = self

@@ -7,29 +7,30 @@ use super::unknown_stretch::{StretchFinder, UnknownStretch};
 use super::wall_prior::WallPrior;
 use crate::race::RaceSteps;
 
-/// The value of exploring unknown stretches, estimated from sampled mazes.
+/// The expected gain of exploring each unknown stretch, estimated from sampled mazes.
 #[derive(Clone, Debug)]
 pub(super) struct ExplorationValue {
     samples: MazeSamples,
-    /// The known walls when accumulation began: unknown walls open, and unknown walls closed.
+    /// The known walls of the accumulated samples, once with unknown walls open and once with
+    /// unknown walls closed.
     known: [Walls; 2],
     /// The number of accumulated samples.
     count: usize,
-    /// The unknown stretches of those accumulated samples that have a race faster than the fastest
-    /// known one.
+    /// The unknown stretch of each accumulated sample in which a race is faster than the fastest
+    /// known race.
     stretches: Vec<UnknownStretch>,
 }
 
 /// The maximum number of samples accumulated while the known walls stay the same.
 const MAX_SAMPLES: usize = 1024;
 
-/// All unknown stretches with the same near end.
+/// A group of unknown stretches that share the end nearer to the robot.
 struct Candidate {
-    /// The end nearer to the robot.
+    /// The end that all stretches of the group share.
     end: Cell,
-    /// Race steps saved, summed over the samples.
+    /// The number of race steps saved, summed over the samples.
     saved: u32,
-    /// Steps along the stretch, summed over the samples.
+    /// The number of steps along the stretches, summed over the samples.
     length: u32,
 }
 
@@ -41,7 +42,7 @@ impl ExplorationValue {
         Self { samples, known: known(map), count: 0, stretches: Vec::new() }
     }
 
-    /// Adds samples; starts over if the known walls have changed.
+    /// Adds samples. If the known walls have changed, earlier samples are discarded.
     fn add_samples(&mut self, map: &KnownMaze, prior: &WallPrior, upper: u16) {
         let known = known(map);
         if self.known != known {
@@ -57,8 +58,9 @@ impl ExplorationValue {
         }
     }
 
-    /// Returns the next cell to explore, `None` if no exploration step saves more than `min_gain`
-    /// thirtieths of a race step. The fastest known race takes `upper` steps.
+    /// Returns the next cell to explore, or `None` if the expected saving per exploration step is
+    /// at most `min_gain` thirtieths of a race step for every cell. The fastest known race takes
+    /// `upper` steps.
     pub(super) fn best_target(
         &mut self,
         map: &KnownMaze,
@@ -87,7 +89,7 @@ impl ExplorationValue {
         targets.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
     }
 
-    /// Groups the reachable stretches by their near ends.
+    /// Groups the reachable stretches by the end that is nearer to the robot.
     fn candidates(&self, from_here: &RaceSteps, upper: u16) -> Vec<Candidate> {
         let mut candidates: Vec<Candidate> = Vec::new();
         for &UnknownStretch { ends, length, race } in &self.stretches {
@@ -106,9 +108,9 @@ impl ExplorationValue {
         candidates
     }
 
-    /// Returns the thirtieths of a race step saved per exploration step, if the near end is `steps`
-    /// away. A closed stretch is recognised at its near end, so only open ones take the steps along
-    /// them.
+    /// Returns the expected saving per exploration step, in thirtieths of a race step, for a
+    /// candidate that is `steps` steps away. The length of a stretch counts only in samples in
+    /// which the stretch is open, because the robot detects a closed stretch at its near end.
     fn gain(&self, candidate: &Candidate, steps: u16) -> f64 {
         #[allow(clippy::cast_precision_loss)]
         let steps = self.count as f64 * f64::from(steps) + f64::from(candidate.length);

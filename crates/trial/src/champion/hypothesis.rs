@@ -11,37 +11,39 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 /// The maximum number of hypotheses.
 pub(super) const MAX_HYPOTHESES: usize = 8;
 
-/// A hypothesis: a pose, and for each side of a cell the probability that it is open.
+/// A possible pose of the robot and, for each side of each cell, the probability that the side is
+/// open.
 ///
-/// A reading is the number of open cells up to the next wall. The probability of each true value
-/// follows from those of the walls on the way and from the sensor noise. Readings update the wall
-/// probabilities by Bayes' rule.
+/// A reading is the number of open cells up to the next wall. The probability of each true number
+/// of open cells follows from the probabilities of the walls on the way and from the sensor noise.
+/// Readings update the wall probabilities by Bayes' rule.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
-    /// The walls, rounded to known and unknown, and the pose.
+    /// The pose, and the walls as a map in which each wall is present, absent or unknown.
     pub(super) survey: Survey,
-    /// Whether a step of the first run ended in the goal.
+    /// True if a step of the first run has ended in the goal.
     pub(super) has_visited_goal: bool,
-    /// Whether this is the second run.
+    /// True if the robot is in the second run.
     pub(super) is_racing: bool,
-    /// Whether a step of the second run ended in the goal. If the trial goes on, the hypothesis is
-    /// wrong.
+    /// True if a step of the second run has ended in the goal. Such a hypothesis is wrong if the
+    /// trial continues.
     pub(super) has_finished: bool,
     pub(super) weight: f64,
-    /// The probability that a side is open: `[y][x]`, north and east.
+    /// The probability that a side is open, as `[y][x][side]`. Side 0 is north and side 1 is east.
     open: Box<[[[f32; 2]; SIDE]; SIDE]>,
 }
 
-/// A side is known to be open, or closed, at this probability.
+/// The minimum probability at which a side counts as known, either open or closed.
 const CERTAIN: f32 = 0.9;
-/// The maximum wall probability with noisy sensors, so that later readings can still change it.
+/// The maximum probability of a wall with noisy sensors, which is below 1 so that later readings
+/// can still change the probability.
 const MAX_PROBABILITY: f32 = 0.999;
-/// The minimum likelihood of a reading across unknown walls. Long corridors are more frequent than
-/// independent walls would suggest.
+/// The minimum likelihood of a sensor reading that crosses unknown walls. Long corridors are more
+/// frequent than they would be if walls were independent.
 const MIN_UNKNOWN_LIKELIHOOD: f64 = 0.05;
 
 impl Hypothesis {
-    /// Creates the hypothesis of a robot at the start.
+    /// Creates the initial hypothesis, with the robot at the start.
     pub(super) fn new(unexplored: KnownMaze) -> Self {
         Self {
             survey: Survey::new(unexplored),
@@ -53,7 +55,7 @@ impl Hypothesis {
         }
     }
 
-    /// Returns the map with all walls unknown that may have been misread.
+    /// Returns the map, in which every wall that may have been misread is unknown.
     pub(super) fn without_uncertain_walls(&self) -> KnownMaze {
         let mut map = self.survey.map().clone();
         for cell in map.size().cells() {
@@ -99,7 +101,7 @@ impl Hypothesis {
         Some((owner.x.into(), owner.y.into(), side))
     }
 
-    /// Returns the likelihood of the readings in a pose.
+    /// Returns the likelihood of the sensor readings at a given pose.
     pub(super) fn likelihood(&self, pose: Pose, sensors: [u8; 3], noise: f64) -> f64 {
         let likelihood = |(heading, reading): (Heading, u8)| {
             let likelihood = self.likelihoods(pose.cell, heading, reading, noise).sum::<f64>();
@@ -111,8 +113,8 @@ impl Hypothesis {
         sensor_headings(pose.heading).into_iter().zip(sensors).map(likelihood).product()
     }
 
-    /// Returns for each number of open cells, from 0, the joint probability of that number and the
-    /// reading.
+    /// Returns, for each number of open cells from 0 upwards, the joint probability of this number
+    /// and the reading.
     fn likelihoods(
         &self,
         cell: Cell,
@@ -129,7 +131,7 @@ impl Hypothesis {
         })
     }
 
-    /// Returns the cells from here to the edge of the maze.
+    /// Returns the cells from `cell` to the edge of the maze, in a straight line.
     fn cells_ahead(&self, cell: Cell, heading: Heading) -> impl Iterator<Item = Cell> + use<> {
         let size = self.survey.map().size();
         std::iter::successors(Some(cell), move |&cell| size.neighbour(cell, heading))
@@ -157,8 +159,8 @@ impl Hypothesis {
         }
     }
 
-    /// Returns the hypotheses of a robot that has lost its position: this map with the poses that
-    /// best explain the readings.
+    /// Returns hypotheses for a robot that has lost its position: copies of this hypothesis with
+    /// the poses that best explain the readings.
     pub(super) fn relocalized(&self, sensors: [u8; 3], noise: f64) -> Vec<Self> {
         let poses =
             self.survey.map().size().cells().flat_map(|cell| {

@@ -4,7 +4,7 @@ use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// A site where an inner wall may stand: north or east of a cell.
+/// The site of a possible inner wall, north or east of a cell.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct WallSite {
     pub(super) is_north: bool,
@@ -13,14 +13,14 @@ pub(super) struct WallSite {
 }
 
 impl WallSite {
-    /// Returns all sites of a maze.
+    /// Returns all wall sites of a maze of this size.
     pub(super) fn all(size: MazeSize) -> impl Iterator<Item = Self> {
         let at = |Cell { x, y }| [true, false].map(|is_north| Self { is_north, x, y });
         let is_inside = move |site: &Self| size.neighbour(site.cell(), site.heading()).is_some();
         size.cells().flat_map(at).filter(is_inside)
     }
 
-    /// Returns the two cells beside the site.
+    /// Returns the two cells that the site separates.
     pub(super) fn cells(self) -> impl Iterator<Item = Cell> {
         [Some(self.cell()), self.cell().neighbour(self.heading())].into_iter().flatten()
     }
@@ -46,8 +46,8 @@ const fn index(is_north: bool, column: usize, row: usize) -> usize {
     (2 * row + !is_north as usize) * ROW + column
 }
 
-/// A batch of 64 mazes, bit-sliced: bit i of a site's word is set if maze i has a wall there. The
-/// sites of the outer walls always have walls; sites beyond them have none.
+/// A bit-sliced batch of 64 mazes: bit i of a site's word is set if maze i has a wall at that site.
+/// All mazes have walls at the sites of the outer walls, and no walls beyond the outer walls.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct MazeBatch {
     size: MazeSize,
@@ -77,7 +77,7 @@ impl MazeBatch {
         batch
     }
 
-    /// Returns the mazes with a wall at a site, as bits.
+    /// Returns one bit for each maze, which is set if the maze has a wall at the site.
     pub(super) fn at(&self, site: WallSite) -> u64 {
         self.words[site.index()]
     }
@@ -86,7 +86,7 @@ impl MazeBatch {
         self.words[site.index()] = walls;
     }
 
-    /// Returns one of the mazes.
+    /// Returns the walls of the maze with this index.
     pub(super) fn walls(&self, maze: usize) -> Walls {
         let (width, height) = (usize::from(self.size.width()), usize::from(self.size.height()));
         let rows = |is_north: bool| {
@@ -104,8 +104,8 @@ impl MazeBatch {
         Walls::from_rows(self.size, rows(true), rows(false))
     }
 
-    /// Returns for each maze which of the eight neighbouring sites have walls, as an index into the
-    /// table of [`WallPrior`](super::wall_prior::WallPrior).
+    /// Returns, for each maze, the walls at the eight neighbouring sites, encoded as an index into
+    /// the table of [`WallPrior`](super::wall_prior::WallPrior).
     pub(super) fn neighbours(&self, site: WallSite) -> [u8; Self::LEN] {
         let here = site.index();
         let words: [u64; 8] = if site.is_north {

@@ -6,19 +6,19 @@ use mmsim_maze::{KnownMaze, Unknown, WallState, Walls};
 use super::maze_batch::{MazeBatch, WallSite};
 use super::wall_prior::WallPrior;
 
-/// Random mazes that agree with the known walls; the unknown ones are drawn from a [`WallPrior`].
+/// Random mazes that agree with the known walls. Unknown walls are drawn from a [`WallPrior`].
 ///
-/// Each sample is a Markov chain: resampling redraws every unknown wall, given the walls around
-/// it (Gibbs sampling, 64 mazes at once). The goal cells form a room with one entrance, as in
-/// contests, or with the known entrances.
+/// Each sample is the state of a Markov chain. Resampling redraws every unknown wall, given its
+/// neighbouring walls (Gibbs sampling of 64 mazes at once). The goal cells form a room with the
+/// known entrances or, if none is known, with one random entrance.
 #[derive(Clone, Debug)]
 pub(super) struct MazeSamples {
     batches: Vec<MazeBatch>,
     len: usize,
     rng: Rng,
-    /// The sites between goal cells.
+    /// The wall sites between two goal cells.
     inside: Vec<WallSite>,
-    /// The sites around the goal cells.
+    /// The wall sites between a goal cell and another cell.
     around: Vec<WallSite>,
 }
 
@@ -50,7 +50,7 @@ impl MazeSamples {
         samples
     }
 
-    /// Updates all samples to the known walls and redraws each unknown wall.
+    /// Sets the known walls in all samples and redraws each unknown wall.
     pub(super) fn resample(&mut self, map: &KnownMaze, prior: &WallPrior) {
         let state = |site: WallSite| map.wall(site.cell(), site.heading());
         let is_unknown = |site: &WallSite| state(*site) == WallState::Unknown;
@@ -93,7 +93,7 @@ impl MazeSamples {
         self.len
     }
 
-    /// Returns the samples, which are equally likely.
+    /// Returns the sampled mazes, which are equally likely.
     pub(super) fn iter(&self) -> impl Iterator<Item = Walls> + '_ {
         let mazes = |batch| (0..MazeBatch::LEN).map(move |maze| MazeBatch::walls(batch, maze));
         self.batches.iter().flat_map(mazes).take(self.len)

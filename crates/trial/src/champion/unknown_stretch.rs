@@ -4,21 +4,22 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Unknown, WallState
 
 use crate::race::{Straights, Wave};
 
-/// The part of a race from the first unknown wall to the last.
+/// The part of a race from its first to its last unknown wall.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct UnknownStretch {
     /// The cells before the first and behind the last unknown wall.
     pub(super) ends: [Cell; 2],
-    /// Time steps along the stretch.
+    /// The number of time steps along the stretch.
     pub(super) length: u16,
-    /// Time steps of the whole race.
+    /// The number of time steps of the whole race.
     pub(super) race: u16,
 }
 
-/// Finds the [`UnknownStretch`] of races over a map.
+/// A search for the [`UnknownStretch`] of races in sampled mazes that agree with a map.
 pub(super) struct StretchFinder<'m> {
     map: &'m KnownMaze,
-    /// The number of unknown walls on a step: `[cells - 1][heading][x][y]`.
+    /// The number of unknown walls that a step from a cell crosses, as `[cells -
+    /// 1][heading][x][y]`.
     unknown: Box<[[[[u8; SIDE]; SIDE]; 4]; 3]>,
 }
 
@@ -43,8 +44,8 @@ impl<'m> StretchFinder<'m> {
     }
 
     /// Returns the unknown stretch of the fastest race in a sampled maze. If several races are
-    /// equally fast, one with the fewest unknown walls is used. Returns `None` if the race takes at
-    /// least `upper` steps, is impossible, or has no unknown walls.
+    /// equally fast, a race with the fewest unknown walls is used. Returns `None` if the race takes
+    /// at least `upper` steps, is impossible, or has no unknown walls.
     pub(super) fn find(&self, sample: &Walls, upper: u16) -> Option<UnknownStretch> {
         if sample.size().height() <= 16 {
             self.find_in(&Straights::<16, 22>::new(sample), upper)
@@ -104,8 +105,8 @@ impl<'m> StretchFinder<'m> {
         Some(UnknownStretch { ends: [before, behind], length: to - from + 1, race })
     }
 
-    /// Returns the step from a cell into a layer that has the fewest unknown walls on the way to the
-    /// goal: the number of these walls, the heading and the number of cells.
+    /// Returns the step from a cell into a layer whose path to the goal has the fewest unknown
+    /// walls, as the number of these walls, the heading and the number of cells.
     fn step<const ROWS: usize, const PADDED: usize>(
         &self,
         straights: &Straights<ROWS, PADDED>,
@@ -137,12 +138,13 @@ mod tests {
     use super::*;
     use crate::race::{RaceSteps, straight};
 
-    /// The reference implementation enumerates all fastest races. It returns for each one the number
-    /// of unknown walls and the unknown stretch.
+    /// The reference implementation enumerates all fastest races. For each race it returns the
+    /// number of unknown walls and the unknown stretch.
     fn reference(map: &KnownMaze, sample: &Walls) -> Vec<(usize, UnknownStretch)> {
         let race = RaceSteps::flood(sample, map.goals());
         let Some(steps) = race.at(map.start().cell) else { return Vec::new() };
-        // The last cell of each race, and its unknown walls: the step and the cells on either side.
+        // The last cell of each race and, for each unknown wall of the race, the step and the cells
+        // on both sides.
         let mut races = vec![(map.start().cell, Vec::<(u16, [Cell; 2])>::new())];
         for step in 0..steps {
             let mut longer = Vec::new();

@@ -1,12 +1,13 @@
-//! The probability of a wall, given the walls around it.
+//! The probability of a wall, given its neighbouring walls.
 
 use mmsim_maze::Maze;
 
 use super::contest;
 use super::maze_batch::{MazeBatch, WallSite};
 
-/// The probability of a wall at a site, given the eight neighbouring sites: those that share one of
-/// its two posts, and the far sides of its two cells.
+/// The probability of a wall at a site, given the walls at the eight neighbouring sites. Six of the
+/// neighbouring sites share a post with the site, and two are the opposite sides of the adjacent
+/// cells.
 ///
 /// ```text
 ///        o---8---o         1, 4  in line, beyond a post
@@ -20,12 +21,13 @@ use super::maze_batch::{MazeBatch, WallSite};
 ///        o---7---o
 /// ```
 ///
-/// This captures typical properties of contest mazes: each post has a wall, crossings are few, and
-/// corridors prevail over open areas. (In statistical terms, this is a Markov random field over the
-/// walls, fitted by pseudo-likelihood; J. Besag, 1975.)
+/// The prior captures typical properties of contest mazes: each post has a wall, there are few
+/// crossings, and corridors are more frequent than open areas. In statistical terms, the prior is a
+/// Markov random field over the walls, fitted by pseudo-likelihood (Besag, 1975).
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct WallPrior {
-    /// In units of 1/256. Site 1 of the drawing is bit 0 of the index, and so on.
+    /// The probabilities in units of 1/256. Bit i - 1 of the index is set if site i of the drawing
+    /// has a wall.
     wall: [u8; 256],
 }
 
@@ -34,7 +36,7 @@ impl WallPrior {
     pub const CONTEST: Self = Self { wall: contest::WALL };
 
     /// Learns the prior from mazes. Sites next to goal cells are ignored, because the goal room
-    /// follows rules of its own.
+    /// follows its own rules.
     pub fn learn<'m>(mazes: impl IntoIterator<Item = &'m Maze>) -> Self {
         let mut counts = [[1_u32; 2]; 256];
         for maze in mazes {
@@ -64,7 +66,7 @@ impl WallPrior {
     }
 }
 
-/// Returns the index and its mirror images.
+/// Returns the index and the indices of its mirror images.
 fn mirrored(neighbours: usize) -> [usize; 4] {
     let permuted =
         |from: [usize; 8]| (0..8).fold(0, |index, to| index | (neighbours >> from[to] & 1) << to);
