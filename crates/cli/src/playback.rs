@@ -18,6 +18,6 @@ pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> Stri
 /// Whether the recording is undamaged. Warns if it is damaged.
 pub(crate) fn is_undamaged(file: &Path, recording: &Recording) -> bool {
     let Integrity::Damaged { intact, reason } = recording.integrity() else { return true };
-    warn(format_args!("{}: damaged after byte {intact}: found {reason}", file.display()));
+    warn(format_args!("{}: damaged after byte {intact}: {reason}", file.display()));
     false
 }

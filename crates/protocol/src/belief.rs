@@ -1,4 +1,4 @@
-//! The map in a state.
+//! Converts a state to the map that the client knows.
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, WallState};
 
@@ -8,8 +8,8 @@ use crate::state::State;
 impl State<'_> {
     /// Returns the maze as the client knows it.
     ///
-    /// A wall is present if the flags of either cell say so. Otherwise it is absent if either cell has
-    /// been visited, or else unknown, which the protocol cannot express.
+    /// A wall is present if the flags of either adjacent cell report it. Any other wall is absent
+    /// if either adjacent cell has been visited, and unknown if not.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, CellSet, Heading, MazeSize, State, WallState};
@@ -39,7 +39,7 @@ impl State<'_> {
     }
 }
 
-/// Returns the wall between two cells. The second is next to the first in direction `heading`.
+/// Returns the wall between the cell `here` and the cell `there`, its neighbour in this direction.
 const fn between(here: CellWalls, there: CellWalls, heading: Heading) -> WallState {
     if here.wall(heading) || there.wall(heading.back()) {
         WallState::Present
@@ -62,7 +62,7 @@ mod tests {
     use crate::state::MapState;
 
     proptest! {
-        /// Holds if the mouse knows all four walls of each visited cell.
+        /// The maps are equal only if the mouse knows all four walls of each visited cell.
         #[test]
         fn a_map_survives_a_round_trip(
             (width, height) in (1usize..=32, 1usize..=32),

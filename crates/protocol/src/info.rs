@@ -19,21 +19,21 @@ use crate::version::PROTOCOL_VERSION;
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Info {
-    /// Name of the maze.
+    /// The name of the maze.
     pub name: String,
-    /// Number of cells from west to east.
+    /// The number of cells from west to east.
     pub width: u8,
-    /// Number of cells from south to north.
+    /// The number of cells from south to north.
     pub height: u8,
-    /// x and y of the start cell.
+    /// The coordinates x and y of the start cell.
     pub start: [u8; 2],
-    /// Letter of the heading at the start, `N`.
+    /// The letter of the heading at the start, which is always `N`.
     pub heading: char,
-    /// x and y of each goal cell.
+    /// The coordinates x and y of each goal cell.
     pub goals: Vec<[u8; 2]>,
-    /// Number of states in the history.
+    /// The number of states in the history.
     pub states: usize,
-    /// Version of the protocol.
+    /// The version of the protocol.
     pub protocol: u32,
 }
 
@@ -52,7 +52,7 @@ impl Info {
         }
     }
 
-    /// Returns the size of the maze, or `None` if [`MazeSize`] does not allow it.
+    /// Returns the size of the maze, or `None` if it is not a valid [`MazeSize`].
     pub fn size(&self) -> Option<MazeSize> {
         MazeSize::new(self.width.into(), self.height.into()).ok()
     }
@@ -68,8 +68,8 @@ impl Info {
         self.goals.iter().map(|&[x, y]| Cell::new(x, y)).collect()
     }
 
-    /// Returns the map of a mouse that knows this description but has sensed no walls yet, or `None`
-    /// if [`MazeSize`] does not allow the size.
+    /// Returns the map of a mouse that has not sensed any walls yet, or `None` if the size of the
+    /// maze is invalid.
     pub fn known_maze(&self) -> Option<KnownMaze> {
         let [x, y] = self.start;
         Some(KnownMaze::new(self.size()?, Cell::new(x, y), self.goal_cells()))

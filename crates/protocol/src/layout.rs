@@ -1,13 +1,14 @@
-//! Layout of a state with A cells: `S` x y heading order weights order walls.
+//! The positions of the fields in a state: the letter, x, y, the heading, the order of the weights,
+//! the weights, the order of the walls, and the walls.
 
 use core::ops::Range;
 
 use mmsim_maze::MazeSize;
 
-/// Length of the longest state, which is that of a 32×32 maze, in bytes.
+/// The length in bytes of the longest state, which is a state of a 32×32 maze.
 pub const MAX_STATE_BYTES: usize = state_bytes(MazeSize::HALF_SIZE);
 
-/// Returns the length of a state of a maze of this size in bytes: 518 for 16×16.
+/// Returns the length in bytes of a state of a maze of this size, such as 518 for 16×16 cells.
 pub const fn state_bytes(size: MazeSize) -> usize {
     walls(size.area()).end
 }
@@ -32,5 +33,5 @@ pub(crate) const fn walls(area: usize) -> Range<usize> {
     start..start + area
 }
 
-/// Length of a walls request in bytes: `W` x y heading, at the same offsets.
+/// The length of a walls request in bytes. Its fields have the same positions as in a state.
 pub(crate) const WALLS_REQUEST_BYTES: usize = HEADING + 1;

@@ -15,9 +15,9 @@ pub struct Matrix<'a> {
 /// The order of the cells in a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Order {
-    /// Row by row from the south, x fastest: cell (x, y) is at index y × width + x.
+    /// Row by row from the south: cell (x, y) has the index y × width + x.
     C,
-    /// Column by column from the west, y fastest: cell (x, y) is at index x × height + y.
+    /// Column by column from the west: cell (x, y) has the index x × height + y.
     F,
 }
 
@@ -59,12 +59,12 @@ impl Order {
 }
 
 impl<'a> Matrix<'a> {
-    /// Creates a matrix, or returns `None` unless there is one byte per cell.
+    /// Creates a matrix. Returns `None` if the number of bytes differs from the number of cells.
     pub fn new(order: Order, size: MazeSize, bytes: &'a [u8]) -> Option<Self> {
         (bytes.len() == size.area()).then_some(Self { order, size, bytes })
     }
 
-    /// Creates a matrix from one byte per cell.
+    /// Creates a matrix without a check of the number of bytes.
     pub(crate) const fn from_bytes(order: Order, size: MazeSize, bytes: &'a [u8]) -> Self {
         Self { order, size, bytes }
     }
@@ -79,7 +79,7 @@ impl<'a> Matrix<'a> {
         self.order
     }
 
-    /// Returns the bytes, in the matrix's order.
+    /// Returns the bytes in the order of the matrix.
     pub const fn bytes(&self) -> &'a [u8] {
         self.bytes
     }
@@ -90,15 +90,15 @@ impl<'a> Matrix<'a> {
     }
 }
 
-/// One byte of a state's walls: whether the mouse has visited the cell, and which walls it believes
-/// are present.
+/// The flags of one cell in a state: one for a visited cell, and one for each wall that the mouse
+/// believes to be present.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct CellWalls(pub u8);
 
 impl CellWalls {
     const VISITED: u8 = 1;
 
-    /// Returns the byte of `cell` in this map. An unknown wall is encoded like an absent one.
+    /// Returns the flags of `cell` in this map. Unknown walls are encoded like absent walls.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, CellWalls, Heading, KnownMaze, MazeSize};
@@ -116,12 +116,12 @@ impl CellWalls {
         Self(walls.fold(visited, |byte, flag| byte | flag))
     }
 
-    /// Returns whether the mouse has visited the cell.
+    /// Returns true if the mouse has visited the cell.
     pub const fn visited(self) -> bool {
         self.0 & Self::VISITED != 0
     }
 
-    /// Returns whether the mouse believes there is a wall on this side of the cell.
+    /// Returns true if the mouse believes that there is a wall on this side of the cell.
     pub const fn wall(self, heading: Heading) -> bool {
         self.0 & Self::flag(heading) != 0
     }

@@ -1,4 +1,4 @@
-//! The bytes of a state, read one field at a time.
+//! Reads single fields from the bytes of a state.
 
 use mmsim_maze::{Cell, Heading, MazeSize, Pose};
 
@@ -8,8 +8,8 @@ use crate::matrix::{CellWalls, Matrix, Order};
 
 /// A message `S` whose fields are decoded on demand.
 ///
-/// [`State`](crate::State) is the message fully decoded. A view is cheaper to create: it checks only
-/// the letter and the length, and each method checks only its own field.
+/// Creating a `StateMessage` is cheaper than decoding a [`State`](crate::State), because it checks
+/// only the letter and the length. Each method checks only the field that it reads.
 ///
 /// ```
 /// use mmsim_protocol::{Cell, Heading, MazeSize, StateMessage};
@@ -26,10 +26,10 @@ pub struct StateMessage<'a> {
 }
 
 impl<'a> StateMessage<'a> {
-    /// Creates a view of a message to a simulator with a maze of this size.
+    /// Creates a view of a message to a simulator whose maze has this size.
     ///
     /// # Errors
-    /// The bytes do not begin with `S` or do not have the length of a state of this maze.
+    /// The message does not begin with `S`, or its length does not fit the size of the maze.
     pub const fn new(bytes: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
         if bytes.len() == state_bytes(size) && bytes[layout::LETTER] == b'S' {
             Ok(Self { size, bytes })
@@ -58,8 +58,8 @@ impl<'a> StateMessage<'a> {
         decode_pose(x, y, heading, self.size)
     }
 
-    /// Returns the weight of one cell, or `None` if the cell is outside the maze or the order of the
-    /// weights is invalid.
+    /// Returns the weight of one cell, or `None` if the cell is outside the maze or the order of
+    /// the weights is invalid.
     pub fn weight(&self, cell: Cell) -> Option<u8> {
         self.weights().ok()?.at(cell)
     }
@@ -95,7 +95,7 @@ pub(crate) const fn heading_byte(heading: Heading) -> u8 {
     heading.letter() as u8
 }
 
-/// Decodes the pose, which follows the letter in both a walls request and a state.
+/// Decodes the pose in a walls request or a state.
 pub(crate) fn decode_pose(x: u8, y: u8, heading: u8, size: MazeSize) -> Result<Pose, RequestError> {
     let heading = Heading::ALL
         .into_iter()

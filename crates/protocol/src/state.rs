@@ -17,8 +17,8 @@ pub struct State<'a> {
 }
 
 impl<'a> State<'a> {
-    /// Creates a state, or returns `None` unless both matrices have the same size and the mouse is
-    /// inside the maze.
+    /// Creates a state. Returns `None` if the sizes of the matrices differ or the mouse is outside
+    /// the maze.
     pub fn new(pose: Pose, weights: Matrix<'a>, walls: Matrix<'a>) -> Option<Self> {
         let fits = weights.size() == walls.size() && weights.size().contains(pose.cell);
         fits.then_some(Self { pose, weights, walls })
@@ -34,8 +34,8 @@ impl<'a> State<'a> {
         self.pose
     }
 
-    /// Returns a number per cell. Its meaning is up to the client, such as a distance in steps or a
-    /// number of visits. 255 also means anything above.
+    /// Returns the weights, one number for each cell. The client chooses their meaning, such as a
+    /// distance in steps or a number of visits. The weight 255 stands for 255 or more.
     pub const fn weights(&self) -> Matrix<'a> {
         self.weights
     }
@@ -50,17 +50,17 @@ impl<'a> State<'a> {
         self.walls.at(cell).map(CellWalls)
     }
 
-    /// Decodes a message `S` to a simulator with a maze of this size.
+    /// Decodes a message `S` to a simulator whose maze has this size.
     ///
     /// # Errors
-    /// The bytes are not a valid state of this maze.
+    /// The bytes are not a valid state of a maze of this size.
     pub fn decode(message: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
         let message = StateMessage::new(message, size)?;
         let (pose, weights, walls) = (message.pose()?, message.weights()?, message.walls()?);
         Ok(Self { pose, weights, walls })
     }
 
-    /// Writes the state to the start of `buffer` and returns its length in bytes.
+    /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
     ///
     /// # Errors
     /// The buffer is shorter than [`state_bytes`].
@@ -74,7 +74,7 @@ impl<'a> State<'a> {
     }
 }
 
-/// A state taken from a mouse's map, ready to be encoded. Both matrices have the same order.
+/// A state that is encoded from a mouse's map. The weights and the walls have the same order.
 ///
 /// ```
 /// use mmsim_protocol::{Cell, Heading, KnownMaze, MapState, MazeSize, Order, Pose, State};
@@ -97,12 +97,12 @@ pub struct MapState<'m, W> {
 }
 
 impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
-    /// Creates the state of a mouse in `pose` that knows `map`. A weight above 255 is sent as 255.
+    /// Creates the state of a mouse with this pose and map. A weight above 255 is sent as 255.
     pub const fn new(pose: Pose, map: &'m KnownMaze, weight: W, order: Order) -> Self {
         Self { pose, map, weight, order }
     }
 
-    /// Writes the state to the start of `buffer` and returns its length in bytes.
+    /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
     ///
     /// # Errors
     /// The buffer is shorter than [`state_bytes`].
@@ -122,7 +122,7 @@ impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
     }
 }
 
-/// Writes everything except the bytes of the matrices into a message of the right length.
+/// Writes all fields except the matrices into a message of the right length.
 fn put_head(message: &mut [u8], pose: Pose, size: MazeSize, [weights, walls]: [Order; 2]) {
     message[layout::LETTER] = b'S';
     message[layout::X] = pose.cell.x;
@@ -142,7 +142,7 @@ mod tests {
     use crate::layout::MAX_STATE_BYTES;
     use crate::request::Request;
 
-    /// A state in a maze of 2x1 cells: at (1, 0) heading east, weights 7 and 9, walls.
+    /// A state in a 2x1 maze: the mouse at (1, 0) faces east, and the weights are 7 and 9.
     const SMALL: [u8; 10] = *b"S\x01\x00EC\x07\x09F\x0d\x1f";
 
     fn small() -> MazeSize {
@@ -173,9 +173,9 @@ mod tests {
             Request::decode(&message, small()).unwrap_err().to_string()
         };
         insta::assert_snapshot!(error(1, 2), @"expected a cell in a maze of 2x1 cells, found (2, 0)");
-        insta::assert_snapshot!(error(3, b'X'), @r#"expected N, E, S or W as heading, found "X""#);
-        insta::assert_snapshot!(error(4, b'c'), @r#"expected C or F as order of the weights, found "c""#);
-        insta::assert_snapshot!(error(7, b'Z'), @r#"expected C or F as order of the walls, found "Z""#);
+        insta::assert_snapshot!(error(3, b'X'), @r#"expected N, E, S or W as the heading, found "X""#);
+        insta::assert_snapshot!(error(4, b'c'), @r#"expected C or F as the order of the weights, found "c""#);
+        insta::assert_snapshot!(error(7, b'Z'), @r#"expected C or F as the order of the walls, found "Z""#);
         let classic = [b'S'; 518];
         let error = Request::decode(&classic, MazeSize::HALF_SIZE).unwrap_err();
         insta::assert_snapshot!(error, @"expected S of 2054 bytes for a maze of 32x32 cells, found 518 bytes");
