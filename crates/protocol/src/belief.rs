@@ -8,8 +8,8 @@ use crate::state::State;
 impl State<'_> {
     /// Returns the maze as the client knows it.
     ///
-    /// A wall is present if the flags of either adjacent cell report it. Any other wall is absent
-    /// if either adjacent cell has been visited, and unknown if not.
+    /// A wall is present if the flags of either adjacent cell report it. A wall that no
+    /// flag reports is absent if either adjacent cell has been visited, and unknown otherwise.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, CellSet, Heading, MazeSize, State, WallState};
@@ -39,7 +39,7 @@ impl State<'_> {
     }
 }
 
-/// Returns the wall between the cell `here` and the cell `there`, its neighbour in this direction.
+/// Returns the state of the wall between `here` and its neighbour `there` in this direction.
 const fn between(here: CellWalls, there: CellWalls, heading: Heading) -> WallState {
     if here.wall(heading) || there.wall(heading.back()) {
         WallState::Present

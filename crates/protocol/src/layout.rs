@@ -8,7 +8,7 @@ use mmsim_maze::MazeSize;
 /// The length in bytes of the longest state, which is a state of a 32×32 maze.
 pub const MAX_STATE_BYTES: usize = state_bytes(MazeSize::HALF_SIZE);
 
-/// Returns the length in bytes of a state of a maze of this size, such as 518 for 16×16 cells.
+/// Returns the length of a state in bytes for a maze of this size: 518 for 16×16 cells.
 pub const fn state_bytes(size: MazeSize) -> usize {
     walls(size.area()).end
 }
@@ -33,5 +33,5 @@ pub(crate) const fn walls(area: usize) -> Range<usize> {
     start..start + area
 }
 
-/// The length of a walls request in bytes. Its fields have the same positions as in a state.
+/// The length of a walls request in bytes. The pose has the same position as in a state.
 pub(crate) const WALLS_REQUEST_BYTES: usize = HEADING + 1;

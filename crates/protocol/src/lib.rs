@@ -15,12 +15,12 @@
 //! Decoding never panics and returns a value or an error for any bytes. The crate allocates no
 //! memory: `decode` borrows from the caller's bytes, and `encode` writes into the caller's buffer.
 //! [`StateMessage`] reads single fields of a state. The crate is `no_std`, so it also runs in a
-//! mouse's firmware. It works with any ZeroMQ library.
+//! mouse's firmware. The crate works with any ZeroMQ library.
 //!
 //! # A complete client
 //!
-//! This wall follower uses the crate `zmq`. It works with any simulator that listens on port 6574,
-//! such as `mmsim`.
+//! This wall follower uses the crate `zmq`. The client works with any simulator that listens on
+//! port 6574, such as `mmsim`.
 //!
 //! ```no_run
 //! use mmsim_protocol::{

@@ -22,7 +22,8 @@ pub enum Order {
 }
 
 impl Order {
-    /// Returns the index of `cell` in a matrix of this size, or `None` outside the maze.
+    /// Returns the index of `cell` in a matrix of this size, or `None` if the cell is outside the
+    /// maze.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, MazeSize, Order};
@@ -64,7 +65,7 @@ impl<'a> Matrix<'a> {
         (bytes.len() == size.area()).then_some(Self { order, size, bytes })
     }
 
-    /// Creates a matrix without a check of the number of bytes.
+    /// Creates a matrix without checking the number of bytes.
     pub(crate) const fn from_bytes(order: Order, size: MazeSize, bytes: &'a [u8]) -> Self {
         Self { order, size, bytes }
     }
@@ -84,7 +85,7 @@ impl<'a> Matrix<'a> {
         self.bytes
     }
 
-    /// Returns the byte of `cell`, or `None` outside the maze.
+    /// Returns the byte of `cell`, or `None` if the cell is outside the maze.
     pub fn at(&self, cell: Cell) -> Option<u8> {
         self.bytes.get(self.order.index(cell, self.size)?).copied()
     }

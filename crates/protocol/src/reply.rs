@@ -16,11 +16,11 @@ pub const ERROR_PREFIX: &str = "error: ";
 pub enum Reply<'a> {
     /// The reply to `ping`.
     Pong,
-    /// The reply to a successful `reset` and to a stored state.
+    /// The reply to a successful `reset` or state request.
     Ok,
     /// The reply to a walls request.
     Walls(WallsAround),
-    /// The reply to `info`: a JSON object, which the type `Info` of the feature `info` can decode.
+    /// The reply to `info`: a JSON object that `Info` can decode (feature `info`).
     Info(&'a str),
     /// The reason why the request cannot be served. Nothing has changed.
     Error(&'a str),

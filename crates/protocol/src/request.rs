@@ -57,8 +57,8 @@ impl<'a> Request<'a> {
     /// Writes the request to the start of `buffer` and returns the length of the request in bytes.
     ///
     /// # Errors
-    /// The buffer is too small. Every request fits into
-    /// [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES).
+    /// The buffer is too small. [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) bytes are always
+    /// enough.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, Heading, Pose, Request};

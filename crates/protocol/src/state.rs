@@ -34,8 +34,9 @@ impl<'a> State<'a> {
         self.pose
     }
 
-    /// Returns the weights, one number for each cell. The client chooses their meaning, such as a
-    /// distance in steps or a number of visits. The weight 255 stands for 255 or more.
+    /// Returns the weights, one number for each cell. The client chooses the meaning of the
+    /// weights, such as distances in steps or numbers of visits. The weight 255 stands for 255 or
+    /// more.
     pub const fn weights(&self) -> Matrix<'a> {
         self.weights
     }
@@ -45,7 +46,7 @@ impl<'a> State<'a> {
         self.walls
     }
 
-    /// Returns the flags of one cell, or `None` outside the maze.
+    /// Returns the flags of one cell, or `None` if the cell is outside the maze.
     pub fn cell_walls(&self, cell: Cell) -> Option<CellWalls> {
         self.walls.at(cell).map(CellWalls)
     }

@@ -18,7 +18,7 @@ const LEVEL: i32 = 1;
 
 /// Every state since the last reset, stored as the bytes of its message.
 ///
-/// The newest states are stored uncompressed. If there are 256 of them, appending a state first
+/// The newest states are stored uncompressed. When 256 states are uncompressed, the next push
 /// compresses them into a block. Consecutive states differ little, so states of real searches take
 /// about 10 bytes each. Appending never moves older states. Any state can be read in microseconds.
 ///
@@ -47,11 +47,11 @@ pub struct History {
     /// The motion from the first state of the history to the first state of each block.
     motions: Vec<MotionCount>,
     newest: Newest,
-    /// The value of `newest` before the last `push`, for `undo_push`.
+    /// The value of `newest` before the last `push`, which `undo_push` restores.
     previous: Newest,
 }
 
-/// The pose of the newest state, if valid, and the motion from the first state to the newest.
+/// The pose of the newest state, if valid, and the motion from the first to the newest state.
 #[derive(Clone, Copy, Default)]
 struct Newest {
     pose: Option<Pose>,
@@ -167,8 +167,8 @@ impl History {
         Ok(())
     }
 
-    /// Removes the newest state, as if it had never been added. This works only once after each
-    /// [`push`](Self::push), because older states may be compressed.
+    /// Removes the newest state, as if it had never been added. `undo_push` works only once after
+    /// each [`push`](Self::push), because older states may be compressed.
     pub fn undo_push(&mut self) {
         self.open.truncate(self.open.len().saturating_sub(self.state_bytes));
         self.motions.truncate(self.len().div_ceil(Block::STATES));
@@ -197,7 +197,7 @@ impl History {
         Some(Block { states: States { first, motion, size: self.size, bytes: copy }, packed })
     }
 
-    /// Returns a reader for many states. Reading in order decompresses each block only once.
+    /// Returns a reader for many states. Reading states in order decompresses each block only once.
     pub const fn reader(&self) -> HistoryReader<'_> {
         HistoryReader { history: self, unpacker: None, block: None, states: Vec::new() }
     }
@@ -254,7 +254,7 @@ fn compress<'p>(
 pub struct HistoryReader<'h> {
     history: &'h History,
     unpacker: Option<Decompressor<'static>>,
-    /// The index of the block in `states`.
+    /// The index of the block that `states` contains.
     block: Option<usize>,
     states: Vec<u8>,
 }

@@ -85,7 +85,7 @@ impl Share {
         Self { budget: Arc::clone(budget), bytes: 0 }
     }
 
-    /// Grows the share to at least `bytes`. Returns false if the budget does not allow it.
+    /// Grows the share to at least `bytes`. Returns false if the budget is too small.
     pub(crate) fn grow_to(&mut self, bytes: usize) -> bool {
         let more = bytes.saturating_sub(self.bytes);
         let grow = |used: usize| used.checked_add(more).filter(|&used| used <= self.budget.limit);

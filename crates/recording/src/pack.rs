@@ -22,7 +22,7 @@ use crate::reader::{Description, Integrity, STEP_BYTES, read_states};
 use crate::save::{RecordWriter, compressed, io_error};
 use crate::sink::{Identity, identity};
 
-/// The state that the packer shares with a server that shuts down.
+/// The data that the packer shares with a server that is shutting down.
 #[derive(Default)]
 pub(crate) struct Packing {
     is_cancelled: AtomicBool,
@@ -55,7 +55,8 @@ impl Packing {
     }
 }
 
-/// The minimum number of states to compress. Shorter recordings fit into one file system block.
+/// The minimum number of states in a compressed recording. Shorter recordings fit into one file
+/// system block.
 const MIN_STATES: u32 = 8;
 
 /// The approximate memory that compression needs, in bytes.
@@ -138,7 +139,8 @@ impl Unpacked {
     }
 }
 
-/// A background thread that compresses one recording at a time. On Linux it has a low priority.
+/// A background thread that compresses one recording at a time. On Linux the thread has a low
+/// priority.
 pub(crate) struct Packer {
     queue: SyncSender<Unpacked>,
     packing: Arc<Packing>,
@@ -178,7 +180,8 @@ impl Packer {
         }
     }
 
-    /// Waits up to one second for queued recordings to be compressed, and cancels the rest.
+    /// Waits up to one second for queued recordings to be compressed, and cancels the remaining
+    /// ones.
     pub(crate) fn finish(self) {
         let Self { queue, packing, done } = self;
         drop(queue);

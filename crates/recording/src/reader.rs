@@ -22,10 +22,10 @@ const MAX_CHUNK_BYTES: usize = 16 << 20;
 /// The number of bytes that the chunks of any file may decompress to, even if the file is short.
 const MAX_UNPACKED_BYTES: u64 = 2 << 30;
 
-/// The number of bytes that chunks may additionally decompress to for each byte of the file.
+/// The number of additional bytes that chunks may decompress to for each byte of the file.
 ///
-/// Without a limit, a small file could contain an unlimited number of states. Compression reduces
-/// recordings by a factor of at most about 400.
+/// Without a limit, a small file could contain an unlimited number of states. Real recordings are
+/// compressed by a factor of at most about 400.
 pub(crate) const MAX_COMPRESSION_RATIO: u64 = 1000;
 
 /// The maximum length of a description in bytes. Descriptions stay in memory; the description of
@@ -68,8 +68,8 @@ pub(crate) struct Description {
 
 /// Reads a recording up to its last intact record.
 ///
-/// Calls `on_state` with each state and its time in nanoseconds since 1970 (UTC). Stops at the
-/// first error of `on_state` and returns it.
+/// Calls `on_state` with each state and its time in nanoseconds since 1970 (UTC). Returns
+/// early if `on_state` returns an error.
 pub(crate) fn read_states(
     mut source: impl Read,
     on_state: impl FnMut(&Description, &[u8], u64) -> Result<(), ReadError>,
@@ -269,7 +269,7 @@ fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> {
         parse_maze(text).map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
     if maze.size() != size {
         let other = maze.size();
-        return Err(invalid(format!("the maze has {other} cells, but the states have {size}")));
+        return Err(invalid(format!("the maze has {other} cells, but the states are for {size} cells")));
     }
     Ok(maze)
 }
@@ -438,7 +438,7 @@ mod tests {
         insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
         insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
         insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
-        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states have 3x1");
+        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states are for 3x1 cells");
     }
 
     #[test]

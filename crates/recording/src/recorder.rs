@@ -28,8 +28,8 @@ pub struct Recorder {
     /// The counter in the name of the newest file.
     number: u32,
     current: Option<RecordingWriter>,
-    /// A temporary file that reserves a file descriptor, because connections may use all the
-    /// others.
+    /// A temporary file that reserves a file descriptor, because connections may use all other
+    /// descriptors.
     spare: Option<File>,
     /// `None` until the first recording is closed.
     packer: Option<Packer>,
@@ -94,7 +94,8 @@ impl Recorder {
         closed
     }
 
-    /// Waits up to one second for closed files to be compressed. The other files stay uncompressed.
+    /// Waits up to one second for closed files to be compressed. The remaining files stay
+    /// uncompressed.
     pub fn finish(self) {
         if let Some(packer) = self.packer {
             packer.finish();

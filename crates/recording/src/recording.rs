@@ -57,7 +57,7 @@ impl Recording {
         Self::open_within(path, &Arc::default())
     }
 
-    /// Reads a recording from a file within the remaining memory of the budget.
+    /// Reads a recording from a file, using only the remaining memory of the budget.
     ///
     /// # Errors
     /// See [`open`](Self::open). It is also an error if the states do not fit into the budget: a
@@ -77,8 +77,8 @@ impl Recording {
         Self::read_within(source, &Arc::default())
     }
 
-    /// Reads a recording from bytes within the remaining memory of the budget. The source should be
-    /// buffered, because many reads are small.
+    /// Reads a recording from bytes, using only the remaining memory of the budget. The source
+    /// should be buffered, because many reads are small.
     ///
     /// # Errors
     /// See [`open_within`](Self::open_within).
@@ -116,7 +116,7 @@ impl Recording {
         self.size
     }
 
-    /// Returns the true maze, which is unknown in recordings of a client.
+    /// Returns the true maze, or `None` for the recording of a client.
     pub const fn maze(&self) -> Option<&Maze> {
         self.maze.as_ref()
     }

@@ -13,11 +13,12 @@ use crate::layout::{INFO, MAZES, METADATA, PROTOCOL, STATES};
 /// The uncompressed size of a chunk in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// The zstd compression level. Level 3 takes a tenth more bytes; levels above 8 are much slower and
-/// save little.
+/// The zstd compression level. Level 3 takes 10% more space than level 8. Higher levels are much
+/// slower and save little.
 const LEVEL: u32 = 8;
 
-/// A writer of the records of a recording. Without chunks, `mcap.flush` writes all records.
+/// A writer for the records of a recording. If chunks are disabled, `mcap.flush` writes all
+/// records.
 pub(crate) struct RecordWriter<W: Write + Seek> {
     pub(crate) mcap: mcap::Writer<W>,
     channel_id: u16,

@@ -4,7 +4,7 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// The device and inode of a file, which distinguish it from another file of the same name. Both
+/// The device and inode of a file, which distinguish it from another file with the same name. Both
 /// numbers are 0 on systems without inodes.
 pub(crate) type Identity = (u64, u64);
 
@@ -42,9 +42,9 @@ pub(crate) struct RecordingFile {
 impl RecordingFile {
     /// Creates a new file.
     ///
-    /// On Unix the file is opened for appending. Records go to the end of the file even if another
-    /// program changed its length, so a wrong length reveals the change. Windows cannot truncate a
-    /// file that is open for appending.
+    /// On Unix the file is opened for appending. Each record goes to the end of the file even if
+    /// another program changed its length, so a wrong length reveals the change. Windows cannot
+    /// truncate a file that is open for appending.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let mut options = File::options();
         let file = options.write(true).append(cfg!(unix)).create_new(true).open(path)?;
@@ -82,7 +82,7 @@ pub(crate) struct Sink<S> {
     /// The length of the complete records in the storage, in bytes.
     whole: u64,
     buffer: Vec<u8>,
-    /// The number of bytes of a partially written record after the complete records.
+    /// The length in bytes of a partially written record after the complete records.
     torn: u64,
 }
 
@@ -149,7 +149,7 @@ impl<S: Storage> Write for Sink<S> {
 }
 
 impl<S> Seek for Sink<S> {
-    /// Returns the current position. Other seeks are not supported; the MCAP writer needs none.
+    /// Returns the current position. The MCAP writer uses no other seeks, so they are unsupported.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
             SeekFrom::Current(0) => Ok(self.whole + self.buffer.len() as u64),

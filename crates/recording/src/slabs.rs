@@ -7,8 +7,8 @@ use crate::memory::reserve;
 
 /// The size of a slab in bytes.
 ///
-/// Allocators return freed memory to the system immediately only if the block is large. For glibc,
-/// blocks above 32 MiB are always large. The unused part of a slab takes address space but no
+/// Allocators return freed memory to the system immediately only if the block is large. In glibc,
+/// every block above 32 MiB is large. The unused part of a slab takes address space but no
 /// memory.
 const SLAB_BYTES: usize = (32 << 20) + 4096;
 
@@ -41,7 +41,7 @@ impl Slabs {
     /// Appends a string. Existing strings do not move.
     ///
     /// # Errors
-    /// Memory runs out. The list stays unchanged.
+    /// The system is out of memory. The list stays unchanged.
     pub(crate) fn push(&mut self, bytes: &[u8]) -> Result<(), TryReserveError> {
         reserve(&mut self.locations, 1)?;
         if self.buffers.last().is_none_or(|slab| slab.capacity() - slab.len() < bytes.len()) {
@@ -64,7 +64,7 @@ impl Slabs {
     }
 }
 
-/// Allocates a slab of at least `least` bytes. If memory is short, the slab is small.
+/// Allocates a slab of at least `least` bytes. If memory is short, the slab is smaller.
 fn new_slab(least: usize) -> Result<Vec<u8>, TryReserveError> {
     let mut slab = Vec::new();
     let sizes = iter::successors(Some(SLAB_BYTES), |size| Some(size / 2));

@@ -1,4 +1,4 @@
-//! Stores the times of states compactly, and provides the clock.
+//! The times of states in compact form, and the clock that measures them.
 
 use std::collections::TryReserveError;
 use std::mem;
@@ -10,13 +10,13 @@ use crate::memory::reserve;
 /// The capacity of a chunk in bytes.
 const CHUNK_BYTES: usize = 64 * 1024;
 
-/// The maximum length of an encoded gap in bytes, which holds 64 bits, seven in each byte.
+/// The maximum length of an encoded gap in bytes: 64 bits with seven bits per byte.
 const GAP_BYTES: usize = 10;
 
 /// The times of the states of a history.
 ///
 /// Each time is stored as the gap since the previous time, with a variable length. The gaps of a
-/// search at full speed take one or two bytes. Cloning is cheap.
+/// search at full speed take one or two bytes each. Cloning is cheap.
 #[derive(Clone, Debug, Default)]
 pub struct Times {
     /// Nanoseconds per tick. Times are rounded down to whole ticks.
@@ -24,7 +24,7 @@ pub struct Times {
     count: usize,
     /// The time of the newest state in ticks since 1970.
     newest: u64,
-    /// The values of `newest` and `gaps.len()` before the last `push`, for `undo_push`.
+    /// The values of `newest` and `gaps.len()` before the last `push`, which `undo_push` restores.
     previous: (u64, usize),
     /// Full chunks of older gaps, which clones share.
     chunks: Vec<Arc<Vec<u8>>>,
@@ -58,7 +58,7 @@ impl Times {
     /// Appends the time of a state, in nanoseconds since 1970 (UTC).
     ///
     /// # Errors
-    /// Memory runs out. The list stays unchanged.
+    /// The system is out of memory. The list stays unchanged.
     pub fn push(&mut self, time: u64) -> Result<(), TryReserveError> {
         if self.gaps.len() + GAP_BYTES > CHUNK_BYTES {
             let mut next = Vec::new();
@@ -85,7 +85,7 @@ impl Times {
         }
     }
 
-    /// Removes the newest time. This works only once after each [`push`](Self::push).
+    /// Removes the newest time. `undo_push` works only once after each [`push`](Self::push).
     pub fn undo_push(&mut self) {
         self.newest = self.previous.0;
         self.gaps.truncate(self.previous.1);

@@ -17,8 +17,8 @@ use crate::times::Clock;
 
 /// Writes a recording.
 ///
-/// Each state is handed to the operating system before [`write`](Self::write) returns. So it
-/// survives the end of the process, even by `kill -9`, but not a power failure.
+/// Each state is handed to the operating system before [`write`](Self::write) returns. So a written
+/// state survives the end of the process, even by `kill -9`, but not a power failure.
 ///
 /// Dropping the writer closes the recording. [`close`](Self::close) also compresses the recording
 /// and reports errors. A recording that was never closed is readable too.
@@ -61,7 +61,7 @@ impl RecordingWriter {
     ///
     /// # Errors
     /// The file cannot be written, or another program removed or changed it. A state that could not
-    /// be written leaves no trace in the file. Later states may succeed.
+    /// be written leaves no trace in the file. Later writes may succeed.
     pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
         let Some(records) = &mut self.records else { return Ok(()) };
         let sequence = records.states;

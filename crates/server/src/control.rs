@@ -69,7 +69,7 @@ pub struct Status {
 /// The number of bits that hold the number of states. The other 24 bits hold the number of the run.
 const STATES_BITS: u32 = 40;
 
-/// The largest number of a run. The next run has the number 1.
+/// The largest number of a run, after which the numbers start at 1 again.
 pub(crate) const MAX_RUN: u32 = (1 << (64 - STATES_BITS)) - 1;
 
 /// The current [`Status`] in one atomic word, which the server writes and any thread reads.

@@ -1,9 +1,9 @@
-//! A micromouse maze simulator, which holds the true maze. It reveals only the walls around the
-//! mouse to a search client, and keeps every state that the client reports.
+//! A micromouse maze simulator. The simulator holds the true maze, reveals only the walls around
+//! the mouse to a search client, and keeps every state that the client reports.
 //!
-//! [`Simulation`] turns the bytes of any request into the bytes of its reply. It does no input or
-//! output and never panics. [`Server`] serves a simulation over ZeroMQ. The crate `mmsim-recording`
-//! stores the states, in memory and in files.
+//! [`Simulation`] turns the bytes of any request into the bytes of its reply. A simulation does no
+//! input or output and never panics. [`Server`] serves a simulation over ZeroMQ. The crate
+//! `mmsim-recording` stores the states, in memory and in files.
 //!
 //! ```
 //! use mmsim_maze::Maze;

@@ -16,8 +16,7 @@ pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
 /// Reads the simulation of a running server, and can replace its maze.
 ///
 /// [`status`](Self::status) does not involve the server. The server's thread runs every other
-/// method between two requests, within microseconds. A search never waits for the caller of a
-/// method.
+/// method between two requests, within microseconds. A slow caller never delays a search.
 #[derive(Clone)]
 pub struct Monitor {
     pub(crate) queries: Sender<Query>,

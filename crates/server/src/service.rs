@@ -1,4 +1,4 @@
-//! Serves a simulation, and keeps its times, its recording and its status for other threads.
+//! Serves a simulation, stores the times of its states, and records it.
 
 use std::sync::mpsc::Receiver;
 
@@ -19,8 +19,7 @@ const TICK_NS: u64 = 1000;
 /// The maximum number of queries that are answered before the next requests of clients.
 const MAX_QUERIES_AT_ONCE: usize = 4;
 
-/// A simulation that is being served. It answers the requests of clients and the queries of
-/// monitors.
+/// A simulation that answers the requests of clients and the queries of monitors.
 pub(crate) struct SimulationService<'s> {
     pub(crate) simulation: &'s mut Simulation,
     pub(crate) times: Times,
@@ -63,7 +62,8 @@ impl<'s> SimulationService<'s> {
         info!(states, refused = self.refused, "stopped");
     }
 
-    /// Stores the time of the newest state and records the state. The error says why that failed.
+    /// Stores the time of the newest state and records the state. Returns the reason if either
+    /// fails.
     fn keep_state(&mut self, request: &[u8]) -> Result<(), String> {
         let (simulation, times) = (&*self.simulation, &mut self.times);
         let (states, limit) = (simulation.history.len() - 1, simulation.history.limit());

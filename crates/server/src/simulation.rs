@@ -46,8 +46,8 @@ impl Simulation {
         &self.history
     }
 
-    /// Answers one request and returns the change to the history. Any bytes get exactly one reply.
-    /// Only `reset` and valid states change the history.
+    /// Answers one request and returns the change to the history. Every request gets exactly one
+    /// reply. Only `reset` and valid states change the history.
     pub fn handle(&mut self, request: &[u8], reply: &mut ReplyBuffer) -> Change {
         match Request::decode(request, self.maze.size()) {
             Ok(Request::Ping) => set(reply, Reply::Pong),
@@ -92,7 +92,7 @@ pub enum Change {
     Reset,
 }
 
-/// The buffer into which a simulation writes its reply. Earlier contents are overwritten.
+/// The buffer into which a simulation writes its reply, overwriting earlier contents.
 pub type ReplyBuffer = Vec<u8>;
 
 fn set(buffer: &mut ReplyBuffer, reply: Reply<'_>) {
