@@ -61,6 +61,41 @@ mod tests {
     use crate::matrix::Order;
     use crate::state::MapState;
 
+    #[test]
+    fn a_report_of_either_cell_decides_about_a_wall() {
+        use WallState::{Absent, Present, Unknown};
+        let (nothing, visited) = (CellWalls(0), CellWalls(1));
+        let (west, east) = (CellWalls(8), CellWalls(2));
+        for (here, there, expected) in [
+            (nothing, nothing, Unknown),
+            (visited, nothing, Absent),
+            (nothing, visited, Absent),
+            (east, nothing, Present),
+            (nothing, west, Present),
+            (east, visited, Present),
+            (visited, west, Present),
+            (west, nothing, Unknown),
+            (nothing, east, Unknown),
+        ] {
+            let cells = [b'S', 0, 0, b'N', b'C', 0, 0, b'C', here.0, there.0];
+            let size = MazeSize::new(2, 1).unwrap();
+            let map = State::decode(&cells, size).unwrap().map(Cell::new(0, 0), CellSet::EMPTY);
+            assert_eq!(map.wall(Cell::new(0, 0), Heading::East), expected, "{here:?}, {there:?}");
+            let is_visited = [here, there].map(|flags| flags == visited);
+            let cells = [0, 1].map(|x| Cell::new(x, 0));
+            assert_eq!(cells.map(|cell| map.visited().contains(cell)), is_visited);
+        }
+        let (south, north) = (CellWalls(4), CellWalls(16));
+        for (here, there, expected) in
+            [(north, nothing, Present), (nothing, south, Present), (south, north, Unknown)]
+        {
+            let cells = [b'S', 0, 0, b'N', b'C', 0, 0, b'C', here.0, there.0];
+            let size = MazeSize::new(1, 2).unwrap();
+            let map = State::decode(&cells, size).unwrap().map(Cell::new(0, 0), CellSet::EMPTY);
+            assert_eq!(map.wall(Cell::new(0, 0), Heading::North), expected, "{here:?}, {there:?}");
+        }
+    }
+
     proptest! {
         /// The maps are equal only if the mouse knows all four walls of each visited cell.
         #[test]

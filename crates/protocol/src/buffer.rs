@@ -21,3 +21,21 @@ pub(crate) fn write_bytes(buffer: &mut [u8], message: &[u8]) -> Result<usize, Bu
     front_of(buffer, message.len())?.copy_from_slice(message);
     Ok(message.len())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_fill_the_front_of_the_buffer() {
+        let mut buffer = [9; 4];
+        assert_eq!(front_of(&mut buffer, 0), Ok(&mut [][..]));
+        assert_eq!(front_of(&mut buffer, 4), Ok(&mut [9; 4][..]));
+        assert_eq!(write_bytes(&mut buffer, b"ab"), Ok(2));
+        assert_eq!(buffer, [b'a', b'b', 9, 9]);
+        let error = write_bytes(&mut buffer, b"abcde").unwrap_err();
+        assert_eq!(error, BufferTooSmall { expected: 5, found: 4 });
+        insta::assert_snapshot!(error, @"expected a buffer of at least 5 bytes, found 4");
+        assert_eq!(buffer, [b'a', b'b', 9, 9]);
+    }
+}

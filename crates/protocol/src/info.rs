@@ -59,7 +59,7 @@ impl Info {
 
     /// Returns the pose at the start, or `None` if the heading is invalid.
     pub fn start_pose(&self) -> Option<Pose> {
-        let heading = Heading::ALL.into_iter().find(|heading| heading.letter() == self.heading)?;
+        let heading = Heading::from_letter(self.heading)?;
         Some(Pose::new(Cell::new(self.start[0], self.start[1]), heading))
     }
 
@@ -97,5 +97,32 @@ mod tests {
         assert_eq!(info.start_pose(), Some(start));
         assert_eq!(info.goal_cells(), size.central_cells());
         assert_eq!(info.known_maze(), Some(KnownMaze::new(size, start.cell, size.central_cells())));
+    }
+
+    #[test]
+    fn each_field_has_its_own_value() {
+        let (size, cell) = (MazeSize::new(5, 3).unwrap(), Cell::new(4, 1));
+        let start = Pose::new(cell, Heading::West);
+        let goals = [Cell::new(3, 2)].into_iter().collect();
+        let info = Info::new("wide", size, start, &goals, 7);
+        assert_eq!((info.width, info.height, info.start, info.heading), (5, 3, [4, 1], 'W'));
+        assert_eq!((&*info.goals, info.states, info.protocol), (&[[3, 2]][..], 7, 1));
+        assert_eq!((info.size(), info.start_pose()), (Some(size), Some(start)));
+        assert_eq!(info.goal_cells(), goals);
+        assert_eq!(info.known_maze(), Some(KnownMaze::new(size, cell, goals)));
+    }
+
+    #[test]
+    fn invalid_descriptions_have_no_size_or_start() {
+        let size = MazeSize::CLASSIC;
+        let start = Pose::new(Cell::new(0, 0), Heading::North);
+        let info = Info::new("", size, start, &CellSet::EMPTY, 0);
+        for (width, height) in [(0, 16), (16, 0), (33, 16), (16, 33)] {
+            let invalid = Info { width, height, ..info.clone() };
+            assert_eq!((invalid.size(), invalid.known_maze()), (None, None));
+            assert_eq!(invalid.start_pose(), Some(start));
+        }
+        let invalid = Info { heading: 'n', ..info };
+        assert_eq!((invalid.size(), invalid.start_pose()), (Some(size), None));
     }
 }

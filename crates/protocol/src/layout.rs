@@ -35,3 +35,18 @@ pub(crate) const fn walls(area: usize) -> Range<usize> {
 
 /// The length of a walls request in bytes. The pose has the same position as in a state.
 pub(crate) const WALLS_REQUEST_BYTES: usize = HEADING + 1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_have_the_documented_layout() {
+        assert_eq!([LETTER, X, Y, HEADING, WEIGHTS_ORDER], [0, 1, 2, 3, 4]);
+        assert_eq!((weights(6), walls_order(6), walls(6)), (5..11, 11, 12..18));
+        let size = |width, height| MazeSize::new(width, height).unwrap();
+        let bytes = [size(1, 1), size(2, 3), size(16, 16), size(32, 32)].map(state_bytes);
+        assert_eq!(bytes, [8, 18, 518, 2054]);
+        assert_eq!((MAX_STATE_BYTES, WALLS_REQUEST_BYTES), (2054, 4));
+    }
+}

@@ -105,12 +105,15 @@ mod tests {
     #[test]
     fn replies_are_encoded_and_decoded() {
         let around = WallsAround { left: false, front: true, right: true };
+        let other = WallsAround { left: true, front: false, right: false };
         for (reply, bytes) in [
             (Reply::Pong, &b"pong"[..]),
             (Reply::Ok, b"ok"),
             (Reply::Walls(around), &[0, 1, 1]),
+            (Reply::Walls(other), &[1, 0, 0]),
             (Reply::Info("{}"), b"{}"),
             (Reply::Error("expected a, found b"), b"error: expected a, found b"),
+            (Reply::Error(""), b"error: "),
         ] {
             let mut buffer = [0xa5; 32];
             assert_eq!(reply.encode(&mut buffer), Ok(bytes.len()));
@@ -118,13 +121,17 @@ mod tests {
             assert!(buffer[bytes.len()..].iter().all(|&byte| byte == 0xa5));
             assert_eq!(reply.len(), bytes.len());
             assert_eq!(Reply::decode(bytes), Ok(reply));
-            assert!(reply.encode(&mut buffer[..bytes.len() - 1]).is_err());
+            let too_small = BufferTooSmall { expected: bytes.len(), found: bytes.len() - 1 };
+            assert_eq!(reply.encode(&mut buffer[..bytes.len() - 1]), Err(too_small));
         }
     }
 
     #[test]
     fn other_bytes_are_errors() {
-        for message in [&b""[..], b"OK", b"pong ", &[0, 1], &[0, 1, 2], b"error", b"error: \xff"] {
+        for message in [&b""[..], b"OK", b"pong ", b"error", b"error:", b"error: \xff", b" {}"] {
+            assert!(Reply::decode(message).is_err(), "{message:?}");
+        }
+        for message in [&[0, 1][..], &[0, 1, 2], &[0, 2, 1], &[2, 1, 0], &[0, 1, 0, 1]] {
             assert!(Reply::decode(message).is_err(), "{message:?}");
         }
         insta::assert_snapshot!(Reply::decode(&[0, 1, 2]).unwrap_err(), @r#"expected pong, ok, three bytes of walls, info or an error, found "\x00\x01\x02""#);

@@ -20,13 +20,13 @@ impl<'a> State<'a> {
     /// Creates a state. Returns `None` if the sizes of the matrices differ or the mouse is outside
     /// the maze.
     pub fn new(pose: Pose, weights: Matrix<'a>, walls: Matrix<'a>) -> Option<Self> {
-        let fits = weights.size() == walls.size() && weights.size().contains(pose.cell);
+        let fits = weights.size == walls.size && weights.size.contains(pose.cell);
         fits.then_some(Self { pose, weights, walls })
     }
 
     /// Returns the size of the maze.
     pub const fn size(&self) -> MazeSize {
-        self.weights.size()
+        self.weights.size
     }
 
     /// Returns the pose of the mouse.
@@ -66,11 +66,11 @@ impl<'a> State<'a> {
     /// # Errors
     /// The buffer is shorter than [`state_bytes`].
     pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
-        let size = self.weights.size();
+        let size = self.weights.size;
         let message = front_of(buffer, state_bytes(size))?;
-        put_head(message, self.pose, size, [self.weights.order(), self.walls.order()]);
-        message[layout::weights(size.area())].copy_from_slice(self.weights.bytes());
-        message[layout::walls(size.area())].copy_from_slice(self.walls.bytes());
+        put_head(message, self.pose, size, [self.weights.order, self.walls.order]);
+        message[layout::weights(size.area())].copy_from_slice(self.weights.bytes);
+        message[layout::walls(size.area())].copy_from_slice(self.walls.bytes);
         Ok(message.len())
     }
 }
@@ -129,8 +129,8 @@ fn put_head(message: &mut [u8], pose: Pose, size: MazeSize, [weights, walls]: [O
     message[layout::X] = pose.cell.x;
     message[layout::Y] = pose.cell.y;
     message[layout::HEADING] = heading_byte(pose.heading);
-    message[layout::WEIGHTS_ORDER] = weights.byte();
-    message[layout::walls_order(size.area())] = walls.byte();
+    message[layout::WEIGHTS_ORDER] = weights as u8;
+    message[layout::walls_order(size.area())] = walls as u8;
 }
 
 #[cfg(test)]
@@ -153,10 +153,14 @@ mod tests {
     #[test]
     fn a_state_is_decoded_and_encoded() {
         let Ok(Request::State(state)) = Request::decode(&SMALL, small()) else { panic!() };
-        assert_eq!(state.pose, Pose::new(Cell::new(1, 0), Heading::East));
-        assert_eq!((state.weights.order(), state.walls.order()), (Order::C, Order::F));
-        assert_eq!(state.weights.at(Cell::new(1, 0)), Some(9));
-        assert_eq!(state.weights.at(Cell::new(0, 1)), None);
+        let pose = Pose::new(Cell::new(1, 0), Heading::East);
+        let weights = Matrix::new(Order::C, small(), &[7, 9]).unwrap();
+        let walls = Matrix::new(Order::F, small(), &[0x0d, 0x1f]).unwrap();
+        assert_eq!(Some(state), State::new(pose, weights, walls));
+        assert_eq!((state.size(), state.pose()), (small(), pose));
+        assert_eq!((state.weights(), state.walls()), (weights, walls));
+        assert_eq!(state.cell_walls(Cell::new(1, 0)), Some(CellWalls(0x1f)));
+        assert_eq!(state.cell_walls(Cell::new(2, 0)), None);
         let walls = state.cell_walls(Cell::new(0, 0)).unwrap();
         assert!(walls.visited() && walls.wall(Heading::South) && walls.wall(Heading::West));
         assert!(!walls.wall(Heading::North) && !walls.wall(Heading::East));
@@ -164,6 +168,8 @@ mod tests {
         assert_eq!(Request::State(state).encode(&mut buffer), Ok(10));
         assert_eq!(buffer[..10], SMALL);
         assert_eq!(buffer[10..], [0xa5; 2]);
+        let too_small = BufferTooSmall { expected: 10, found: 9 };
+        assert_eq!(state.encode(&mut buffer[..9]), Err(too_small));
     }
 
     #[test]
