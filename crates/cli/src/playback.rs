@@ -18,6 +18,6 @@ pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> Stri
 /// Returns true if the recording is undamaged, and prints a warning otherwise.
 pub(crate) fn is_undamaged(file: &Path, recording: &Recording) -> bool {
     let Integrity::Damaged { intact, reason } = recording.integrity() else { return true };
-    warn(format_args!("{}: damaged after byte {intact}: found {reason}", file.display()));
+    warn(format_args!("{}: damaged after byte {intact}: {reason}", file.display()));
     false
 }

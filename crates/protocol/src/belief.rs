@@ -1,4 +1,4 @@
-//! The map in a state.
+//! Converts a state to the map that the client knows.
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, WallState};
 
@@ -8,8 +8,8 @@ use crate::state::State;
 impl State<'_> {
     /// Returns the maze as the client knows it.
     ///
-    /// A wall is present if the flags of either cell say so. Otherwise it is absent if either cell has
-    /// been visited, or else unknown, which the protocol cannot express.
+    /// A wall is present if the flags of either adjacent cell report it. A wall that no
+    /// flag reports is absent if either adjacent cell has been visited, and unknown otherwise.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, CellSet, Heading, MazeSize, State, WallState};
@@ -39,7 +39,7 @@ impl State<'_> {
     }
 }
 
-/// Returns the wall between two cells. The second is next to the first in direction `heading`.
+/// Returns the state of the wall between `here` and its neighbour `there` in this direction.
 const fn between(here: CellWalls, there: CellWalls, heading: Heading) -> WallState {
     if here.wall(heading) || there.wall(heading.back()) {
         WallState::Present
@@ -61,8 +61,43 @@ mod tests {
     use crate::matrix::Order;
     use crate::state::MapState;
 
+    #[test]
+    fn a_report_of_either_cell_decides_about_a_wall() {
+        use WallState::{Absent, Present, Unknown};
+        let (nothing, visited) = (CellWalls(0), CellWalls(1));
+        let (west, east) = (CellWalls(8), CellWalls(2));
+        for (here, there, expected) in [
+            (nothing, nothing, Unknown),
+            (visited, nothing, Absent),
+            (nothing, visited, Absent),
+            (east, nothing, Present),
+            (nothing, west, Present),
+            (east, visited, Present),
+            (visited, west, Present),
+            (west, nothing, Unknown),
+            (nothing, east, Unknown),
+        ] {
+            let cells = [b'S', 0, 0, b'N', b'C', 0, 0, b'C', here.0, there.0];
+            let size = MazeSize::new(2, 1).unwrap();
+            let map = State::decode(&cells, size).unwrap().map(Cell::new(0, 0), CellSet::EMPTY);
+            assert_eq!(map.wall(Cell::new(0, 0), Heading::East), expected, "{here:?}, {there:?}");
+            let is_visited = [here, there].map(|flags| flags == visited);
+            let cells = [0, 1].map(|x| Cell::new(x, 0));
+            assert_eq!(cells.map(|cell| map.visited().contains(cell)), is_visited);
+        }
+        let (south, north) = (CellWalls(4), CellWalls(16));
+        for (here, there, expected) in
+            [(north, nothing, Present), (nothing, south, Present), (south, north, Unknown)]
+        {
+            let cells = [b'S', 0, 0, b'N', b'C', 0, 0, b'C', here.0, there.0];
+            let size = MazeSize::new(1, 2).unwrap();
+            let map = State::decode(&cells, size).unwrap().map(Cell::new(0, 0), CellSet::EMPTY);
+            assert_eq!(map.wall(Cell::new(0, 0), Heading::North), expected, "{here:?}, {there:?}");
+        }
+    }
+
     proptest! {
-        /// Holds if the mouse knows all four walls of each visited cell.
+        /// The maps are equal only if the mouse knows all four walls of each visited cell.
         #[test]
         fn a_map_survives_a_round_trip(
             (width, height) in (1usize..=32, 1usize..=32),

@@ -1,10 +1,10 @@
-//! Errors of requests.
+//! Errors in requests.
 
 use mmsim_maze::{Cell, Excerpt, MazeSize};
 
 use crate::layout::{WALLS_REQUEST_BYTES, state_bytes};
 
-/// A request that a simulator cannot serve.
+/// The reason why a simulator cannot serve a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RequestError {
@@ -12,9 +12,9 @@ pub enum RequestError {
     #[error("expected ping, reset, info, W or S, found {0}")]
     Unknown(Excerpt<16>),
     /// The walls request has the wrong length.
-    #[error("expected W with x, y and heading, {WALLS_REQUEST_BYTES} bytes, found {found} bytes")]
+    #[error("expected W, x, y and heading ({WALLS_REQUEST_BYTES} bytes), found {found} bytes")]
     WallsLength {
-        /// Length of the message in bytes.
+        /// The length of the message in bytes.
         found: usize,
     },
     /// The state has the wrong length for the maze.
@@ -23,19 +23,19 @@ pub enum RequestError {
         state_bytes(*size)
     )]
     StateLength {
-        /// Size of the simulator's maze.
+        /// The size of the simulator's maze.
         size: MazeSize,
-        /// Length of the message in bytes.
+        /// The length of the message in bytes.
         found: usize,
     },
     /// The heading is not `N`, `E`, `S` or `W`.
-    #[error("expected N, E, S or W as heading, found {}", Excerpt::<1>::new(&[*found]))]
+    #[error("expected N, E, S or W as the heading, found {}", Excerpt::<1>::new(&[*found]))]
     Heading {
         /// The byte.
         found: u8,
     },
     /// The order of a matrix is not `C` or `F`.
-    #[error("expected C or F as order of the {matrix}, found {}", Excerpt::<1>::new(&[*found]))]
+    #[error("expected C or F as the order of the {matrix}, found {}", Excerpt::<1>::new(&[*found]))]
     Order {
         /// `weights` or `walls`.
         matrix: &'static str,
@@ -47,13 +47,13 @@ pub enum RequestError {
     Outside {
         /// The cell.
         cell: Cell,
-        /// Size of the simulator's maze.
+        /// The size of the simulator's maze.
         size: MazeSize,
     },
     /// The message has several frames.
     #[error("expected one frame, found {found}")]
     Frames {
-        /// Number of frames.
+        /// The number of frames.
         found: usize,
     },
 }

@@ -19,21 +19,21 @@ use crate::version::PROTOCOL_VERSION;
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Info {
-    /// Name of the maze.
+    /// The name of the maze.
     pub name: String,
-    /// Number of cells from west to east.
+    /// The number of cells from west to east.
     pub width: u8,
-    /// Number of cells from south to north.
+    /// The number of cells from south to north.
     pub height: u8,
-    /// x and y of the start cell.
+    /// The coordinates x and y of the start cell.
     pub start: [u8; 2],
-    /// Letter of the heading at the start, `N`.
+    /// The letter of the heading at the start, which is always `N`.
     pub heading: char,
-    /// x and y of each goal cell.
+    /// The coordinates x and y of each goal cell.
     pub goals: Vec<[u8; 2]>,
-    /// Number of states in the history.
+    /// The number of states in the history.
     pub states: usize,
-    /// Version of the protocol.
+    /// The version of the protocol.
     pub protocol: u32,
 }
 
@@ -52,14 +52,14 @@ impl Info {
         }
     }
 
-    /// Returns the size of the maze, or `None` if [`MazeSize`] does not allow it.
+    /// Returns the size of the maze, or `None` if it is not a valid [`MazeSize`].
     pub fn size(&self) -> Option<MazeSize> {
         MazeSize::new(self.width.into(), self.height.into()).ok()
     }
 
     /// Returns the pose at the start, or `None` if the heading is invalid.
     pub fn start_pose(&self) -> Option<Pose> {
-        let heading = Heading::ALL.into_iter().find(|heading| heading.letter() == self.heading)?;
+        let heading = Heading::from_letter(self.heading)?;
         Some(Pose::new(Cell::new(self.start[0], self.start[1]), heading))
     }
 
@@ -68,8 +68,8 @@ impl Info {
         self.goals.iter().map(|&[x, y]| Cell::new(x, y)).collect()
     }
 
-    /// Returns the map of a mouse that knows this description but has sensed no walls yet, or `None`
-    /// if [`MazeSize`] does not allow the size.
+    /// Returns the map of a mouse that has not sensed any walls yet, or `None` if the size of the
+    /// maze is invalid.
     pub fn known_maze(&self) -> Option<KnownMaze> {
         let [x, y] = self.start;
         Some(KnownMaze::new(self.size()?, Cell::new(x, y), self.goal_cells()))
@@ -97,5 +97,32 @@ mod tests {
         assert_eq!(info.start_pose(), Some(start));
         assert_eq!(info.goal_cells(), size.central_cells());
         assert_eq!(info.known_maze(), Some(KnownMaze::new(size, start.cell, size.central_cells())));
+    }
+
+    #[test]
+    fn each_field_has_its_own_value() {
+        let (size, cell) = (MazeSize::new(5, 3).unwrap(), Cell::new(4, 1));
+        let start = Pose::new(cell, Heading::West);
+        let goals = [Cell::new(3, 2)].into_iter().collect();
+        let info = Info::new("wide", size, start, &goals, 7);
+        assert_eq!((info.width, info.height, info.start, info.heading), (5, 3, [4, 1], 'W'));
+        assert_eq!((&*info.goals, info.states, info.protocol), (&[[3, 2]][..], 7, 1));
+        assert_eq!((info.size(), info.start_pose()), (Some(size), Some(start)));
+        assert_eq!(info.goal_cells(), goals);
+        assert_eq!(info.known_maze(), Some(KnownMaze::new(size, cell, goals)));
+    }
+
+    #[test]
+    fn invalid_descriptions_have_no_size_or_start() {
+        let size = MazeSize::CLASSIC;
+        let start = Pose::new(Cell::new(0, 0), Heading::North);
+        let info = Info::new("", size, start, &CellSet::EMPTY, 0);
+        for (width, height) in [(0, 16), (16, 0), (33, 16), (16, 33)] {
+            let invalid = Info { width, height, ..info.clone() };
+            assert_eq!((invalid.size(), invalid.known_maze()), (None, None));
+            assert_eq!(invalid.start_pose(), Some(start));
+        }
+        let invalid = Info { heading: 'n', ..info };
+        assert_eq!((invalid.size(), invalid.start_pose()), (Some(size), None));
     }
 }

@@ -1,13 +1,14 @@
-//! Layout of a state with A cells: `S` x y heading order weights order walls.
+//! The positions of the fields in a state: the letter, x, y, the heading, the order of the weights,
+//! the weights, the order of the walls, and the walls.
 
 use core::ops::Range;
 
 use mmsim_maze::MazeSize;
 
-/// Length of the longest state, which is that of a 32×32 maze, in bytes.
+/// The length in bytes of the longest state, which is a state of a 32×32 maze.
 pub const MAX_STATE_BYTES: usize = state_bytes(MazeSize::HALF_SIZE);
 
-/// Returns the length of a state of a maze of this size in bytes: 518 for 16×16.
+/// Returns the length of a state in bytes for a maze of this size: 518 for 16×16 cells.
 pub const fn state_bytes(size: MazeSize) -> usize {
     walls(size.area()).end
 }
@@ -32,5 +33,20 @@ pub(crate) const fn walls(area: usize) -> Range<usize> {
     start..start + area
 }
 
-/// Length of a walls request in bytes: `W` x y heading, at the same offsets.
+/// The length of a walls request in bytes. The pose has the same position as in a state.
 pub(crate) const WALLS_REQUEST_BYTES: usize = HEADING + 1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_have_the_documented_layout() {
+        assert_eq!([LETTER, X, Y, HEADING, WEIGHTS_ORDER], [0, 1, 2, 3, 4]);
+        assert_eq!((weights(6), walls_order(6), walls(6)), (5..11, 11, 12..18));
+        let size = |width, height| MazeSize::new(width, height).unwrap();
+        let bytes = [size(1, 1), size(2, 3), size(16, 16), size(32, 32)].map(state_bytes);
+        assert_eq!(bytes, [8, 18, 518, 2054]);
+        assert_eq!((MAX_STATE_BYTES, WALLS_REQUEST_BYTES), (2054, 4));
+    }
+}

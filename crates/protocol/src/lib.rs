@@ -10,16 +10,17 @@
 //! | state | `S` x y heading order weights order walls | `ok`; the state is stored |
 //! | info (this project's server only) | `info` | JSON: the maze's name, size, start and goals |
 //!
-//! The reply to anything else is `error: `, followed by what was expected and what was found.
+//! The reply to any other request begins with `error:` and says what was expected and found.
 //!
-//! Decoding never panics: any bytes give a value or an error. Nothing is allocated: `decode` borrows
-//! from the caller's bytes, and `encode` writes into the caller's buffer. [`StateMessage`] reads
-//! single fields of a state. The crate is `no_std`, so it also runs in a mouse's firmware, and works
-//! with any socket that speaks ZeroMQ.
+//! Decoding never panics and returns a value or an error for any bytes. The crate allocates no
+//! memory: `decode` borrows from the caller's bytes, and `encode` writes into the caller's buffer.
+//! [`StateMessage`] reads single fields of a state. The crate is `no_std`, so it also runs in a
+//! mouse's firmware. The crate works with any ZeroMQ library.
 //!
 //! # A complete client
-//! A wall follower that uses the crate `zmq`. It works with any simulator on port 6574, such as
-//! `mmsim`.
+//!
+//! This wall follower uses the crate `zmq`. The client works with any simulator that listens on
+//! port 6574, such as `mmsim`.
 //!
 //! ```no_run
 //! use mmsim_protocol::{

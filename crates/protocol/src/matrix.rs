@@ -7,22 +7,24 @@ use crate::error::RequestError;
 /// A matrix with one byte per cell of a maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Matrix<'a> {
-    order: Order,
-    size: MazeSize,
-    bytes: &'a [u8],
+    pub(crate) order: Order,
+    pub(crate) size: MazeSize,
+    pub(crate) bytes: &'a [u8],
 }
 
 /// The order of the cells in a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
 pub enum Order {
-    /// Row by row from the south, x fastest: cell (x, y) is at index y × width + x.
-    C,
-    /// Column by column from the west, y fastest: cell (x, y) is at index x × height + y.
-    F,
+    /// Row by row from the south: cell (x, y) has the index y × width + x.
+    C = b'C',
+    /// Column by column from the west: cell (x, y) has the index x × height + y.
+    F = b'F',
 }
 
 impl Order {
-    /// Returns the index of `cell` in a matrix of this size, or `None` outside the maze.
+    /// Returns the index of `cell` in a matrix of this size, or `None` if the cell is outside the
+    /// maze.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, MazeSize, Order};
@@ -42,13 +44,6 @@ impl Order {
         }
     }
 
-    pub(crate) const fn byte(self) -> u8 {
-        match self {
-            Self::C => b'C',
-            Self::F => b'F',
-        }
-    }
-
     pub(crate) fn decode(byte: u8, matrix: &'static str) -> Result<Self, RequestError> {
         match byte {
             b'C' => Ok(Self::C),
@@ -59,46 +54,26 @@ impl Order {
 }
 
 impl<'a> Matrix<'a> {
-    /// Creates a matrix, or returns `None` unless there is one byte per cell.
+    /// Creates a matrix. Returns `None` if the number of bytes differs from the number of cells.
     pub fn new(order: Order, size: MazeSize, bytes: &'a [u8]) -> Option<Self> {
         (bytes.len() == size.area()).then_some(Self { order, size, bytes })
     }
 
-    /// Creates a matrix from one byte per cell.
-    pub(crate) const fn from_bytes(order: Order, size: MazeSize, bytes: &'a [u8]) -> Self {
-        Self { order, size, bytes }
-    }
-
-    /// Returns the size of the maze.
-    pub const fn size(&self) -> MazeSize {
-        self.size
-    }
-
-    /// Returns the order of the bytes.
-    pub const fn order(&self) -> Order {
-        self.order
-    }
-
-    /// Returns the bytes, in the matrix's order.
-    pub const fn bytes(&self) -> &'a [u8] {
-        self.bytes
-    }
-
-    /// Returns the byte of `cell`, or `None` outside the maze.
+    /// Returns the byte of `cell`, or `None` if the cell is outside the maze.
     pub fn at(&self, cell: Cell) -> Option<u8> {
         self.bytes.get(self.order.index(cell, self.size)?).copied()
     }
 }
 
-/// One byte of a state's walls: whether the mouse has visited the cell, and which walls it believes
-/// are present.
+/// The flags of one cell in a state: one for a visited cell, and one for each wall that the mouse
+/// believes to be present.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct CellWalls(pub u8);
 
 impl CellWalls {
     const VISITED: u8 = 1;
 
-    /// Returns the byte of `cell` in this map. An unknown wall is encoded like an absent one.
+    /// Returns the flags of `cell` in this map. Unknown walls are encoded like absent walls.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, CellWalls, Heading, KnownMaze, MazeSize};
@@ -116,12 +91,12 @@ impl CellWalls {
         Self(walls.fold(visited, |byte, flag| byte | flag))
     }
 
-    /// Returns whether the mouse has visited the cell.
+    /// Returns true if the mouse has visited the cell.
     pub const fn visited(self) -> bool {
         self.0 & Self::VISITED != 0
     }
 
-    /// Returns whether the mouse believes there is a wall on this side of the cell.
+    /// Returns true if the mouse believes that there is a wall on this side of the cell.
     pub const fn wall(self, heading: Heading) -> bool {
         self.0 & Self::flag(heading) != 0
     }
@@ -138,6 +113,8 @@ impl CellWalls {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_maze::WallState;
+
     use super::*;
 
     #[test]
@@ -152,9 +129,70 @@ mod tests {
     }
 
     #[test]
+    fn cells_are_ordered_by_row_or_by_column() {
+        let size = MazeSize::new(3, 2).unwrap();
+        for (order, cells) in [
+            (Order::C, [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)]),
+            (Order::F, [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)]),
+        ] {
+            let bytes = [10, 11, 12, 13, 14, 15];
+            let matrix = Matrix::new(order, size, &bytes).unwrap();
+            for (index, (x, y)) in cells.into_iter().enumerate() {
+                let cell = Cell::new(x, y);
+                assert_eq!(order.index(cell, size), Some(index), "{cell} in {order:?}");
+                assert_eq!(matrix.at(cell), Some(bytes[index]), "{cell} in {order:?}");
+            }
+            assert_eq!(matrix.at(Cell::new(3, 0)), None);
+        }
+    }
+
+    #[test]
+    fn orders_are_single_letters() {
+        assert_eq!([Order::C as u8, Order::F as u8], *b"CF");
+        for byte in 0..=u8::MAX {
+            let expected = match byte {
+                b'C' => Ok(Order::C),
+                b'F' => Ok(Order::F),
+                found => Err(RequestError::Order { matrix: "walls", found }),
+            };
+            assert_eq!(Order::decode(byte, "walls"), expected);
+        }
+    }
+
+    #[test]
     fn a_matrix_has_one_byte_per_cell() {
         let size = MazeSize::new(2, 1).unwrap();
         assert!(Matrix::new(Order::C, size, &[1, 2]).is_some());
+        assert!(Matrix::new(Order::C, size, &[1]).is_none());
         assert!(Matrix::new(Order::C, size, &[1, 2, 3]).is_none());
+    }
+
+    #[test]
+    fn each_flag_is_one_bit() {
+        use Heading::{East, North, South, West};
+        for byte in 0..=u8::MAX {
+            let flags = CellWalls(byte);
+            let bits = [1, 2, 4, 8, 16].map(|bit| byte / bit % 2 == 1);
+            let walls = [East, South, West, North].map(|heading| flags.wall(heading));
+            assert_eq!((flags.visited(), walls), (bits[0], [bits[1], bits[2], bits[3], bits[4]]));
+        }
+    }
+
+    #[test]
+    fn certain_walls_and_visited_cells_are_flagged() {
+        let (size, cell) = (MazeSize::new(3, 3).unwrap(), Cell::new(1, 1));
+        let mut map = KnownMaze::new(size, cell, size.central_cells());
+        assert_eq!(CellWalls::known(&map, cell), CellWalls(0));
+        for (heading, flag) in Heading::ALL.into_iter().zip([16, 2, 4, 8]) {
+            let mut map = map.clone();
+            map.set_wall(cell, heading, WallState::Present);
+            assert_eq!(CellWalls::known(&map, cell), CellWalls(flag));
+            map.set_wall(cell, heading, WallState::Absent);
+            assert_eq!(CellWalls::known(&map, cell), CellWalls(0));
+        }
+        map.visit(cell);
+        assert_eq!(CellWalls::known(&map, cell), CellWalls(1));
+        assert_eq!(CellWalls::known(&map, Cell::new(0, 0)), CellWalls(4 | 8));
+        assert_eq!(CellWalls::known(&map, Cell::new(2, 2)), CellWalls(2 | 16));
     }
 }

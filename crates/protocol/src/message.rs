@@ -1,22 +1,21 @@
-//! The bytes of a state, read one field at a time.
+//! Reads single fields from the bytes of a state.
 
 use mmsim_maze::{Cell, Heading, MazeSize, Pose};
 
 use crate::error::RequestError;
 use crate::layout::{self, state_bytes};
-use crate::matrix::{CellWalls, Matrix, Order};
+use crate::matrix::{Matrix, Order};
 
 /// A message `S` whose fields are decoded on demand.
 ///
-/// [`State`](crate::State) is the message fully decoded. A view is cheaper to create: it checks only
-/// the letter and the length, and each method checks only its own field.
+/// Creating a `StateMessage` is cheaper than decoding a [`State`](crate::State), because it checks
+/// only the letter and the length. Each method checks only the field that it reads.
 ///
 /// ```
 /// use mmsim_protocol::{Cell, Heading, MazeSize, StateMessage};
 /// let message = StateMessage::new(b"S\x01\x00EC\x07\x09F\x0d\x1f", MazeSize::new(2, 1)?)?;
 /// assert_eq!(message.pose()?.heading, Heading::East);
-/// assert_eq!(message.weight(Cell::new(0, 0)), Some(7));
-/// assert!(message.cell_walls(Cell::new(0, 0)).unwrap().wall(Heading::West));
+/// assert_eq!(message.weights()?.at(Cell::new(0, 0)), Some(7));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,26 +25,16 @@ pub struct StateMessage<'a> {
 }
 
 impl<'a> StateMessage<'a> {
-    /// Creates a view of a message to a simulator with a maze of this size.
+    /// Creates a view of a message to a simulator whose maze has this size.
     ///
     /// # Errors
-    /// The bytes do not begin with `S` or do not have the length of a state of this maze.
+    /// The message does not begin with `S`, or its length does not fit the size of the maze.
     pub const fn new(bytes: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
         if bytes.len() == state_bytes(size) && bytes[layout::LETTER] == b'S' {
             Ok(Self { size, bytes })
         } else {
             Err(RequestError::StateLength { size, found: bytes.len() })
         }
-    }
-
-    /// Returns the whole message.
-    pub const fn bytes(&self) -> &'a [u8] {
-        self.bytes
-    }
-
-    /// Returns the size of the maze.
-    pub const fn size(&self) -> MazeSize {
-        self.size
     }
 
     /// Returns the pose of the mouse.
@@ -58,18 +47,6 @@ impl<'a> StateMessage<'a> {
         decode_pose(x, y, heading, self.size)
     }
 
-    /// Returns the weight of one cell, or `None` if the cell is outside the maze or the order of the
-    /// weights is invalid.
-    pub fn weight(&self, cell: Cell) -> Option<u8> {
-        self.weights().ok()?.at(cell)
-    }
-
-    /// Returns the flags of one cell, or `None` if the cell is outside the maze or the order of the
-    /// walls is invalid.
-    pub fn cell_walls(&self, cell: Cell) -> Option<CellWalls> {
-        self.walls().ok()?.at(cell).map(CellWalls)
-    }
-
     /// Returns the matrix of weights.
     ///
     /// # Errors
@@ -77,7 +54,7 @@ impl<'a> StateMessage<'a> {
     pub fn weights(&self) -> Result<Matrix<'a>, RequestError> {
         let area = self.size.area();
         let order = Order::decode(self.bytes[layout::WEIGHTS_ORDER], "weights")?;
-        Ok(Matrix::from_bytes(order, self.size, &self.bytes[layout::weights(area)]))
+        Ok(Matrix { order, size: self.size, bytes: &self.bytes[layout::weights(area)] })
     }
 
     /// Returns the matrix of walls.
@@ -87,7 +64,7 @@ impl<'a> StateMessage<'a> {
     pub fn walls(&self) -> Result<Matrix<'a>, RequestError> {
         let area = self.size.area();
         let order = Order::decode(self.bytes[layout::walls_order(area)], "walls")?;
-        Ok(Matrix::from_bytes(order, self.size, &self.bytes[layout::walls(area)]))
+        Ok(Matrix { order, size: self.size, bytes: &self.bytes[layout::walls(area)] })
     }
 }
 
@@ -95,12 +72,10 @@ pub(crate) const fn heading_byte(heading: Heading) -> u8 {
     heading.letter() as u8
 }
 
-/// Decodes the pose, which follows the letter in both a walls request and a state.
-pub(crate) fn decode_pose(x: u8, y: u8, heading: u8, size: MazeSize) -> Result<Pose, RequestError> {
-    let heading = Heading::ALL
-        .into_iter()
-        .find(|&candidate| heading_byte(candidate) == heading)
-        .ok_or(RequestError::Heading { found: heading })?;
+/// Decodes the pose in a walls request or a state.
+pub(crate) fn decode_pose(x: u8, y: u8, letter: u8, size: MazeSize) -> Result<Pose, RequestError> {
+    let heading = Heading::from_letter(letter.into());
+    let heading = heading.ok_or(RequestError::Heading { found: letter })?;
     let cell = Cell::new(x, y);
     if size.contains(cell) {
         Ok(Pose { cell, heading })
@@ -122,15 +97,10 @@ mod tests {
     #[test]
     fn each_field_is_read_by_itself() {
         let message = StateMessage::new(&SMALL, small()).unwrap();
-        let [west, east, outside] = [0, 1, 2].map(|x| Cell::new(x, 0));
-        assert_eq!((message.size(), message.bytes()), (small(), &SMALL[..]));
-        assert_eq!(message.pose(), Ok(Pose::new(east, Heading::East)));
-        assert_eq!(
-            [west, east, outside].map(|cell| message.weight(cell)),
-            [Some(7), Some(9), None]
-        );
-        let walls = [west, east, outside].map(|cell| message.cell_walls(cell));
-        assert_eq!(walls, [Some(CellWalls(0x0d)), Some(CellWalls(0x1f)), None]);
+        assert_eq!(message.pose(), Ok(Pose::new(Cell::new(1, 0), Heading::East)));
+        let matrix = |order, bytes| Matrix::new(order, small(), bytes).unwrap();
+        assert_eq!(message.weights(), Ok(matrix(Order::C, &[7, 9])));
+        assert_eq!(message.walls(), Ok(matrix(Order::F, &[0x0d, 0x1f])));
     }
 
     #[test]
@@ -142,12 +112,46 @@ mod tests {
         };
         let bytes = with(layout::HEADING, b'?');
         let message = StateMessage::new(&bytes, small()).unwrap();
-        assert!(message.pose().is_err() && message.weights().is_ok() && message.walls().is_ok());
+        assert_eq!(message.pose(), Err(RequestError::Heading { found: b'?' }));
+        assert!(message.weights().is_ok() && message.walls().is_ok());
         let bytes = with(layout::WEIGHTS_ORDER, b'?');
         let message = StateMessage::new(&bytes, small()).unwrap();
-        assert!(message.pose().is_ok() && message.weights().is_err() && message.walls().is_ok());
-        assert_eq!(message.weight(Cell::new(0, 0)), None);
-        assert!(StateMessage::new(&with(layout::LETTER, b'W'), small()).is_err());
-        assert!(StateMessage::new(&SMALL[..9], small()).is_err());
+        let error = RequestError::Order { matrix: "weights", found: b'?' };
+        assert_eq!(message.weights(), Err(error));
+        assert!(message.pose().is_ok() && message.walls().is_ok());
+        let bytes = with(layout::walls_order(2), b'?');
+        let message = StateMessage::new(&bytes, small()).unwrap();
+        let error = RequestError::Order { matrix: "walls", found: b'?' };
+        assert_eq!(message.walls(), Err(error));
+        assert!(message.pose().is_ok() && message.weights().is_ok());
+    }
+
+    #[test]
+    fn a_message_has_the_letter_and_the_length_of_a_state() {
+        let size = small();
+        let error = |found| Err(RequestError::StateLength { size, found });
+        let mut other = SMALL;
+        other[layout::LETTER] = b'W';
+        assert_eq!(StateMessage::new(&other, size), error(10));
+        assert_eq!(StateMessage::new(&SMALL[..9], size), error(9));
+        assert_eq!(StateMessage::new(&[b'S'; 11], size), error(11));
+        assert_eq!(StateMessage::new(b"", size), error(0));
+    }
+
+    #[test]
+    fn a_pose_is_a_cell_of_the_maze_and_a_letter() {
+        let size = MazeSize::new(3, 2).unwrap();
+        for (heading, letter) in Heading::ALL.into_iter().zip(*b"NESW") {
+            assert_eq!(heading_byte(heading), letter);
+            let pose = Pose::new(Cell::new(2, 1), heading);
+            assert_eq!(decode_pose(2, 1, letter, size), Ok(pose));
+        }
+        for found in [0, b'n', 0xce, 0xff] {
+            assert_eq!(decode_pose(0, 0, found, size), Err(RequestError::Heading { found }));
+        }
+        for cell in [Cell::new(3, 0), Cell::new(0, 2), Cell::new(1, 2)] {
+            let outside = Err(RequestError::Outside { cell, size });
+            assert_eq!(decode_pose(cell.x, cell.y, b'N', size), outside);
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Replies of a simulator.
+//! The replies of a simulator.
 
 use mmsim_maze::{Excerpt, WallsAround};
 
@@ -7,26 +7,26 @@ use crate::buffer::{BufferTooSmall, front_of, write_bytes};
 const PONG: &[u8] = b"pong";
 const OK: &[u8] = b"ok";
 
-/// Prefix of the reply to a request that cannot be served.
+/// The prefix of a reply that reports an error.
 pub const ERROR_PREFIX: &str = "error: ";
 
-/// A reply, borrowed from the bytes of its message. It can be decoded without its request.
+/// A reply that borrows the bytes of its message. Decoding a reply does not require its request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reply<'a> {
-    /// Reply to `ping`.
+    /// The reply to `ping`.
     Pong,
-    /// Reply to `reset` and to a state: done.
+    /// The reply to a successful `reset` or state request.
     Ok,
-    /// Reply to a walls request.
+    /// The reply to a walls request.
     Walls(WallsAround),
-    /// Reply to `info`: a JSON object (see `Info`, with feature `info`).
+    /// The reply to `info`: a JSON object that `Info` can decode (feature `info`).
     Info(&'a str),
-    /// The request cannot be served, for this reason. Nothing has changed.
+    /// The reason why the request cannot be served. Nothing has changed.
     Error(&'a str),
 }
 
-/// Bytes that are not a reply of the protocol.
+/// The error for bytes that are not a reply of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected pong, ok, three bytes of walls, info or an error, found {0}")]
 pub struct UnknownReply(pub Excerpt<16>);
@@ -61,7 +61,7 @@ impl<'a> Reply<'a> {
         reply.ok_or_else(|| UnknownReply(Excerpt::new(message)))
     }
 
-    /// Writes the reply to the start of `buffer` and returns its length in bytes.
+    /// Writes the reply to the start of `buffer` and returns the length of the reply in bytes.
     ///
     /// # Errors
     /// The buffer is shorter than [`len`](Self::len).
@@ -83,7 +83,7 @@ impl<'a> Reply<'a> {
         }
     }
 
-    /// Returns the length in bytes.
+    /// Returns the length of the reply in bytes.
     #[allow(clippy::len_without_is_empty)] // no reply is empty
     pub const fn len(&self) -> usize {
         match self {
@@ -105,12 +105,15 @@ mod tests {
     #[test]
     fn replies_are_encoded_and_decoded() {
         let around = WallsAround { left: false, front: true, right: true };
+        let other = WallsAround { left: true, front: false, right: false };
         for (reply, bytes) in [
             (Reply::Pong, &b"pong"[..]),
             (Reply::Ok, b"ok"),
             (Reply::Walls(around), &[0, 1, 1]),
+            (Reply::Walls(other), &[1, 0, 0]),
             (Reply::Info("{}"), b"{}"),
             (Reply::Error("expected a, found b"), b"error: expected a, found b"),
+            (Reply::Error(""), b"error: "),
         ] {
             let mut buffer = [0xa5; 32];
             assert_eq!(reply.encode(&mut buffer), Ok(bytes.len()));
@@ -118,13 +121,17 @@ mod tests {
             assert!(buffer[bytes.len()..].iter().all(|&byte| byte == 0xa5));
             assert_eq!(reply.len(), bytes.len());
             assert_eq!(Reply::decode(bytes), Ok(reply));
-            assert!(reply.encode(&mut buffer[..bytes.len() - 1]).is_err());
+            let too_small = BufferTooSmall { expected: bytes.len(), found: bytes.len() - 1 };
+            assert_eq!(reply.encode(&mut buffer[..bytes.len() - 1]), Err(too_small));
         }
     }
 
     #[test]
     fn other_bytes_are_errors() {
-        for message in [&b""[..], b"OK", b"pong ", &[0, 1], &[0, 1, 2], b"error", b"error: \xff"] {
+        for message in [&b""[..], b"OK", b"pong ", b"error", b"error:", b"error: \xff", b" {}"] {
+            assert!(Reply::decode(message).is_err(), "{message:?}");
+        }
+        for message in [&[0, 1][..], &[0, 1, 2], &[0, 2, 1], &[2, 1, 0], &[0, 1, 0, 1]] {
             assert!(Reply::decode(message).is_err(), "{message:?}");
         }
         insta::assert_snapshot!(Reply::decode(&[0, 1, 2]).unwrap_err(), @r#"expected pong, ok, three bytes of walls, info or an error, found "\x00\x01\x02""#);

@@ -1,4 +1,4 @@
-//! Requests of a client.
+//! The requests of a client.
 
 use mmsim_maze::{Excerpt, MazeSize, Pose};
 
@@ -11,7 +11,7 @@ const PING: &[u8] = b"ping";
 const RESET: &[u8] = b"reset";
 const INFO: &[u8] = b"info";
 
-/// A request, borrowed from the bytes of its message.
+/// A request that borrows the bytes of its message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Request<'a> {
@@ -23,13 +23,13 @@ pub enum Request<'a> {
     Walls(Pose),
     /// Reports the mouse's belief at one moment of its search.
     State(State<'a>),
-    /// Asks for a description of the maze. Only this project's server supports the request; the
+    /// Asks for a description of the maze. Only this project's server supports `info`; the
     /// reference server never replies to it.
     Info,
 }
 
 impl<'a> Request<'a> {
-    /// Decodes a request to a simulator with a maze of this size.
+    /// Decodes a request to a simulator whose maze has this size.
     ///
     /// # Errors
     /// The bytes are not a request, or a cell is outside the maze.
@@ -39,7 +39,7 @@ impl<'a> Request<'a> {
     /// let request = Request::decode(b"W\x03\x04E", MazeSize::CLASSIC)?;
     /// assert_eq!(request, Request::Walls(Pose::new(Cell::new(3, 4), Heading::East)));
     /// let error = Request::decode(b"W\x03", MazeSize::CLASSIC).unwrap_err();
-    /// assert_eq!(error.to_string(), "expected W with x, y and heading, 4 bytes, found 2 bytes");
+    /// assert_eq!(error.to_string(), "expected W, x, y and heading (4 bytes), found 2 bytes");
     /// # Ok::<(), mmsim_protocol::RequestError>(())
     /// ```
     pub fn decode(message: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
@@ -54,10 +54,11 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Writes the request to the start of `buffer` and returns its length in bytes.
+    /// Writes the request to the start of `buffer` and returns the length of the request in bytes.
     ///
     /// # Errors
-    /// The buffer is too small. [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) are always enough.
+    /// The buffer is too small. [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) bytes are always
+    /// enough.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, Heading, Pose, Request};
@@ -117,10 +118,10 @@ mod tests {
         insta::assert_snapshot!(error(b"foo"), @r#"expected ping, reset, info, W or S, found "foo""#);
         insta::assert_snapshot!(error(b"ping\n"), @r#"expected ping, reset, info, W or S, found "ping\n""#);
         insta::assert_snapshot!(error(&[b'x'; 1 << 12]), @r#"expected ping, reset, info, W or S, found "xxxxxxxxxxxxxxxx"… of 4096 bytes"#);
-        insta::assert_snapshot!(error(b"W\x00\x00"), @"expected W with x, y and heading, 4 bytes, found 3 bytes");
-        insta::assert_snapshot!(error(b"WW\x00\x00N"), @"expected W with x, y and heading, 4 bytes, found 5 bytes");
-        insta::assert_snapshot!(error(b"W\x00\x00n"), @r#"expected N, E, S or W as heading, found "n""#);
-        insta::assert_snapshot!(error(b"W\x00\x00\xff"), @r#"expected N, E, S or W as heading, found "\xff""#);
+        insta::assert_snapshot!(error(b"W\x00\x00"), @"expected W, x, y and heading (4 bytes), found 3 bytes");
+        insta::assert_snapshot!(error(b"WW\x00\x00N"), @"expected W, x, y and heading (4 bytes), found 5 bytes");
+        insta::assert_snapshot!(error(b"W\x00\x00n"), @r#"expected N, E, S or W as the heading, found "n""#);
+        insta::assert_snapshot!(error(b"W\x00\x00\xff"), @r#"expected N, E, S or W as the heading, found "\xff""#);
         insta::assert_snapshot!(error(b"W\x10\x00N"), @"expected a cell in a maze of 16x16 cells, found (16, 0)");
         insta::assert_snapshot!(error(b"W\x00\xffN"), @"expected a cell in a maze of 16x16 cells, found (0, 255)");
         insta::assert_snapshot!(error(b"S"), @"expected S of 518 bytes for a maze of 16x16 cells, found 1 bytes");

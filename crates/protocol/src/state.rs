@@ -17,16 +17,16 @@ pub struct State<'a> {
 }
 
 impl<'a> State<'a> {
-    /// Creates a state, or returns `None` unless both matrices have the same size and the mouse is
-    /// inside the maze.
+    /// Creates a state. Returns `None` if the sizes of the matrices differ or the mouse is outside
+    /// the maze.
     pub fn new(pose: Pose, weights: Matrix<'a>, walls: Matrix<'a>) -> Option<Self> {
-        let fits = weights.size() == walls.size() && weights.size().contains(pose.cell);
+        let fits = weights.size == walls.size && weights.size.contains(pose.cell);
         fits.then_some(Self { pose, weights, walls })
     }
 
     /// Returns the size of the maze.
     pub const fn size(&self) -> MazeSize {
-        self.weights.size()
+        self.weights.size
     }
 
     /// Returns the pose of the mouse.
@@ -34,8 +34,9 @@ impl<'a> State<'a> {
         self.pose
     }
 
-    /// Returns a number per cell. Its meaning is up to the client, such as a distance in steps or a
-    /// number of visits. 255 also means anything above.
+    /// Returns the weights, one number for each cell. The client chooses the meaning of the
+    /// weights, such as distances in steps or numbers of visits. The weight 255 stands for 255 or
+    /// more.
     pub const fn weights(&self) -> Matrix<'a> {
         self.weights
     }
@@ -45,36 +46,36 @@ impl<'a> State<'a> {
         self.walls
     }
 
-    /// Returns the flags of one cell, or `None` outside the maze.
+    /// Returns the flags of one cell, or `None` if the cell is outside the maze.
     pub fn cell_walls(&self, cell: Cell) -> Option<CellWalls> {
         self.walls.at(cell).map(CellWalls)
     }
 
-    /// Decodes a message `S` to a simulator with a maze of this size.
+    /// Decodes a message `S` to a simulator whose maze has this size.
     ///
     /// # Errors
-    /// The bytes are not a valid state of this maze.
+    /// The bytes are not a valid state of a maze of this size.
     pub fn decode(message: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
         let message = StateMessage::new(message, size)?;
         let (pose, weights, walls) = (message.pose()?, message.weights()?, message.walls()?);
         Ok(Self { pose, weights, walls })
     }
 
-    /// Writes the state to the start of `buffer` and returns its length in bytes.
+    /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
     ///
     /// # Errors
     /// The buffer is shorter than [`state_bytes`].
     pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
-        let size = self.weights.size();
+        let size = self.weights.size;
         let message = front_of(buffer, state_bytes(size))?;
-        put_head(message, self.pose, size, [self.weights.order(), self.walls.order()]);
-        message[layout::weights(size.area())].copy_from_slice(self.weights.bytes());
-        message[layout::walls(size.area())].copy_from_slice(self.walls.bytes());
+        put_head(message, self.pose, size, [self.weights.order, self.walls.order]);
+        message[layout::weights(size.area())].copy_from_slice(self.weights.bytes);
+        message[layout::walls(size.area())].copy_from_slice(self.walls.bytes);
         Ok(message.len())
     }
 }
 
-/// A state taken from a mouse's map, ready to be encoded. Both matrices have the same order.
+/// A state that is encoded from a mouse's map. The weights and the walls have the same order.
 ///
 /// ```
 /// use mmsim_protocol::{Cell, Heading, KnownMaze, MapState, MazeSize, Order, Pose, State};
@@ -97,12 +98,12 @@ pub struct MapState<'m, W> {
 }
 
 impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
-    /// Creates the state of a mouse in `pose` that knows `map`. A weight above 255 is sent as 255.
+    /// Creates the state of a mouse with this pose and map. A weight above 255 is sent as 255.
     pub const fn new(pose: Pose, map: &'m KnownMaze, weight: W, order: Order) -> Self {
         Self { pose, map, weight, order }
     }
 
-    /// Writes the state to the start of `buffer` and returns its length in bytes.
+    /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
     ///
     /// # Errors
     /// The buffer is shorter than [`state_bytes`].
@@ -122,14 +123,14 @@ impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
     }
 }
 
-/// Writes everything except the bytes of the matrices into a message of the right length.
+/// Writes all fields except the matrices into a message of the right length.
 fn put_head(message: &mut [u8], pose: Pose, size: MazeSize, [weights, walls]: [Order; 2]) {
     message[layout::LETTER] = b'S';
     message[layout::X] = pose.cell.x;
     message[layout::Y] = pose.cell.y;
     message[layout::HEADING] = heading_byte(pose.heading);
-    message[layout::WEIGHTS_ORDER] = weights.byte();
-    message[layout::walls_order(size.area())] = walls.byte();
+    message[layout::WEIGHTS_ORDER] = weights as u8;
+    message[layout::walls_order(size.area())] = walls as u8;
 }
 
 #[cfg(test)]
@@ -142,7 +143,7 @@ mod tests {
     use crate::layout::MAX_STATE_BYTES;
     use crate::request::Request;
 
-    /// A state in a maze of 2x1 cells: at (1, 0) heading east, weights 7 and 9, walls.
+    /// A state in a 2x1 maze: the mouse at (1, 0) faces east, and the weights are 7 and 9.
     const SMALL: [u8; 10] = *b"S\x01\x00EC\x07\x09F\x0d\x1f";
 
     fn small() -> MazeSize {
@@ -152,10 +153,14 @@ mod tests {
     #[test]
     fn a_state_is_decoded_and_encoded() {
         let Ok(Request::State(state)) = Request::decode(&SMALL, small()) else { panic!() };
-        assert_eq!(state.pose, Pose::new(Cell::new(1, 0), Heading::East));
-        assert_eq!((state.weights.order(), state.walls.order()), (Order::C, Order::F));
-        assert_eq!(state.weights.at(Cell::new(1, 0)), Some(9));
-        assert_eq!(state.weights.at(Cell::new(0, 1)), None);
+        let pose = Pose::new(Cell::new(1, 0), Heading::East);
+        let weights = Matrix::new(Order::C, small(), &[7, 9]).unwrap();
+        let walls = Matrix::new(Order::F, small(), &[0x0d, 0x1f]).unwrap();
+        assert_eq!(Some(state), State::new(pose, weights, walls));
+        assert_eq!((state.size(), state.pose()), (small(), pose));
+        assert_eq!((state.weights(), state.walls()), (weights, walls));
+        assert_eq!(state.cell_walls(Cell::new(1, 0)), Some(CellWalls(0x1f)));
+        assert_eq!(state.cell_walls(Cell::new(2, 0)), None);
         let walls = state.cell_walls(Cell::new(0, 0)).unwrap();
         assert!(walls.visited() && walls.wall(Heading::South) && walls.wall(Heading::West));
         assert!(!walls.wall(Heading::North) && !walls.wall(Heading::East));
@@ -163,6 +168,8 @@ mod tests {
         assert_eq!(Request::State(state).encode(&mut buffer), Ok(10));
         assert_eq!(buffer[..10], SMALL);
         assert_eq!(buffer[10..], [0xa5; 2]);
+        let too_small = BufferTooSmall { expected: 10, found: 9 };
+        assert_eq!(state.encode(&mut buffer[..9]), Err(too_small));
     }
 
     #[test]
@@ -173,9 +180,9 @@ mod tests {
             Request::decode(&message, small()).unwrap_err().to_string()
         };
         insta::assert_snapshot!(error(1, 2), @"expected a cell in a maze of 2x1 cells, found (2, 0)");
-        insta::assert_snapshot!(error(3, b'X'), @r#"expected N, E, S or W as heading, found "X""#);
-        insta::assert_snapshot!(error(4, b'c'), @r#"expected C or F as order of the weights, found "c""#);
-        insta::assert_snapshot!(error(7, b'Z'), @r#"expected C or F as order of the walls, found "Z""#);
+        insta::assert_snapshot!(error(3, b'X'), @r#"expected N, E, S or W as the heading, found "X""#);
+        insta::assert_snapshot!(error(4, b'c'), @r#"expected C or F as the order of the weights, found "c""#);
+        insta::assert_snapshot!(error(7, b'Z'), @r#"expected C or F as the order of the walls, found "Z""#);
         let classic = [b'S'; 518];
         let error = Request::decode(&classic, MazeSize::HALF_SIZE).unwrap_err();
         insta::assert_snapshot!(error, @"expected S of 2054 bytes for a maze of 32x32 cells, found 518 bytes");

@@ -1,7 +1,7 @@
-//! Constants of the protocol.
+//! The version and the default port of the protocol.
 
-/// Version of the protocol, as in the reply to `info`.
+/// The version of the protocol, which is part of the reply to `info`.
 pub const PROTOCOL_VERSION: u32 = 1;
 
-/// Default TCP port of simulators.
+/// The default TCP port of a simulator.
 pub const DEFAULT_PORT: u16 = 6574;

@@ -1,4 +1,4 @@
-//! A copy of part of a history, for other threads to read.
+//! Copies of parts of a history, which other threads can read.
 
 use mmsim_maze::MazeSize;
 use mmsim_protocol::{StateMessage, state_bytes};
@@ -7,29 +7,29 @@ use zstd::bulk::Decompressor;
 use crate::memory::reserve;
 use crate::motion_count::MotionCount;
 
-/// A copy of up to 256 consecutive states of a [`History`](crate::History), still compressed.
+/// A usually compressed copy of up to 256 consecutive states of a [`History`](crate::History).
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// The states, whose bytes may be compressed.
+    /// The states, whose bytes are compressed if `packed` is true.
     pub(crate) states: States,
     pub(crate) packed: bool,
 }
 
-/// Up to 256 consecutive states, uncompressed.
+/// Up to 256 consecutive uncompressed states of a history.
 #[derive(Clone, Debug)]
 pub struct States {
     pub(crate) first: usize,
-    /// Motion from the first state of the history to the first of these.
+    /// The motion from the first state of the history to the first state of this block.
     pub(crate) motion: MotionCount,
     pub(crate) size: MazeSize,
     pub(crate) bytes: Vec<u8>,
 }
 
 impl Block {
-    /// Number of states in every block except the last.
+    /// The number of states in every block except the last.
     pub const STATES: usize = 256;
 
-    /// Decompresses the states; `None` if out of memory.
+    /// Decompresses the states. Returns `None` if memory runs out.
     pub fn unpack(self) -> Option<States> {
         let Self { states, packed } = self;
         if !packed {
@@ -48,7 +48,7 @@ impl States {
         self.bytes.len() / state_bytes(self.size)
     }
 
-    /// Returns whether there are no states. A block of a history always has some.
+    /// Returns true if there are no states. A block of a history has at least one state.
     pub const fn is_empty(&self) -> bool {
         self.bytes.is_empty()
     }
@@ -74,7 +74,7 @@ impl States {
         self.bytes.get(start..end).unwrap_or_default()
     }
 
-    /// Returns the motion from the first state of the history to the one with this index.
+    /// Returns the motion from the first state of the history to the state with this index.
     pub fn motion_count(&self, index: usize) -> Option<MotionCount> {
         self.get(index)?;
         let mut motion = self.motion;

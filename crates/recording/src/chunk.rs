@@ -1,4 +1,4 @@
-//! Chunks: compressed groups of records.
+//! Decodes chunks, which are compressed groups of records.
 //!
 //! ```text
 //! chunk    start time 8 bytes, end time 8, uncompressed length 8, CRC-32 4, length of the
@@ -8,14 +8,14 @@
 
 use std::borrow::Cow;
 
-/// Decompresses the records of a chunk, at most `max` bytes.
+/// Decompresses the records of a chunk, which may take at most `max` bytes.
 pub(crate) fn unpack(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> {
     let (length, checksum, compression, packed) =
-        split(chunk).ok_or("a length that exceeds its chunk")?;
+        split(chunk).ok_or("a length field that exceeds its chunk")?;
     let length = usize::try_from(length)
         .ok()
         .filter(|&length| length <= max)
-        .ok_or_else(|| format!("a chunk of {length} bytes, over the limit of {max}"))?;
+        .ok_or_else(|| format!("a chunk of {length} bytes, which exceeds the limit of {max} bytes"))?;
     let records = match compression {
         b"" => Cow::Borrowed(packed),
         b"zstd" => zstd::bulk::decompress(packed, length)
@@ -28,18 +28,18 @@ pub(crate) fn unpack(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> 
     };
     let found = records.len();
     if found != length {
-        return Err(format!("a chunk of {found} bytes with the length {length} in its header"));
+        return Err(format!("a chunk of {found} bytes whose header says {length} bytes"));
     }
     match crc32fast::hash(&records) {
         found if checksum != 0 && found != checksum => {
-            Err(format!("a chunk with the checksum {found:08x}, but {checksum:08x} in its header"))
+            Err(format!("a chunk with the checksum {found:08x} whose header says {checksum:08x}"))
         }
         _ => Ok(records),
     }
 }
 
-/// Returns the uncompressed length, the checksum (0 if absent), the compression and the compressed
-/// records.
+/// Returns the uncompressed length, the checksum (0 if absent), the name of the compression and the
+/// compressed records of a chunk.
 fn split(chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
     let (_times, rest) = chunk.split_first_chunk::<16>()?;
     let (length, rest) = rest.split_first_chunk()?;
@@ -51,8 +51,8 @@ fn split(chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
     Some((u64::from_le_bytes(*length), u32::from_le_bytes(*checksum), name, packed))
 }
 
-/// Iterates over the kind and body of each record. Ends with an error at a record that exceeds the
-/// chunk.
+/// Iterates over the kind and body of each record. The last item is an error if a record exceeds
+/// the chunk.
 pub(crate) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8]), String>> {
     std::iter::from_fn(move || {
         if bytes.is_empty() {
@@ -65,7 +65,7 @@ pub(crate) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8
     })
 }
 
-/// Returns the kind and body of the first record, and the bytes after it.
+/// Returns the kind and body of the first record, and the bytes after that record.
 fn record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let (&kind, rest) = bytes.split_first()?;
     let (length, rest) = rest.split_first_chunk()?;
@@ -111,14 +111,14 @@ mod tests {
     #[test]
     fn inconsistent_chunks_are_errors() {
         let error = |chunk: &[u8]| unpack(chunk, 100).unwrap_err();
-        insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk of 21 bytes with the length 99 in its header");
-        insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with the checksum 910bc603, but 00000007 in its header");
-        insta::assert_snapshot!(error(&chunk(101, 0, b"", RECORDS)), @"a chunk of 101 bytes, over the limit of 100");
+        insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk of 21 bytes whose header says 99 bytes");
+        insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with the checksum 910bc603 whose header says 00000007");
+        insta::assert_snapshot!(error(&chunk(101, 0, b"", RECORDS)), @"a chunk of 101 bytes, which exceeds the limit of 100 bytes");
         insta::assert_snapshot!(error(&chunk(21, 0, b"lz4\x1b", RECORDS)), @r#"a chunk with the unknown compression "lz4\x1b""#);
         insta::assert_snapshot!(error(&chunk(21, 0, b"zstd", RECORDS)), @"a chunk that cannot be decompressed: Unknown frame descriptor");
         let whole = chunk(21, 0, b"", RECORDS);
         for length in 0..whole.len() {
-            assert_eq!(error(&whole[..length]), "a length that exceeds its chunk");
+            assert_eq!(error(&whole[..length]), "a length field that exceeds its chunk");
         }
         for length in 1..RECORDS.len() {
             let last = records(&RECORDS[..length]).last().unwrap();

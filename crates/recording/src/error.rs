@@ -1,38 +1,38 @@
-//! Errors of reading and writing recordings.
+//! Errors from reading and writing recordings.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A file that could not be opened as a recording.
+/// The error when a file cannot be opened as a recording.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {source}", path.display())]
 pub struct OpenError {
     /// The file.
     pub path: PathBuf,
-    /// Why it could not be read.
+    /// The reason why the file could not be read.
     pub source: ReadError,
 }
 
-/// Bytes that could not be read as a recording.
+/// The reason why a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// The source failed.
+    /// Reading from the source failed.
     #[error("cannot be read: {0}")]
     Io(#[from] io::Error),
-    /// The bytes do not begin like an MCAP file.
-    #[error("expected a recording, which is an MCAP file, found something else at byte 0")]
+    /// The source does not begin like an MCAP file.
+    #[error("expected a recording (an MCAP file), found other data at byte 0")]
     NotMcap,
     /// The file ends or is damaged before its description of the maze.
     #[error("expected a recording's description of its maze, found {found} at byte {at}")]
     MissingDescription {
-        /// Number of intact bytes.
+        /// The number of intact bytes.
         at: u64,
-        /// What follows them.
+        /// The content after the intact bytes.
         found: String,
     },
-    /// The description is invalid.
-    #[error("expected a recording's description of its maze, found one in which {0}")]
+    /// The description of the maze is invalid.
+    #[error("the description of the maze is invalid: {0}")]
     InvalidDescription(String),
     /// The states need more memory than the budget has left.
     #[error(
@@ -42,11 +42,11 @@ pub enum ReadError {
         if *others > 0 { "close another recording, or " } else { "" }
     )]
     TooLarge {
-        /// Number of states that did fit.
+        /// The number of states that fit.
         states: usize,
-        /// Memory for all open recordings, in bytes.
+        /// The memory limit for all open recordings together, in bytes.
         limit: usize,
-        /// Memory that other recordings use, in bytes.
+        /// The memory that other open recordings use, in bytes.
         others: usize,
     },
     /// The system is out of memory.
@@ -54,15 +54,15 @@ pub enum ReadError {
     OutOfMemory,
 }
 
-/// A state that could not be recorded, or a recording that could not be closed.
+/// The error when a state cannot be recorded, or a recording cannot be closed.
 ///
-/// States written before remain readable.
+/// States that were written before the error remain readable.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot record in {}: {source}", path.display())]
 pub struct RecordError {
     /// The file or folder.
     pub path: PathBuf,
-    /// The error of the operating system, or what happened to the file.
+    /// The error of the operating system, or a description of what happened to the file.
     pub source: io::Error,
 }
 

@@ -1,4 +1,4 @@
-//! Every state of a search, in order.
+//! Keeps every state of a search in memory.
 
 use std::collections::TryReserveError;
 use std::fmt;
@@ -12,15 +12,15 @@ use crate::memory::reserve;
 use crate::motion_count::MotionCount;
 use crate::slabs::Slabs;
 
-/// zstd level of blocks. States of real searches take 9 bytes each at this level; higher levels are
-/// slower and no smaller.
+/// The zstd compression level of blocks. At level 1, each state of a real search takes 9 bytes.
+/// Higher levels are slower and do not save memory.
 const LEVEL: i32 = 1;
 
-/// Every state since the last reset, as the bytes of its message.
+/// Every state since the last reset, stored as the bytes of its message.
 ///
-/// The newest states, up to 256, are stored uncompressed. The next state compresses them into a
-/// block. Consecutive states differ little, so states of real searches take about 10 bytes each.
-/// Appending never moves older states, and any state can be read in microseconds.
+/// The newest states are stored uncompressed. When 256 states are uncompressed, the next push
+/// compresses them into a block. Consecutive states differ little, so states of real searches take
+/// about 10 bytes each. Appending never moves older states. Any state can be read in microseconds.
 ///
 /// ```
 /// use mmsim_maze::MazeSize;
@@ -34,40 +34,40 @@ const LEVEL: i32 = 1;
 /// ```
 pub struct History {
     size: MazeSize,
-    /// Length of every state in bytes.
+    /// The length of every state in bytes.
     state_bytes: usize,
-    /// Maximum memory in bytes.
+    /// The maximum memory in bytes.
     limit: usize,
-    /// Compressed blocks of 256 states. Incompressible blocks are stored as they are.
+    /// Compressed blocks of 256 states. Incompressible blocks are stored uncompressed.
     packed: Slabs,
-    /// The newest states, uncompressed.
+    /// The newest states, which are not compressed.
     open: Vec<u8>,
     /// A compressor and its output buffer, both created for the first block.
     packer: Option<(Compressor<'static>, Vec<u8>)>,
-    /// Motion from the first state of the history to the first state of each block.
+    /// The motion from the first state of the history to the first state of each block.
     motions: Vec<MotionCount>,
     newest: Newest,
-    /// `newest` before the newest state, for `undo_push`.
+    /// The value of `newest` before the last `push`, which `undo_push` restores.
     previous: Newest,
 }
 
-/// Pose of the newest state, if valid, and the motion from the first state to it.
+/// The pose of the newest state, if valid, and the motion from the first to the newest state.
 #[derive(Clone, Copy, Default)]
 struct Newest {
     pose: Option<Pose>,
     motion: MotionCount,
 }
 
-/// A state that was not added to a history.
+/// The reason why a state was not added to a history.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PushError {
-    /// The message does not have the length of a state of this maze.
+    /// The length of the message does not fit the size of the maze.
     #[error("expected a state of {expected} bytes, found {found} bytes")]
     Length {
-        /// Length of every state in bytes.
+        /// The length of every state in bytes.
         expected: usize,
-        /// Length of the message in bytes.
+        /// The length of the message in bytes.
         found: usize,
     },
     /// The history has reached its memory limit.
@@ -79,13 +79,13 @@ pub enum PushError {
     Full {
         /// The limit in bytes.
         limit: usize,
-        /// Number of states in the history.
+        /// The number of states in the history.
         states: usize,
     },
     /// The system is out of memory.
     #[error("cannot store another state: out of memory after {states} states (reset)")]
     OutOfMemory {
-        /// Number of states in the history.
+        /// The number of states in the history.
         states: usize,
     },
 }
@@ -117,12 +117,12 @@ impl History {
         self.packed.len() * Block::STATES + self.open.len() / self.state_bytes
     }
 
-    /// Returns whether there are no states.
+    /// Returns true if there are no states.
     pub const fn is_empty(&self) -> bool {
         self.packed.len() == 0 && self.open.is_empty()
     }
 
-    /// Returns the memory in use, in bytes.
+    /// Returns the memory that the states use, in bytes.
     pub const fn bytes(&self) -> usize {
         self.packed.bytes + self.open.len() + self.motions.len() * size_of::<MotionCount>()
     }
@@ -135,8 +135,8 @@ impl History {
     /// Appends a state.
     ///
     /// # Errors
-    /// The message does not have the length of a state, or there is no memory for it. No state
-    /// changes then.
+    /// The length of the message does not fit the size of the maze, or there is no memory for
+    /// another state. The states in the history stay the same.
     pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
         if state.len() != self.state_bytes {
             return Err(PushError::Length { expected: self.state_bytes, found: state.len() });
@@ -167,8 +167,8 @@ impl History {
         Ok(())
     }
 
-    /// Removes the newest state, as if it had never been added. It can be called once after each
-    /// [`push`](Self::push), because older states may be compressed.
+    /// Removes the newest state, as if it had never been added. `undo_push` works only once after
+    /// each [`push`](Self::push), because older states may be compressed.
     pub fn undo_push(&mut self) {
         self.open.truncate(self.open.len().saturating_sub(self.state_bytes));
         self.motions.truncate(self.len().div_ceil(Block::STATES));
@@ -180,10 +180,10 @@ impl History {
         self.reader().get(index).map(<[u8]>::to_vec)
     }
 
-    /// Copies the block with this index, which contains state `n` if the index is `n / 256`.
+    /// Copies the block with this index. State `n` is in block `n / 256`.
     ///
-    /// The copy is fast because it stays compressed: the caller decompresses it, on any thread.
-    /// Returns `None` if there is no such block or no memory for the copy.
+    /// Copying is fast because the block stays compressed. The caller can decompress the copy on
+    /// any thread. Returns `None` if the block does not exist or memory runs out.
     pub fn block(&self, index: usize) -> Option<Block> {
         let (states, packed) = match self.packed.get(index) {
             Some(packed) => (packed, packed.len() != self.block_bytes()),
@@ -197,12 +197,12 @@ impl History {
         Some(Block { states: States { first, motion, size: self.size, bytes: copy }, packed })
     }
 
-    /// Returns a reader for many states. It decompresses each block once if read in order.
+    /// Returns a reader for many states. Reading states in order decompresses each block only once.
     pub const fn reader(&self) -> HistoryReader<'_> {
         HistoryReader { history: self, unpacker: None, block: None, states: Vec::new() }
     }
 
-    /// Iterates over all states, oldest first.
+    /// Iterates over all states from the oldest to the newest.
     pub fn iter(&self) -> impl Iterator<Item = Vec<u8>> {
         let mut reader = self.reader();
         (0..self.len()).map_while(move |index| reader.get(index).map(<[u8]>::to_vec))
@@ -218,8 +218,8 @@ impl History {
         Block::STATES * self.state_bytes
     }
 
-    /// Compresses the open states into a block. If that fails or gains nothing, the block is stored as
-    /// it is.
+    /// Compresses the open states into a block. If compression fails or saves no memory, the block
+    /// is stored uncompressed.
     fn pack(&mut self) -> Result<(), TryReserveError> {
         let packed = compress(&mut self.packer, &self.open);
         let packed = packed.filter(|packed| packed.len() < self.open.len());
@@ -254,14 +254,14 @@ fn compress<'p>(
 pub struct HistoryReader<'h> {
     history: &'h History,
     unpacker: Option<Decompressor<'static>>,
-    /// Index of the block in `states`.
+    /// The index of the block that `states` contains.
     block: Option<usize>,
     states: Vec<u8>,
 }
 
 impl HistoryReader<'_> {
-    /// Returns the state with this index, counted from 0; `None` if there is none or no memory to
-    /// decompress it.
+    /// Returns the state with this index, counted from 0. Returns `None` if the state does not
+    /// exist or memory runs out.
     pub fn get(&mut self, index: usize) -> Option<&[u8]> {
         let (block, History { state_bytes, packed, open, .. }) =
             (index / Block::STATES, self.history);

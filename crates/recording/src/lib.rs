@@ -1,13 +1,13 @@
-//! Recordings of micromouse searches: every state that a client reports, in memory and in files.
+//! Stores every state that a micromouse's search client reports, in memory and in files.
 //!
 //! A recording is an [MCAP](https://mcap.dev) file with the states of one simulation, from reset to
-//! reset. It survives a crash of the process up to the last state, and other tools can open it.
-//! docs/recordings.md describes its content.
+//! reset. No state is lost if the process crashes. Other tools can open recordings, and
+//! docs/recordings.md describes their content.
 //!
-//! [`RecordingWriter`] writes one file and [`Recorder`] one file for each simulation; [`save`] writes
-//! states that are already in memory. [`Recording`] reads a file. A [`History`] holds millions of
-//! states in memory, compressed, and reads any of them in microseconds; [`Times`] holds the time of
-//! each.
+//! [`RecordingWriter`] writes one file, [`Recorder`] writes one file for each simulation, and
+//! [`save`] writes states that are already in memory. [`Recording`] reads a file. A [`History`]
+//! compresses millions of states in memory and reads any of them in microseconds. [`Times`] holds
+//! the time of each state.
 #![forbid(unsafe_code)]
 
 mod block;

@@ -5,10 +5,10 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Memory in bytes that must remain free after an allocation for states.
+/// The memory in bytes that must remain free after an allocation for states.
 ///
-/// Everything else in the process has a bounded size, but most of it is allocated infallibly, so
-/// running out of memory there would abort the process.
+/// The rest of the process needs a bounded amount of memory, but most of its allocations abort the
+/// process if they fail.
 const HEADROOM_BYTES: usize = 4 << 20;
 
 /// Reserves capacity for `additional` more elements if the headroom remains free.
@@ -16,16 +16,16 @@ pub(crate) fn reserve<T>(list: &mut Vec<T>, additional: usize) -> Result<(), Try
     if list.capacity() - list.len() >= additional {
         return Ok(());
     }
-    // No page of it is touched, so this costs address space only.
+    // The headroom is never written to, so it takes address space but no memory.
     let mut headroom = Vec::<u8>::new();
     headroom.try_reserve_exact(HEADROOM_BYTES)?;
     list.try_reserve(additional)?;
-    // Otherwise the compiler may remove the unused allocation.
+    // This keeps the compiler from removing the unused allocation.
     black_box(&headroom);
     Ok(())
 }
 
-/// Returns whether this many bytes can be allocated now.
+/// Returns true if this many bytes can be allocated now.
 pub(crate) fn is_available(bytes: usize) -> bool {
     let mut list = Vec::<u8>::new();
     let reserved = reserve(&mut list, bytes);
@@ -33,7 +33,7 @@ pub(crate) fn is_available(bytes: usize) -> bool {
     reserved.is_ok()
 }
 
-/// A memory limit for all recordings that are open together. Dropping a recording frees its share.
+/// A memory limit that open recordings share. Dropping a recording frees its share of the memory.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -72,7 +72,7 @@ impl Default for MemoryBudget {
     }
 }
 
-/// Memory taken from a budget. Dropping the share returns it.
+/// Memory taken from a budget. Dropping the share returns its memory to the budget.
 #[derive(Debug)]
 pub(crate) struct Share {
     budget: Arc<MemoryBudget>,
@@ -85,8 +85,7 @@ impl Share {
         Self { budget: Arc::clone(budget), bytes: 0 }
     }
 
-    /// Grows the share to `bytes` if the budget allows; returns whether it does. A share never
-    /// shrinks.
+    /// Grows the share to at least `bytes`. Returns false if the budget is too small.
     pub(crate) fn grow_to(&mut self, bytes: usize) -> bool {
         let more = bytes.saturating_sub(self.bytes);
         let grow = |used: usize| used.checked_add(more).filter(|&used| used <= self.budget.limit);
@@ -98,7 +97,7 @@ impl Share {
         has_room
     }
 
-    /// Returns the number of bytes in other shares.
+    /// Returns the number of bytes in other shares of the budget.
     pub(crate) fn others(&self) -> usize {
         self.budget.used().saturating_sub(self.bytes)
     }

@@ -1,8 +1,8 @@
-//! Steps and turns between states.
+//! Counts the steps and turns between states.
 
 use mmsim_maze::Pose;
 
-/// Steps and turns from the first state of a history to one of its states.
+/// The steps and turns from the first state of a history to another state.
 ///
 /// ```
 /// use mmsim_recording::{History, MotionCount};
@@ -15,9 +15,9 @@ use mmsim_maze::Pose;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MotionCount {
-    /// Number of steps: the sum of the Manhattan distances between consecutive cells.
+    /// The number of steps: the sum of the Manhattan distances between consecutive cells.
     pub steps: u64,
-    /// Number of quarter turns; a U-turn counts two.
+    /// The number of quarter turns. A U-turn counts as two.
     pub turns: u64,
 }
 

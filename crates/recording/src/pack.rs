@@ -1,7 +1,7 @@
 //! Compresses closed recordings to less than a tenth of their size.
 //!
-//! The compressed file is written next to the recording and replaces it once complete. So the
-//! recording has every state at any time, however the process ends.
+//! The compressed file is written next to the recording and replaces the recording when complete.
+//! So no state is lost, however the process ends.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, FileTimes};
@@ -22,16 +22,16 @@ use crate::reader::{Description, Integrity, STEP_BYTES, read_states};
 use crate::save::{RecordWriter, compressed, io_error};
 use crate::sink::{Identity, identity};
 
-/// State shared by the packer and a server that shuts down.
+/// The data that the packer shares with a server that is shutting down.
 #[derive(Default)]
 pub(crate) struct Packing {
     is_cancelled: AtomicBool,
-    /// Path of the temporary file being written.
+    /// The path of the temporary file that is being written.
     unfinished: Mutex<Option<PathBuf>>,
 }
 
 impl Packing {
-    /// Creates a temporary file next to `path`. Fails once packing is cancelled.
+    /// Creates a temporary file next to `path`. Fails if packing has been cancelled.
     fn start(&self, path: &Path) -> io::Result<NamedTempFile> {
         let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         self.check()?;
@@ -46,7 +46,7 @@ impl Packing {
         if is_cancelled { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
     }
 
-    /// Removes the temporary file if the packer cannot do so before the process ends.
+    /// Removes the temporary file, because the process may end before the packer removes it.
     fn abandon(&self) {
         let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(path) = unfinished.take() {
@@ -55,38 +55,39 @@ impl Packing {
     }
 }
 
-/// Recordings with fewer states stay uncompressed: they fit into one block of the file system.
+/// The minimum number of states in a compressed recording. Shorter recordings fit into one file
+/// system block.
 const MIN_STATES: u32 = 8;
 
-/// Approximate memory needed for compression, in bytes.
+/// The approximate memory that compression needs, in bytes.
 const WORKING_BYTES: usize = 8 << 20;
 
-/// Maximum number of queued recordings. Further ones stay uncompressed.
+/// The maximum number of queued recordings. Further recordings stay uncompressed.
 const MAX_QUEUED: usize = 1000;
 
-/// How long shutdown waits for the queue.
+/// The time that shutdown waits for the queue to become empty.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// How long shutdown waits after that for the current recording to be cancelled.
+/// The time that shutdown waits for the current compression to be cancelled.
 const CANCEL_TIMEOUT: Duration = Duration::from_millis(100);
 
-/// Priority of the background thread.
+/// The nice value of the background thread.
 #[cfg(target_os = "linux")]
 const NICE: i32 = 10;
 
-/// Suffix of the temporary file.
+/// The suffix of the temporary file.
 const SUFFIX: &str = ".packing";
 
-/// A closed recording that is not compressed.
+/// A closed recording that is not yet compressed.
 pub(crate) struct Unpacked {
     pub(crate) path: PathBuf,
     pub(crate) identity: Identity,
-    /// Number of states that were acknowledged.
+    /// The number of states that were acknowledged.
     pub(crate) states: u32,
 }
 
 impl Unpacked {
-    /// Compresses the recording. It stays unchanged if that fails or is cancelled.
+    /// Compresses the recording. The file stays unchanged if compression fails or is cancelled.
     pub(crate) fn pack(&self, packing: &Packing) -> io::Result<()> {
         let Self { path, identity: expected, states } = self;
         if *states < MIN_STATES {
@@ -138,11 +139,12 @@ impl Unpacked {
     }
 }
 
-/// A background thread that compresses recordings one at a time, on Linux at a low priority.
+/// A background thread that compresses one recording at a time. On Linux the thread has a low
+/// priority.
 pub(crate) struct Packer {
     queue: SyncSender<Unpacked>,
     packing: Arc<Packing>,
-    /// Disconnected once the thread has ended.
+    /// A channel that is disconnected when the thread ends.
     done: Receiver<()>,
 }
 
@@ -158,8 +160,8 @@ impl Packer {
         let shared = Arc::clone(&packing);
         thread::Builder::new().name("packer".into()).spawn(move || {
             let _busy: mpsc::Sender<()> = busy;
-            // Not the lowest priority: shutdown waits only a second for this thread. Only Linux has
-            // priorities for threads.
+            // The priority is not the lowest, because shutdown waits only one second for this
+            // thread. Only Linux has priorities for threads.
             #[cfg(target_os = "linux")]
             let _ = rustix::process::setpriority_process(None, NICE);
             for unpacked in next {
@@ -178,7 +180,8 @@ impl Packer {
         }
     }
 
-    /// Waits up to a second for the queue. The remaining recordings stay uncompressed.
+    /// Waits up to one second for queued recordings to be compressed, and cancels the remaining
+    /// ones.
     pub(crate) fn finish(self) {
         let Self { queue, packing, done } = self;
         drop(queue);
@@ -190,7 +193,7 @@ impl Packer {
     }
 }
 
-/// Removes the temporary files in `folder` left by a server that was killed.
+/// Removes the temporary files that a killed server left in `folder`.
 pub(crate) fn remove_unfinished(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
@@ -225,7 +228,7 @@ mod tests {
         Info::new("open", maze.size(), maze.start(), maze.goals(), 0)
     }
 
-    /// Returns a state as in a search: consecutive ones differ little.
+    /// Returns a realistic state: states with consecutive numbers differ little.
     fn state(number: u32) -> Vec<u8> {
         let [low, high, ..] = number.to_le_bytes();
         let mut state = vec![7; state_bytes(MazeSize::CLASSIC)];

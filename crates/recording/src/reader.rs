@@ -15,43 +15,44 @@ use crate::error::ReadError;
 use crate::layout::{INFO, MAZE, MAZES, METADATA, STATES};
 use crate::memory;
 
-/// Maximum length of a record in bytes, compressed and uncompressed. A state takes at most 2,085
-/// bytes and a maze less than 10,000, but other tools write chunks of several MiB.
+/// The maximum length of a record in bytes, both compressed and uncompressed. A state takes at most
+/// 2,085 bytes and a maze less than 10,000 bytes, but other tools write chunks of several MiB.
 const MAX_CHUNK_BYTES: usize = 16 << 20;
 
-/// Bytes that the chunks of a file may decompress to, regardless of the length of the file.
+/// The number of bytes that the chunks of any file may decompress to, even if the file is short.
 const MAX_UNPACKED_BYTES: u64 = 2 << 30;
 
-/// Additional bytes that chunks may decompress to, for each byte of the file.
+/// The number of additional bytes that chunks may decompress to for each byte of the file.
 ///
-/// Without a limit, a small file could contain endless states. Our own recordings are compressed by a
-/// factor of about 400 at most.
+/// Without a limit, a small file could contain an unlimited number of states. Real recordings are
+/// compressed by a factor of at most about 400.
 pub(crate) const MAX_COMPRESSION_RATIO: u64 = 1000;
 
-/// Maximum length of a description in bytes, because it stays in memory. With the largest maze it
-/// takes less than 12,000.
+/// The maximum length of a description in bytes. Descriptions stay in memory; the description of
+/// the largest maze takes less than 12,000 bytes.
 const MAX_DESCRIPTION_BYTES: usize = 64 << 10;
 
-/// Maximum number of bytes per read: a record's length may promise more than the file contains.
+/// The maximum number of bytes per read, because a record may be shorter than its length field
+/// says.
 pub(crate) const STEP_BYTES: usize = 64 * 1024;
 
-/// Whether a recording's file is complete. If not, it is intact up to a known byte.
+/// The integrity of a recording's file, which is complete or intact up to a known byte.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Integrity {
-    /// The recording was closed.
+    /// The recording was closed, so the file is complete.
     Closed,
     /// The file ends early: its writer was killed or is still writing.
     Truncated {
-        /// Length of the intact records in bytes.
+        /// The length of the intact records in bytes.
         intact: u64,
-        /// Length of the file in bytes.
+        /// The length of the file in bytes.
         length: u64,
     },
     /// The file contains an invalid record.
     Damaged {
-        /// Length of the intact records before it in bytes.
+        /// The length in bytes of the intact records before the invalid record.
         intact: u64,
-        /// What is wrong with it.
+        /// The reason why the record is invalid.
         reason: String,
     },
 }
@@ -67,15 +68,15 @@ pub(crate) struct Description {
 
 /// Reads a recording up to its last intact record.
 ///
-/// Calls `on_state` with each state and its time in nanoseconds since 1970 (UTC); an error of
-/// `on_state` is returned at once.
+/// Calls `on_state` with each state and its time in nanoseconds since 1970 (UTC). Returns
+/// early if `on_state` returns an error.
 pub(crate) fn read_states(
     mut source: impl Read,
     on_state: impl FnMut(&Description, &[u8], u64) -> Result<(), ReadError>,
 ) -> Result<(Description, Integrity), ReadError> {
     let options = LinearReaderOptions::default()
         .with_record_length_limit(MAX_CHUNK_BYTES)
-        // mcap 0.26 panics at an inconsistent chunk, so `chunk::unpack` decompresses them.
+        // mcap 0.26 panics at an inconsistent chunk, so `chunk::unpack` decompresses chunks.
         .with_emit_chunks(true)
         .with_validate_data_section_crc(true);
     let mut reader = LinearReader::new_with_options(options);
@@ -87,7 +88,7 @@ pub(crate) fn read_states(
         read: 0,
         on_state,
     };
-    // Bytes read, and how many of them are intact records. Nothing is read beyond the next record.
+    // The number of bytes read, and of bytes in intact records. Reading stops after each record.
     let (mut length, mut intact) = (0, 0);
     let integrity = loop {
         match reader.next_event() {
@@ -125,22 +126,22 @@ pub(crate) fn read_states(
     Ok((description, integrity))
 }
 
-/// The records read so far.
+/// The content of the records that have been read.
 struct Records<F> {
     description: Option<Description>,
-    /// Channels of states.
+    /// The identifiers of the channels for states.
     states: BTreeSet<u16>,
-    /// Channels of the maze.
+    /// The identifiers of the channels for the maze.
     mazes: BTreeSet<u16>,
-    /// Bytes decompressed from chunks.
+    /// The number of bytes decompressed from chunks.
     unpacked: u64,
-    /// Bytes read from the file.
+    /// The number of bytes read from the file.
     read: u64,
     on_state: F,
 }
 
 impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
-    /// Adds a record of any kind. The inner error says what is wrong with the record.
+    /// Adds a record of any kind. The inner error is the reason why the record is invalid.
     fn add(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
         if opcode != op::CHUNK {
             return self.add_plain(opcode, body);
@@ -155,7 +156,7 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
         self.unpacked += records.len() as u64;
         let max = MAX_UNPACKED_BYTES + MAX_COMPRESSION_RATIO * self.read;
         if self.unpacked > max {
-            return Ok(Err(format!("chunks of more than {max} bytes")));
+            return Ok(Err(format!("chunks that decompress to more than {max} bytes")));
         }
         for record in chunk::records(&records) {
             match record.map(|(opcode, body)| self.add_plain(opcode, body)) {
@@ -178,7 +179,7 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
             return Ok(Ok(()));
         }
         if !strings_fit(opcode, body) {
-            return Ok(Err("a length that exceeds its record".into()));
+            return Ok(Err("a length field that exceeds its record".into()));
         }
         match (mcap::parse_record(opcode, body), &mut self.description) {
             (Ok(Record::Metadata(record)), None) if record.name == METADATA => {
@@ -217,8 +218,8 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
     }
 }
 
-/// Returns whether each string in a metadata or channel record ends inside the record. If one does
-/// not, mcap reserves as many bytes as its length says, up to 4 GiB, before it reports an error.
+/// Returns true if every string in a metadata or channel record ends inside the record. For a
+/// longer string, mcap would reserve up to 4 GiB of memory before it reports an error.
 fn strings_fit(opcode: u8, body: &[u8]) -> bool {
     let fit = || {
         let rest = match opcode {
@@ -251,24 +252,24 @@ fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadE
         .map_err(|error| invalid(format!("info is not valid JSON: {error}")))?;
     let sides = (info.width, info.height);
     let size = info.size().ok_or_else(|| {
-        invalid(format!("the maze has {}x{} cells, not 1x1 to 32x32", sides.0, sides.1))
+        invalid(format!("the maze has {}x{} cells, but only 1x1 to 32x32 are supported", sides.0, sides.1))
     })?;
     if info.start_pose().is_none_or(|start| !size.contains(start.cell)) {
-        return Err(invalid(format!("the start is not in the maze of {size} cells")));
+        return Err(invalid(format!("the start is outside the maze of {size} cells")));
     }
     let maze = maze.map(|text| read_maze(text.as_bytes(), size)).transpose()?;
     info.name = Escaped(&info.name).to_string();
     Ok(Description { info, size, maze })
 }
 
-/// Parses the text of a maze, which must have the size of the states.
+/// Parses the text of a maze, which must have the same size as the maze of the states.
 fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> {
     let invalid = |what: String| ReadError::InvalidDescription(what);
     let maze =
         parse_maze(text).map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
     if maze.size() != size {
         let other = maze.size();
-        return Err(invalid(format!("the maze has {other} cells, but the states have {size}")));
+        return Err(invalid(format!("the maze has {other} cells, but the states are for {size} cells")));
     }
     Ok(maze)
 }
@@ -375,14 +376,14 @@ mod tests {
         assert!(noticed > bytes.len() / 2, "{noticed} of {}", bytes.len());
     }
 
-    /// Found by fuzzing: as much memory was reserved as a length promised.
+    /// Fuzzing found that the reader reserved as much memory as a length field claimed.
     #[test]
     fn a_length_that_exceeds_its_record_reserves_no_memory() {
         for (string, described) in [(&b"\x05\0\0\0mmsim"[..], false), (b"\x06\0\0\0/state", true)] {
             let mut bytes = recorded(1);
             let at = bytes.windows(string.len()).position(|bytes| bytes == string).unwrap();
             bytes[at + 3] = 0xff;
-            let wrong = "a length that exceeds its record";
+            let wrong = "a length field that exceeds its record";
             match Recording::read(&bytes[..]) {
                 Ok(recording) => {
                     assert!(described);
@@ -396,7 +397,7 @@ mod tests {
         }
     }
 
-    /// Found by fuzzing: the name of a compression was printed without escaping.
+    /// Fuzzing found that the name of a compression was printed without escaping.
     #[test]
     fn text_of_a_damaged_file_is_escaped() {
         let mut bytes = recorded(0);
@@ -417,7 +418,7 @@ mod tests {
     fn other_files_are_errors() {
         let error = |bytes: &[u8]| Recording::read(bytes).unwrap_err().to_string();
         insta::assert_snapshot!(error(b""), @"expected a recording's description of its maze, found the end of the file at byte 0");
-        insta::assert_snapshot!(error(b"o---o---o\n"), @"expected a recording, which is an MCAP file, found something else at byte 0");
+        insta::assert_snapshot!(error(b"o---o---o\n"), @"expected a recording (an MCAP file), found other data at byte 0");
         let other = |description: &[(&str, &str)]| {
             let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
             let metadata = description.iter().map(|&(key, text)| (key.into(), text.into()));
@@ -432,12 +433,12 @@ mod tests {
                 r#"{{"name":"","width":{width},"height":1,"start":[{start},0],"heading":"N","goals":[],"states":0,"protocol":1}}"#
             )
         };
-        insta::assert_snapshot!(other(&[]), @"expected a recording's description of its maze, found one in which info is missing");
-        insta::assert_snapshot!(other(&[("info", "{}")]), @"expected a recording's description of its maze, found one in which info is not valid JSON: missing field `name` at line 1 column 2");
-        insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"expected a recording's description of its maze, found one in which the maze has 40x1 cells, not 1x1 to 32x32");
-        insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"expected a recording's description of its maze, found one in which the start is not in the maze of 2x1 cells");
-        insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"expected a recording's description of its maze, found one in which the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
-        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"expected a recording's description of its maze, found one in which the maze has 2x1 cells, but the states have 3x1");
+        insta::assert_snapshot!(other(&[]), @"the description of the maze is invalid: info is missing");
+        insta::assert_snapshot!(other(&[("info", "{}")]), @"the description of the maze is invalid: info is not valid JSON: missing field `name` at line 1 column 2");
+        insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
+        insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
+        insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
+        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states are for 3x1 cells");
     }
 
     #[test]

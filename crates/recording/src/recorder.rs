@@ -11,33 +11,35 @@ use crate::error::RecordError;
 use crate::pack::{Packer, remove_unfinished};
 use crate::writer::RecordingWriter;
 
-/// How many names are tried for a file.
+/// The maximum number of names that are tried for a file.
 const MAX_TRIES: u32 = 10_000;
 
-/// Maximum length of the maze's name in a file name, in bytes. File systems allow 255 bytes in all.
+/// The maximum length of the maze's name in a file name, in bytes. File systems allow file names of
+/// up to 255 bytes.
 const MAX_NAME_BYTES: usize = 100;
 
-/// Records simulations into a folder, one file for each simulation from reset to reset.
+/// Records simulations into a folder. Each reset ends the current file.
 ///
-/// A file is created with its first state and compressed in the background once it is closed. Its
-/// name consists of the local time of the first state, the maze and a counter, such as
-/// `2026-11-21_18-19-49_harbour_0001.mcap`.
+/// A file is created with its first state and compressed in the background after it is closed. A
+/// file name such as `2026-11-21_18-19-49_harbour_0001.mcap` consists of the local time of the
+/// first state, the name of the maze and a counter.
 pub struct Recorder {
     folder: PathBuf,
-    /// Counter of the newest file.
+    /// The counter in the name of the newest file.
     number: u32,
     current: Option<RecordingWriter>,
-    /// Reserves a file descriptor for the next file, because connections may use all others.
+    /// A temporary file that reserves a file descriptor, because connections may use all other
+    /// descriptors.
     spare: Option<File>,
     /// `None` until the first recording is closed.
     packer: Option<Packer>,
 }
 
 impl Recorder {
-    /// Creates a recorder for `folder`, and the folder if it does not exist.
+    /// Creates a recorder for `folder`, and creates the folder if it does not exist.
     ///
     /// # Errors
-    /// The folder, or a file in it, cannot be created.
+    /// The folder cannot be created, or no file can be created in the folder.
     pub fn new(folder: &Path) -> Result<Self, RecordError> {
         let failed = |error| RecordError::new(folder, error);
         fs::create_dir_all(folder).map_err(failed)?;
@@ -54,8 +56,8 @@ impl Recorder {
         })
     }
 
-    /// Appends a state to the current file. If none is open, creates one for the simulation and the
-    /// maze that `describe` returns.
+    /// Appends a state to the current file. If no file is open, creates a file for the simulation
+    /// and the maze that `describe` returns.
     ///
     /// # Errors
     /// The state cannot be recorded.
@@ -78,7 +80,7 @@ impl Recorder {
     /// Closes the current file, if there is one, and queues it for compression.
     ///
     /// # Errors
-    /// The summary cannot be written. All states are readable nevertheless.
+    /// The summary cannot be written. All states remain readable.
     pub fn close(&mut self) -> Result<(), RecordError> {
         let Some(current) = self.current.take() else { return Ok(()) };
         let (unpacked, closed) = current.close_unpacked();
@@ -92,7 +94,8 @@ impl Recorder {
         closed
     }
 
-    /// Waits up to a second for closed files to be compressed. The remaining ones stay uncompressed.
+    /// Waits up to one second for closed files to be compressed. The remaining files stay
+    /// uncompressed.
     pub fn finish(self) {
         if let Some(packer) = self.packer {
             packer.finish();
@@ -113,7 +116,7 @@ impl Recorder {
             self.number += 1;
             let path = self.folder.join(format!("{time}_{name}_{:04}.mcap", self.number));
             match RecordingWriter::create(&path, info, Some(maze)) {
-                // Another server, or an earlier run of this one, has used the name.
+                // Another server or an earlier process has used the name.
                 Err(RecordError { source, .. })
                     if source.kind() == std::io::ErrorKind::AlreadyExists
                         && !self.number.is_multiple_of(MAX_TRIES) => {}
@@ -183,7 +186,7 @@ mod tests {
         assert_eq!(*Recording::open(&files[1]).unwrap().integrity(), Integrity::Closed);
     }
 
-    /// Windows does not remove a folder with an open file.
+    /// Windows does not remove a folder that contains an open file.
     #[cfg(unix)]
     #[test]
     fn a_removed_folder_refuses_states_until_close() {

@@ -1,4 +1,4 @@
-//! A recording in memory.
+//! Reads a recording into memory.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -14,7 +14,7 @@ use crate::memory::{MemoryBudget, Share};
 use crate::reader::{Description, Integrity, STEP_BYTES, read_states};
 use crate::times::Times;
 
-/// A recording, read into memory.
+/// A recording that has been read into memory.
 ///
 /// ```
 /// use mmsim_maze::Maze;
@@ -43,7 +43,7 @@ pub struct Recording {
     history: History,
     times: Times,
     integrity: Integrity,
-    /// The memory that the states and times use.
+    /// The part of the memory budget that the states and times use.
     _share: Share,
 }
 
@@ -52,36 +52,36 @@ impl Recording {
     ///
     /// # Errors
     /// The file cannot be read or is not a recording. A file that is truncated or damaged after its
-    /// description is no error: see [`integrity`](Self::integrity).
+    /// description is not an error; see [`integrity`](Self::integrity).
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         Self::open_within(path, &Arc::default())
     }
 
-    /// Reads a recording from a file, within the memory that the budget has left.
+    /// Reads a recording from a file, using only the remaining memory of the budget.
     ///
     /// # Errors
-    /// As for [`open`](Self::open), or the states do not fit into the budget. A recording is never
-    /// opened in part.
+    /// See [`open`](Self::open). It is also an error if the states do not fit into the budget: a
+    /// recording is never opened partially.
     pub fn open_within(path: &Path, budget: &Arc<MemoryBudget>) -> Result<Self, OpenError> {
         let file = File::open(path).map_err(ReadError::Io);
         file.and_then(|file| Self::read_within(BufReader::with_capacity(STEP_BYTES, file), budget))
             .map_err(|source| OpenError { path: path.into(), source })
     }
 
-    /// Reads a recording from bytes, without a memory limit. Makes many small reads, so a file should
-    /// be buffered.
+    /// Reads a recording from bytes, without a memory limit. The source should be buffered, because
+    /// many reads are small.
     ///
     /// # Errors
-    /// As for [`open`](Self::open).
+    /// See [`open`](Self::open).
     pub fn read(source: impl Read) -> Result<Self, ReadError> {
         Self::read_within(source, &Arc::default())
     }
 
-    /// Reads a recording from bytes, within the memory that the budget has left. Makes many small
-    /// reads, so a file should be buffered.
+    /// Reads a recording from bytes, using only the remaining memory of the budget. The source
+    /// should be buffered, because many reads are small.
     ///
     /// # Errors
-    /// As for [`open_within`](Self::open_within).
+    /// See [`open_within`](Self::open_within).
     pub fn read_within(source: impl Read, budget: &Arc<MemoryBudget>) -> Result<Self, ReadError> {
         let (mut kept, mut share) = (None, Share::new(budget));
         let (description, integrity) = read_states(source, |description, state, time| {
@@ -90,7 +90,7 @@ impl Recording {
             let states = history.len();
             history.push(state).map_err(|error| match error {
                 PushError::OutOfMemory { .. } => ReadError::OutOfMemory,
-                // Cannot happen: the reader checked the length, and this history has no limit.
+                // This cannot happen: the reader checked the length, and the history has no limit.
                 error => ReadError::InvalidDescription(error.to_string()),
             })?;
             times.push(time).map_err(|_| ReadError::OutOfMemory)?;
@@ -116,7 +116,7 @@ impl Recording {
         self.size
     }
 
-    /// Returns the true maze, if the recorder knew it: a server does, a client does not.
+    /// Returns the true maze, or `None` for the recording of a client.
     pub const fn maze(&self) -> Option<&Maze> {
         self.maze.as_ref()
     }
@@ -131,7 +131,7 @@ impl Recording {
         &self.times
     }
 
-    /// Returns whether the file is complete.
+    /// Returns the integrity of the file.
     pub const fn integrity(&self) -> &Integrity {
         &self.integrity
     }

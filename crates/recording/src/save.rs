@@ -10,13 +10,15 @@ use mmsim_protocol::Info;
 
 use crate::layout::{INFO, MAZES, METADATA, PROTOCOL, STATES};
 
-/// Uncompressed size of a chunk in bytes.
+/// The uncompressed size of a chunk in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// zstd level. Higher levels take much longer for little gain; level 3 takes a tenth more bytes.
+/// The zstd compression level. Level 3 takes 10% more space than level 8. Higher levels are much
+/// slower and save little.
 const LEVEL: u32 = 8;
 
-/// A writer of the records of a recording. Without compression, `mcap.flush` writes all of them.
+/// A writer for the records of a recording. If chunks are disabled, `mcap.flush` writes all
+/// records.
 pub(crate) struct RecordWriter<W: Write + Seek> {
     pub(crate) mcap: mcap::Writer<W>,
     channel_id: u16,
@@ -24,8 +26,8 @@ pub(crate) struct RecordWriter<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> RecordWriter<W> {
-    /// Writes the description of the simulation and its true maze, if known. The recording starts at
-    /// `start` in nanoseconds since 1970 (UTC).
+    /// Writes the description of the simulation and its true maze, if known. The recording begins
+    /// at the time `start`, in nanoseconds since 1970 (UTC).
     pub(crate) fn new(
         options: WriteOptions,
         to: W,
@@ -55,7 +57,7 @@ impl<W: Write + Seek> RecordWriter<W> {
         create().map_err(io_error)
     }
 
-    /// Appends a state, received at `time` in nanoseconds since 1970 (UTC).
+    /// Appends a state that was received at `time`, in nanoseconds since 1970 (UTC).
     pub(crate) fn write(&mut self, time: u64, state: &[u8]) -> Result<(), McapError> {
         let header = header(self.channel_id, self.states, time);
         self.mcap.write_to_known_channel(&header, state)?;
@@ -74,10 +76,10 @@ const fn header(channel_id: u16, sequence: u32, time: u64) -> MessageHeader {
     MessageHeader { channel_id, sequence, log_time: time, publish_time: time }
 }
 
-/// Writes a compressed recording, about 20 bytes per state.
+/// Writes a compressed recording, which takes about 20 bytes per state.
 ///
-/// `info` describes the simulation; `maze` is its true maze if known. Each state comes with its time
-/// in nanoseconds since 1970 (UTC).
+/// `info` describes the simulation, and `maze` is its true maze, if known. Each state is paired
+/// with its time in nanoseconds since 1970 (UTC).
 ///
 /// # Errors
 /// Writing to `to` fails.
@@ -96,7 +98,7 @@ pub fn save<S: AsRef<[u8]>>(
     writer.finish()
 }
 
-/// Returns the options of a compressed recording. States may be missing from the file until it is
+/// Returns the options for a compressed recording. The file may lack states until the recording is
 /// finished.
 pub(crate) fn compressed() -> WriteOptions {
     WriteOptions::new()
@@ -105,13 +107,13 @@ pub(crate) fn compressed() -> WriteOptions {
         .compression_level(LEVEL)
         // Extra threads would slow down a search.
         .compression_threads(0)
-        // Indexes would take as much space as the states. With neither of the two, readers read the
-        // file from start to end.
+        // Indexes would take as much space as the states. Without indexes, readers read the file
+        // sequentially.
         .emit_message_indexes(false)
         .emit_chunk_indexes(false)
 }
 
-/// Extracts the error of the operating system, if there is one.
+/// Converts an MCAP error to an I/O error.
 pub(crate) fn io_error(error: McapError) -> io::Error {
     match error {
         McapError::Io(error) => error,

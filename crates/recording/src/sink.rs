@@ -4,8 +4,8 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// Device and inode of a file, which tell it from another file of the same name. Both are 0 on
-/// systems without inodes.
+/// The device and inode of a file, which distinguish it from another file with the same name. Both
+/// numbers are 0 on systems without inodes.
 pub(crate) type Identity = (u64, u64);
 
 #[cfg(unix)]
@@ -21,13 +21,13 @@ pub(crate) fn identity(_: &Metadata) -> Identity {
 
 /// A file that can be appended to and truncated.
 pub(crate) trait Storage {
-    /// Appends some of the bytes; returns how many.
+    /// Appends some of the bytes and returns the number of appended bytes.
     fn append(&mut self, bytes: &[u8]) -> io::Result<usize>;
 
-    /// Returns the length in bytes. Fails if the file is no longer at its path.
+    /// Returns the length of the file in bytes. Fails if the file is no longer at its path.
     fn length(&self) -> io::Result<u64>;
 
-    /// Removes this many bytes from the end and continues writing there.
+    /// Removes this many bytes from the end of the file and continues writing there.
     fn cut(&mut self, bytes: u64) -> io::Result<()>;
 }
 
@@ -35,16 +35,16 @@ pub(crate) trait Storage {
 pub(crate) struct RecordingFile {
     file: File,
     path: PathBuf,
-    /// Identity of the file when it was created.
+    /// The identity of the file when it was created.
     pub(crate) identity: Identity,
 }
 
 impl RecordingFile {
     /// Creates a new file.
     ///
-    /// On Unix it is opened for appending: a record then goes to the end of the file even if another
-    /// program changed it, so the length afterwards shows the change. Windows cannot truncate a file
-    /// that is open for appending.
+    /// On Unix the file is opened for appending. Each record goes to the end of the file even if
+    /// another program changed its length, so a wrong length reveals the change. Windows cannot
+    /// truncate a file that is open for appending.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let mut options = File::options();
         let file = options.write(true).append(cfg!(unix)).create_new(true).open(path)?;
@@ -76,13 +76,13 @@ impl Storage for RecordingFile {
     }
 }
 
-/// Buffers what is written until it is flushed, then writes all of it or nothing.
+/// A buffer for a file. Flushing writes either all buffered bytes or none.
 pub(crate) struct Sink<S> {
     storage: S,
-    /// Length of the complete records in the storage, in bytes.
+    /// The length of the complete records in the storage, in bytes.
     whole: u64,
     buffer: Vec<u8>,
-    /// Bytes after the complete records: part of a record whose write is unfinished or failed.
+    /// The length in bytes of a partially written record after the complete records.
     torn: u64,
 }
 
@@ -109,7 +109,7 @@ impl<S: Storage> Sink<S> {
         Ok(())
     }
 
-    /// Fails if the file is longer or shorter than what was written to it.
+    /// Fails if the length of the file differs from the number of bytes written to it.
     fn check(&self) -> io::Result<()> {
         let (expected, found) = (self.whole + self.torn, self.storage.length()?);
         if found == expected {
@@ -140,7 +140,7 @@ impl<S: Storage> Write for Sink<S> {
         let written = self.cut_torn().and_then(|()| self.append()).and_then(|()| self.check());
         match written {
             Ok(()) => (self.whole, self.torn) = (self.whole + self.torn, 0),
-            // If this fails, the next flush tries again first.
+            // If truncating fails, the next flush truncates the file before it writes.
             Err(_) => drop(self.cut_torn()),
         }
         self.buffer.clear();
@@ -149,7 +149,7 @@ impl<S: Storage> Write for Sink<S> {
 }
 
 impl<S> Seek for Sink<S> {
-    /// Returns the current position. Other seeks are unsupported; the MCAP writer makes none.
+    /// Returns the current position. The MCAP writer uses no other seeks, so they are unsupported.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
             SeekFrom::Current(0) => Ok(self.whole + self.buffer.len() as u64),
@@ -162,7 +162,7 @@ impl<S> Seek for Sink<S> {
 mod tests {
     use super::*;
 
-    /// A disk with a capacity of `room` bytes. It cannot truncate while `stuck`.
+    /// A disk with a capacity of `room` bytes. Truncating fails while `stuck` is true.
     struct Disk {
         bytes: Vec<u8>,
         room: usize,

@@ -1,17 +1,18 @@
-//! Byte strings packed into large blocks of memory.
+//! Stores byte strings in large blocks of memory.
 
 use std::collections::TryReserveError;
 use std::iter;
 
 use crate::memory::reserve;
 
-/// Size of a slab in bytes.
+/// The size of a slab in bytes.
 ///
-/// Allocators return large blocks to the system as soon as they are freed, unlike small ones; glibc
-/// always does so above 32 MiB. The unused part of a slab takes address space but no memory.
+/// Allocators return freed memory to the system immediately only if the block is large. In glibc,
+/// every block above 32 MiB is large. The unused part of a slab takes address space but no
+/// memory.
 const SLAB_BYTES: usize = (32 << 20) + 4096;
 
-/// Size in bytes of the smallest slab, used when memory is short.
+/// The size in bytes of the smallest slab, which is used when memory is short.
 const MIN_SLAB_BYTES: usize = 64 * 1024;
 
 /// A list of byte strings.
@@ -23,7 +24,7 @@ pub(crate) struct Slabs {
     pub(crate) bytes: usize,
 }
 
-/// Location of a string.
+/// The location of a string.
 #[derive(Clone, Copy, Debug)]
 struct Location {
     slab: usize,
@@ -40,7 +41,7 @@ impl Slabs {
     /// Appends a string. Existing strings do not move.
     ///
     /// # Errors
-    /// Out of memory. Nothing changes then.
+    /// The system is out of memory. The list stays unchanged.
     pub(crate) fn push(&mut self, bytes: &[u8]) -> Result<(), TryReserveError> {
         reserve(&mut self.locations, 1)?;
         if self.buffers.last().is_none_or(|slab| slab.capacity() - slab.len() < bytes.len()) {
@@ -63,7 +64,7 @@ impl Slabs {
     }
 }
 
-/// Allocates a slab of at least `least` bytes, smaller than usual if memory is short.
+/// Allocates a slab of at least `least` bytes. If memory is short, the slab is smaller.
 fn new_slab(least: usize) -> Result<Vec<u8>, TryReserveError> {
     let mut slab = Vec::new();
     let sizes = iter::successors(Some(SLAB_BYTES), |size| Some(size / 2));

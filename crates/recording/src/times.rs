@@ -1,4 +1,4 @@
-//! The time of each state, in one or two bytes, and the clock that times are read from.
+//! The times of states in compact form, and the clock that measures them.
 
 use std::collections::TryReserveError;
 use std::mem;
@@ -7,34 +7,35 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use crate::memory::reserve;
 
-/// Capacity of a chunk in bytes.
+/// The capacity of a chunk in bytes.
 const CHUNK_BYTES: usize = 64 * 1024;
 
-/// Maximum encoded length of a gap: 64 bits, seven per byte.
+/// The maximum length of an encoded gap in bytes: 64 bits with seven bits per byte.
 const GAP_BYTES: usize = 10;
 
 /// The times of the states of a history.
 ///
-/// Each is stored as a variable-length gap since the previous one, which takes one or two bytes in a
-/// search at full speed. Cloning is cheap.
+/// Each time is stored as the gap since the previous time, with a variable length. The gaps of a
+/// search at full speed take one or two bytes each. Cloning is cheap.
 #[derive(Clone, Debug, Default)]
 pub struct Times {
     /// Nanoseconds per tick. Times are rounded down to whole ticks.
     tick_ns: u64,
     count: usize,
-    /// Time of the newest state in ticks since 1970.
+    /// The time of the newest state in ticks since 1970.
     newest: u64,
-    /// `newest` and the length of `gaps` before the newest state, for `undo_push`.
+    /// The values of `newest` and `gaps.len()` before the last `push`, which `undo_push` restores.
     previous: (u64, usize),
-    /// Full chunks of older gaps, shared by clones.
+    /// Full chunks of older gaps, which clones share.
     chunks: Vec<Arc<Vec<u8>>>,
-    /// Ticks between states in LEB128: seven bits per byte, lowest first; the high bit is set in
-    /// every byte of a gap but the last.
+    /// The ticks between states, encoded in LEB128: seven bits per byte, lowest bits first. The
+    /// high bit is set in every byte of a gap except the last byte.
     gaps: Vec<u8>,
 }
 
 impl Times {
-    /// Creates an empty list with a resolution of `tick_ns` nanoseconds; 0 counts as 1.
+    /// Creates an empty list with a resolution of `tick_ns` nanoseconds. A resolution of 0 counts
+    /// as 1.
     pub fn new(tick_ns: u64) -> Self {
         Self { tick_ns: tick_ns.max(1), ..Self::default() }
     }
@@ -44,7 +45,7 @@ impl Times {
         self.count
     }
 
-    /// Returns whether the list is empty.
+    /// Returns true if the list is empty.
     pub const fn is_empty(&self) -> bool {
         self.count == 0
     }
@@ -57,7 +58,7 @@ impl Times {
     /// Appends the time of a state, in nanoseconds since 1970 (UTC).
     ///
     /// # Errors
-    /// Out of memory. Nothing changes then.
+    /// The system is out of memory. The list stays unchanged.
     pub fn push(&mut self, time: u64) -> Result<(), TryReserveError> {
         if self.gaps.len() + GAP_BYTES > CHUNK_BYTES {
             let mut next = Vec::new();
@@ -70,7 +71,7 @@ impl Times {
         }
         self.previous = (self.newest, self.gaps.len());
         let ticks = time / self.tick_ns;
-        // Times written by other tools may decrease; the gap then wraps around.
+        // The times in recordings of other tools may decrease, so the gap may wrap around.
         let mut gap = ticks.wrapping_sub(self.newest);
         self.newest = ticks;
         self.count += 1;
@@ -84,7 +85,7 @@ impl Times {
         }
     }
 
-    /// Removes the newest time. It can be called once after each [`push`](Self::push).
+    /// Removes the newest time. `undo_push` works only once after each [`push`](Self::push).
     pub fn undo_push(&mut self) {
         self.newest = self.previous.0;
         self.gaps.truncate(self.previous.1);
@@ -118,12 +119,12 @@ impl Times {
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     started: Instant,
-    /// Nanoseconds since 1970 at `started`.
+    /// The nanoseconds since 1970 at `started`.
     since_epoch: u64,
 }
 
 impl Clock {
-    /// Creates a clock that agrees with the system clock now.
+    /// Creates a clock that starts at the time of the system clock.
     pub fn start() -> Self {
         let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let since_epoch = u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX);

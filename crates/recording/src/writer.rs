@@ -17,28 +17,28 @@ use crate::times::Clock;
 
 /// Writes a recording.
 ///
-/// The operating system has each state before [`write`](Self::write) returns, so a state survives
-/// the end of the process, even `kill -9`, but not a power failure.
+/// Each state is handed to the operating system before [`write`](Self::write) returns. So a written
+/// state survives the end of the process, even by `kill -9`, but not a power failure.
 ///
-/// Dropping the writer closes the recording; [`close`](Self::close) also compresses it and reports
-/// errors. A recording that was never closed is readable too.
+/// Dropping the writer closes the recording. [`close`](Self::close) also compresses the recording
+/// and reports errors. A recording that was never closed is readable too.
 pub struct RecordingWriter {
     path: PathBuf,
     identity: Identity,
     clock: Clock,
     /// `None` once closed.
     records: Option<RecordWriter<Sink<RecordingFile>>>,
-    /// Whether a state could not be written. The summary's counts would then be wrong, so none is
-    /// written.
+    /// True if a state could not be written. No summary is written in this case, because its counts
+    /// would be wrong.
     has_failed: bool,
 }
 
 impl RecordingWriter {
-    /// Creates a file for a recording of the simulation that `info` describes, with its true maze if
-    /// known.
+    /// Creates the file of a recording. `info` describes the simulation, and `maze` is its true
+    /// maze, if known.
     ///
     /// # Errors
-    /// The file exists, or cannot be created or written.
+    /// The file already exists, or it cannot be created or written.
     pub fn create(path: &Path, info: &Info, maze: Option<&Maze>) -> Result<Self, RecordError> {
         let failed = |error| RecordError::new(path, error);
         let file = RecordingFile::create(path).map_err(failed)?;
@@ -57,11 +57,11 @@ impl RecordingWriter {
         Ok(Self { path: path.into(), identity, clock, records: Some(records), has_failed: false })
     }
 
-    /// Appends a state, the bytes of its message, with the current time.
+    /// Appends the bytes of a state with the current time.
     ///
     /// # Errors
-    /// The file cannot be written, or another program removed or changed it. The file does not
-    /// contain the state then. Later states may succeed again.
+    /// The file cannot be written, or another program removed or changed it. A state that could not
+    /// be written leaves no trace in the file. Later writes may succeed.
     pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
         let Some(records) = &mut self.records else { return Ok(()) };
         let sequence = records.states;
@@ -72,11 +72,11 @@ impl RecordingWriter {
         })
     }
 
-    /// Closes the recording with a summary and compresses it, which takes about a second for a
-    /// million states. If compression fails, the file stays uncompressed.
+    /// Closes the recording with a summary and compresses it. Compression takes about one second
+    /// for a million states. If compression fails, the file stays uncompressed.
     ///
     /// # Errors
-    /// The summary cannot be written. All states are readable nevertheless.
+    /// The summary cannot be written. All states remain readable.
     pub fn close(self) -> Result<(), RecordError> {
         let (unpacked, closed) = self.close_unpacked();
         if let Err(error) = unpacked.pack(&Packing::default()) {

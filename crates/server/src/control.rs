@@ -1,4 +1,4 @@
-//! What a server shares with other threads: its status, and the handle that stops it.
+//! The status and the stop handle that a server shares with other threads.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -33,7 +33,7 @@ impl Control {
         self.is_stopping.load(Ordering::Acquire)
     }
 
-    /// Reports the end of the server to those who wait for it.
+    /// Wakes the threads that wait for the end of the server.
     pub(crate) fn set_ended(&self) {
         *self.has_ended.lock().unwrap_or_else(PoisonError::into_inner) = true;
         self.ended.notify_all();
@@ -45,8 +45,8 @@ impl Control {
 pub struct StopHandle(pub(crate) Arc<Control>);
 
 impl StopHandle {
-    /// Stops the server after it has answered the requests that have arrived. Waits for it, but at
-    /// most one second. Does nothing if the server has ended.
+    /// Stops the server after it has answered the requests that have arrived. Waits at most one
+    /// second for the end of the server. Does nothing if the server has already ended.
     pub fn stop(self) {
         let control = &*self.0;
         control.is_stopping.store(true, Ordering::Release);
@@ -56,23 +56,23 @@ impl StopHandle {
     }
 }
 
-/// The number of states and of the run they belong to.
+/// The current run and its number of states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status {
-    /// The number of the run: the first is 1; each reset and each new maze begins another. 0 before
-    /// the server runs.
+    /// The number of the run. The first run is 1, and each reset and each new maze begins another
+    /// run. The number is 0 before the server runs.
     pub run: u32,
     /// The number of states in this run.
     pub states: usize,
 }
 
-/// Bits for the number of states; the other 24 are for the number of the run.
+/// The number of bits that hold the number of states. The other 24 bits hold the number of the run.
 const STATES_BITS: u32 = 40;
 
-/// The largest number of a run. The run after it is 1 again.
+/// The largest number of a run, after which the numbers start at 1 again.
 pub(crate) const MAX_RUN: u32 = (1 << (64 - STATES_BITS)) - 1;
 
-/// The current [`Status`] in one atomic word: the server writes it, any thread reads it.
+/// The current [`Status`] in one atomic word, which the server writes and any thread reads.
 #[derive(Debug, Default)]
 pub(crate) struct StatusCell(AtomicU64);
 

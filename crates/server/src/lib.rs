@@ -1,8 +1,8 @@
-//! A micromouse maze simulator. It holds the true maze, reveals only the walls around the mouse to a
-//! search client, and keeps every state that the client reports.
+//! A micromouse maze simulator. The simulator holds the true maze, reveals only the walls around
+//! the mouse to a search client, and keeps every state that the client reports.
 //!
-//! [`Simulation`] does no input or output: it turns the bytes of a request into the bytes of its
-//! reply, whatever they are, and never panics. [`Server`] is the ZeroMQ server around it. The crate
+//! [`Simulation`] turns the bytes of any request into the bytes of its reply. A simulation does no
+//! input or output and never panics. [`Server`] serves a simulation over ZeroMQ. The crate
 //! `mmsim-recording` stores the states, in memory and in files.
 //!
 //! ```

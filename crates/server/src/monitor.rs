@@ -1,4 +1,4 @@
-//! Access to a simulation from other threads while it is served.
+//! Gives other threads access to a simulation while it is served.
 
 use std::sync::Arc;
 use std::sync::mpsc::{self, Sender};
@@ -10,21 +10,20 @@ use mmsim_recording::{Block, Times};
 use crate::control::{Control, Status};
 use crate::service::SimulationService;
 
-/// A query of a monitor. The server's thread runs it between two requests.
+/// A query of a monitor, which the server's thread runs between two requests.
 pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
 
 /// Reads the simulation of a running server, and can replace its maze.
 ///
-/// [`status`](Self::status) does not involve the server. It answers everything else between two
-/// requests, which takes microseconds: a search waits as for a request of another client, and never
-/// for the caller.
+/// [`status`](Self::status) does not involve the server. The server's thread runs every other
+/// method between two requests, within microseconds. A slow caller never delays a search.
 #[derive(Clone)]
 pub struct Monitor {
     pub(crate) queries: Sender<Query>,
     pub(crate) control: Arc<Control>,
 }
 
-/// The simulation that is served.
+/// A description of the simulation that is served.
 #[derive(Clone, Debug)]
 pub struct Served {
     /// The number of the run.
@@ -35,13 +34,13 @@ pub struct Served {
     pub maze: Maze,
 }
 
-/// Why a monitor gets no answer.
+/// The reason why a monitor gets no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MonitorError {
-    /// The run has ended by a reset or by another maze.
+    /// A reset or a new maze has ended the run.
     #[error("run {run} has ended")]
     RunEnded {
-        /// The number of the run that was asked for.
+        /// The number of the requested run.
         run: u32,
     },
     /// The server has ended.
@@ -50,13 +49,13 @@ pub enum MonitorError {
 }
 
 impl Monitor {
-    /// Returns the current number of states and of their run. Run 0 means that the server does not run
+    /// Returns the current run and its number of states. Run 0 means that the server does not run
     /// yet.
     pub fn status(&self) -> Status {
         self.control.status.read()
     }
 
-    /// Returns the simulation that is served.
+    /// Returns a description of the simulation that is served.
     ///
     /// # Errors
     /// The server has ended.
@@ -83,7 +82,7 @@ impl Monitor {
         self.query_run(run, |service| service.times.clone())
     }
 
-    /// Serves another maze from now on, with an empty history.
+    /// Replaces the maze and begins a new run with an empty history.
     ///
     /// # Errors
     /// The server has ended.

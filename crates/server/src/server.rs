@@ -1,4 +1,4 @@
-//! The server around a simulation.
+//! Serves a simulation over ZeroMQ.
 
 use std::io;
 use std::sync::Arc;
@@ -24,23 +24,23 @@ pub struct Server {
     pub(crate) queries: (Sender<Query>, Receiver<Query>),
 }
 
-/// A server that could not continue.
+/// The error when a server cannot continue.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot receive requests on {address}: {source}")]
 pub struct ServeError {
-    /// The address it listened on.
+    /// The address that the server listened on.
     pub address: String,
     /// The error of the operating system.
     pub source: io::Error,
 }
 
 impl Server {
-    /// Listens on a port of this machine; port 0 selects a free port. The host is a name, an address,
+    /// Listens on a port of this machine; port 0 selects a free port. `host` is a name, an address,
     /// or `*` for all IPv4 addresses of this machine.
     ///
     /// # Errors
-    /// The port is in use, the host cannot be resolved, its address does not belong to this machine, or
-    /// the operating system refuses for another reason.
+    /// The port is in use, the host cannot be resolved, its address does not belong to this
+    /// machine, or the operating system refuses for another reason.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let listener = listen(host, port)?;
         let failed = |source| BindError::Listen { host: host.into(), port, source };
@@ -62,14 +62,14 @@ impl Server {
         &self.address
     }
 
-    /// Records each run, from reset to reset, into a file. A state that cannot be recorded is refused
-    /// and not kept.
+    /// Records each run, from reset to reset, into a file. The server refuses states that cannot be
+    /// recorded.
     pub fn with_recorder(mut self, recorder: impl Into<Option<Recorder>>) -> Self {
         self.recorder = recorder.into();
         self
     }
 
-    /// Returns whether only programs on this machine can connect.
+    /// Returns true if only programs on this machine can connect.
     pub fn is_loopback(&self) -> bool {
         self.is_loopback
     }
@@ -91,8 +91,8 @@ impl Server {
         Background { address, stop, thread }
     }
 
-    /// Serves the simulation until it is stopped. Every request gets exactly one reply, and no request
-    /// stops the server.
+    /// Serves the simulation until the server is stopped. Every request gets exactly one reply, and
+    /// no request stops the server.
     ///
     /// # Errors
     /// Polling the connections failed.
@@ -111,7 +111,7 @@ impl Drop for Server {
     }
 }
 
-/// A server on a background thread. It runs until it is stopped or the process ends.
+/// A server on a background thread, which runs until it is stopped or the process ends.
 ///
 /// ```
 /// use mmsim_server::{Server, Simulation};

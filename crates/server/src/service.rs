@@ -1,4 +1,4 @@
-//! The simulation as a server serves it: with times, a recording, and a status for other threads.
+//! Serves a simulation, stores the times of its states, and records it.
 
 use std::sync::mpsc::Receiver;
 
@@ -16,11 +16,10 @@ use crate::simulation::{Change, ReplyBuffer, Simulation, refuse};
 /// The resolution of the times of live states, in nanoseconds.
 const TICK_NS: u64 = 1000;
 
-/// The maximum number of queries answered before clients have their turn again.
+/// The maximum number of queries that are answered before the next requests of clients.
 const MAX_QUERIES_AT_ONCE: usize = 4;
 
-/// A simulation that is being served. It answers clients, and between their turns the queries of
-/// monitors.
+/// A simulation that answers the requests of clients and the queries of monitors.
 pub(crate) struct SimulationService<'s> {
     pub(crate) simulation: &'s mut Simulation,
     pub(crate) times: Times,
@@ -46,14 +45,14 @@ impl<'s> SimulationService<'s> {
         service
     }
 
-    /// Serves this maze from now on. The limit of the history stays.
+    /// Replaces the maze and begins a new run. The limit of the history stays the same.
     pub(crate) fn replace_maze(&mut self, name: &str, maze: Maze) -> Status {
         let limit = self.simulation.history.limit();
         *self.simulation = Simulation::new(name, maze).with_history_limit(limit);
         self.begin_run()
     }
 
-    /// Closes the recording and waits for its recorder.
+    /// Closes the recording and waits for the recorder to finish.
     pub(crate) fn finish(mut self) {
         self.close_recording();
         if let Some(recorder) = self.recorder {
@@ -63,7 +62,8 @@ impl<'s> SimulationService<'s> {
         info!(states, refused = self.refused, "stopped");
     }
 
-    /// Keeps the time of the newest state and records the state. Returns the reason if it cannot.
+    /// Stores the time of the newest state and records the state. Returns the reason if either
+    /// fails.
     fn keep_state(&mut self, request: &[u8]) -> Result<(), String> {
         let (simulation, times) = (&*self.simulation, &mut self.times);
         let (states, limit) = (simulation.history.len() - 1, simulation.history.limit());
@@ -105,8 +105,8 @@ impl<'s> SimulationService<'s> {
 }
 
 impl Service for SimulationService<'_> {
-    /// Answers a request. `ping` and refused requests do not count as activity: a client can send them
-    /// for ever without searching the maze.
+    /// Answers a request. `ping` and refused requests do not count as activity, because a client
+    /// can send them forever without searching the maze.
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut ReplyBuffer) -> bool {
         if frames == 1 {
             match self.simulation.handle(request, reply) {
@@ -115,7 +115,7 @@ impl Service for SimulationService<'_> {
                     self.begin_run();
                 }
                 Change::State => {
-                    // A state that cannot be kept everywhere is not kept at all.
+                    // A state that cannot be recorded is removed from the history.
                     if let Err(reason) = self.keep_state(request) {
                         self.simulation.history.undo_push();
                         refuse(reply, reason);
@@ -131,7 +131,7 @@ impl Service for SimulationService<'_> {
         };
         let reason = String::from_utf8_lossy(reason);
         self.refused += 1;
-        // A faulty client cannot fill the log.
+        // Only the first refusal is a warning, so a faulty client cannot fill the log.
         if self.refused == 1 {
             warn!("refused a request: {reason} (further refusals are logged at level debug)");
         } else {
@@ -149,7 +149,7 @@ impl Service for SimulationService<'_> {
             let Ok(query) = self.queries.try_recv() else { break };
             query(self);
             if count == MAX_QUERIES_AT_ONCE {
-                // More queries may wait, for which nobody would wake the server again.
+                // Without another wake-up, further queries would wait for the next request.
                 self.control.waker.wake();
             }
         }

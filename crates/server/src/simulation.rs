@@ -1,4 +1,4 @@
-//! The simulation: from the bytes of a request to the bytes of its reply.
+//! Turns the bytes of a request into the bytes of its reply.
 
 use std::fmt;
 use std::io::Write;
@@ -16,14 +16,15 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Creates a simulation of this maze without any state. `info` returns the name.
+    /// Creates a simulation of this maze with an empty history. The reply to `info` contains
+    /// `name`.
     pub fn new(name: &str, maze: Maze) -> Self {
         let history = History::new(maze.size());
         Self { name: name.into(), maze, history }
     }
 
-    /// Limits the history to this number of bytes. States beyond the limit are refused; earlier states
-    /// stay.
+    /// Limits the history to this number of bytes. At the limit, further states are refused and
+    /// earlier states are kept.
     #[must_use]
     pub fn with_history_limit(mut self, bytes: usize) -> Self {
         self.history = History::with_limit(self.maze.size(), bytes);
@@ -45,8 +46,8 @@ impl Simulation {
         &self.history
     }
 
-    /// Answers one request. Any bytes get exactly one reply, and only a valid state or reset changes the
-    /// history. Returns the change.
+    /// Answers one request and returns the change to the history. Every request gets exactly one
+    /// reply. Only `reset` and valid states change the history.
     pub fn handle(&mut self, request: &[u8], reply: &mut ReplyBuffer) -> Change {
         match Request::decode(request, self.maze.size()) {
             Ok(Request::Ping) => set(reply, Reply::Pong),
@@ -91,16 +92,16 @@ pub enum Change {
     Reset,
 }
 
-/// The buffer into which a simulation writes its reply. Earlier contents are overwritten.
+/// The buffer into which a simulation writes its reply, overwriting earlier contents.
 pub type ReplyBuffer = Vec<u8>;
 
 fn set(buffer: &mut ReplyBuffer, reply: Reply<'_>) {
     buffer.resize(reply.len(), 0);
-    // It cannot fail: the buffer is as long as the reply.
+    // Encoding cannot fail, because the buffer is as long as the reply.
     let _ = reply.encode(buffer);
 }
 
-/// Replies with an error.
+/// Writes a reply that reports an error.
 pub(crate) fn refuse(buffer: &mut ReplyBuffer, reason: impl fmt::Display) {
     buffer.clear();
     // Writing into a vector cannot fail.
