@@ -1,12 +1,13 @@
-//! Untrusted text and bytes in messages.
+//! Safe display of untrusted text and bytes in messages.
 
 use core::array::from_fn;
 use core::fmt::{self, Display, Formatter, Write};
 
-/// Displays untrusted text, such as a file name, on one line. Control characters and characters that
-/// change the text direction are escaped as in Rust, because a terminal would execute them.
+/// Untrusted text, such as a file name, displayed on one line. Control characters and characters
+/// that change the text direction are written as Rust escape sequences, so that the text cannot
+/// control a terminal.
 ///
-/// All other characters are unchanged, including the backslash, so escaping is idempotent.
+/// All other characters, including the backslash, are unchanged, so escaping is idempotent.
 ///
 /// ```
 /// use mmsim_maze::Escaped;
@@ -33,7 +34,7 @@ impl Write for Escaping<'_, '_> {
     }
 }
 
-/// Returns whether [`Escaped`] escapes this character.
+/// Returns true if [`Escaped`] escapes the character `c`.
 pub fn needs_escape(c: char) -> bool {
     let ends_line = matches!(c, '\u{2028}' | '\u{2029}');
     // Marks, embeddings, overrides and isolates of the Unicode bidirectional algorithm.
@@ -44,8 +45,8 @@ pub fn needs_escape(c: char) -> bool {
     c.is_control() || ends_line || turns_text
 }
 
-/// The first `MAX` bytes of a message, displayed in quotes with escapes, and with the length of the
-/// message if it is longer.
+/// The first `MAX` bytes of a message, displayed in quotes and with escapes. If the message is
+/// longer than `MAX` bytes, its length is displayed as well.
 ///
 /// ```
 /// use mmsim_maze::Excerpt;
@@ -60,7 +61,7 @@ pub struct Excerpt<const MAX: usize> {
 }
 
 impl<const MAX: usize> Excerpt<MAX> {
-    /// Copies the start of a message.
+    /// Copies the first `MAX` bytes of `message`.
     pub fn new(message: &[u8]) -> Self {
         let start = from_fn(|at| message.get(at).copied().unwrap_or(0));
         Self { start, length: message.len() }

@@ -6,10 +6,10 @@ use crate::heading::Heading;
 use crate::pose::Pose;
 use crate::walls::Walls;
 
-/// The true maze: all walls, the start and the goal. Only a simulator has one; a mouse has a
+/// The true maze: all walls, the start and the goal. Only a simulator has a `Maze`; a mouse has a
 /// [`KnownMaze`](crate::KnownMaze).
 ///
-/// Its [`Display`](core::fmt::Display) is the text picture, which [`str::parse`] reads back.
+/// [`Display`](core::fmt::Display) writes a maze as a text picture, which [`str::parse`] can read.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Maze {
     walls: Walls,
@@ -17,21 +17,22 @@ pub struct Maze {
     goals: CellSet,
 }
 
-/// A start or goal outside the maze.
+/// The error for a start or goal outside the maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected the {what} inside a maze of {size} cells, found it at {cell}")]
 #[non_exhaustive]
 pub struct MazeError {
-    /// `start` or `goal`.
+    /// The word `start` or `goal`.
     pub what: &'static str,
-    /// The cell outside.
+    /// The cell that is outside the maze.
     pub cell: Cell,
     /// The size of the maze.
     pub size: MazeSize,
 }
 
 impl Maze {
-    /// Creates a maze. An empty set of goals means the central cells ([`MazeSize::central_cells`]).
+    /// Creates a maze. If `goals` is empty, the goal is the central cells
+    /// ([`MazeSize::central_cells`]).
     ///
     /// # Errors
     /// Returns an error if the start or a goal is outside the maze.
@@ -58,19 +59,20 @@ impl Maze {
         &self.walls
     }
 
-    /// Returns the start pose: in the start cell, heading north.
+    /// Returns the pose in which a mouse starts: in the start cell, heading north.
     pub const fn start(&self) -> Pose {
         Pose::new(self.start, Heading::North)
     }
 
-    /// Returns the goal cells, at least one. Reaching any of them reaches the goal.
+    /// Returns the goal cells (at least one). A mouse has reached the goal when it is in any goal
+    /// cell.
     pub const fn goals(&self) -> &CellSet {
         &self.goals
     }
 
-    /// Returns the inner posts that no wall touches, each as the cell to its north-east. Contest rules
-    /// require a wall at every post except the central one of a maze with even sides, which is
-    /// excluded.
+    /// Returns the inner posts that no wall touches. Each post is identified by the cell to its
+    /// north-east. Contest rules require a wall at every inner post, except at the central post of
+    /// a maze with even sides, so the central post is never returned.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Maze};

@@ -1,4 +1,4 @@
-//! Parses mazes drawn as text.
+//! The parser of mazes drawn as text.
 
 use core::str::FromStr;
 
@@ -8,23 +8,23 @@ use crate::heading::Heading;
 use crate::maze::Maze;
 use crate::walls::Walls;
 
-/// A text that is not the picture of a maze.
+/// The error for text that is not a valid picture of a maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}, column {column}: expected {expected}")]
 #[non_exhaustive]
 pub struct ParseMazeError {
-    /// The line, counted from 1.
+    /// The line number, counted from 1.
     pub line: usize,
-    /// The column in bytes, counted from 1.
+    /// The column number in bytes, counted from 1.
     pub column: usize,
-    /// What was expected there.
+    /// A description of the expected text.
     pub expected: &'static str,
 }
 
 type Result<T = ()> = core::result::Result<T, ParseMazeError>;
 
-/// Reads a maze from text as its [`Display`](core::fmt::Display) writes it. Blank lines and trailing
-/// blanks are ignored. The crate `mmsim-formats` reads other drawings and file formats.
+/// Parses the text picture that [`Display`](core::fmt::Display) writes for a maze. Blank lines and
+/// trailing blanks are ignored. The crate `mmsim-formats` reads other drawings and file formats.
 ///
 /// ```
 /// use mmsim_maze::Maze;
@@ -71,7 +71,7 @@ impl Line<'_> {
         ParseMazeError { line: self.number, column: at + 1, expected }
     }
 
-    /// Returns which of `choices` the line has at byte `at`.
+    /// Returns the index of the choice that the line contains at byte `at`.
     fn choice(self, at: usize, choices: &[&str], expected: &'static str) -> Result<usize> {
         let rest = self.text.get(at..).unwrap_or("");
         let found = choices.iter().position(|choice| rest.starts_with(choice));
@@ -83,7 +83,7 @@ impl Line<'_> {
     }
 }
 
-/// The parts of a maze that have been read.
+/// The parts of a maze that have been parsed.
 struct Parts {
     walls: Walls,
     start: Option<Cell>,
@@ -91,7 +91,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// Reads a row of posts and the walls towards `heading` of the cells in row `y`.
+    /// Reads a row of posts with the walls on the `heading` side of the cells in row `y`.
     fn read_posts(&mut self, line: Line, y: u8, heading: Heading) -> Result {
         const POST: &str = r#"a post "o""#;
         for x in 0..self.walls.size().width() {
@@ -110,7 +110,7 @@ impl Parts {
         self.read_wall(line, 0, Cell::new(0, y), Heading::West)?;
         for x in 0..self.walls.size().width() {
             let (cell, at) = (Cell::new(x, y), 4 * usize::from(x) + 1);
-            let mark = line.choice(at, MARKS, "a cell, empty or with S, G or SG")?;
+            let mark = line.choice(at, MARKS, "an empty cell or one with S, G or SG")?;
             if mark % 2 == 1 && self.start.replace(cell).is_some() {
                 return Err(line.error(at, "one start"));
             }
@@ -122,7 +122,7 @@ impl Parts {
         line.expect_end(4 * usize::from(self.walls.size().width()) + 1, "the end of the line")
     }
 
-    /// Reads the wall of `cell` towards `heading`.
+    /// Reads the wall on the `heading` side of `cell`.
     fn read_wall(&mut self, line: Line, at: usize, cell: Cell, heading: Heading) -> Result {
         use Heading::{East, North, South, West};
         let is_inner = self.walls.size().neighbour(cell, heading).is_some();
@@ -160,8 +160,8 @@ mod tests {
         };
         insta::assert_snapshot!(error("o   o", "o - o"), @r#"line 3, column 2: expected "---" or three spaces"#);
         insta::assert_snapshot!(error(" G |", " S |"), @"line 2, column 6: expected one start");
-        insta::assert_snapshot!(error("       |", "        "), @"line 4, column 2: expected a cell, empty or with S, G or SG");
-        insta::assert_snapshot!(error(" G ", " X "), @"line 2, column 2: expected a cell, empty or with S, G or SG");
+        insta::assert_snapshot!(error("       |", "        "), @"line 4, column 2: expected an empty cell or one with S, G or SG");
+        insta::assert_snapshot!(error(" G ", " X "), @"line 2, column 2: expected an empty cell or one with S, G or SG");
         insta::assert_snapshot!(error("o---o---o\n|", "o---o---o-\n|"), @"line 1, column 10: expected the end of the line");
         insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "x\n")), @"line 6, column 1: expected the end of the picture");
         insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "o---o---o\n")), @"line 6, column 1: expected the end of the picture");

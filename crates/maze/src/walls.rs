@@ -6,7 +6,7 @@ use crate::pose::Pose;
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// All walls of a maze. Each is stored once, as the north or east wall of a cell.
+/// All walls of a maze. Each wall is stored once, as the north or east wall of a cell.
 ///
 /// ```text
 ///    o--north--o
@@ -18,25 +18,26 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Walls {
     size: MazeSize,
-    /// Bit x of row y: the wall between (x, y) and (x, y + 1).
+    /// Bit x of element y stands for the wall between (x, y) and (x, y + 1).
     north: [u32; SIDE],
-    /// Bit x of row y: the wall between (x, y) and (x + 1, y).
+    /// Bit x of element y stands for the wall between (x, y) and (x + 1, y).
     east: [u32; SIDE],
 }
 
 impl Walls {
-    /// Creates a maze with only its outer walls.
+    /// Creates the walls of a maze that has only outer walls.
     pub const fn open(size: MazeSize) -> Self {
         Self { size, north: [0; SIDE], east: [0; SIDE] }
     }
 
-    /// Creates a maze with every wall.
+    /// Creates the walls of a maze in which every wall is present.
     pub fn closed(size: MazeSize) -> Self {
         Self::from_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE])
     }
 
-    /// Creates a maze with these inner walls, as bits: see [`north_rows`](Self::north_rows) and
-    /// [`east_rows`](Self::east_rows). Bits of outer walls and beyond are ignored.
+    /// Creates walls from bits, in the layout of [`north_rows`](Self::north_rows) and
+    /// [`east_rows`](Self::east_rows). Bits for outer walls and for cells outside the maze are
+    /// ignored.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -58,20 +59,20 @@ impl Walls {
         self.size
     }
 
-    /// Returns the inner walls to the north: bit x of row y is the one between (x, y) and (x, y + 1). Bits
-    /// of outer walls and beyond are clear.
+    /// Returns the inner north walls as bits: bit x of element y stands for the wall between (x, y)
+    /// and (x, y + 1). All other bits are clear.
     pub const fn north_rows(&self) -> &[u32; SIDE] {
         &self.north
     }
 
-    /// Returns the inner walls to the east: bit x of row y is the one between (x, y) and (x + 1, y). Bits
-    /// of outer walls and beyond are clear.
+    /// Returns the inner east walls as bits: bit x of element y stands for the wall between (x, y)
+    /// and (x + 1, y). All other bits are clear.
     pub const fn east_rows(&self) -> &[u32; SIDE] {
         &self.east
     }
 
-    /// Returns whether `cell` has a wall towards `heading`. At the edge of the maze and outside it always
-    /// has.
+    /// Returns true if `cell` has a wall on its `heading` side. Outer walls are always present, and
+    /// a cell outside the maze has walls on all sides.
     pub fn has(&self, cell: Cell, heading: Heading) -> bool {
         let Some(next) = self.size.neighbour(cell, heading).filter(|_| self.size.contains(cell))
         else {
@@ -81,8 +82,8 @@ impl Walls {
         rows[usize::from(cell.y.min(next.y))] >> cell.x.min(next.x) & 1 == 1
     }
 
-    /// Builds (`true`) or removes (`false`) the wall of `cell` towards `heading`. Outer walls and walls
-    /// outside are unchanged.
+    /// Adds the wall on the `heading` side of `cell` if `present` is true, and removes it
+    /// otherwise. Outer walls and walls outside the maze are unchanged.
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
         let is_outer = Sides::outer(self.size, cell).has(heading);
         if !is_outer && self.has(cell, heading) != present {
@@ -90,7 +91,8 @@ impl Walls {
         }
     }
 
-    /// Returns the sides of a cell with a wall. Outside the maze these are all sides.
+    /// Returns the sides of `cell` that have a wall. A cell outside the maze has walls on all
+    /// sides.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -101,8 +103,9 @@ impl Walls {
         self.inner_sides(cell).or(Sides::outer(self.size, cell))
     }
 
-    /// Returns the sides of a cell with an inner wall. Outside the maze the result is unspecified.
-    // No branch on a wall: walls are unpredictable.
+    /// Returns the sides of a cell that have an inner wall. The result is unspecified for a cell
+    /// outside the maze.
+    // Avoids branches on walls, because walls are unpredictable.
     pub(crate) fn inner_sides(&self, Cell { x, y }: Cell) -> Sides {
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
         let bit = |rows: u32| (rows.wrapping_shr(x.into()) & 1) as u8;
@@ -111,8 +114,8 @@ impl Walls {
         Sides(north | east << 1 | south << 2 | west << 3)
     }
 
-    /// Toggles the walls at these sides of a cell. The cell and its neighbours at these sides must be
-    /// inside.
+    /// Toggles the walls on the given sides of a cell. The cell and its neighbours on those sides
+    /// must be inside the maze.
     pub(crate) fn toggle(&mut self, Cell { x, y }: Cell, sides: Sides) {
         let bit = |heading| u32::from(sides.has(heading)).wrapping_shl(x.into());
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
@@ -122,7 +125,8 @@ impl Walls {
         self.east[row] ^= bit(Heading::East) | bit(Heading::West) >> 1;
     }
 
-    /// Returns what a mouse in this pose observes. Outside the maze all sides are walls.
+    /// Returns the walls that a mouse in this pose observes. A cell outside the maze has walls on
+    /// all sides.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Pose, Walls, WallsAround};
@@ -134,7 +138,8 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
-    /// Returns the neighbours of `cell` without a wall between, in the order north, east, south, west.
+    /// Returns the neighbours of `cell` that no wall separates from it, in the order north, east,
+    /// south, west.
     pub fn open_neighbours(&self, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
         let sides = self.sides(cell);
         Heading::ALL
@@ -144,7 +149,7 @@ impl Walls {
     }
 }
 
-/// A set of sides of a cell, one bit for each in the order of [`Heading::ALL`].
+/// A set of sides of a cell, with one bit for each side in the order of [`Heading::ALL`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Sides(u8);
 
@@ -152,7 +157,8 @@ impl Sides {
     pub(crate) const NONE: Self = Self(0);
     const ALL: Self = Self(0b1111);
 
-    /// Returns the sides of a cell that are outer walls. Outside the maze these are all sides.
+    /// Returns the sides of `cell` that are outer walls. For a cell outside the maze these are all
+    /// sides.
     pub(crate) const fn outer(size: MazeSize, cell: Cell) -> Self {
         if !size.contains(cell) {
             return Self::ALL;
@@ -162,18 +168,19 @@ impl Sides {
         Self(north as u8 | (east as u8) << 1 | (south as u8) << 2 | (west as u8) << 3)
     }
 
-    /// Creates a set of sides from bits: 1 north, 2 east, 4 south, 8 west. Other bits are ignored.
+    /// Creates a set of sides from bits: 1 for north, 2 for east, 4 for south, 8 for west. Other
+    /// bits are ignored.
     pub const fn from_bits(bits: u8) -> Self {
         Self(bits & Self::ALL.0)
     }
 
-    /// Returns the sides as bits: 1 north, 2 east, 4 south, 8 west.
+    /// Returns the set as bits: 1 for north, 2 for east, 4 for south, 8 for west.
     pub const fn bits(self) -> u8 {
         self.0
     }
 
-    /// Returns the sides at which a mouse with this heading observes a wall.
-    // Rotates the bits instead of branching: the turns of a mouse are unpredictable.
+    /// Returns the sides of a cell on which a mouse with this heading observes a wall.
+    // Rotates the bits instead of branching, because the turns of a mouse are unpredictable.
     pub(crate) const fn from_walls_around(heading: Heading, walls: WallsAround) -> Self {
         let WallsAround { left, front, right } = walls;
         let clockwise_from_nose = front as u8 | (right as u8) << 1 | (left as u8) << 3;
@@ -181,7 +188,7 @@ impl Sides {
         Self(twice >> (4 - heading as u8) & 0b1111)
     }
 
-    /// Inverse of [`from_walls_around`](Self::from_walls_around).
+    /// Inverts [`from_walls_around`](Self::from_walls_around).
     const fn around(self, heading: Heading) -> WallsAround {
         let clockwise_from_nose = (self.0 << 4 | self.0) >> heading as u8;
         WallsAround {
@@ -191,7 +198,7 @@ impl Sides {
         }
     }
 
-    /// Returns whether the set contains the side towards `heading`.
+    /// Returns true if the set contains the `heading` side.
     pub const fn has(self, heading: Heading) -> bool {
         self.0 >> heading as u8 & 1 == 1
     }
@@ -212,11 +219,11 @@ impl Sides {
 /// The walls that a mouse observes: to its left, in front of it and to its right, but not behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WallsAround {
-    /// A wall to the left.
+    /// True if there is a wall to the left.
     pub left: bool,
-    /// A wall in front.
+    /// True if there is a wall in front.
     pub front: bool,
-    /// A wall to the right.
+    /// True if there is a wall to the right.
     pub right: bool,
 }
 
