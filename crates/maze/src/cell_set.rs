@@ -19,7 +19,7 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct CellSet {
-    /// Bit x of element y stands for the cell (x, y).
+    /// Bit x of `rows[y]` stands for the cell (x, y).
     rows: [u32; SIDE],
 }
 
@@ -38,7 +38,7 @@ impl CellSet {
         Self { rows }
     }
 
-    /// Returns the set as bits: bit x of element y stands for the cell (x, y).
+    /// Returns one integer for each row: bit x of integer y stands for the cell (x, y).
     pub const fn rows(&self) -> &[u32; SIDE] {
         &self.rows
     }

@@ -44,7 +44,7 @@ impl Heading {
         CLOCKWISE[(self as usize + RIGHT_TURNS[step as usize]) % 4]
     }
 
-    /// Returns the heading with the letter `N`, `E`, `S` or `W`, or `None` for another character.
+    /// Returns the heading with the letter `N`, `E`, `S` or `W`, or `None` for any other character.
     ///
     /// ```
     /// use mmsim_maze::Heading;

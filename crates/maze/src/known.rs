@@ -29,9 +29,9 @@ use crate::walls::{Sides, Walls, WallsAround};
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct KnownMaze {
-    /// The walls that are known to be present. Unknown walls are not included.
+    /// The walls that are known to be present, without unknown walls.
     certain: Walls,
-    /// The walls that may be present. Unknown walls are included.
+    /// The walls that may be present, including unknown walls.
     possible: Walls,
     start: Cell,
     goals: CellSet,
@@ -64,9 +64,9 @@ impl WallState {
 /// The treatment of unknown walls by a planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unknown {
-    /// Unknown walls count as absent. This is optimistic and suits a search run.
+    /// Unknown walls count as absent, which is optimistic and suits a search run.
     Open,
-    /// Unknown walls count as present. This is pessimistic and suits a fast run.
+    /// Unknown walls count as present, which is pessimistic and suits a fast run.
     Closed,
 }
 
@@ -137,7 +137,7 @@ impl KnownMaze {
     }
 
     /// Records the walls that a mouse observes at `pose`, and marks that cell as visited. A cell
-    /// outside the maze has walls on all sides and is not marked.
+    /// outside the maze has walls on all sides and is not marked as visited.
     ///
     /// # Errors
     /// Returns an error and leaves the map unchanged if the observation contradicts the map.

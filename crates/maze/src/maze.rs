@@ -31,8 +31,8 @@ pub struct MazeError {
 }
 
 impl Maze {
-    /// Creates a maze. If `goals` is empty, the goal is the central cells
-    /// ([`MazeSize::central_cells`]).
+    /// Creates a maze. If `goals` is empty, the central cells ([`MazeSize::central_cells`]) become
+    /// the goal.
     ///
     /// # Errors
     /// Returns an error if the start or a goal is outside the maze.

@@ -110,7 +110,7 @@ impl Parts {
         self.read_wall(line, 0, Cell::new(0, y), Heading::West)?;
         for x in 0..self.walls.size().width() {
             let (cell, at) = (Cell::new(x, y), 4 * usize::from(x) + 1);
-            let mark = line.choice(at, MARKS, "an empty cell or one with S, G or SG")?;
+            let mark = line.choice(at, MARKS, "an empty cell or a cell with S, G or SG")?;
             if mark % 2 == 1 && self.start.replace(cell).is_some() {
                 return Err(line.error(at, "one start"));
             }
@@ -160,8 +160,8 @@ mod tests {
         };
         insta::assert_snapshot!(error("o   o", "o - o"), @r#"line 3, column 2: expected "---" or three spaces"#);
         insta::assert_snapshot!(error(" G |", " S |"), @"line 2, column 6: expected one start");
-        insta::assert_snapshot!(error("       |", "        "), @"line 4, column 2: expected an empty cell or one with S, G or SG");
-        insta::assert_snapshot!(error(" G ", " X "), @"line 2, column 2: expected an empty cell or one with S, G or SG");
+        insta::assert_snapshot!(error("       |", "        "), @"line 4, column 2: expected an empty cell or a cell with S, G or SG");
+        insta::assert_snapshot!(error(" G ", " X "), @"line 2, column 2: expected an empty cell or a cell with S, G or SG");
         insta::assert_snapshot!(error("o---o---o\n|", "o---o---o-\n|"), @"line 1, column 10: expected the end of the line");
         insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "x\n")), @"line 6, column 1: expected the end of the picture");
         insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "o---o---o\n")), @"line 6, column 1: expected the end of the picture");

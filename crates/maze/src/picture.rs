@@ -22,7 +22,7 @@ use crate::walls::Walls;
 ///
 /// A cell shows the mouse, a letter, a number, or the marks `S` and `G`, in this order of priority.
 /// Cells are three characters wide, or wider if a number needs more space. [`str::parse`] can read
-/// the picture of a [`Maze`] that has no numbers, letters or mouse.
+/// a picture of a [`Maze`] if the picture contains no numbers, letters or mouse.
 ///
 /// ```
 /// use mmsim_maze::{Maze, MazeSize, Walls, Cell, CellSet};
@@ -39,7 +39,7 @@ use crate::walls::Walls;
 #[derive(Clone, Copy)]
 #[must_use]
 pub struct TextPicture<'a> {
-    /// The walls that are known to be present.
+    /// The walls that are known to be present, without unknown walls.
     certain: &'a Walls,
     /// The walls that may be present, including unknown walls.
     possible: &'a Walls,

@@ -18,9 +18,9 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Walls {
     size: MazeSize,
-    /// Bit x of element y stands for the wall between (x, y) and (x, y + 1).
+    /// Bit x of `north[y]` stands for the wall between (x, y) and (x, y + 1).
     north: [u32; SIDE],
-    /// Bit x of element y stands for the wall between (x, y) and (x + 1, y).
+    /// Bit x of `east[y]` stands for the wall between (x, y) and (x + 1, y).
     east: [u32; SIDE],
 }
 
@@ -59,14 +59,14 @@ impl Walls {
         self.size
     }
 
-    /// Returns the inner north walls as bits: bit x of element y stands for the wall between (x, y)
-    /// and (x, y + 1). All other bits are clear.
+    /// Returns one integer of inner north walls for each row: bit x of integer y stands for the
+    /// wall between (x, y) and (x, y + 1). All other bits are clear.
     pub const fn north_rows(&self) -> &[u32; SIDE] {
         &self.north
     }
 
-    /// Returns the inner east walls as bits: bit x of element y stands for the wall between (x, y)
-    /// and (x + 1, y). All other bits are clear.
+    /// Returns one integer of inner east walls for each row: bit x of integer y stands for the wall
+    /// between (x, y) and (x + 1, y). All other bits are clear.
     pub const fn east_rows(&self) -> &[u32; SIDE] {
         &self.east
     }
@@ -157,8 +157,8 @@ impl Sides {
     pub(crate) const NONE: Self = Self(0);
     const ALL: Self = Self(0b1111);
 
-    /// Returns the sides of `cell` that are outer walls. For a cell outside the maze these are all
-    /// sides.
+    /// Returns the sides of `cell` that are outer walls. For a cell outside the maze, all sides are
+    /// outer walls.
     pub(crate) const fn outer(size: MazeSize, cell: Cell) -> Self {
         if !size.contains(cell) {
             return Self::ALL;

@@ -1,4 +1,4 @@
-//! One connection: its input, its output, and the requests in between.
+//! A single connection with its input and output buffers.
 
 use std::io::{self, ErrorKind, Read, Write};
 
@@ -9,51 +9,51 @@ use crate::codec::handshake::SIGNATURE;
 use crate::limits::MAX_WAITING_REPLY_BYTES;
 use crate::service::Service;
 
-/// The number of bytes read at once.
+/// The maximum number of bytes in one read from a stream.
 const READ_BYTES: usize = 4 * 1024;
 
-/// The maximum number of events handled in one turn.
+/// The maximum number of decoded events that are handled in one turn.
 const MAX_EVENTS: usize = 64;
 
-/// A connection of a REP socket over a non-blocking stream, from the greeting on.
+/// A connection of a REP socket over a non-blocking stream, including the handshake.
 ///
-/// It reads and writes the stream but never waits for it. Call [`turn`](Self::turn) after
-/// [`set_ready`](Self::set_ready).
+/// The connection reads and writes the stream but never waits for it. Call [`turn`](Self::turn)
+/// after each call of [`set_ready`](Self::set_ready).
 #[derive(Debug)]
 pub struct Connection<S> {
     stream: S,
     decoder: Decoder,
-    /// Received bytes, of which the first `consumed` are decoded.
+    /// Received bytes. The first `consumed` bytes have been decoded.
     input: Vec<u8>,
     consumed: usize,
-    /// Bytes to send, of which the first `sent` are sent.
+    /// Bytes to send. The first `sent` bytes have been sent.
     output: Vec<u8>,
     sent: usize,
-    /// Whether reading the stream may succeed.
+    /// True if reading from the stream may succeed.
     is_readable: bool,
-    /// Whether writing to the stream may succeed.
+    /// True if writing to the stream may succeed.
     is_writable: bool,
 }
 
-/// The outcome of a [`Connection::turn`].
+/// The result of [`Connection::turn`].
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Turn {
-    /// Whether the connection has more to do now, rather than waiting for its stream.
+    /// True if the connection can do more work without waiting for the stream.
     pub has_more: bool,
-    /// Whether a request counted as activity, see [`Service::answer`].
+    /// True if a request counted as activity, as defined by [`Service::answer`].
     pub has_activity: bool,
 }
 
-/// Why a connection ends.
+/// The reason why a connection has ended.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DisconnectReason {
     /// The peer has closed the connection.
     #[error("closed by the peer")]
     Closed,
-    /// The peer violates the protocol.
+    /// The peer has violated the protocol.
     #[error(transparent)]
     Protocol(#[from] ProtocolError),
     /// The stream has failed.
@@ -62,7 +62,7 @@ pub enum DisconnectReason {
 }
 
 impl<S: Read + Write> Connection<S> {
-    /// Creates a connection over a stream that has just connected. Its first turn sends the greeting.
+    /// Creates a connection over a newly connected stream. The first turn sends the greeting.
     pub fn new(stream: S) -> Self {
         Self {
             stream,
@@ -92,16 +92,17 @@ impl<S: Read + Write> Connection<S> {
         self.decoder.phase()
     }
 
-    /// Returns whether bytes wait to be sent.
+    /// Returns true if bytes are waiting to be sent.
     pub const fn has_output(&self) -> bool {
         self.sent < self.output.len()
     }
 
-    /// Receives, answers at most `max_requests` requests, and sends the replies. `reply` is a buffer
-    /// for the service.
+    /// Receives bytes, answers at most `max_requests` requests, and sends the replies. `reply` is
+    /// the buffer into which the service writes each reply.
     ///
     /// # Errors
-    /// The connection has ended. Valid requests before the end are answered nevertheless.
+    /// Returns an error if the connection has ended. Valid requests received before the end are
+    /// still answered.
     pub fn turn(
         &mut self,
         max_requests: usize,
@@ -116,7 +117,8 @@ impl<S: Read + Write> Connection<S> {
         Ok(turn)
     }
 
-    /// Decodes and answers requests; returns whether there is more to do now.
+    /// Decodes and answers requests. Returns true if more work can be done without waiting for the
+    /// stream.
     fn process(
         &mut self,
         mut requests_left: usize,
@@ -134,7 +136,7 @@ impl<S: Read + Write> Connection<S> {
             let (consumed, event) = self.decoder.decode(&self.input[self.consumed..])?;
             match event {
                 Event::Incomplete => {
-                    // A reply need not wait for the bytes after its request.
+                    // Replies are sent before more input is read.
                     self.send()?;
                     if !self.receive()? {
                         return Ok(false);
@@ -167,7 +169,7 @@ impl<S: Read + Write> Connection<S> {
         push_last_frame(&mut self.output, reply);
     }
 
-    /// Receives bytes if there are any; returns whether there were.
+    /// Receives the available bytes. Returns true if any bytes were received.
     fn receive(&mut self) -> Result<bool, DisconnectReason> {
         if !self.is_readable {
             return Ok(false);
@@ -199,7 +201,7 @@ impl<S: Read + Write> Connection<S> {
     /// Sends as much output as the stream accepts now.
     ///
     /// # Errors
-    /// The connection has ended.
+    /// Returns an error if the connection has ended.
     pub fn send(&mut self) -> Result<(), DisconnectReason> {
         while self.is_writable && self.has_output() {
             match self.stream.write(&self.output[self.sent..]) {
@@ -229,13 +231,14 @@ mod tests {
     use crate::limits::MAX_REQUEST_BYTES;
     use crate::testing::{Echo, Wire};
 
-    /// Returns a connection that has received a handshake and these bytes, and its other end.
+    /// Returns a connection that will receive a handshake and `incoming`, and the peer's end of its
+    /// stream.
     fn connect(incoming: &[u8]) -> (Connection<Wire>, Wire) {
         let wire = Wire::new(incoming);
         (Connection::new(wire.clone()), wire)
     }
 
-    /// Takes turns until the connection waits for its stream.
+    /// Gives the connection turns until it has to wait for its stream.
     fn run_until_idle(connection: &mut Connection<Wire>) -> Result<(), DisconnectReason> {
         while connection.turn(8, &mut Echo::default(), &mut Vec::new())?.has_more {}
         Ok(())
@@ -246,7 +249,8 @@ mod tests {
         wire.sent().strip_prefix(&handshake[..]).unwrap().to_vec()
     }
 
-    /// Returns requests of one byte each. The replies of [`Echo`] are the same.
+    /// Returns encoded requests of one byte each. The encoded replies of [`Echo`] have the same
+    /// bytes.
     fn requests(range: std::ops::Range<u8>) -> Vec<u8> {
         range.flat_map(|n| [1, 0, 0, 1, n]).collect()
     }
@@ -288,7 +292,7 @@ mod tests {
         run_until_idle(&mut connection).unwrap();
         assert!(wire.has_incoming() && !connection.is_writable);
         assert!(connection.output.len() < MAX_WAITING_REPLY_BYTES + 2 * request.len());
-        // Nothing is lost: once the peer reads, it gets all replies.
+        // Nothing is lost: when the peer reads, it gets all replies.
         while !connection.is_writable {
             wire.set_capacity(5000);
             connection.set_ready(false, true);

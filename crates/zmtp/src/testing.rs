@@ -9,10 +9,10 @@ use crate::codec::event::ProtocolError;
 use crate::codec::handshake::GREETING;
 use crate::service::Service;
 
-/// READY of a REQ socket.
+/// The READY command of a REQ socket.
 const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
-/// A non-blocking stream in memory. The test is at the other end.
+/// A non-blocking stream in memory. The test acts as the peer.
 #[derive(Clone, Default)]
 pub(crate) struct Wire(Rc<RefCell<Ends>>);
 
@@ -26,7 +26,7 @@ struct Ends {
 }
 
 impl Wire {
-    /// Creates a stream whose incoming bytes are a handshake, then these.
+    /// Creates a stream that receives a handshake and then `incoming`.
     pub(crate) fn new(incoming: &[u8]) -> Self {
         let wire = Self::silent();
         wire.push_handshake();
@@ -61,7 +61,7 @@ impl Wire {
         !self.0.borrow().incoming.is_empty()
     }
 
-    /// Returns the bytes sent so far.
+    /// Returns all bytes that have been written to the stream.
     pub(crate) fn sent(&self) -> Vec<u8> {
         self.0.borrow().outgoing.clone()
     }
@@ -94,7 +94,7 @@ impl Write for Wire {
     }
 }
 
-/// Replies with the request. `ping` does not count as activity.
+/// A service that replies with the request. The request `ping` does not count as activity.
 #[derive(Default)]
 pub(crate) struct Echo {
     /// The number of calls of `after_round`.
