@@ -167,6 +167,20 @@ mod tests {
             }
         }
         assert!(MazeSize::new(256 + 16, 16).is_err());
+        let error = MazeSize::new(33, 0).unwrap_err().to_string();
+        assert_eq!(error, "expected a maze of 1x1 to 32x32 cells, found 33x0");
+        assert_eq!(MazeSize::MAX_AREA, 1024);
+    }
+
+    #[test]
+    fn sizes_convert_from_and_to_pairs() {
+        let size = MazeSize::try_from((3, 2)).unwrap();
+        assert_eq!((size.width(), size.height(), size.area()), (3, 2, 6));
+        assert_eq!(<(u8, u8)>::from(size), (3, 2));
+        assert_eq!(size.to_string(), "3x2");
+        assert!(MazeSize::try_from((3, 33)).is_err());
+        assert_eq!(<(u8, u8)>::from(MazeSize::CLASSIC), (16, 16));
+        assert_eq!(<(u8, u8)>::from(MazeSize::HALF_SIZE), (32, 32));
     }
 
     #[cfg(feature = "serde")]
@@ -199,6 +213,26 @@ mod tests {
         assert_eq!(size.neighbour(Cell::new(2, 1), Heading::North), None);
         assert_eq!(size.neighbour(Cell::new(2, 1), Heading::South), Some(Cell::new(2, 0)));
         assert_eq!(Cell::new(255, 255).neighbour(Heading::North), None);
-        assert_eq!(size.cells().count(), size.area());
+        for (heading, x, y) in [
+            (Heading::North, 7, 10),
+            (Heading::East, 8, 9),
+            (Heading::South, 7, 8),
+            (Heading::West, 6, 9),
+        ] {
+            assert_eq!(Cell::new(7, 9).neighbour(heading), Some(Cell::new(x, y)));
+        }
+        assert_eq!(Cell::new(255, 255).neighbour(Heading::East), None);
+        assert_eq!(Cell::new(0, 0).neighbour(Heading::South), None);
+        assert_eq!(Cell::new(0, 0).neighbour(Heading::West), None);
+    }
+
+    #[test]
+    fn cells_are_listed_row_by_row() {
+        let size = MazeSize::new(3, 2).unwrap();
+        let cells = [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)].map(|(x, y)| Cell::new(x, y));
+        assert!(size.cells().eq(cells));
+        assert!(size.cells().rev().eq(cells.into_iter().rev()));
+        assert!(size.contains(Cell::new(2, 1)));
+        assert!(!size.contains(Cell::new(3, 0)) && !size.contains(Cell::new(0, 2)));
     }
 }

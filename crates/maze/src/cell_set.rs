@@ -221,4 +221,32 @@ mod tests {
         assert!(!set.insert(Cell::new(0, 255)));
         assert_eq!(set.len(), 1);
     }
+
+    #[test]
+    fn operators_combine_sets() {
+        let set = |columns: &[u8]| columns.iter().map(|&x| Cell::new(x, 3)).collect::<CellSet>();
+        let (first, second) = (set(&[1, 2]), set(&[2, 3]));
+        assert_eq!(first | second, set(&[1, 2, 3]));
+        assert_eq!(first & second, set(&[2]));
+        assert_eq!(first - second, set(&[1]));
+        assert_eq!(CellSet::default(), CellSet::EMPTY);
+        assert!(CellSet::EMPTY.is_empty() && !first.is_empty());
+    }
+
+    #[test]
+    fn cells_are_bits_of_rows() {
+        let mut rows = [0; SIDE];
+        (rows[2], rows[31]) = (0b1010, 1 << 31);
+        let set = CellSet::from_rows(rows);
+        assert_eq!(set.rows(), &rows);
+        let cells = [(1, 2), (3, 2), (31, 31)].map(|(x, y)| Cell::new(x, y));
+        assert!(set.iter().eq(cells));
+        assert!((&set).into_iter().eq(cells));
+        let mut extended = CellSet::EMPTY;
+        extended.extend(cells);
+        assert_eq!(extended, set);
+        assert!(extended.remove(cells[1]) && !extended.remove(cells[1]));
+        let text = "{Cell { x: 1, y: 2 }, Cell { x: 31, y: 31 }}";
+        assert_eq!(format!("{extended:?}"), text);
+    }
 }

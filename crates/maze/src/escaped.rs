@@ -97,6 +97,27 @@ mod tests {
     }
 
     #[test]
+    fn only_controls_line_ends_and_marks_of_direction_are_escaped() {
+        let is_mark = |&c: &char| needs_escape(c) && !c.is_control();
+        let marks: String = ('\0'..=char::MAX).filter(is_mark).collect();
+        assert_eq!(
+            marks,
+            "\u{61c}\u{200e}\u{200f}\u{2028}\u{2029}\u{202a}\u{202b}\u{202c}\u{202d}\u{202e}\
+             \u{2066}\u{2067}\u{2068}\u{2069}"
+        );
+        assert!(needs_escape('\n') && needs_escape('\u{7f}') && !needs_escape(' '));
+    }
+
+    #[test]
+    fn excerpts_have_the_length_of_a_longer_message() {
+        let excerpt = |message: &[u8]| Excerpt::<3>::new(message).to_string();
+        assert_eq!(excerpt(b""), "an empty message");
+        assert_eq!(excerpt(b"a\"\0"), r#""a\"\x00""#);
+        assert_eq!(excerpt(b"abcd"), r#""abc"… of 4 bytes"#);
+        assert_eq!(format!("{:?}", Excerpt::<3>::new(b"ab")), r#""ab""#);
+    }
+
+    #[test]
     fn ordinary_text_is_unchanged() {
         let text = "\"ä\" \\ 'ß' 全日本\u{3000}2013 👩\u{200d}💻 e\u{301}";
         assert_eq!(Escaped(text).to_string(), text);

@@ -110,6 +110,19 @@ mod tests {
             assert_eq!(clockwise.left(), heading);
             assert_eq!(heading.back(), heading.right().right());
             assert_eq!(heading.turned(Step::Back), heading.turned(Step::Left).turned(Step::Left));
+            assert_eq!(heading.turned(Step::Front), heading);
         }
+    }
+
+    #[test]
+    fn headings_have_letters_and_names() {
+        let names = ["north", "east", "south", "west"];
+        for ((heading, letter), name) in Heading::ALL.into_iter().zip("NESW".chars()).zip(names) {
+            assert_eq!(heading.letter(), letter);
+            assert_eq!(Heading::from_letter(letter), Some(heading));
+            assert_eq!(heading.to_string(), name);
+            assert_eq!(format!("{heading:>6}"), format!("{name:>6}"));
+        }
+        assert_eq!(Heading::from_letter('n'), None);
     }
 }

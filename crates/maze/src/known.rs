@@ -241,7 +241,60 @@ mod tests {
             error,
             Contradiction { cell: corner.cell, heading: Heading::North, found: true }
         );
+        assert_eq!(
+            error.to_string(),
+            "the north side of (0, 0) is known to have no wall, but a wall was observed"
+        );
         assert_eq!(map, seen);
+    }
+
+    #[test]
+    fn the_contradiction_furthest_to_the_left_is_reported() {
+        let (mut map, pose) = (map(), Pose::new(Cell::new(1, 1), Heading::South));
+        map.observe(pose, OPEN).unwrap();
+        for (left, front, right, heading) in [
+            (true, true, true, Heading::East),
+            (false, true, true, Heading::South),
+            (false, false, true, Heading::West),
+        ] {
+            let error = map.observe(pose, WallsAround { left, front, right }).unwrap_err();
+            assert_eq!(error, Contradiction { cell: pose.cell, heading, found: true });
+        }
+    }
+
+    #[test]
+    fn repeating_an_observation_changes_nothing() {
+        let size = map().size();
+        for (walls, cell) in [
+            (Walls::closed(size), Cell::new(1, 1)),
+            (Walls::closed(size), Cell::new(2, 2)),
+            (Walls::open(size), Cell::new(1, 1)),
+            (Walls::open(size), Cell::new(2, 2)),
+        ] {
+            for heading in Heading::ALL {
+                let (mut map, pose) = (map(), Pose::new(cell, heading));
+                map.observe(pose, walls.around(pose)).unwrap();
+                let seen = map.clone();
+                map.observe(pose, walls.around(pose)).unwrap();
+                assert_eq!(map, seen);
+                for unknown in [Unknown::Open, Unknown::Closed] {
+                    assert_eq!(map.walls(unknown).around(pose), walls.around(pose));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_unexplored_map_has_the_start_and_goal_of_the_maze() {
+        let goals = [Cell::new(2, 0)].into_iter().collect();
+        let walls = Walls::closed(MazeSize::new(3, 2).unwrap());
+        let map = KnownMaze::unexplored(&Maze::new(walls, Cell::new(1, 0), goals).unwrap());
+        assert_eq!(map, KnownMaze::new(map.size(), Cell::new(1, 0), goals));
+        assert_eq!(map.size().to_string(), "3x2");
+        assert_eq!(map.start(), Pose::new(Cell::new(1, 0), Heading::North));
+        assert_eq!(map.goals(), &goals);
+        assert_eq!(map.walls(Unknown::Open), &Walls::open(map.size()));
+        assert_eq!(map.walls(Unknown::Closed), &Walls::closed(map.size()));
     }
 
     #[test]

@@ -117,7 +117,30 @@ mod tests {
             error.to_string(),
             "expected the start inside a maze of 4x3 cells, found it at (4, 0)"
         );
-        assert!(Maze::new(walls, Cell::new(0, 0), goals(0, 3)).is_err());
+        let error = Maze::new(walls, Cell::new(0, 0), goals(0, 3)).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "expected the goal inside a maze of 4x3 cells, found it at (0, 3)"
+        );
+    }
+
+    #[test]
+    fn one_wall_at_a_post_is_enough() {
+        let (north_east, south_west) = (Cell::new(1, 1), Cell::new(0, 0));
+        for (cell, heading, touches) in [
+            (north_east, Heading::South, true),
+            (north_east, Heading::West, true),
+            (south_west, Heading::North, true),
+            (south_west, Heading::East, true),
+            (north_east, Heading::North, false),
+            (north_east, Heading::East, false),
+        ] {
+            let mut walls = Walls::open(MazeSize::new(5, 5).unwrap());
+            walls.set(cell, heading, true);
+            let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
+            let is_free = maze.posts_without_wall().any(|post| post == north_east);
+            assert_eq!(is_free, !touches, "{cell} {heading}");
+        }
     }
 
     #[test]

@@ -169,6 +169,44 @@ mod tests {
         insta::assert_snapshot!(error(MAZE, ""), @"line 1, column 1: expected the picture of a maze of 1x1 to 32x32 cells");
     }
 
+    #[test]
+    fn each_wall_and_post_has_its_place_in_errors() {
+        let error = |from: &str, to: &str| {
+            assert!(MAZE.contains(from));
+            let error = MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err();
+            (error.line, error.column, error.expected)
+        };
+        let (post, end) = (r#"a post "o""#, "the end of the line");
+        let (outer_row, outer_side) = (r#"the outer wall, "---""#, r#"the outer wall, "|""#);
+        assert_eq!(error("o---o", "x---o"), (1, 1, post));
+        assert_eq!(error("o---o", "o---x"), (1, 5, post));
+        assert_eq!(error("---o\n", "---x\n"), (1, 9, post));
+        assert_eq!(error("o---o---o", "o---o- -o"), (1, 6, outer_row));
+        assert_eq!(error("|\no---o---o\n", "|\no- -o---o\n"), (5, 2, outer_row));
+        assert_eq!(error("| G |SG |", "| G xSG |"), (2, 5, r#""|" or a space"#));
+        assert_eq!(error("SG |", "SG x"), (2, 9, outer_side));
+        assert_eq!(error("SG |", "SG |x"), (2, 10, end));
+        assert_eq!(error("o   o---o\n", "o   o---ox\n"), (3, 10, end));
+        let unwalled = MAZE.replacen('|', " ", 1) + "|\n";
+        let error = unwalled.parse::<Maze>().unwrap_err();
+        assert_eq!((error.line, error.column, error.expected), (2, 1, outer_side));
+        // Blank lines count.
+        let error = ("\n\n".to_string() + "o\n").parse::<Maze>().unwrap_err();
+        assert_eq!((error.line, error.column), (3, 1));
+        let wide = format!("o{}\n|\n", "---o".repeat(33)).parse::<Maze>().unwrap_err();
+        assert_eq!(wide.expected, "the picture of a maze of 1x1 to 32x32 cells");
+    }
+
+    #[test]
+    fn a_picture_without_marks_has_the_default_start_and_goal() {
+        let maze: Maze = MAZE.replace(" G ", "   ").replace("SG ", "   ").parse().unwrap();
+        assert_eq!(maze.start().cell, Cell::new(0, 0));
+        assert_eq!(maze.goals(), &maze.size().central_cells());
+        let maze: Maze = MAZE.parse().unwrap();
+        assert_eq!(maze.start().cell, Cell::new(1, 1));
+        assert!(maze.goals().iter().eq([Cell::new(0, 1), Cell::new(1, 1)]));
+    }
+
     proptest! {
         #[test]
         fn a_damaged_picture_is_another_maze_or_an_error_in_the_text(

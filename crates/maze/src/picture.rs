@@ -294,6 +294,33 @@ mod tests {
     }
 
     #[test]
+    fn cells_have_room_for_the_longest_number() {
+        let maze = maze();
+        for (number, line) in [
+            (999, "|999 999 999|"),
+            (1000, "|1000 1000 1000|"),
+            (9999, "|9999 9999 9999|"),
+            (10_000, "|10000 10000 10000|"),
+        ] {
+            let numbers = |_| Some(number);
+            let picture = maze.picture().with_numbers(&numbers);
+            assert_eq!(picture.to_string().lines().nth(1), Some(line));
+            assert_eq!(format!("{picture:?}"), picture.to_string());
+        }
+    }
+
+    #[test]
+    fn the_arrow_points_where_the_mouse_faces() {
+        let maze = maze();
+        for (heading, arrow) in Heading::ALL.into_iter().zip(["^", ">", "v", "<"]) {
+            let pose = Pose::new(Cell::new(1, 0), heading);
+            let picture = maze.picture().with_mouse(pose).to_string();
+            let line = format!("| S | {arrow}   G |");
+            assert_eq!(picture.lines().nth(3), Some(line.as_str()));
+        }
+    }
+
+    #[test]
     fn a_compact_picture_has_one_line_per_row() {
         let maze = maze();
         let mut map = KnownMaze::unexplored(&maze);

@@ -49,5 +49,6 @@ mod tests {
         assert_eq!(ends[2], Pose::new(Cell::new(5, 4), Heading::South));
         assert_eq!(ends[3], Pose::new(Cell::new(4, 5), Heading::West));
         assert_eq!(Pose::new(Cell::new(0, 0), Heading::North).after(Step::Left), None);
+        assert_eq!(pose.to_string(), "(5, 5) heading east");
     }
 }

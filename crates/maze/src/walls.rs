@@ -265,6 +265,62 @@ mod tests {
     }
 
     #[test]
+    fn a_mouse_observes_the_walls_that_it_records() {
+        for heading in Heading::ALL {
+            for bits in 0..8 {
+                let [left, front, right] = [1, 2, 4].map(|bit| bits & bit != 0);
+                let around = WallsAround { left, front, right };
+                let sides = Sides::from_walls_around(heading, around);
+                assert_eq!(sides.around(heading), around);
+                assert_eq!(sides.has(heading.left()), left);
+                assert!(!sides.has(heading.back()), "{heading}");
+            }
+        }
+    }
+
+    #[test]
+    fn sides_are_bits_from_north_clockwise() {
+        let mut walls = Walls::open(MazeSize::new(3, 3).unwrap());
+        walls.set(Cell::new(0, 0), Heading::East, true);
+        let bits = |x, y| walls.sides(Cell::new(x, y)).bits();
+        assert_eq!([bits(0, 0), bits(1, 0), bits(2, 2), bits(1, 1)], [0b1110, 0b1100, 0b0011, 0]);
+        assert_eq!([bits(3, 0), bits(0, 3)], [0b1111; 2]);
+        assert_eq!(Sides::from_bits(0b11_0101).bits(), 0b0101);
+        let headings = Heading::ALL.map(|heading| Sides::from_bits(0b0110).has(heading));
+        assert_eq!(headings, [false, true, true, false]);
+        let (first, second) = (Sides::from_bits(0b0011), Sides::from_bits(0b0110));
+        assert_eq!(first.or(second).bits(), 0b0111);
+        assert_eq!(first.and(second).bits(), 0b0010);
+        assert_eq!(first.without(second).bits(), 0b0001);
+    }
+
+    #[test]
+    fn rows_hold_only_inner_walls() {
+        let size = MazeSize::new(3, 2).unwrap();
+        let walls = Walls::from_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE]);
+        assert_eq!(walls.size(), size);
+        assert_eq!(walls, Walls::closed(size));
+        let (mut north, mut east) = ([0; SIDE], [0; SIDE]);
+        (north[0], east[0], east[1]) = (0b111, 0b11, 0b11);
+        assert_eq!((walls.north_rows(), walls.east_rows()), (&north, &east));
+        (north[0], east[0], east[1]) = (0b010, 0b01, 0b10);
+        let walls = Walls::from_rows(size, north, east);
+        assert!(walls.has(Cell::new(1, 0), Heading::North));
+        assert!(walls.has(Cell::new(0, 0), Heading::East));
+        assert!(walls.has(Cell::new(2, 1), Heading::West));
+        assert!(!walls.has(Cell::new(0, 1), Heading::East));
+    }
+
+    #[test]
+    fn open_neighbours_are_listed_from_north_clockwise() {
+        let (mut walls, cell) = (Walls::open(MazeSize::new(3, 3).unwrap()), Cell::new(1, 1));
+        let neighbours = [(1, 2), (2, 1), (1, 0), (0, 1)].map(|(x, y)| Cell::new(x, y));
+        assert!(walls.open_neighbours(cell).eq(neighbours));
+        walls.set(cell, Heading::East, true);
+        assert!(walls.open_neighbours(cell).eq([neighbours[0], neighbours[2], neighbours[3]]));
+    }
+
+    #[test]
     fn a_closed_maze_has_every_wall() {
         let walls = Walls::closed(MazeSize::HALF_SIZE);
         for cell in MazeSize::HALF_SIZE.cells() {

@@ -274,6 +274,50 @@ mod tests {
     }
 
     #[test]
+    fn turn_with_nothing_left_has_no_more() {
+        let (mut connection, wire) = connect(&requests(0..8));
+        let turn = connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        assert_eq!(turn, Turn { has_more: false, has_activity: true });
+        assert_eq!(replies(&wire), requests(0..8));
+        // A message without an envelope is ignored, and a turn handles a limited number of messages.
+        wire.push(&b"\0\0".repeat(2 * MAX_EVENTS));
+        connection.set_ready(true, false);
+        let turn = connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        assert_eq!(turn, Turn { has_more: true, has_activity: false });
+        assert!(connection.consumed <= 2 * MAX_EVENTS);
+        run_until_idle(&mut connection).unwrap();
+        assert!(connection.input.is_empty());
+    }
+
+    #[test]
+    fn interrupted_calls_are_repeated_and_other_errors_end_the_connection() {
+        let (mut connection, wire) = connect(&requests(0..1));
+        // The first call is a write, and the first call after the second request a read.
+        wire.fail([ErrorKind::Interrupted; 2]);
+        run_until_idle(&mut connection).unwrap();
+        wire.push(&requests(1..2));
+        wire.fail([ErrorKind::Interrupted; 2]);
+        connection.set_ready(true, false);
+        run_until_idle(&mut connection).unwrap();
+        assert_eq!(replies(&wire), requests(0..2));
+        wire.fail([ErrorKind::ConnectionReset]);
+        connection.set_ready(true, false);
+        let error = run_until_idle(&mut connection).unwrap_err();
+        assert!(matches!(error, DisconnectReason::Stream(_)));
+        wire.set_capacity(0);
+        wire.push(&requests(2..3));
+        connection.set_ready(true, true);
+        run_until_idle(&mut connection).unwrap();
+        assert!(connection.has_output() && !connection.is_writable);
+        connection.set_ready(false, true);
+        wire.fail([ErrorKind::BrokenPipe, ErrorKind::WriteZero]);
+        assert!(matches!(connection.send(), Err(DisconnectReason::Stream(_))));
+        assert!(matches!(connection.send(), Err(DisconnectReason::Closed)));
+        assert_eq!(DisconnectReason::Closed.to_string(), "closed by the peer");
+        assert_eq!(connection.into_stream().sent(), wire.sent());
+    }
+
+    #[test]
     fn service_decides_what_counts_as_activity() {
         let (mut connection, wire) = connect(b"\x01\0\0\x04ping");
         let mut turn = || connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();

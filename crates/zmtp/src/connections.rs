@@ -213,6 +213,7 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+    use crate::codec::handshake::{GREETING, READY};
     use crate::limits::{MAX_REQUEST_BYTES, SILENCE};
     use crate::testing::{Echo, Wire};
 
@@ -291,6 +292,7 @@ mod tests {
         send(&mut connections, ids[0], &silent, &frame, start);
         send(&mut connections, ids[1], &active, &frame, start);
         let id = ids[1];
+        assert!(connections.has_unready());
         assert_eq!(connections.deadline(), Some(start + OVERSIZED_TIME));
         send(&mut connections, id, &active, REQUEST, start + OVERSIZED_TIME.saturating_sub(MS));
         assert!(active.sent().ends_with(REQUEST));
@@ -357,17 +359,41 @@ mod tests {
     }
 
     #[test]
+    fn client_that_reads_its_replies_is_not_silent() {
+        for (capacity, is_readable, is_writable, has_room) in
+            [(91, false, true, false), (91, true, false, true), (usize::MAX, false, true, true)]
+        {
+            let (start, mut connections) = (Instant::now(), Connections::new());
+            let wire = Wire::new(REQUEST);
+            wire.set_capacity(capacity);
+            let id = add(&mut connections, &wire, start);
+            serve(&mut connections, start);
+            let before = start + SILENCE.saturating_sub(MS);
+            connections.set_ready(id, is_readable, is_writable, before);
+            serve(&mut connections, before);
+            let now = start + SILENCE;
+            let found = connections.make_room(Some(HERE), &mut Echo::default(), now);
+            assert_eq!(found, has_room, "{capacity} {is_readable} {is_writable}");
+        }
+    }
+
+    #[test]
     fn clients_take_turns() {
         let (start, mut connections) = (Instant::now(), Connections::new());
         let wires = [(); 2].map(|()| Wire::new(&REQUEST.repeat(100)));
         for wire in &wires {
             add(&mut connections, wire, start);
         }
-        for _ in 0..20 {
+        let handshake = GREETING.len() + READY.len();
+        for requests in 1..=20 {
             connections.serve(&mut Echo::default(), start);
-            let [first, second] = wires.each_ref().map(|wire| wire.sent().len());
-            assert!(first.abs_diff(second) <= MAX_REQUESTS_IN_A_ROW * REQUEST.len());
+            let sent = wires.each_ref().map(|wire| wire.sent().len() - handshake);
+            assert_eq!(sent, [requests * REQUEST.len(); 2]);
         }
+        let (mut connections, wire) = (Connections::new(), Wire::new(&REQUEST.repeat(100)));
+        add(&mut connections, &wire, start);
+        connections.serve(&mut Echo::default(), start);
+        assert_eq!(wire.sent().len() - handshake, MAX_REQUESTS_IN_A_ROW * REQUEST.len());
     }
 
     #[test]
@@ -382,5 +408,13 @@ mod tests {
         connections.set_ready(id, false, true, start);
         assert!(!connections.flush() && !connections.is_busy());
         assert!(wire.sent().ends_with(REQUEST));
+        let failed = Wire::new(REQUEST);
+        failed.set_capacity(91);
+        let id = add(&mut connections, &failed, start);
+        serve(&mut connections, start);
+        connections.set_ready(id, false, true, start);
+        failed.fail([std::io::ErrorKind::BrokenPipe]);
+        assert!(!connections.flush());
+        assert_eq!(connections.len(), 1);
     }
 }

@@ -252,3 +252,46 @@ impl RepServer {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Read, Write};
+    use std::net::TcpStream;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::thread;
+
+    use super::*;
+    use crate::bind::listen;
+    use crate::codec::handshake::{GREETING, READY};
+    use crate::testing::{Echo, REQ_READY};
+
+    /// Reads until the server closes the connection, or fails after a timeout.
+    fn read_to_end(mut stream: TcpStream) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        stream.read_to_end(&mut bytes).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn server_answers_disconnects_and_stops() {
+        let mut server = RepServer::new(listen("127.0.0.1", 0).unwrap()).unwrap();
+        let address = server.local_address().unwrap();
+        let (waker, is_stopping) = (server.waker(), Arc::new(AtomicBool::new(false)));
+        let flag = Arc::clone(&is_stopping);
+        let thread = thread::spawn(move || {
+            let mut echo = Echo::default();
+            server.run(&mut echo, || flag.load(Ordering::Acquire)).map(|()| echo.rounds)
+        });
+        let mut invalid = TcpStream::connect(address).unwrap();
+        invalid.write_all(b"GET / HTTP/1.1\r\n").unwrap();
+        assert_eq!(read_to_end(invalid), GREETING[..10]);
+        let mut client = TcpStream::connect(address).unwrap();
+        client.write_all(&[&GREETING[..], REQ_READY, b"\x01\0\0\x01a"].concat()).unwrap();
+        is_stopping.store(true, Ordering::Release);
+        waker.wake();
+        let rounds = thread.join().unwrap().unwrap();
+        assert!(rounds > 0, "`after_round` was not called");
+        assert_eq!(read_to_end(client), [&GREETING[..], READY, b"\x01\0\0\x01a"].concat());
+    }
+}

@@ -10,7 +10,7 @@ use crate::codec::handshake::GREETING;
 use crate::service::Service;
 
 /// The READY command of a REQ socket.
-const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
+pub(crate) const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
 /// A non-blocking stream in memory. The test acts as the peer.
 #[derive(Clone, Default)]
@@ -23,6 +23,8 @@ struct Ends {
     /// The number of bytes that can be written before the stream would block.
     capacity: usize,
     is_closed: bool,
+    /// The errors that the next reads and writes return.
+    errors: VecDeque<ErrorKind>,
 }
 
 impl Wire {
@@ -53,6 +55,11 @@ impl Wire {
         self.0.borrow_mut().is_closed = true;
     }
 
+    /// Makes the next reads and writes fail with these errors.
+    pub(crate) fn fail(&self, errors: impl IntoIterator<Item = ErrorKind>) {
+        self.0.borrow_mut().errors.extend(errors);
+    }
+
     pub(crate) fn set_capacity(&self, bytes: usize) {
         self.0.borrow_mut().capacity = bytes;
     }
@@ -70,6 +77,9 @@ impl Wire {
 impl Read for Wire {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let mut ends = self.0.borrow_mut();
+        if let Some(error) = ends.errors.pop_front() {
+            return Err(error.into());
+        }
         if ends.incoming.is_empty() && !ends.is_closed {
             return Err(ErrorKind::WouldBlock.into());
         }
@@ -80,6 +90,11 @@ impl Read for Wire {
 impl Write for Wire {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let mut ends = self.0.borrow_mut();
+        match ends.errors.pop_front() {
+            Some(ErrorKind::WriteZero) => return Ok(0),
+            Some(error) => return Err(error.into()),
+            None => {}
+        }
         let count = bytes.len().min(ends.capacity);
         if count == 0 {
             return Err(ErrorKind::WouldBlock.into());

@@ -181,6 +181,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::codec::frame::{COMMAND, push_last_frame, push_pong};
     use crate::codec::handshake::GREETING;
+    use crate::limits::MAX_COMMAND_BYTES;
 
     const REQ: &[u8] = b"\x04\x26\x05READY\x0bSocket-Type\0\0\0\x03REQ\x08Identity\0\0\0\0";
 
@@ -275,6 +276,7 @@ pub(crate) mod tests {
         for flags in [8, 0x80, COMMAND | 1] {
             assert_eq!(last_event(&[flags]), ProtocolError::Flags(flags).to_string());
         }
+        assert_eq!(last_event(&[8]), "expected frame flags 0, 1, 2, 3, 4 or 6, found 0x08");
         let max = (MAX_REQUEST_BYTES as u64).to_be_bytes();
         let longest = [&b"\x01\0\x02"[..], &max, &vec![7; MAX_REQUEST_BYTES]].concat();
         let mut last = vec![7; MAX_KEPT_BYTES];
@@ -304,6 +306,22 @@ pub(crate) mod tests {
         );
         let envelope = [&b"\x01\xff"[..], &[7; 255]].concat().repeat(16);
         assert_eq!(last_event(&envelope), ProtocolError::EnvelopeTooLong.to_string());
+        // The envelope may have 4096 bytes: 15 frames, one that fills it up, and an empty frame.
+        let with_last = |length: u8| {
+            let last =
+                [vec![1, length], vec![7; length.into()], b"\x01\0\0\x01x".to_vec()].concat();
+            last_event(&[&envelope[..15 * 257], &last].concat())
+        };
+        let request = format!("{:?}", Event::Request { last: b"x".into(), frames: 1 });
+        assert_eq!(with_last(237), request);
+        assert_eq!(with_last(238), ProtocolError::EnvelopeTooLong.to_string());
+        let command = |length: u64| {
+            let body = [&b"\x01X"[..], &[7; MAX_COMMAND_BYTES]].concat();
+            let length_bytes = length.to_be_bytes();
+            last_event(&[b"\x06", &length_bytes[..], &body[..4096]].concat())
+        };
+        assert_eq!(command(4096), "Ignored");
+        assert_eq!(command(4097), "expected a frame of at most 4096 bytes, found 4097");
         let (found, decoder) = after_handshake(&[b"\x01\0".repeat(100_000), vec![0, 0]].concat());
         assert!(found.last().unwrap().ends_with("frames: 100000 }"));
         assert_eq!(decoder.envelope.len(), 2, "the envelope does not grow with the body");
@@ -366,6 +384,9 @@ pub(crate) mod tests {
         push_last_frame(&mut output, b"ok");
         push_pong(&mut output, b"abc");
         assert_eq!(output, b"\0\x02ok\x04\x08\x04PONGabc");
+        output.clear();
+        push_last_frame(&mut output, &[7; 255]);
+        assert_eq!(output, [&[0, 255][..], &[7; 255]].concat());
         output.clear();
         push_last_frame(&mut output, &[7; 256]);
         assert_eq!(output[..10], *b"\x02\0\0\0\0\0\0\x01\0\x07");

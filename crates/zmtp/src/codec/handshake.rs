@@ -144,6 +144,21 @@ mod tests {
         let mut later = GREETING;
         (later[VERSION], later[VERSION + 1]) = (4, 7);
         assert_eq!(events(&mut Decoder::default(), &later).len(), 3);
+        // The flag for the server and the reserved bytes have no meaning without a mechanism.
+        (later[VERSION - 2], later[32]) = (7, 1);
+        assert_eq!(events(&mut Decoder::default(), &later).len(), 3);
+        later[VERSION] = 0;
+        let events = events(&mut Decoder::default(), &later);
+        assert_eq!(events.last(), Some(&ProtocolError::Greeting.to_string()));
+    }
+
+    #[test]
+    fn dealer_is_accepted_like_req() {
+        let mut decoder = Decoder::default();
+        let ready = b"\x04\x1c\x05READY\x0bSOCKET-TYPE\0\0\0\x06DEALER";
+        let events = events(&mut decoder, &[&GREETING[..], ready].concat());
+        assert_eq!(events.last().unwrap(), "Ready");
+        assert_eq!(decoder.phase(), Phase::Ready);
     }
 
     #[test]
