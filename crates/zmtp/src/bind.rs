@@ -58,9 +58,8 @@ fn resolve(host: &str, port: u16) -> io::Result<SocketAddr> {
         "*" => "0.0.0.0",
         host => host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host),
     };
-    let mut addresses = (host, port).to_socket_addrs()?.collect::<Vec<_>>();
-    addresses.sort_by_key(SocketAddr::is_ipv6);
-    addresses.first().copied().ok_or(ErrorKind::NotFound.into())
+    let addresses = (host, port).to_socket_addrs()?;
+    addresses.min_by_key(SocketAddr::is_ipv6).ok_or(ErrorKind::NotFound.into())
 }
 
 #[cfg(test)]

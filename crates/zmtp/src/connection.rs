@@ -2,10 +2,7 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 
-use crate::codec::decoder::{Decoder, Phase};
-use crate::codec::event::{Event, ProtocolError};
-use crate::codec::frame::{push_last_frame, push_pong};
-use crate::codec::handshake::SIGNATURE;
+use crate::codec::{Decoder, Event, Phase, ProtocolError, SIGNATURE, push_last_frame, push_pong};
 use crate::limits::MAX_WAITING_REPLY_BYTES;
 use crate::service::Service;
 
@@ -26,9 +23,8 @@ pub struct Connection<S> {
     /// Received bytes. The first `consumed` bytes have been decoded.
     input: Vec<u8>,
     consumed: usize,
-    /// Bytes to send. The first `sent` bytes have been sent.
+    /// Bytes to send.
     output: Vec<u8>,
-    sent: usize,
     /// True if reading from the stream may succeed.
     is_readable: bool,
     /// True if writing to the stream may succeed.
@@ -70,7 +66,6 @@ impl<S: Read + Write> Connection<S> {
             input: Vec::new(),
             consumed: 0,
             output: SIGNATURE.to_vec(),
-            sent: 0,
             is_readable: true,
             is_writable: true,
         }
@@ -94,11 +89,10 @@ impl<S: Read + Write> Connection<S> {
 
     /// Returns true if bytes are waiting to be sent.
     pub const fn has_output(&self) -> bool {
-        self.sent < self.output.len()
+        !self.output.is_empty()
     }
 
-    /// Receives bytes, answers at most `max_requests` requests, and sends the replies. `reply` is
-    /// the buffer into which the service writes each reply.
+    /// Receives bytes, answers at most `max_requests` requests, and sends the replies.
     ///
     /// # Errors
     /// Returns an error if the connection has ended. Valid requests received before the end are
@@ -107,30 +101,23 @@ impl<S: Read + Write> Connection<S> {
         &mut self,
         max_requests: usize,
         service: &mut impl Service,
-        reply: &mut Vec<u8>,
     ) -> Result<Turn, DisconnectReason> {
-        let mut turn = Turn::default();
-        let result = self.process(max_requests, service, reply, &mut turn.has_activity);
-        let sent = self.send();
-        turn.has_more = result?;
-        sent?;
-        Ok(turn)
+        let turn = self.process(max_requests, service);
+        self.send().and(turn)
     }
 
-    /// Decodes and answers requests. Returns true if more work can be done without waiting for the
-    /// stream.
+    /// Receives bytes and answers requests, but does not send the last replies.
     fn process(
         &mut self,
         mut requests_left: usize,
         service: &mut impl Service,
-        reply: &mut Vec<u8>,
-        has_activity: &mut bool,
-    ) -> Result<bool, DisconnectReason> {
+    ) -> Result<Turn, DisconnectReason> {
+        let (mut turn, mut reply) = (Turn::default(), Vec::new());
         for _ in 0..MAX_EVENTS {
-            if self.output.len() - self.sent >= MAX_WAITING_REPLY_BYTES {
+            if self.output.len() >= MAX_WAITING_REPLY_BYTES {
                 self.send()?;
                 if !self.is_writable {
-                    return Ok(false);
+                    return Ok(turn);
                 }
             }
             let (consumed, event) = self.decoder.decode(&self.input[self.consumed..])?;
@@ -139,29 +126,31 @@ impl<S: Read + Write> Connection<S> {
                     // Replies are sent before more input is read.
                     self.send()?;
                     if !self.receive()? {
-                        return Ok(false);
+                        return Ok(turn);
                     }
                 }
                 Event::Ignored | Event::Ready => {}
                 Event::Send(bytes) => self.output.extend_from_slice(bytes),
                 Event::Ping { context } => push_pong(&mut self.output, context),
                 Event::Request { last, frames } => {
-                    *has_activity |= service.answer(&last, frames, reply);
-                    self.push_reply(reply);
+                    turn.has_activity |= service.answer(&last, frames, &mut reply);
+                    self.push_reply(&reply);
                     requests_left = requests_left.saturating_sub(1);
                 }
                 Event::Oversized(error) => {
-                    service.refuse(&error, reply);
-                    self.push_reply(reply);
+                    service.refuse(&error, &mut reply);
+                    self.push_reply(&reply);
                 }
             }
             self.consumed += consumed;
             if requests_left == 0 {
                 self.send()?;
-                return Ok(self.consumed < self.input.len() || self.receive()?);
+                turn.has_more = self.consumed < self.input.len() || self.receive()?;
+                return Ok(turn);
             }
         }
-        Ok(true)
+        turn.has_more = true;
+        Ok(turn)
     }
 
     fn push_reply(&mut self, reply: &[u8]) {
@@ -169,7 +158,7 @@ impl<S: Read + Write> Connection<S> {
         push_last_frame(&mut self.output, reply);
     }
 
-    /// Receives the available bytes. Returns true if any bytes were received.
+    /// Receives the available bytes. Returns false if the stream has to become readable first.
     fn receive(&mut self) -> Result<bool, DisconnectReason> {
         if !self.is_readable {
             return Ok(false);
@@ -178,16 +167,12 @@ impl<S: Read + Write> Connection<S> {
         self.consumed = 0;
         let start = self.input.len();
         self.input.resize(start + READ_BYTES, 0);
-        let result = loop {
-            match self.stream.read(&mut self.input[start..]) {
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                result => break result,
-            }
-        };
+        let result = self.stream.read(&mut self.input[start..]);
         self.input.truncate(start + result.as_ref().map_or(0, |&count| count));
         match result {
             Ok(0) => Err(DisconnectReason::Closed),
             Ok(_) => Ok(true),
+            Err(error) if error.kind() == ErrorKind::Interrupted => Ok(true),
             Err(error) if error.kind() == ErrorKind::WouldBlock => {
                 self.is_readable = false;
                 // An idle connection keeps no more memory than a usual request needs.
@@ -204,21 +189,16 @@ impl<S: Read + Write> Connection<S> {
     /// Returns an error if the connection has ended.
     pub fn send(&mut self) -> Result<(), DisconnectReason> {
         while self.is_writable && self.has_output() {
-            match self.stream.write(&self.output[self.sent..]) {
+            match self.stream.write(&self.output) {
                 Ok(0) => return Err(DisconnectReason::Closed),
-                Ok(count) => self.sent += count,
+                Ok(count) => drop(self.output.drain(..count)),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => self.is_writable = false,
                 Err(error) => return Err(error.into()),
             }
         }
         if !self.has_output() {
-            self.output.clear();
             self.output.shrink_to(READ_BYTES);
-            self.sent = 0;
-        } else if self.sent >= READ_BYTES {
-            self.output.drain(..self.sent);
-            self.sent = 0;
         }
         Ok(())
     }
@@ -240,7 +220,7 @@ mod tests {
 
     /// Gives the connection turns until it has to wait for its stream.
     fn run_until_idle(connection: &mut Connection<Wire>) -> Result<(), DisconnectReason> {
-        while connection.turn(8, &mut Echo::default(), &mut Vec::new())?.has_more {}
+        while connection.turn(8, &mut Echo::default())?.has_more {}
         Ok(())
     }
 
@@ -258,7 +238,7 @@ mod tests {
     #[test]
     fn requests_are_answered_in_order_and_limited_in_each_turn() {
         let (mut connection, wire) = connect(&requests(0..100));
-        let turn = connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        let turn = connection.turn(8, &mut Echo::default()).unwrap();
         assert_eq!(turn, Turn { has_more: true, has_activity: true });
         assert_eq!(replies(&wire), requests(0..8));
         run_until_idle(&mut connection).unwrap();
@@ -276,13 +256,13 @@ mod tests {
     #[test]
     fn turn_with_nothing_left_has_no_more() {
         let (mut connection, wire) = connect(&requests(0..8));
-        let turn = connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        let turn = connection.turn(8, &mut Echo::default()).unwrap();
         assert_eq!(turn, Turn { has_more: false, has_activity: true });
         assert_eq!(replies(&wire), requests(0..8));
         // A message without an envelope is ignored, and a turn handles a limited number of messages.
         wire.push(&b"\0\0".repeat(2 * MAX_EVENTS));
         connection.set_ready(true, false);
-        let turn = connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        let turn = connection.turn(8, &mut Echo::default()).unwrap();
         assert_eq!(turn, Turn { has_more: true, has_activity: false });
         assert!(connection.consumed <= 2 * MAX_EVENTS);
         run_until_idle(&mut connection).unwrap();
@@ -320,11 +300,11 @@ mod tests {
     #[test]
     fn service_decides_what_counts_as_activity() {
         let (mut connection, wire) = connect(b"\x01\0\0\x04ping");
-        let mut turn = || connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        let mut turn = || connection.turn(8, &mut Echo::default()).unwrap();
         assert_eq!(turn(), Turn::default());
         wire.push(b"\x01\0\0\x01a\x01\0\0\x04ping");
         connection.set_ready(true, true);
-        let turn = connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        let turn = connection.turn(8, &mut Echo::default()).unwrap();
         assert!(turn.has_activity && !turn.has_more);
     }
 

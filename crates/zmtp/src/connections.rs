@@ -4,7 +4,6 @@
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::fmt;
 use std::io::{Read, Write};
-use std::mem;
 use std::net::IpAddr;
 use std::time::Instant;
 
@@ -22,7 +21,6 @@ const MAX_REQUESTS_IN_A_ROW: usize = 8;
 /// The connections of a server over streams of type `S`.
 pub(crate) struct Connections<S> {
     entries: HashMap<usize, Entry<S>>,
-    next_id: usize,
     /// The connections that may have work to do, in the order of their turns. Each connection
     /// occurs at most once.
     queue: VecDeque<usize>,
@@ -30,15 +28,11 @@ pub(crate) struct Connections<S> {
     deadlines: BTreeSet<(Instant, usize)>,
     /// The streams of closed connections that the server has not deregistered yet.
     pub(crate) closed: Vec<S>,
-    /// The buffer into which the service writes each reply.
-    reply: Vec<u8>,
 }
 
 struct Entry<S> {
     connection: Connection<S>,
     activity: Activity,
-    /// The phase of the connection after its latest turn.
-    phase: Phase,
     /// The time at which the connection is closed, unless it becomes ready first.
     deadline: Option<Instant>,
     is_queued: bool,
@@ -48,11 +42,9 @@ impl<S: Read + Write> Connections<S> {
     pub(crate) fn new() -> Self {
         Self {
             entries: HashMap::new(),
-            next_id: 0,
             queue: VecDeque::new(),
             deadlines: BTreeSet::new(),
             closed: Vec::new(),
-            reply: Vec::new(),
         }
     }
 
@@ -60,19 +52,12 @@ impl<S: Read + Write> Connections<S> {
         self.entries.len()
     }
 
-    /// Returns the identifier that the next connection will get.
-    pub(crate) const fn next_id(&self) -> usize {
-        self.next_id
-    }
-
-    /// Adds a client that has just connected.
-    pub(crate) fn add(&mut self, stream: S, address: IpAddr, now: Instant) {
-        let (id, deadline) = (self.next_id, now + HANDSHAKE_TIME);
-        self.next_id += 1;
+    /// Adds a client that has just connected, with an identifier that is not in use.
+    pub(crate) fn add(&mut self, id: usize, stream: S, address: IpAddr, now: Instant) {
+        let deadline = now + HANDSHAKE_TIME;
         let entry = Entry {
             connection: Connection::new(stream),
             activity: Activity::new(address, now),
-            phase: Phase::Handshake,
             deadline: Some(deadline),
             is_queued: true,
         };
@@ -163,7 +148,8 @@ impl<S: Read + Write> Connections<S> {
     fn give_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
         let Some(entry) = self.entries.get_mut(&id) else { return false };
         let max_requests = if self.queue.is_empty() { MAX_REQUESTS_IN_A_ROW } else { 1 };
-        let turn = match entry.connection.turn(max_requests, service, &mut self.reply) {
+        let old_phase = entry.connection.phase();
+        let turn = match entry.connection.turn(max_requests, service) {
             Ok(turn) => turn,
             Err(reason) => {
                 self.close(id, reason);
@@ -174,7 +160,7 @@ impl<S: Read + Write> Connections<S> {
             entry.activity.record_request(now);
         }
         let phase = entry.connection.phase();
-        if phase != mem::replace(&mut entry.phase, phase) {
+        if phase != old_phase {
             if let Some(deadline) = entry.deadline.take() {
                 self.deadlines.remove(&(deadline, id));
             }
@@ -231,8 +217,8 @@ mod tests {
     }
 
     fn add(connections: &mut Connections<Wire>, wire: &Wire, now: Instant) -> usize {
-        let id = connections.next_id();
-        connections.add(wire.clone(), HERE, now);
+        let id = connections.entries.keys().max().map_or(0, |id| id + 1);
+        connections.add(id, wire.clone(), HERE, now);
         id
     }
 

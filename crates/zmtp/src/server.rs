@@ -18,8 +18,6 @@ use crate::timers::{AcceptBackoff, Drain};
 
 const LISTENER: Token = Token(0);
 const WAKER: Token = Token(1);
-/// The token of the first connection.
-const FIRST_CONNECTION: usize = 2;
 
 /// The maximum number of connections that wait to be accepted. The operating system may allow
 /// fewer.
@@ -43,6 +41,8 @@ pub struct RepServer {
     listener: mio::net::TcpListener,
     connections: Connections<TcpStream>,
     accept: AcceptBackoff,
+    /// The identifier and token of the next connection.
+    next_id: usize,
     waker: Waker,
     has_warned: bool,
 }
@@ -76,6 +76,7 @@ impl RepServer {
             listener,
             connections: Connections::new(),
             accept: AcceptBackoff::new(),
+            next_id: WAKER.0 + 1,
             waker,
             has_warned: false,
         })
@@ -119,7 +120,14 @@ impl RepServer {
             }
             self.serve_round(service);
         }
-        self.flush(drain.linger_deadline())
+        // Sends the last replies.
+        while self.connections.flush()
+            && let Some(left) = drain.linger_left(Instant::now())
+        {
+            self.accept.is_pending = false;
+            self.wait(Some(left))?;
+        }
+        Ok(())
     }
 
     /// Waits for an event, for the waker or for the next deadline, but no longer than `max`.
@@ -145,17 +153,12 @@ impl RepServer {
             match event.token() {
                 WAKER => {}
                 LISTENER => self.accept.is_pending = true,
-                Token(token) => {
+                Token(id) => {
                     // Errors appear when the stream is read or written.
                     let is_closed = event.is_error() || event.is_read_closed();
-                    let (readable, writable) = (event.is_readable(), event.is_writable());
-                    let id = token - FIRST_CONNECTION;
-                    self.connections.set_ready(
-                        id,
-                        readable || is_closed,
-                        writable || is_closed,
-                        now,
-                    );
+                    let is_readable = event.is_readable() || is_closed;
+                    let is_writable = event.is_writable() || is_closed;
+                    self.connections.set_ready(id, is_readable, is_writable, now);
                 }
             }
         }
@@ -172,19 +175,6 @@ impl RepServer {
         service.after_round();
     }
 
-    /// Sends waiting replies, but stops at the deadline.
-    fn flush(&mut self, deadline: Instant) -> io::Result<()> {
-        while self.connections.flush() {
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                break;
-            }
-            self.accept.is_pending = false;
-            self.wait(Some(left))?;
-        }
-        Ok(())
-    }
-
     fn accept(&mut self, now: Instant, service: &mut impl Service) {
         let mut has_turned_away = false;
         for _ in 0..MAX_ACCEPTED_AT_ONCE {
@@ -194,8 +184,7 @@ impl RepServer {
             match self.listener.accept() {
                 Ok((stream, address)) => {
                     let is_full = self.connections.len() >= MAX_CONNECTIONS;
-                    let newcomer = Some(address.ip());
-                    if is_full && !self.connections.make_room(newcomer, service, now) {
+                    if is_full && !self.connections.make_room(Some(address.ip()), service, now) {
                         has_turned_away = true;
                         debug!(%address, "connection turned away: the server is full");
                     } else if let Err(error) = self.add(stream, address.ip(), now) {
@@ -236,10 +225,10 @@ impl RepServer {
         stream.set_nodelay(true)?;
         // Detects clients whose machine has disappeared without closing the connection.
         SockRef::from(&stream).set_tcp_keepalive(&TcpKeepalive::new().with_time(KEEPALIVE))?;
-        let token = Token(self.connections.next_id() + FIRST_CONNECTION);
-        let interest = Interest::READABLE | Interest::WRITABLE;
-        self.poll.registry().register(&mut stream, token, interest)?;
-        self.connections.add(stream, address, now);
+        let (id, interest) = (self.next_id, Interest::READABLE | Interest::WRITABLE);
+        self.poll.registry().register(&mut stream, Token(id), interest)?;
+        self.connections.add(id, stream, address, now);
+        self.next_id += 1;
         Ok(())
     }
 

@@ -4,7 +4,7 @@ use crate::codec::event::ProtocolError;
 
 /// A service that answers the requests of all clients of a [`RepServer`](crate::RepServer).
 pub trait Service {
-    /// Answers a request by replacing the contents of `reply`, which holds an earlier reply.
+    /// Answers a request by replacing the contents of `reply`, which may hold an earlier reply.
     ///
     /// `request` is the last frame of the request's body, and `frames` is the number of frames in
     /// the body; the server keeps only the last frame. If this frame is longer than
@@ -16,8 +16,8 @@ pub trait Service {
     /// requests, should therefore not count.
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool;
 
-    /// Refuses a request that has an oversized frame: replaces the contents of `reply`, which holds
-    /// an earlier reply, with an error message.
+    /// Refuses a request that has an oversized frame: replaces the contents of `reply`, which may
+    /// hold an earlier reply, with an error message.
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>);
 
     /// Does additional work on the server's thread. [`RepServer::run`](crate::RepServer::run) calls

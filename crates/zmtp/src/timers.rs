@@ -68,12 +68,12 @@ impl Drain {
     pub(crate) fn time_left(&self, has_unready: bool, now: Instant) -> Option<Duration> {
         let quiet = if has_unready { QUIET_UNREADY } else { QUIET };
         let end = (self.started + MAX_DRAIN).min(self.last_input + quiet);
-        Some(end.saturating_duration_since(now)).filter(|left| !left.is_zero())
+        end.checked_duration_since(now).filter(|left| !left.is_zero())
     }
 
-    /// Returns the deadline for sending the last replies.
-    pub(crate) fn linger_deadline(&self) -> Instant {
-        self.started + LINGER
+    /// Returns the time left to send the last replies, or `None` if there is none.
+    pub(crate) fn linger_left(&self, now: Instant) -> Option<Duration> {
+        (self.started + LINGER).checked_duration_since(now).filter(|left| !left.is_zero())
     }
 }
 
@@ -128,6 +128,7 @@ mod tests {
         drain.last_input = start + 290 * MS;
         assert_eq!(drain.time_left(true, start + 290 * MS), Some(10 * MS));
         assert_eq!(drain.time_left(true, start + 300 * MS), None);
-        assert_eq!(drain.linger_deadline(), start + 500 * MS);
+        assert_eq!(drain.linger_left(start + 300 * MS), Some(200 * MS));
+        assert_eq!(drain.linger_left(start + 500 * MS), None);
     }
 }

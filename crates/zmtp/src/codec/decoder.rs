@@ -98,22 +98,19 @@ impl Decoder {
         let Some(frame) = Frame::split(input, header) else { return Ok((0, Event::Incomplete)) };
         let event = match self.stage {
             _ if frame.header.is_command() => decode_command(frame.body)?,
-            Stage::Body { .. } | Stage::Refused => {
-                self.end_frame(frame.header.has_more(), frame.body.into())
+            Stage::Idle | Stage::Envelope if frame.header.has_more() => {
+                self.push_envelope(&frame)?
             }
-            Stage::Idle | Stage::Envelope => self.envelope_frame(&frame)?,
+            // In the envelope, such a message has no body and cannot be answered.
+            _ => self.end_frame(frame.header.has_more(), frame.body.into()),
         };
         Ok((frame.whole.len(), event))
     }
 
-    fn envelope_frame<'i>(&mut self, frame: &Frame<'i>) -> Result<Event<'i>, ProtocolError> {
+    /// Appends a frame to the envelope, which an empty frame completes.
+    fn push_envelope(&mut self, frame: &Frame) -> Result<Event<'static>, ProtocolError> {
         if self.stage == Stage::Idle {
             self.envelope.clear();
-        }
-        if !frame.header.has_more() {
-            // A message without an empty frame or without a body cannot be answered.
-            self.stage = Stage::Idle;
-            return Ok(Event::Ignored);
         }
         if self.envelope.len() + frame.whole.len() > MAX_ENVELOPE_BYTES {
             return Err(ProtocolError::EnvelopeTooLong);

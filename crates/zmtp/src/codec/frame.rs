@@ -32,13 +32,12 @@ impl Header {
         if flags > (MORE | LONG | COMMAND) || flags & (MORE | COMMAND) == (MORE | COMMAND) {
             return Err(ProtocolError::Flags(flags));
         }
-        let (found, bytes) = if flags & LONG == 0 {
-            let Some(&length) = rest.first() else { return Ok(None) };
-            (u64::from(length), 2)
+        let length = if flags & LONG == 0 {
+            rest.first().map(|&length| (u64::from(length), 2))
         } else {
-            let Some(length) = rest.first_chunk() else { return Ok(None) };
-            (u64::from_be_bytes(*length), 9)
+            rest.first_chunk().map(|length| (u64::from_be_bytes(*length), 9))
         };
+        let Some((found, bytes)) = length else { return Ok(None) };
         let max = if flags & COMMAND == 0 { max } else { MAX_COMMAND_BYTES };
         let length = usize::try_from(found).ok().filter(|&length| length <= max);
         let length = length.ok_or(ProtocolError::FrameTooLong { max, found })?;
@@ -72,18 +71,26 @@ impl<'i> Frame<'i> {
 
     /// Returns the frame that begins with `header`, or `None` if the frame is incomplete.
     pub(crate) fn split(input: &'i [u8], header: Header) -> Option<Self> {
-        let end = header.bytes.checked_add(header.length)?;
-        let whole = input.get(..end)?;
+        let whole = input.get(..header.bytes + header.length)?;
         Some(Self { body: &whole[header.bytes..], header, whole })
     }
 }
 
 /// Appends `body` to `output` as the last frame of a message.
 pub fn push_last_frame(output: &mut Vec<u8>, body: &[u8]) {
+    push_frame(output, 0, body);
+}
+
+/// Appends a PONG command with `context` to `output`.
+pub fn push_pong(output: &mut Vec<u8>, context: &[u8]) {
+    push_frame(output, COMMAND, &[b"\x04PONG", context].concat());
+}
+
+fn push_frame(output: &mut Vec<u8>, flags: u8, body: &[u8]) {
     if let Ok(length) = u8::try_from(body.len()) {
-        output.extend_from_slice(&[0, length]);
+        output.extend_from_slice(&[flags, length]);
     } else {
-        output.push(LONG);
+        output.push(flags | LONG);
         output.extend_from_slice(&(body.len() as u64).to_be_bytes());
     }
     output.extend_from_slice(body);
@@ -125,14 +132,4 @@ pub(crate) fn decode_command(body: &[u8]) -> Result<Event<'_>, ProtocolError> {
         }
         _ => Ok(Event::Ignored),
     }
-}
-
-/// Appends a PONG command with `context` to `output`.
-pub fn push_pong(output: &mut Vec<u8>, context: &[u8]) {
-    const NAME: &[u8] = b"\x04PONG";
-    let context = &context[..context.len().min(MAX_CONTEXT_BYTES)];
-    let length = u8::try_from(NAME.len() + context.len()).unwrap_or(u8::MAX);
-    output.extend_from_slice(&[COMMAND, length]);
-    output.extend_from_slice(NAME);
-    output.extend_from_slice(context);
 }
