@@ -19,7 +19,7 @@ pub struct Maze {
 
 /// The error for a start or goal outside the maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected the {what} inside a maze of {size} cells, found it at {cell}")]
+#[error("the {what} at {cell} is outside the maze of {size} cells")]
 #[non_exhaustive]
 pub struct MazeError {
     /// The word `start` or `goal`.
@@ -113,15 +113,9 @@ mod tests {
         let maze = Maze::new(walls.clone(), Cell::new(3, 2), goals(0, 2)).unwrap();
         assert_eq!(maze.start(), Pose::new(Cell::new(3, 2), Heading::North));
         let error = Maze::new(walls.clone(), Cell::new(4, 0), goals(0, 0)).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "expected the start inside a maze of 4x3 cells, found it at (4, 0)"
-        );
+        assert_eq!(error.to_string(), "the start at (4, 0) is outside the maze of 4x3 cells");
         let error = Maze::new(walls, Cell::new(0, 0), goals(0, 3)).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "expected the goal inside a maze of 4x3 cells, found it at (0, 3)"
-        );
+        assert_eq!(error.to_string(), "the goal at (0, 3) is outside the maze of 4x3 cells");
     }
 
     #[test]

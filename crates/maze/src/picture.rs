@@ -304,8 +304,10 @@ mod tests {
         ] {
             let numbers = |_| Some(number);
             let picture = maze.picture().with_numbers(&numbers);
-            assert_eq!(picture.to_string().lines().nth(1), Some(line));
-            assert_eq!(format!("{picture:?}"), picture.to_string());
+            let text = picture.to_string();
+            assert_eq!(text.lines().nth(1), Some(line));
+            assert!(text.lines().all(|row| row.len() == line.len()), "{text}");
+            assert_eq!(format!("{picture:?}"), text);
         }
     }
 

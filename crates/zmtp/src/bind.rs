@@ -80,6 +80,7 @@ mod tests {
             let address = listen(host, 0).unwrap().local_addr().unwrap();
             assert_eq!(address.ip().is_loopback(), host != "*");
         }
+        assert!(resolve("localhost", 7).unwrap().is_ipv4());
         assert_eq!(resolve("[::1]", 7).unwrap(), "[::1]:7".parse().unwrap());
         let error = |host| listen(host, 0).unwrap_err().to_string();
         assert!(error("no such host").starts_with("cannot resolve host \"no such host\": "));

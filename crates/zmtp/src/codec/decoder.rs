@@ -385,6 +385,9 @@ pub(crate) mod tests {
         push_last_frame(&mut output, &[7; 255]);
         assert_eq!(output, [&[0, 255][..], &[7; 255]].concat());
         output.clear();
+        push_pong(&mut output, &[7; 256]);
+        assert_eq!(output[..14], *b"\x06\0\0\0\0\0\0\x01\x05\x04PONG");
+        output.clear();
         push_last_frame(&mut output, &[7; 256]);
         assert_eq!(output[..10], *b"\x02\0\0\0\0\0\0\x01\0\x07");
         assert_eq!(output.len(), 9 + 256);
