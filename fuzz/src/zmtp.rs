@@ -46,12 +46,11 @@ struct Outcome {
 
 fn serve(incoming: &[u8], max_read: usize) -> Outcome {
     let mut counter = Counter { replies: 0 };
-    let (mut connection, mut reply) =
-        (Connection::new(Wire { incoming, outgoing: Vec::new(), max_read }), Vec::new());
+    let mut connection = Connection::new(Wire { incoming, outgoing: Vec::new(), max_read });
     let mut error = None;
     for turn in 0.. {
         assert!(turn < MAX_TURNS, "the connection never waits for more input");
-        match connection.turn(8, &mut counter, &mut reply) {
+        match connection.turn(8, &mut counter) {
             Ok(turn) if turn.has_more => {}
             Ok(_) => break,
             Err(reason) => {

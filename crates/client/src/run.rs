@@ -319,7 +319,7 @@ o---o---o---o
         assert!(error(b"S", b"").starts_with("expected pong, ok, "));
         assert_eq!(
             error(b"W\x00\x01", &[1, 0, 0]),
-            "expected no wall at the east side of (0, 1), as known before, found a wall"
+            "the east side of (0, 1) is known to have no wall, but a wall was observed"
         );
     }
 

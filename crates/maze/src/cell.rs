@@ -1,19 +1,20 @@
-//! Cells and the size of a maze.
+//! Cell coordinates and maze sizes.
 
 use core::fmt;
 
 use crate::cell_set::CellSet;
 use crate::heading::Heading;
 
-/// A cell, counted from the south-west corner: x grows east, y grows north.
+/// The coordinates of a cell, counted from the south-west corner: x grows to the east, y to the
+/// north.
 ///
-/// Any two bytes are a cell. [`MazeSize::contains`] returns whether it is inside a maze.
+/// The coordinates may lie outside a maze; use [`MazeSize::contains`] to check them.
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Cell {
-    /// Cells from the west edge, 0 for the westernmost column.
+    /// The column, counted from 0 at the west edge.
     pub x: u8,
-    /// Cells from the south edge, 0 for the southernmost row.
+    /// The row, counted from 0 at the south edge.
     pub y: u8,
 }
 
@@ -23,7 +24,8 @@ impl Cell {
         Self { x, y }
     }
 
-    /// Returns the next cell towards `heading`, or `None` if a coordinate would leave 0 to 255.
+    /// Returns the neighbour towards `heading`, or `None` if a coordinate would be less than 0 or
+    /// greater than 255.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading};
@@ -34,7 +36,7 @@ impl Cell {
         const BACK: u16 = u16::MAX;
         const EAST: &[u16; 4] = &[0, 1, 0, BACK];
         const NORTH: &[u16; 4] = &[1, 0, BACK, 0];
-        // No branch on the heading: the turns of a mouse are unpredictable.
+        // Avoids a branch on the heading, because the turns of a mouse are unpredictable.
         let [x, x_overflow] = (self.x as u16).wrapping_add(EAST[heading as usize]).to_le_bytes();
         let [y, y_overflow] = (self.y as u16).wrapping_add(NORTH[heading as usize]).to_le_bytes();
         if x_overflow | y_overflow == 0 { Some(Self { x, y }) } else { None }
@@ -47,7 +49,7 @@ impl fmt::Display for Cell {
     }
 }
 
-/// The width and height of a maze, each 1 to 32 cells.
+/// The width and height of a maze, each from 1 to 32 cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "(usize, usize)", into = "(u8, u8)"))]
@@ -56,7 +58,7 @@ pub struct MazeSize {
     height: u8,
 }
 
-/// A size that a maze cannot have.
+/// The error for a width or height that is not between 1 and 32 cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a maze of 1x1 to {max}x{max} cells, found {width}x{height}", max = MazeSize::MAX_SIDE)]
 #[non_exhaustive]
@@ -68,9 +70,9 @@ pub struct SizeError {
 }
 
 impl MazeSize {
-    /// The maximum side, in cells.
+    /// The maximum width or height of a maze, in cells.
     pub const MAX_SIDE: u8 = 32;
-    /// The maximum number of cells.
+    /// The maximum number of cells in a maze.
     pub const MAX_AREA: usize = Self::MAX_SIDE as usize * Self::MAX_SIDE as usize;
     /// The size of classic contest mazes, 16×16.
     pub const CLASSIC: Self = Self { width: 16, height: 16 };
@@ -80,7 +82,7 @@ impl MazeSize {
     /// Creates a size of `width` × `height` cells.
     ///
     /// # Errors
-    /// Returns an error if a side is 0 or greater than [`MAX_SIDE`](Self::MAX_SIDE).
+    /// Returns an error if `width` or `height` is 0 or greater than [`MAX_SIDE`](Self::MAX_SIDE).
     pub fn new(width: usize, height: usize) -> Result<Self, SizeError> {
         let side = |cells: usize| {
             u8::try_from(cells).ok().filter(|cells| (1..=Self::MAX_SIDE).contains(cells))
@@ -91,12 +93,12 @@ impl MazeSize {
         }
     }
 
-    /// Returns the number of cells from west to east.
+    /// Returns the width: the number of cells from west to east.
     pub const fn width(self) -> u8 {
         self.width
     }
 
-    /// Returns the number of cells from south to north.
+    /// Returns the height: the number of cells from south to north.
     pub const fn height(self) -> u8 {
         self.height
     }
@@ -106,23 +108,24 @@ impl MazeSize {
         self.width as usize * self.height as usize
     }
 
-    /// Returns whether the cell is inside a maze of this size.
+    /// Returns true if `cell` is inside a maze of this size.
     pub const fn contains(self, cell: Cell) -> bool {
         cell.x < self.width && cell.y < self.height
     }
 
-    /// Returns the neighbour of `cell` towards `heading`, if it is inside.
+    /// Returns the neighbour of `cell` towards `heading`, or `None` if the neighbour is outside the
+    /// maze.
     pub fn neighbour(self, cell: Cell, heading: Heading) -> Option<Cell> {
         cell.neighbour(heading).filter(|&neighbour| self.contains(neighbour))
     }
 
-    /// Returns all cells, row by row from the south, each row from the west.
+    /// Returns all cells of the maze, row by row from south to north, each row from west to east.
     pub fn cells(self) -> impl DoubleEndedIterator<Item = Cell> + Clone {
         (0..self.height).flat_map(move |y| (0..self.width).map(move |x| Cell { x, y }))
     }
 
-    /// Returns the default goal of contest rules: the central four cells. Along an odd side only the
-    /// middle cell counts.
+    /// Returns the default goal in contest rules: the four central cells. If the width or height is
+    /// odd, there is only one central column or row.
     pub fn central_cells(self) -> CellSet {
         let middle = |side: u8| (side - 1) / 2..=side / 2;
         middle(self.height).flat_map(|y| middle(self.width).map(move |x| Cell { x, y })).collect()
@@ -162,6 +165,20 @@ mod tests {
             }
         }
         assert!(MazeSize::new(256 + 16, 16).is_err());
+        let error = MazeSize::new(33, 0).unwrap_err().to_string();
+        assert_eq!(error, "expected a maze of 1x1 to 32x32 cells, found 33x0");
+        assert_eq!(MazeSize::MAX_AREA, 1024);
+    }
+
+    #[test]
+    fn sizes_convert_from_and_to_pairs() {
+        let size = MazeSize::try_from((3, 2)).unwrap();
+        assert_eq!((size.width(), size.height(), size.area()), (3, 2, 6));
+        assert_eq!(<(u8, u8)>::from(size), (3, 2));
+        assert_eq!(size.to_string(), "3x2");
+        assert!(MazeSize::try_from((3, 33)).is_err());
+        assert_eq!(<(u8, u8)>::from(MazeSize::CLASSIC), (16, 16));
+        assert_eq!(<(u8, u8)>::from(MazeSize::HALF_SIZE), (32, 32));
     }
 
     #[cfg(feature = "serde")]
@@ -194,6 +211,26 @@ mod tests {
         assert_eq!(size.neighbour(Cell::new(2, 1), Heading::North), None);
         assert_eq!(size.neighbour(Cell::new(2, 1), Heading::South), Some(Cell::new(2, 0)));
         assert_eq!(Cell::new(255, 255).neighbour(Heading::North), None);
-        assert_eq!(size.cells().count(), size.area());
+        for (heading, x, y) in [
+            (Heading::North, 7, 10),
+            (Heading::East, 8, 9),
+            (Heading::South, 7, 8),
+            (Heading::West, 6, 9),
+        ] {
+            assert_eq!(Cell::new(7, 9).neighbour(heading), Some(Cell::new(x, y)));
+        }
+        assert_eq!(Cell::new(255, 255).neighbour(Heading::East), None);
+        assert_eq!(Cell::new(0, 0).neighbour(Heading::South), None);
+        assert_eq!(Cell::new(0, 0).neighbour(Heading::West), None);
+    }
+
+    #[test]
+    fn cells_are_listed_row_by_row() {
+        let size = MazeSize::new(3, 2).unwrap();
+        let cells = [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)].map(|(x, y)| Cell::new(x, y));
+        assert!(size.cells().eq(cells));
+        assert!(size.cells().rev().eq(cells.into_iter().rev()));
+        assert!(size.contains(Cell::new(2, 1)));
+        assert!(!size.contains(Cell::new(3, 0)) && !size.contains(Cell::new(0, 2)));
     }
 }

@@ -1,4 +1,4 @@
-//! A set of cells.
+//! Sets of cells.
 
 use core::array::from_fn;
 use core::fmt;
@@ -8,8 +8,8 @@ use crate::cell::{Cell, MazeSize};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// A set of cells of one maze, such as the goal cells or the visited cells. It takes 128 bytes, one
-/// bit for each cell.
+/// A set of cells in a maze, such as the goal cells or the visited cells. The set is stored in 128
+/// bytes, with one bit for each cell.
 ///
 /// ```
 /// use mmsim_maze::{Cell, CellSet};
@@ -19,7 +19,7 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct CellSet {
-    /// Bit x of row y.
+    /// Bit x of `rows[y]` stands for the cell (x, y).
     rows: [u32; SIDE],
 }
 
@@ -27,7 +27,7 @@ impl CellSet {
     /// The empty set.
     pub const EMPTY: Self = Self { rows: [0; SIDE] };
 
-    /// Creates a set from bits: bit x of row y.
+    /// Creates a set from bits: bit x of `rows[y]` stands for the cell (x, y).
     ///
     /// ```
     /// use mmsim_maze::{CellSet, MazeSize};
@@ -38,12 +38,13 @@ impl CellSet {
         Self { rows }
     }
 
-    /// Returns the set as bits: bit x of row y.
+    /// Returns one integer for each row: bit x of integer y stands for the cell (x, y).
     pub const fn rows(&self) -> &[u32; SIDE] {
         &self.rows
     }
 
-    /// Adds a cell, and returns whether the set has grown. Cells beyond 32×32 are ignored.
+    /// Adds `cell` to the set, and returns true if the set did not contain it before. Cells outside
+    /// the largest maze (32×32 cells) are ignored, and the result is false.
     pub fn insert(&mut self, cell: Cell) -> bool {
         let grows =
             cell.x < MazeSize::MAX_SIDE && cell.y < MazeSize::MAX_SIDE && !self.contains(cell);
@@ -53,7 +54,7 @@ impl CellSet {
         grows
     }
 
-    /// Removes a cell, and returns whether the set contained it.
+    /// Removes `cell` from the set, and returns true if the set contained it.
     pub fn remove(&mut self, cell: Cell) -> bool {
         let shrinks = self.contains(cell);
         if shrinks {
@@ -62,23 +63,24 @@ impl CellSet {
         shrinks
     }
 
-    /// Returns whether the set contains the cell.
+    /// Returns true if the set contains `cell`.
     pub fn contains(&self, cell: Cell) -> bool {
         let row = self.rows.get(usize::from(cell.y)).copied().unwrap_or(0);
         row.checked_shr(u32::from(cell.x)).unwrap_or(0) & 1 == 1
     }
 
-    /// Returns the number of cells.
+    /// Returns the number of cells in the set.
     pub fn len(&self) -> usize {
         self.rows.iter().map(|row| row.count_ones() as usize).sum()
     }
 
-    /// Returns whether the set is empty.
+    /// Returns true if the set is empty.
     pub fn is_empty(&self) -> bool {
         *self == Self::EMPTY
     }
 
-    /// Returns the cells, row by row from the south, each row from the west.
+    /// Returns an iterator over the cells, row by row from south to north, each row from west to
+    /// east.
     pub const fn iter(&self) -> CellSetIter<'_> {
         CellSetIter { rows: &self.rows, y: 0, row: self.rows[0] }
     }
@@ -90,7 +92,7 @@ impl CellSet {
 pub struct CellSetIter<'a> {
     rows: &'a [u32; SIDE],
     y: u8,
-    /// The remaining cells of row `y`.
+    /// The cells of row `y` that have not been returned yet.
     row: u32,
 }
 
@@ -103,7 +105,7 @@ impl Iterator for CellSetIter<'_> {
             self.row = *self.rows.get(usize::from(self.y) + 1)?;
             self.y += 1;
         }
-        // At most 31.
+        // The result is at most 31.
         let x = self.row.trailing_zeros() as u8;
         self.row &= self.row - 1;
         Some(Cell { x, y: self.y })
@@ -119,7 +121,7 @@ impl<'a> IntoIterator for &'a CellSet {
     }
 }
 
-/// Returns the cells in either set.
+/// Returns the union of two sets.
 impl BitOr for CellSet {
     type Output = Self;
 
@@ -128,7 +130,7 @@ impl BitOr for CellSet {
     }
 }
 
-/// Returns the cells in both sets.
+/// Returns the intersection of two sets.
 impl BitAnd for CellSet {
     type Output = Self;
 
@@ -137,7 +139,7 @@ impl BitAnd for CellSet {
     }
 }
 
-/// Returns the cells of the first set that are not in the second.
+/// Returns the cells of the first set that are not in the second set.
 impl Sub for CellSet {
     type Output = Self;
 
@@ -218,5 +220,33 @@ mod tests {
         assert!(!set.insert(Cell::new(32, 0)));
         assert!(!set.insert(Cell::new(0, 255)));
         assert_eq!(set.len(), 1);
+    }
+
+    #[test]
+    fn operators_combine_sets() {
+        let set = |columns: &[u8]| columns.iter().map(|&x| Cell::new(x, 3)).collect::<CellSet>();
+        let (first, second) = (set(&[1, 2]), set(&[2, 3]));
+        assert_eq!(first | second, set(&[1, 2, 3]));
+        assert_eq!(first & second, set(&[2]));
+        assert_eq!(first - second, set(&[1]));
+        assert_eq!(CellSet::default(), CellSet::EMPTY);
+        assert!(CellSet::EMPTY.is_empty() && !first.is_empty());
+    }
+
+    #[test]
+    fn cells_are_bits_of_rows() {
+        let mut rows = [0; SIDE];
+        (rows[2], rows[31]) = (0b1010, 1 << 31);
+        let set = CellSet::from_rows(rows);
+        assert_eq!(set.rows(), &rows);
+        let cells = [(1, 2), (3, 2), (31, 31)].map(|(x, y)| Cell::new(x, y));
+        assert!(set.iter().eq(cells));
+        assert!((&set).into_iter().eq(cells));
+        let mut extended = CellSet::EMPTY;
+        extended.extend(cells);
+        assert_eq!(extended, set);
+        assert!(extended.remove(cells[1]) && !extended.remove(cells[1]));
+        let text = "{Cell { x: 1, y: 2 }, Cell { x: 31, y: 31 }}";
+        assert_eq!(format!("{extended:?}"), text);
     }
 }

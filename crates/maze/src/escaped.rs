@@ -1,12 +1,13 @@
-//! Untrusted text and bytes in messages.
+//! Safe display of untrusted text and bytes in messages.
 
 use core::array::from_fn;
 use core::fmt::{self, Display, Formatter, Write};
 
-/// Displays untrusted text, such as a file name, on one line. Control characters and characters that
-/// change the text direction are escaped as in Rust, because a terminal would execute them.
+/// Untrusted text, such as a file name, displayed on one line. Control characters and characters
+/// that change the text direction are written as Rust escape sequences, so that the text cannot
+/// control a terminal.
 ///
-/// All other characters are unchanged, including the backslash, so escaping is idempotent.
+/// All other characters, including the backslash, are unchanged, so escaping is idempotent.
 ///
 /// ```
 /// use mmsim_maze::Escaped;
@@ -33,7 +34,7 @@ impl Write for Escaping<'_, '_> {
     }
 }
 
-/// Returns whether [`Escaped`] escapes this character.
+/// Returns true if [`Escaped`] escapes the character `c`.
 pub fn needs_escape(c: char) -> bool {
     let ends_line = matches!(c, '\u{2028}' | '\u{2029}');
     // Marks, embeddings, overrides and isolates of the Unicode bidirectional algorithm.
@@ -44,8 +45,8 @@ pub fn needs_escape(c: char) -> bool {
     c.is_control() || ends_line || turns_text
 }
 
-/// The first `MAX` bytes of a message, displayed in quotes with escapes, and with the length of the
-/// message if it is longer.
+/// The first `MAX` bytes of a message, displayed in quotes and with escapes. If the message is
+/// longer than `MAX` bytes, its length is displayed as well.
 ///
 /// ```
 /// use mmsim_maze::Excerpt;
@@ -60,7 +61,7 @@ pub struct Excerpt<const MAX: usize> {
 }
 
 impl<const MAX: usize> Excerpt<MAX> {
-    /// Copies the start of a message.
+    /// Copies the first `MAX` bytes of `message`.
     pub fn new(message: &[u8]) -> Self {
         let start = from_fn(|at| message.get(at).copied().unwrap_or(0));
         Self { start, length: message.len() }
@@ -93,6 +94,27 @@ mod tests {
         let escaped = Escaped(text).to_string();
         insta::assert_snapshot!(escaped, @r"\u{0}\u{7}\t\n\r\u{1b}[2J\u{7f}\u{85}\u{9b}31m\u{2028}\u{202e}\u{2066}\u{200f}");
         assert_eq!(Escaped(&escaped).to_string(), escaped);
+    }
+
+    #[test]
+    fn only_controls_line_ends_and_marks_of_direction_are_escaped() {
+        let is_mark = |&c: &char| needs_escape(c) && !c.is_control();
+        let marks: String = ('\0'..=char::MAX).filter(is_mark).collect();
+        assert_eq!(
+            marks,
+            "\u{61c}\u{200e}\u{200f}\u{2028}\u{2029}\u{202a}\u{202b}\u{202c}\u{202d}\u{202e}\
+             \u{2066}\u{2067}\u{2068}\u{2069}"
+        );
+        assert!(needs_escape('\n') && needs_escape('\u{7f}') && !needs_escape(' '));
+    }
+
+    #[test]
+    fn excerpts_have_the_length_of_a_longer_message() {
+        let excerpt = |message: &[u8]| Excerpt::<3>::new(message).to_string();
+        assert_eq!(excerpt(b""), "an empty message");
+        assert_eq!(excerpt(b"a\"\0"), r#""a\"\x00""#);
+        assert_eq!(excerpt(b"abcd"), r#""abc"… of 4 bytes"#);
+        assert_eq!(format!("{:?}", Excerpt::<3>::new(b"ab")), r#""ab""#);
     }
 
     #[test]

@@ -6,13 +6,13 @@ use core::fmt;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Heading {
-    /// Towards greater y, where the mouse starts.
+    /// The direction of increasing y, in which every mouse faces at the start.
     North,
-    /// Towards greater x.
+    /// The direction of increasing x.
     East,
-    /// Towards smaller y.
+    /// The direction of decreasing y.
     South,
-    /// Towards smaller x.
+    /// The direction of decreasing x.
     West,
 }
 
@@ -35,8 +35,8 @@ impl Heading {
         self.turned(Step::Back)
     }
 
-    /// Returns the heading of a mouse after `step`.
-    // No branch on the heading: the turns of a mouse are unpredictable.
+    /// Returns the heading of a mouse after it has taken `step`.
+    // Avoids a branch on the heading, because the turns of a mouse are unpredictable.
     #[must_use]
     pub const fn turned(self, step: Step) -> Self {
         const CLOCKWISE: &[Heading; 4] = &Heading::ALL;
@@ -44,7 +44,7 @@ impl Heading {
         CLOCKWISE[((self as u8 + RIGHT_TURNS[step as usize]) % 4) as usize]
     }
 
-    /// Returns the heading with this letter: `N`, `E`, `S` or `W`.
+    /// Returns the heading with the letter `N`, `E`, `S` or `W`, or `None` for any other character.
     ///
     /// ```
     /// use mmsim_maze::Heading;
@@ -55,7 +55,7 @@ impl Heading {
         Self::ALL.into_iter().find(|heading| heading.letter() == letter)
     }
 
-    /// Returns the letter `N`, `E`, `S` or `W`.
+    /// Returns the letter `N`, `E`, `S` or `W` for this heading.
     pub const fn letter(self) -> char {
         match self {
             Self::North => 'N',
@@ -77,22 +77,23 @@ impl fmt::Display for Heading {
     }
 }
 
-/// One move of a mouse: a turn in place, except for [`Front`](Self::Front), then one cell forward.
+/// One step of a mouse: a turn in place (none for [`Front`](Self::Front)), then a move of one cell
+/// forward.
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Step {
     /// One cell forward.
     Front,
-    /// A quarter turn to the left, then one cell.
+    /// A quarter turn to the left, then one cell forward.
     Left,
-    /// A quarter turn to the right, then one cell.
+    /// A quarter turn to the right, then one cell forward.
     Right,
-    /// A half turn, then one cell.
+    /// A half turn, then one cell forward.
     Back,
 }
 
 impl Step {
-    /// All steps, in the order in which ties are broken.
+    /// All steps, in the order in which a strategy prefers equally good steps.
     pub const ALL: [Self; 4] = [Self::Front, Self::Left, Self::Right, Self::Back];
 }
 
@@ -109,6 +110,19 @@ mod tests {
             assert_eq!(clockwise.left(), heading);
             assert_eq!(heading.back(), heading.right().right());
             assert_eq!(heading.turned(Step::Back), heading.turned(Step::Left).turned(Step::Left));
+            assert_eq!(heading.turned(Step::Front), heading);
         }
+    }
+
+    #[test]
+    fn headings_have_letters_and_names() {
+        let names = ["north", "east", "south", "west"];
+        for ((heading, letter), name) in Heading::ALL.into_iter().zip("NESW".chars()).zip(names) {
+            assert_eq!(heading.letter(), letter);
+            assert_eq!(Heading::from_letter(letter), Some(heading));
+            assert_eq!(heading.to_string(), name);
+            assert_eq!(format!("{heading:>6}"), format!("{name:>6}"));
+        }
+        assert_eq!(Heading::from_letter('n'), None);
     }
 }

@@ -1,4 +1,4 @@
-//! What a mouse knows of a maze.
+//! The map that a mouse makes of a maze.
 
 use crate::cell::{Cell, MazeSize};
 use crate::cell_set::CellSet;
@@ -7,11 +7,12 @@ use crate::maze::Maze;
 use crate::pose::Pose;
 use crate::walls::{Sides, Walls, WallsAround};
 
-/// What a mouse knows: the size, the start, the goal cells, the visited cells, and each wall as
-/// present, absent or unknown. The outer walls are known from the beginning.
+/// The map that a mouse makes of a maze: the size, the start, the goal cells, the visited cells,
+/// and the state of each wall (present, absent or unknown). The outer walls are known from the
+/// beginning.
 ///
-/// Planners choose how to treat unknown walls: [`walls`](Self::walls) returns them as open for a
-/// search run, or as closed for a fast run.
+/// [`walls`](Self::walls) returns unknown walls as open, which suits a search run, or as closed,
+/// which suits a fast run.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Unknown, WallState, WallsAround};
@@ -28,28 +29,29 @@ use crate::walls::{Sides, Walls, WallsAround};
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct KnownMaze {
-    /// The walls that are present for certain. Unknown walls are open.
+    /// The walls that are known to be present, without unknown walls.
     certain: Walls,
-    /// The walls that may be present. Unknown walls are closed.
+    /// The walls that may be present, including unknown walls.
     possible: Walls,
     start: Cell,
     goals: CellSet,
     visited: CellSet,
 }
 
-/// What is known about one wall.
+/// The state of one wall on the map of a mouse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WallState {
-    /// Observed as a wall.
+    /// The wall is known to be present.
     Present,
-    /// Observed as an opening.
+    /// The wall is known to be absent.
     Absent,
-    /// Not observed yet.
+    /// The wall has not been observed yet.
     Unknown,
 }
 
 impl WallState {
-    /// Returns the state of a wall that is present for certain, possibly present, or neither.
+    /// Returns the state of a wall: present if `certain`, absent if not `possible`, otherwise
+    /// unknown.
     pub(crate) const fn from_bounds(certain: bool, possible: bool) -> Self {
         match (certain, possible) {
             (true, _) => Self::Present,
@@ -59,28 +61,28 @@ impl WallState {
     }
 }
 
-/// How a planner treats unknown walls.
+/// The treatment of unknown walls by a planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unknown {
-    /// As absent: optimistic, for a search run.
+    /// Unknown walls count as absent, which is optimistic and suits a search run.
     Open,
-    /// As present: pessimistic, for a fast run.
+    /// Unknown walls count as present, which is pessimistic and suits a fast run.
     Closed,
 }
 
-/// An observation that contradicts what is known.
+/// The error for an observation that contradicts the map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "expected {} at the {heading} side of {cell}, as known before, found {}",
+    "the {heading} side of {cell} is known to have {}, but {} was observed",
     wall(!found), wall(*found)
 )]
 #[non_exhaustive]
 pub struct Contradiction {
     /// The observed cell.
     pub cell: Cell,
-    /// The contradictory side of the cell.
+    /// The side of the cell at which the observation contradicts the map.
     pub heading: Heading,
-    /// Whether a wall was observed.
+    /// True if a wall was observed, false if an opening was observed.
     pub found: bool,
 }
 
@@ -89,14 +91,14 @@ fn wall(present: bool) -> &'static str {
 }
 
 impl KnownMaze {
-    /// Creates an unexplored maze, of which only the outer walls are known. Goal cells outside the maze
-    /// are unreachable.
+    /// Creates the map of an unexplored maze, in which only the outer walls are known. Goal cells
+    /// outside the maze are unreachable.
     pub fn new(size: MazeSize, start: Cell, goals: CellSet) -> Self {
         let (certain, possible) = (Walls::open(size), Walls::closed(size));
         Self { certain, possible, start, goals, visited: CellSet::EMPTY }
     }
 
-    /// Creates an unexplored maze with the size, start and goal of this maze.
+    /// Creates an unexplored map with the size, start and goal of `maze`.
     pub fn unexplored(maze: &Maze) -> Self {
         Self::new(maze.size(), maze.start().cell, *maze.goals())
     }
@@ -106,7 +108,7 @@ impl KnownMaze {
         self.certain.size()
     }
 
-    /// Returns the start pose: in the start cell, heading north.
+    /// Returns the pose in which the mouse starts: in the start cell, heading north.
     pub const fn start(&self) -> Pose {
         Pose::new(self.start, Heading::North)
     }
@@ -116,17 +118,17 @@ impl KnownMaze {
         &self.goals
     }
 
-    /// Returns the visited cells, in which the mouse has observed walls.
+    /// Returns the cells that the mouse has visited.
     pub const fn visited(&self) -> &CellSet {
         &self.visited
     }
 
-    /// Returns what is known about the wall at the side of `cell` towards `heading`.
+    /// Returns the known state of the wall on the `heading` side of `cell`.
     pub fn wall(&self, cell: Cell, heading: Heading) -> WallState {
         WallState::from_bounds(self.certain.has(cell, heading), self.possible.has(cell, heading))
     }
 
-    /// Returns all walls, with unknown walls as open or closed.
+    /// Returns all walls, with unknown walls treated as open or as closed.
     pub const fn walls(&self, unknown: Unknown) -> &Walls {
         match unknown {
             Unknown::Open => &self.certain,
@@ -134,11 +136,11 @@ impl KnownMaze {
         }
     }
 
-    /// Records the walls observed at `pose`, and marks its cell as visited. Outside the maze all sides
-    /// are walls, and no cell is marked.
+    /// Records the walls that a mouse observes at `pose`, and marks that cell as visited. A cell
+    /// outside the maze has walls on all sides and is not marked as visited.
     ///
     /// # Errors
-    /// Returns an error if the observation contradicts what is known. The map is unchanged then.
+    /// Returns an error and leaves the map unchanged if the observation contradicts the map.
     pub fn observe(&mut self, pose: Pose, around: WallsAround) -> Result<(), Contradiction> {
         let Pose { cell, heading } = pose;
         let all = WallsAround { left: true, front: true, right: true };
@@ -156,21 +158,22 @@ impl KnownMaze {
             let heading = from_left.into_iter().find(contradicts).unwrap_or(heading);
             return Err(Contradiction { cell, heading, found: found.has(heading) });
         }
-        // Both sets include the outer walls and the walls outside.
+        // `certain` and `possible` include the outer walls, so only inner walls are toggled.
         self.certain.toggle(cell, found.without(certain));
         self.possible.toggle(cell, read.without(found).and(possible));
         self.visit(cell);
         Ok(())
     }
 
-    /// Sets the wall at the side of `cell` towards `heading`, regardless of what was known. Outer walls
-    /// are unchanged. For maps from elsewhere; a mouse uses [`observe`](Self::observe).
+    /// Sets the state of the wall on the `heading` side of `cell`, whatever the state was before.
+    /// Outer walls are unchanged. Use this method to load a map, and [`observe`](Self::observe) to
+    /// record observations.
     pub fn set_wall(&mut self, cell: Cell, heading: Heading, wall: WallState) {
         self.certain.set(cell, heading, wall == WallState::Present);
         self.possible.set(cell, heading, wall != WallState::Absent);
     }
 
-    /// Marks a cell as visited if it is inside the maze.
+    /// Marks `cell` as visited if it is inside the maze.
     pub fn visit(&mut self, cell: Cell) {
         if self.size().contains(cell) {
             self.visited.insert(cell);
@@ -227,7 +230,7 @@ mod tests {
         let error = map.observe(corner, OPEN).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "expected a wall at the west side of (0, 0), as known before, found no wall"
+            "the west side of (0, 0) is known to have a wall, but no wall was observed"
         );
         assert_eq!(map, self::map());
         map.observe(corner, WallsAround { left: true, ..OPEN }).unwrap();
@@ -238,7 +241,60 @@ mod tests {
             error,
             Contradiction { cell: corner.cell, heading: Heading::North, found: true }
         );
+        assert_eq!(
+            error.to_string(),
+            "the north side of (0, 0) is known to have no wall, but a wall was observed"
+        );
         assert_eq!(map, seen);
+    }
+
+    #[test]
+    fn the_contradiction_furthest_to_the_left_is_reported() {
+        let (mut map, pose) = (map(), Pose::new(Cell::new(1, 1), Heading::South));
+        map.observe(pose, OPEN).unwrap();
+        for (left, front, right, heading) in [
+            (true, true, true, Heading::East),
+            (false, true, true, Heading::South),
+            (false, false, true, Heading::West),
+        ] {
+            let error = map.observe(pose, WallsAround { left, front, right }).unwrap_err();
+            assert_eq!(error, Contradiction { cell: pose.cell, heading, found: true });
+        }
+    }
+
+    #[test]
+    fn repeating_an_observation_changes_nothing() {
+        let size = map().size();
+        for (walls, cell) in [
+            (Walls::closed(size), Cell::new(1, 1)),
+            (Walls::closed(size), Cell::new(2, 2)),
+            (Walls::open(size), Cell::new(1, 1)),
+            (Walls::open(size), Cell::new(2, 2)),
+        ] {
+            for heading in Heading::ALL {
+                let (mut map, pose) = (map(), Pose::new(cell, heading));
+                map.observe(pose, walls.around(pose)).unwrap();
+                let seen = map.clone();
+                map.observe(pose, walls.around(pose)).unwrap();
+                assert_eq!(map, seen);
+                for unknown in [Unknown::Open, Unknown::Closed] {
+                    assert_eq!(map.walls(unknown).around(pose), walls.around(pose));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_unexplored_map_has_the_start_and_goal_of_the_maze() {
+        let goals = [Cell::new(2, 0)].into_iter().collect();
+        let walls = Walls::closed(MazeSize::new(3, 2).unwrap());
+        let map = KnownMaze::unexplored(&Maze::new(walls, Cell::new(1, 0), goals).unwrap());
+        assert_eq!(map, KnownMaze::new(map.size(), Cell::new(1, 0), goals));
+        assert_eq!(map.size().to_string(), "3x2");
+        assert_eq!(map.start(), Pose::new(Cell::new(1, 0), Heading::North));
+        assert_eq!(map.goals(), &goals);
+        assert_eq!(map.walls(Unknown::Open), &Walls::open(map.size()));
+        assert_eq!(map.walls(Unknown::Closed), &Walls::closed(map.size()));
     }
 
     #[test]

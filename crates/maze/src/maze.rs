@@ -6,10 +6,10 @@ use crate::heading::Heading;
 use crate::pose::Pose;
 use crate::walls::Walls;
 
-/// The true maze: all walls, the start and the goal. Only a simulator has one; a mouse has a
+/// The true maze: all walls, the start and the goal. Only a simulator has a `Maze`; a mouse has a
 /// [`KnownMaze`](crate::KnownMaze).
 ///
-/// Its [`Display`](core::fmt::Display) is the text picture, which [`str::parse`] reads back.
+/// [`Display`](core::fmt::Display) writes a maze as a text picture, which [`str::parse`] can read.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Maze {
     walls: Walls,
@@ -17,21 +17,22 @@ pub struct Maze {
     goals: CellSet,
 }
 
-/// A start or goal outside the maze.
+/// The error for a start or goal outside the maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected the {what} inside a maze of {size} cells, found it at {cell}")]
+#[error("the {what} at {cell} is outside the maze of {size} cells")]
 #[non_exhaustive]
 pub struct MazeError {
-    /// `start` or `goal`.
+    /// The word `start` or `goal`.
     pub what: &'static str,
-    /// The cell outside.
+    /// The cell that is outside the maze.
     pub cell: Cell,
     /// The size of the maze.
     pub size: MazeSize,
 }
 
 impl Maze {
-    /// Creates a maze. An empty set of goals means the central cells ([`MazeSize::central_cells`]).
+    /// Creates a maze. If `goals` is empty, the central cells ([`MazeSize::central_cells`]) become
+    /// the goal.
     ///
     /// # Errors
     /// Returns an error if the start or a goal is outside the maze.
@@ -58,19 +59,20 @@ impl Maze {
         &self.walls
     }
 
-    /// Returns the start pose: in the start cell, heading north.
+    /// Returns the pose in which a mouse starts: in the start cell, heading north.
     pub const fn start(&self) -> Pose {
         Pose::new(self.start, Heading::North)
     }
 
-    /// Returns the goal cells, at least one. Reaching any of them reaches the goal.
+    /// Returns the goal cells (at least one). A mouse has reached the goal when it is in any goal
+    /// cell.
     pub const fn goals(&self) -> &CellSet {
         &self.goals
     }
 
-    /// Returns the inner posts that no wall touches, each as the cell to its north-east. Contest rules
-    /// require a wall at every post except the central one of a maze with even sides, which is
-    /// excluded.
+    /// Returns the inner posts that no wall touches. Each post is identified by the cell to its
+    /// north-east. Contest rules require a wall at every inner post, except at the central post of
+    /// a maze with even sides, so the central post is never returned.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Maze};
@@ -111,11 +113,28 @@ mod tests {
         let maze = Maze::new(walls.clone(), Cell::new(3, 2), goals(0, 2)).unwrap();
         assert_eq!(maze.start(), Pose::new(Cell::new(3, 2), Heading::North));
         let error = Maze::new(walls.clone(), Cell::new(4, 0), goals(0, 0)).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "expected the start inside a maze of 4x3 cells, found it at (4, 0)"
-        );
-        assert!(Maze::new(walls, Cell::new(0, 0), goals(0, 3)).is_err());
+        assert_eq!(error.to_string(), "the start at (4, 0) is outside the maze of 4x3 cells");
+        let error = Maze::new(walls, Cell::new(0, 0), goals(0, 3)).unwrap_err();
+        assert_eq!(error.to_string(), "the goal at (0, 3) is outside the maze of 4x3 cells");
+    }
+
+    #[test]
+    fn one_wall_at_a_post_is_enough() {
+        let (north_east, south_west) = (Cell::new(1, 1), Cell::new(0, 0));
+        for (cell, heading, touches) in [
+            (north_east, Heading::South, true),
+            (north_east, Heading::West, true),
+            (south_west, Heading::North, true),
+            (south_west, Heading::East, true),
+            (north_east, Heading::North, false),
+            (north_east, Heading::East, false),
+        ] {
+            let mut walls = Walls::open(MazeSize::new(5, 5).unwrap());
+            walls.set(cell, heading, true);
+            let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
+            let is_free = maze.posts_without_wall().any(|post| post == north_east);
+            assert_eq!(is_free, !touches, "{cell} {heading}");
+        }
     }
 
     #[test]

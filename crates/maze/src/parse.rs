@@ -1,4 +1,4 @@
-//! Parses mazes drawn as text.
+//! The parser of mazes drawn as text.
 
 use core::str::FromStr;
 
@@ -8,23 +8,23 @@ use crate::heading::Heading;
 use crate::maze::Maze;
 use crate::walls::Walls;
 
-/// A text that is not the picture of a maze.
+/// The error for text that is not a valid picture of a maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}, column {column}: expected {expected}")]
 #[non_exhaustive]
 pub struct ParseMazeError {
-    /// The line, counted from 1.
+    /// The line number, counted from 1.
     pub line: usize,
-    /// The column in bytes, counted from 1.
+    /// The column number in bytes, counted from 1.
     pub column: usize,
-    /// What was expected there.
+    /// A description of the expected text.
     pub expected: &'static str,
 }
 
 type Result<T = ()> = core::result::Result<T, ParseMazeError>;
 
-/// Reads a maze from text as its [`Display`](core::fmt::Display) writes it. Blank lines and trailing
-/// blanks are ignored. The crate `mmsim-formats` reads other drawings and file formats.
+/// Parses the text picture that [`Display`](core::fmt::Display) writes for a maze. Blank lines and
+/// trailing blanks are ignored. The crate `mmsim-formats` reads other drawings and file formats.
 ///
 /// ```
 /// use mmsim_maze::Maze;
@@ -71,7 +71,7 @@ impl Line<'_> {
         ParseMazeError { line: self.number, column: at + 1, expected }
     }
 
-    /// Returns which of `choices` the line has at byte `at`.
+    /// Returns the index of the choice that the line contains at byte `at`.
     fn choice(self, at: usize, choices: &[&str], expected: &'static str) -> Result<usize> {
         let rest = self.text.get(at..).unwrap_or("");
         let found = choices.iter().position(|choice| rest.starts_with(choice));
@@ -83,7 +83,7 @@ impl Line<'_> {
     }
 }
 
-/// The parts of a maze that have been read.
+/// The parts of a maze that have been parsed.
 struct Parts {
     walls: Walls,
     start: Option<Cell>,
@@ -91,7 +91,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// Reads a row of posts and the walls towards `heading` of the cells in row `y`.
+    /// Reads a row of posts with the walls on the `heading` side of the cells in row `y`.
     fn read_posts(&mut self, line: Line, y: u8, heading: Heading) -> Result {
         const POST: &str = r#"a post "o""#;
         for x in 0..self.walls.size().width() {
@@ -110,7 +110,7 @@ impl Parts {
         self.read_wall(line, 0, Cell::new(0, y), Heading::West)?;
         for x in 0..self.walls.size().width() {
             let (cell, at) = (Cell::new(x, y), 4 * usize::from(x) + 1);
-            let mark = line.choice(at, MARKS, "a cell, empty or with S, G or SG")?;
+            let mark = line.choice(at, MARKS, "an empty cell or a cell with S, G or SG")?;
             if mark % 2 == 1 && self.start.replace(cell).is_some() {
                 return Err(line.error(at, "one start"));
             }
@@ -122,7 +122,7 @@ impl Parts {
         line.expect_end(4 * usize::from(self.walls.size().width()) + 1, "the end of the line")
     }
 
-    /// Reads the wall of `cell` towards `heading`.
+    /// Reads the wall on the `heading` side of `cell`.
     fn read_wall(&mut self, line: Line, at: usize, cell: Cell, heading: Heading) -> Result {
         use Heading::{East, North, South, West};
         let is_inner = self.walls.size().neighbour(cell, heading).is_some();
@@ -160,13 +160,51 @@ mod tests {
         };
         insta::assert_snapshot!(error("o   o", "o - o"), @r#"line 3, column 2: expected "---" or three spaces"#);
         insta::assert_snapshot!(error(" G |", " S |"), @"line 2, column 6: expected one start");
-        insta::assert_snapshot!(error("       |", "        "), @"line 4, column 2: expected a cell, empty or with S, G or SG");
-        insta::assert_snapshot!(error(" G ", " X "), @"line 2, column 2: expected a cell, empty or with S, G or SG");
+        insta::assert_snapshot!(error("       |", "        "), @"line 4, column 2: expected an empty cell or a cell with S, G or SG");
+        insta::assert_snapshot!(error(" G ", " X "), @"line 2, column 2: expected an empty cell or a cell with S, G or SG");
         insta::assert_snapshot!(error("o---o---o\n|", "o---o---o-\n|"), @"line 1, column 10: expected the end of the line");
         insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "x\n")), @"line 6, column 1: expected the end of the picture");
         insta::assert_snapshot!(error(MAZE, &(MAZE.to_string() + "o---o---o\n")), @"line 6, column 1: expected the end of the picture");
         insta::assert_snapshot!(error("|       |\no---o---o\n", "|       |\n"), @r#"line 5, column 1: expected a post "o""#);
         insta::assert_snapshot!(error(MAZE, ""), @"line 1, column 1: expected the picture of a maze of 1x1 to 32x32 cells");
+    }
+
+    #[test]
+    fn each_wall_and_post_has_its_place_in_errors() {
+        let error = |from: &str, to: &str| {
+            assert!(MAZE.contains(from));
+            let error = MAZE.replacen(from, to, 1).parse::<Maze>().unwrap_err();
+            (error.line, error.column, error.expected)
+        };
+        let (post, end) = (r#"a post "o""#, "the end of the line");
+        let (outer_row, outer_side) = (r#"the outer wall, "---""#, r#"the outer wall, "|""#);
+        assert_eq!(error("o---o", "x---o"), (1, 1, post));
+        assert_eq!(error("o---o", "o---x"), (1, 5, post));
+        assert_eq!(error("---o\n", "---x\n"), (1, 9, post));
+        assert_eq!(error("o---o---o", "o---o- -o"), (1, 6, outer_row));
+        assert_eq!(error("|\no---o---o\n", "|\no- -o---o\n"), (5, 2, outer_row));
+        assert_eq!(error("| G |SG |", "| G xSG |"), (2, 5, r#""|" or a space"#));
+        assert_eq!(error("SG |", "SG x"), (2, 9, outer_side));
+        assert_eq!(error("SG |", "SG |x"), (2, 10, end));
+        assert_eq!(error("o   o---o\n", "o   o---ox\n"), (3, 10, end));
+        let unwalled = MAZE.replacen('|', " ", 1) + "|\n";
+        let error = unwalled.parse::<Maze>().unwrap_err();
+        assert_eq!((error.line, error.column, error.expected), (2, 1, outer_side));
+        // Blank lines count.
+        let error = ("\n\n".to_string() + "o\n").parse::<Maze>().unwrap_err();
+        assert_eq!((error.line, error.column), (3, 1));
+        let wide = format!("o{}\n|\n", "---o".repeat(33)).parse::<Maze>().unwrap_err();
+        assert_eq!(wide.expected, "the picture of a maze of 1x1 to 32x32 cells");
+    }
+
+    #[test]
+    fn a_picture_without_marks_has_the_default_start_and_goal() {
+        let maze: Maze = MAZE.replace(" G ", "   ").replace("SG ", "   ").parse().unwrap();
+        assert_eq!(maze.start().cell, Cell::new(0, 0));
+        assert_eq!(maze.goals(), &maze.size().central_cells());
+        let maze: Maze = MAZE.parse().unwrap();
+        assert_eq!(maze.start().cell, Cell::new(1, 1));
+        assert!(maze.goals().iter().eq([Cell::new(0, 1), Cell::new(1, 1)]));
     }
 
     proptest! {

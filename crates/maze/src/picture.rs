@@ -10,7 +10,7 @@ use crate::maze::Maze;
 use crate::pose::Pose;
 use crate::walls::Walls;
 
-/// A maze, or what a mouse knows of it, as text with north on top.
+/// A maze, or the map of a mouse, drawn as text with north at the top.
 ///
 /// ```text
 /// o---o---o
@@ -20,9 +20,9 @@ use crate::walls::Walls;
 /// o---o---o
 /// ```
 ///
-/// A number replaces `S` and `G`, a letter replaces a number, and the mouse replaces a letter. Cells are
-/// three characters wide, or wider if a number needs it. Without numbers, letters and a mouse,
-/// [`str::parse`] reads the picture of a [`Maze`] back.
+/// A cell shows the mouse, a letter, a number, or the marks `S` and `G`, in this order of priority.
+/// Cells are three characters wide, or wider if a number needs more space. [`str::parse`] can read
+/// a picture of a [`Maze`] if the picture contains no numbers, letters or mouse.
 ///
 /// ```
 /// use mmsim_maze::{Maze, MazeSize, Walls, Cell, CellSet};
@@ -39,9 +39,9 @@ use crate::walls::Walls;
 #[derive(Clone, Copy)]
 #[must_use]
 pub struct TextPicture<'a> {
-    /// The walls that are present for certain.
+    /// The walls that are known to be present, without unknown walls.
     certain: &'a Walls,
-    /// The walls that may be present.
+    /// The walls that may be present, including unknown walls.
     possible: &'a Walls,
     start: Cell,
     goals: &'a CellSet,
@@ -52,14 +52,16 @@ pub struct TextPicture<'a> {
 }
 
 impl Maze {
-    /// Returns the maze as text, to which numbers, letters and a mouse can be added.
+    /// Returns a text picture of the maze. Numbers, letters and a mouse can be added to the
+    /// picture.
     pub const fn picture(&self) -> TextPicture<'_> {
         TextPicture::new(self.walls(), self.walls(), self.start().cell, self.goals())
     }
 }
 
 impl KnownMaze {
-    /// Returns the map as text, to which numbers, letters and the mouse can be added.
+    /// Returns a text picture of the map. Numbers, letters and the mouse can be added to the
+    /// picture.
     pub const fn picture(&self) -> TextPicture<'_> {
         let (certain, possible) = (self.walls(Unknown::Open), self.walls(Unknown::Closed));
         TextPicture::new(certain, possible, self.start().cell, self.goals())
@@ -78,26 +80,26 @@ impl<'a> TextPicture<'a> {
         Self { certain, possible, start, goals, numbers, letters, mouse, compact: false }
     }
 
-    /// Writes numbers, such as distances in steps, into cells.
+    /// Adds numbers to the cells, such as distances in steps.
     pub const fn with_numbers(mut self, numbers: &'a dyn Fn(Cell) -> Option<u16>) -> Self {
         self.numbers = Some(numbers);
         self
     }
 
-    /// Writes letters, such as the direction of a path, into cells.
+    /// Adds letters to the cells, such as the directions of a path.
     pub const fn with_letters(mut self, letters: &'a dyn Fn(Cell) -> Option<char>) -> Self {
         self.letters = Some(letters);
         self
     }
 
-    /// Draws the mouse.
+    /// Adds the mouse to the picture.
     pub const fn with_mouse(mut self, pose: Pose) -> Self {
         self.mouse = Some(pose);
         self
     }
 
-    /// Draws each row of cells in one line, for small screens. South walls are underlines; posts and
-    /// numbers are omitted.
+    /// Draws each row of cells on one line, for small screens. South walls are drawn as
+    /// underscores; posts and numbers are omitted.
     ///
     /// ```text
     ///  ___ ___
@@ -125,12 +127,13 @@ impl<'a> TextPicture<'a> {
         self.mouse.is_some_and(|pose| pose.cell == cell)
     }
 
-    /// Returns the letter of a cell, unless the mouse is there.
+    /// Returns the letter to draw in `cell`, or `None` if the cell has no letter or contains the
+    /// mouse.
     fn letter(&self, cell: Cell) -> Option<char> {
         self.letters.and_then(|letter| letter(cell)).filter(|_| !self.has_mouse(cell))
     }
 
-    /// Returns the number of characters between two posts.
+    /// Returns the number of characters between two adjacent posts.
     fn cell_width(&self) -> usize {
         match self.size().cells().filter_map(|cell| self.number(cell)).max() {
             Some(10_000..) => 5,
@@ -139,7 +142,7 @@ impl<'a> TextPicture<'a> {
         }
     }
 
-    /// Writes a row of posts and the walls towards `heading` of the cells in row `y`.
+    /// Writes a row of posts with the walls on the `heading` side of the cells in row `y`.
     fn write_posts(&self, f: &mut Formatter<'_>, y: u8, heading: Heading, width: usize) -> Result {
         for x in 0..self.size().width() {
             match self.wall(Cell::new(x, y), heading) {
@@ -187,7 +190,7 @@ impl<'a> TextPicture<'a> {
         f.write_char('\n')
     }
 
-    /// Returns the character for a wall between cells of one row.
+    /// Returns the character for the east or west wall of `cell`.
     fn side(&self, cell: Cell, heading: Heading) -> char {
         match self.wall(cell, heading) {
             WallState::Present => '|',
@@ -196,7 +199,7 @@ impl<'a> TextPicture<'a> {
         }
     }
 
-    /// Returns the mark in a cell without a number.
+    /// Returns the text to draw in a cell without a letter or number.
     fn mark(&self, cell: Cell) -> &'static str {
         if let Some(pose) = self.mouse.filter(|pose| pose.cell == cell) {
             return match pose.heading {
@@ -288,6 +291,35 @@ mod tests {
         let large = |cell: Cell| (cell.y == 0).then(|| 7 + u16::from(cell.x) * 12_000);
         let drawing = maze.picture().with_numbers(&large).to_string();
         assert_eq!(drawing.lines().nth(3), Some("|  7  |12007 24007|"));
+    }
+
+    #[test]
+    fn cells_have_room_for_the_longest_number() {
+        let maze = maze();
+        for (number, line) in [
+            (999, "|999 999 999|"),
+            (1000, "|1000 1000 1000|"),
+            (9999, "|9999 9999 9999|"),
+            (10_000, "|10000 10000 10000|"),
+        ] {
+            let numbers = |_| Some(number);
+            let picture = maze.picture().with_numbers(&numbers);
+            let text = picture.to_string();
+            assert_eq!(text.lines().nth(1), Some(line));
+            assert!(text.lines().all(|row| row.len() == line.len()), "{text}");
+            assert_eq!(format!("{picture:?}"), text);
+        }
+    }
+
+    #[test]
+    fn the_arrow_points_where_the_mouse_faces() {
+        let maze = maze();
+        for (heading, arrow) in Heading::ALL.into_iter().zip(["^", ">", "v", "<"]) {
+            let pose = Pose::new(Cell::new(1, 0), heading);
+            let picture = maze.picture().with_mouse(pose).to_string();
+            let line = format!("| S | {arrow}   G |");
+            assert_eq!(picture.lines().nth(3), Some(line.as_str()));
+        }
     }
 
     #[test]

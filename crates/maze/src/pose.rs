@@ -21,8 +21,8 @@ impl Pose {
         Self { cell, heading }
     }
 
-    /// Returns the pose after `step`, regardless of walls, or `None` if a coordinate would leave 0 to
-    /// 255.
+    /// Returns the pose after `step`, ignoring walls. Returns `None` if a coordinate would be less
+    /// than 0 or greater than 255.
     #[must_use]
     pub fn after(self, step: Step) -> Option<Self> {
         let heading = self.heading.turned(step);
@@ -49,5 +49,6 @@ mod tests {
         assert_eq!(ends[2], Pose::new(Cell::new(5, 4), Heading::South));
         assert_eq!(ends[3], Pose::new(Cell::new(4, 5), Heading::West));
         assert_eq!(Pose::new(Cell::new(0, 0), Heading::North).after(Step::Left), None);
+        assert_eq!(pose.to_string(), "(5, 5) heading east");
     }
 }

@@ -6,7 +6,7 @@ use crate::pose::Pose;
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// All walls of a maze. Each is stored once, as the north or east wall of a cell.
+/// All walls of a maze. Each wall is stored once, as the north or east wall of a cell.
 ///
 /// ```text
 ///    o--north--o
@@ -18,25 +18,26 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Walls {
     size: MazeSize,
-    /// Bit x of row y: the wall between (x, y) and (x, y + 1).
+    /// Bit x of `north[y]` stands for the wall between (x, y) and (x, y + 1).
     north: [u32; SIDE],
-    /// Bit x of row y: the wall between (x, y) and (x + 1, y).
+    /// Bit x of `east[y]` stands for the wall between (x, y) and (x + 1, y).
     east: [u32; SIDE],
 }
 
 impl Walls {
-    /// Creates a maze with only its outer walls.
+    /// Creates the walls of a maze that has only outer walls.
     pub const fn open(size: MazeSize) -> Self {
         Self { size, north: [0; SIDE], east: [0; SIDE] }
     }
 
-    /// Creates a maze with every wall.
+    /// Creates the walls of a maze in which every wall is present.
     pub fn closed(size: MazeSize) -> Self {
         Self::from_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE])
     }
 
-    /// Creates a maze with these inner walls, as bits: see [`north_rows`](Self::north_rows) and
-    /// [`east_rows`](Self::east_rows). Bits of outer walls and beyond are ignored.
+    /// Creates walls from bits, in the layout of [`north_rows`](Self::north_rows) and
+    /// [`east_rows`](Self::east_rows). Bits for outer walls and for cells outside the maze are
+    /// ignored.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -58,26 +59,26 @@ impl Walls {
         self.size
     }
 
-    /// Returns the inner walls to the north: bit x of row y is the one between (x, y) and (x, y + 1). Bits
-    /// of outer walls and beyond are clear.
+    /// Returns one integer of inner north walls for each row: bit x of integer y stands for the
+    /// wall between (x, y) and (x, y + 1). All other bits are clear.
     pub const fn north_rows(&self) -> &[u32; SIDE] {
         &self.north
     }
 
-    /// Returns the inner walls to the east: bit x of row y is the one between (x, y) and (x + 1, y). Bits
-    /// of outer walls and beyond are clear.
+    /// Returns one integer of inner east walls for each row: bit x of integer y stands for the wall
+    /// between (x, y) and (x + 1, y). All other bits are clear.
     pub const fn east_rows(&self) -> &[u32; SIDE] {
         &self.east
     }
 
-    /// Returns whether `cell` has a wall towards `heading`. At the edge of the maze and outside it always
-    /// has.
+    /// Returns true if `cell` has a wall on its `heading` side. Outer walls are always present, and
+    /// a cell outside the maze has walls on all sides.
     pub fn has(&self, cell: Cell, heading: Heading) -> bool {
         self.sides(cell).has(heading)
     }
 
-    /// Builds (`true`) or removes (`false`) the wall of `cell` towards `heading`. Outer walls and walls
-    /// outside are unchanged.
+    /// Adds the wall on the `heading` side of `cell` if `present` is true, and removes it
+    /// otherwise. Outer walls and walls outside the maze are unchanged.
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
         let is_outer = Sides::outer(self.size, cell).has(heading);
         if !is_outer && self.has(cell, heading) != present {
@@ -85,7 +86,8 @@ impl Walls {
         }
     }
 
-    /// Returns the sides of a cell with a wall. Outside the maze these are all sides.
+    /// Returns the sides of `cell` that have a wall. A cell outside the maze has walls on all
+    /// sides.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -96,8 +98,9 @@ impl Walls {
         self.inner_sides(cell).or(Sides::outer(self.size, cell))
     }
 
-    /// Returns the sides of a cell with an inner wall. Outside the maze the result is unspecified.
-    // No branch on a wall: walls are unpredictable.
+    /// Returns the sides of a cell that have an inner wall. The result is unspecified for a cell
+    /// outside the maze.
+    // Avoids branches on walls, because walls are unpredictable.
     pub(crate) fn inner_sides(&self, Cell { x, y }: Cell) -> Sides {
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
         let bit = |rows: u32| (rows.wrapping_shr(x.into()) & 1) as u8;
@@ -106,8 +109,8 @@ impl Walls {
         Sides(north | east << 1 | south << 2 | west << 3)
     }
 
-    /// Toggles the walls at these sides of a cell. The cell and its neighbours at these sides must be
-    /// inside.
+    /// Toggles the walls on the given sides of a cell. The cell and its neighbours on those sides
+    /// must be inside the maze.
     pub(crate) fn toggle(&mut self, Cell { x, y }: Cell, sides: Sides) {
         let bit = |heading| u32::from(sides.has(heading)).wrapping_shl(x.into());
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
@@ -117,7 +120,8 @@ impl Walls {
         self.east[row] ^= bit(Heading::East) | bit(Heading::West) >> 1;
     }
 
-    /// Returns what a mouse in this pose observes. Outside the maze all sides are walls.
+    /// Returns the walls that a mouse in this pose observes. A cell outside the maze has walls on
+    /// all sides.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Pose, Walls, WallsAround};
@@ -129,7 +133,8 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
-    /// Returns the neighbours of `cell` without a wall between, in the order north, east, south, west.
+    /// Returns the neighbours of `cell` that no wall separates from it, in the order north, east,
+    /// south, west.
     pub fn open_neighbours(&self, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
         let sides = self.sides(cell);
         Heading::ALL
@@ -139,7 +144,7 @@ impl Walls {
     }
 }
 
-/// A set of sides of a cell, one bit for each in the order of [`Heading::ALL`].
+/// A set of sides of a cell, with one bit for each side in the order of [`Heading::ALL`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Sides(u8);
 
@@ -147,7 +152,8 @@ impl Sides {
     pub(crate) const NONE: Self = Self(0);
     const ALL: Self = Self(0b1111);
 
-    /// Returns the sides of a cell that are outer walls. Outside the maze these are all sides.
+    /// Returns the sides of `cell` that are outer walls. For a cell outside the maze, all sides are
+    /// outer walls.
     pub(crate) const fn outer(size: MazeSize, cell: Cell) -> Self {
         if !size.contains(cell) {
             return Self::ALL;
@@ -157,18 +163,19 @@ impl Sides {
         Self(north as u8 | (east as u8) << 1 | (south as u8) << 2 | (west as u8) << 3)
     }
 
-    /// Creates a set of sides from bits: 1 north, 2 east, 4 south, 8 west. Other bits are ignored.
+    /// Creates a set of sides from bits: 1 for north, 2 for east, 4 for south, 8 for west. Other
+    /// bits are ignored.
     pub const fn from_bits(bits: u8) -> Self {
         Self(bits & Self::ALL.0)
     }
 
-    /// Returns the sides as bits: 1 north, 2 east, 4 south, 8 west.
+    /// Returns the set as bits: 1 for north, 2 for east, 4 for south, 8 for west.
     pub const fn bits(self) -> u8 {
         self.0
     }
 
-    /// Returns the sides at which a mouse with this heading observes a wall.
-    // Rotates the bits instead of branching: the turns of a mouse are unpredictable.
+    /// Returns the sides of a cell on which a mouse with this heading observes a wall.
+    // Rotates the bits instead of branching, because the turns of a mouse are unpredictable.
     pub(crate) const fn from_walls_around(heading: Heading, walls: WallsAround) -> Self {
         let WallsAround { left, front, right } = walls;
         let clockwise_from_nose = front as u8 | (right as u8) << 1 | (left as u8) << 3;
@@ -176,7 +183,7 @@ impl Sides {
         Self(twice >> (4 - heading as u8) & 0b1111)
     }
 
-    /// Inverse of [`from_walls_around`](Self::from_walls_around).
+    /// Inverts [`from_walls_around`](Self::from_walls_around).
     const fn around(self, heading: Heading) -> WallsAround {
         let clockwise_from_nose = (self.0 << 4 | self.0) >> heading as u8;
         WallsAround {
@@ -186,7 +193,7 @@ impl Sides {
         }
     }
 
-    /// Returns whether the set contains the side towards `heading`.
+    /// Returns true if the set contains the `heading` side.
     pub const fn has(self, heading: Heading) -> bool {
         self.0 >> heading as u8 & 1 == 1
     }
@@ -207,11 +214,11 @@ impl Sides {
 /// The walls that a mouse observes: to its left, in front of it and to its right, but not behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WallsAround {
-    /// A wall to the left.
+    /// True if there is a wall to the left.
     pub left: bool,
-    /// A wall in front.
+    /// True if there is a wall in front.
     pub front: bool,
-    /// A wall to the right.
+    /// True if there is a wall to the right.
     pub right: bool,
 }
 
@@ -250,6 +257,62 @@ mod tests {
                 assert_eq!(right, heading.right() == present, "{heading:?}, {present:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_mouse_observes_the_walls_that_it_records() {
+        for heading in Heading::ALL {
+            for bits in 0..8 {
+                let [left, front, right] = [1, 2, 4].map(|bit| bits & bit != 0);
+                let around = WallsAround { left, front, right };
+                let sides = Sides::from_walls_around(heading, around);
+                assert_eq!(sides.around(heading), around);
+                assert_eq!(sides.has(heading.left()), left);
+                assert!(!sides.has(heading.back()), "{heading}");
+            }
+        }
+    }
+
+    #[test]
+    fn sides_are_bits_from_north_clockwise() {
+        let mut walls = Walls::open(MazeSize::new(3, 3).unwrap());
+        walls.set(Cell::new(0, 0), Heading::East, true);
+        let bits = |x, y| walls.sides(Cell::new(x, y)).bits();
+        assert_eq!([bits(0, 0), bits(1, 0), bits(2, 2), bits(1, 1)], [0b1110, 0b1100, 0b0011, 0]);
+        assert_eq!([bits(3, 0), bits(0, 3)], [0b1111; 2]);
+        assert_eq!(Sides::from_bits(0b11_0101).bits(), 0b0101);
+        let headings = Heading::ALL.map(|heading| Sides::from_bits(0b0110).has(heading));
+        assert_eq!(headings, [false, true, true, false]);
+        let (first, second) = (Sides::from_bits(0b0011), Sides::from_bits(0b0110));
+        assert_eq!(first.or(second).bits(), 0b0111);
+        assert_eq!(first.and(second).bits(), 0b0010);
+        assert_eq!(first.without(second).bits(), 0b0001);
+    }
+
+    #[test]
+    fn rows_hold_only_inner_walls() {
+        let size = MazeSize::new(3, 2).unwrap();
+        let walls = Walls::from_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE]);
+        assert_eq!(walls.size(), size);
+        assert_eq!(walls, Walls::closed(size));
+        let (mut north, mut east) = ([0; SIDE], [0; SIDE]);
+        (north[0], east[0], east[1]) = (0b111, 0b11, 0b11);
+        assert_eq!((walls.north_rows(), walls.east_rows()), (&north, &east));
+        (north[0], east[0], east[1]) = (0b010, 0b01, 0b10);
+        let walls = Walls::from_rows(size, north, east);
+        assert!(walls.has(Cell::new(1, 0), Heading::North));
+        assert!(walls.has(Cell::new(0, 0), Heading::East));
+        assert!(walls.has(Cell::new(2, 1), Heading::West));
+        assert!(!walls.has(Cell::new(0, 1), Heading::East));
+    }
+
+    #[test]
+    fn open_neighbours_are_listed_from_north_clockwise() {
+        let (mut walls, cell) = (Walls::open(MazeSize::new(3, 3).unwrap()), Cell::new(1, 1));
+        let neighbours = [(1, 2), (2, 1), (1, 0), (0, 1)].map(|(x, y)| Cell::new(x, y));
+        assert!(walls.open_neighbours(cell).eq(neighbours));
+        walls.set(cell, Heading::East, true);
+        assert!(walls.open_neighbours(cell).eq([neighbours[0], neighbours[2], neighbours[3]]));
     }
 
     #[test]

@@ -3,14 +3,14 @@
 use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
 
-/// A failure to listen on a port.
+/// An error that [`listen`] returns.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BindError {
     /// The port is in use.
     #[error("port {port} on {host} is already in use")]
     InUse {
-        /// The host as given.
+        /// The host, as passed to [`listen`].
         host: String,
         /// The port.
         port: u16,
@@ -18,30 +18,31 @@ pub enum BindError {
     /// The host name cannot be resolved.
     #[error("cannot resolve host {host:?}: {source}")]
     Host {
-        /// The host as given.
+        /// The host, as passed to [`listen`].
         host: String,
-        /// The error of the name service.
+        /// The error from name resolution.
         source: io::Error,
     },
-    /// Any other error of the operating system: the address does not belong to this machine, or
-    /// the port needs privileges.
+    /// The operating system refuses to open the port, for example because the address does not
+    /// belong to this machine or the port requires privileges.
     #[error("cannot listen on port {port} on {host}: {source}")]
     Listen {
-        /// The host as given.
+        /// The host, as passed to [`listen`].
         host: String,
         /// The port.
         port: u16,
-        /// The error of the operating system.
+        /// The error from the operating system.
         source: io::Error,
     },
 }
 
-/// Listens on a port of this machine; port 0 selects a free port. The host is a name, an address, or
-/// `*` for all IPv4 addresses of this machine.
+/// Listens on a port of this machine; port 0 selects a free port. The host is a host name, an IP
+/// address, or `*` for all IPv4 addresses of this machine.
 ///
 /// # Errors
-/// The port is in use ([`BindError::InUse`]), the host name cannot be resolved ([`BindError::Host`]),
-/// or the operating system refuses for another reason ([`BindError::Listen`]).
+/// Returns an error if the port is in use ([`BindError::InUse`]), if the host name cannot be
+/// resolved ([`BindError::Host`]), or if the operating system refuses for another reason
+/// ([`BindError::Listen`]).
 pub fn listen(host: &str, port: u16) -> Result<TcpListener, BindError> {
     let address =
         resolve(host, port).map_err(|source| BindError::Host { host: host.into(), source })?;
@@ -51,15 +52,14 @@ pub fn listen(host: &str, port: u16) -> Result<TcpListener, BindError> {
     })
 }
 
-/// Resolves the address to listen on. IPv4 comes first, as clients try it first.
+/// Resolves the address to listen on. Prefers IPv4, because clients try IPv4 first.
 fn resolve(host: &str, port: u16) -> io::Result<SocketAddr> {
     let host = match host {
         "*" => "0.0.0.0",
         host => host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host),
     };
-    let mut addresses = (host, port).to_socket_addrs()?.collect::<Vec<_>>();
-    addresses.sort_by_key(SocketAddr::is_ipv6);
-    addresses.first().copied().ok_or(ErrorKind::NotFound.into())
+    let addresses = (host, port).to_socket_addrs()?;
+    addresses.min_by_key(SocketAddr::is_ipv6).ok_or(ErrorKind::NotFound.into())
 }
 
 #[cfg(test)]
@@ -80,6 +80,7 @@ mod tests {
             let address = listen(host, 0).unwrap().local_addr().unwrap();
             assert_eq!(address.ip().is_loopback(), host != "*");
         }
+        assert!(resolve("localhost", 7).unwrap().is_ipv4());
         assert_eq!(resolve("[::1]", 7).unwrap(), "[::1]:7".parse().unwrap());
         let error = |host| listen(host, 0).unwrap_err().to_string();
         assert!(error("no such host").starts_with("cannot resolve host \"no such host\": "));

@@ -1,59 +1,55 @@
-//! One connection: its input, its output, and the requests in between.
+//! A single connection with its input and output buffers.
 
 use std::io::{self, ErrorKind, Read, Write};
 
-use crate::codec::decoder::{Decoder, Phase};
-use crate::codec::event::{Event, ProtocolError};
-use crate::codec::frame::{push_last_frame, push_pong};
-use crate::codec::handshake::SIGNATURE;
+use crate::codec::{Decoder, Event, Phase, ProtocolError, SIGNATURE, push_last_frame, push_pong};
 use crate::limits::MAX_WAITING_REPLY_BYTES;
 use crate::service::Service;
 
-/// The number of bytes read at once.
+/// The maximum number of bytes in one read from a stream.
 const READ_BYTES: usize = 4 * 1024;
 
-/// The maximum number of events handled in one turn.
+/// The maximum number of decoded events that are handled in one turn.
 const MAX_EVENTS: usize = 64;
 
-/// A connection of a REP socket over a non-blocking stream, from the greeting on.
+/// A connection of a REP socket over a non-blocking stream, including the handshake.
 ///
-/// It reads and writes the stream but never waits for it. Call [`turn`](Self::turn) after
-/// [`set_ready`](Self::set_ready).
+/// The connection reads and writes the stream but never waits for it. Call [`turn`](Self::turn)
+/// after each call of [`set_ready`](Self::set_ready).
 #[derive(Debug)]
 pub struct Connection<S> {
     stream: S,
     decoder: Decoder,
-    /// Received bytes, of which the first `consumed` are decoded.
+    /// Received bytes. The first `consumed` bytes have been decoded.
     input: Vec<u8>,
     consumed: usize,
-    /// Bytes to send, of which the first `sent` are sent.
+    /// Bytes to send.
     output: Vec<u8>,
-    sent: usize,
-    /// Whether reading the stream may succeed.
+    /// True if reading from the stream may succeed.
     is_readable: bool,
-    /// Whether writing to the stream may succeed.
+    /// True if writing to the stream may succeed.
     is_writable: bool,
 }
 
-/// The outcome of a [`Connection::turn`].
+/// The result of [`Connection::turn`].
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Turn {
-    /// Whether the connection has more to do now, rather than waiting for its stream.
+    /// True if the connection can do more work without waiting for the stream.
     pub has_more: bool,
-    /// Whether a request counted as activity, see [`Service::answer`].
+    /// True if a request counted as activity, as defined by [`Service::answer`].
     pub has_activity: bool,
 }
 
-/// Why a connection ends.
+/// The reason why a connection has ended.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DisconnectReason {
     /// The peer has closed the connection.
     #[error("closed by the peer")]
     Closed,
-    /// The peer violates the protocol.
+    /// The peer has violated the protocol.
     #[error(transparent)]
     Protocol(#[from] ProtocolError),
     /// The stream has failed.
@@ -62,7 +58,7 @@ pub enum DisconnectReason {
 }
 
 impl<S: Read + Write> Connection<S> {
-    /// Creates a connection over a stream that has just connected. Its first turn sends the greeting.
+    /// Creates a connection over a newly connected stream. The first turn sends the greeting.
     pub fn new(stream: S) -> Self {
         Self {
             stream,
@@ -70,7 +66,6 @@ impl<S: Read + Write> Connection<S> {
             input: Vec::new(),
             consumed: 0,
             output: SIGNATURE.to_vec(),
-            sent: 0,
             is_readable: true,
             is_writable: true,
         }
@@ -92,74 +87,70 @@ impl<S: Read + Write> Connection<S> {
         self.decoder.phase()
     }
 
-    /// Returns whether bytes wait to be sent.
+    /// Returns true if bytes are waiting to be sent.
     pub const fn has_output(&self) -> bool {
-        self.sent < self.output.len()
+        !self.output.is_empty()
     }
 
-    /// Receives, answers at most `max_requests` requests, and sends the replies. `reply` is a buffer
-    /// for the service.
+    /// Receives bytes, answers at most `max_requests` requests, and sends the replies.
     ///
     /// # Errors
-    /// The connection has ended. Valid requests before the end are answered nevertheless.
+    /// Returns an error if the connection has ended. Valid requests received before the end are
+    /// still answered.
     pub fn turn(
         &mut self,
         max_requests: usize,
         service: &mut impl Service,
-        reply: &mut Vec<u8>,
     ) -> Result<Turn, DisconnectReason> {
-        let mut turn = Turn::default();
-        let result = self.process(max_requests, service, reply, &mut turn.has_activity);
-        let sent = self.send();
-        turn.has_more = result?;
-        sent?;
-        Ok(turn)
+        let turn = self.process(max_requests, service);
+        self.send().and(turn)
     }
 
-    /// Decodes and answers requests; returns whether there is more to do now.
+    /// Receives bytes and answers requests, but does not send the last replies.
     fn process(
         &mut self,
         mut requests_left: usize,
         service: &mut impl Service,
-        reply: &mut Vec<u8>,
-        has_activity: &mut bool,
-    ) -> Result<bool, DisconnectReason> {
+    ) -> Result<Turn, DisconnectReason> {
+        let (mut turn, mut reply) = (Turn::default(), Vec::new());
         for _ in 0..MAX_EVENTS {
-            if self.output.len() - self.sent >= MAX_WAITING_REPLY_BYTES {
+            if self.output.len() >= MAX_WAITING_REPLY_BYTES {
                 self.send()?;
                 if !self.is_writable {
-                    return Ok(false);
+                    return Ok(turn);
                 }
             }
             let (consumed, event) = self.decoder.decode(&self.input[self.consumed..])?;
             match event {
                 Event::Incomplete => {
-                    // A reply need not wait for the bytes after its request.
+                    // Replies are sent before more input is read.
                     self.send()?;
                     if !self.receive()? {
-                        return Ok(false);
+                        return Ok(turn);
                     }
                 }
                 Event::Ignored | Event::Ready => {}
                 Event::Send(bytes) => self.output.extend_from_slice(bytes),
                 Event::Ping { context } => push_pong(&mut self.output, context),
                 Event::Request { last, frames } => {
-                    *has_activity |= service.answer(&last, frames, reply);
-                    self.push_reply(reply);
+                    turn.has_activity |= service.answer(&last, frames, &mut reply);
+                    self.push_reply(&reply);
                     requests_left = requests_left.saturating_sub(1);
                 }
                 Event::Oversized(error) => {
-                    service.refuse(&error, reply);
-                    self.push_reply(reply);
+                    service.refuse(&error, &mut reply);
+                    self.push_reply(&reply);
                 }
             }
             self.consumed += consumed;
             if requests_left == 0 {
                 self.send()?;
-                return Ok(self.consumed < self.input.len() || self.receive()?);
+                turn.has_more = self.consumed < self.input.len() || self.receive()?;
+                return Ok(turn);
             }
         }
-        Ok(true)
+        turn.has_more = true;
+        Ok(turn)
     }
 
     fn push_reply(&mut self, reply: &[u8]) {
@@ -167,7 +158,7 @@ impl<S: Read + Write> Connection<S> {
         push_last_frame(&mut self.output, reply);
     }
 
-    /// Receives bytes if there are any; returns whether there were.
+    /// Receives the available bytes. Returns false if the stream has to become readable first.
     fn receive(&mut self) -> Result<bool, DisconnectReason> {
         if !self.is_readable {
             return Ok(false);
@@ -176,16 +167,12 @@ impl<S: Read + Write> Connection<S> {
         self.consumed = 0;
         let start = self.input.len();
         self.input.resize(start + READ_BYTES, 0);
-        let result = loop {
-            match self.stream.read(&mut self.input[start..]) {
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                result => break result,
-            }
-        };
+        let result = self.stream.read(&mut self.input[start..]);
         self.input.truncate(start + result.as_ref().map_or(0, |&count| count));
         match result {
             Ok(0) => Err(DisconnectReason::Closed),
             Ok(_) => Ok(true),
+            Err(error) if error.kind() == ErrorKind::Interrupted => Ok(true),
             Err(error) if error.kind() == ErrorKind::WouldBlock => {
                 self.is_readable = false;
                 // An idle connection keeps no more memory than a usual request needs.
@@ -199,24 +186,19 @@ impl<S: Read + Write> Connection<S> {
     /// Sends as much output as the stream accepts now.
     ///
     /// # Errors
-    /// The connection has ended.
+    /// Returns an error if the connection has ended.
     pub fn send(&mut self) -> Result<(), DisconnectReason> {
         while self.is_writable && self.has_output() {
-            match self.stream.write(&self.output[self.sent..]) {
+            match self.stream.write(&self.output) {
                 Ok(0) => return Err(DisconnectReason::Closed),
-                Ok(count) => self.sent += count,
+                Ok(count) => drop(self.output.drain(..count)),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => self.is_writable = false,
                 Err(error) => return Err(error.into()),
             }
         }
         if !self.has_output() {
-            self.output.clear();
             self.output.shrink_to(READ_BYTES);
-            self.sent = 0;
-        } else if self.sent >= READ_BYTES {
-            self.output.drain(..self.sent);
-            self.sent = 0;
         }
         Ok(())
     }
@@ -229,15 +211,16 @@ mod tests {
     use crate::limits::MAX_REQUEST_BYTES;
     use crate::testing::{Echo, Wire};
 
-    /// Returns a connection that has received a handshake and these bytes, and its other end.
+    /// Returns a connection that will receive a handshake and `incoming`, and the peer's end of its
+    /// stream.
     fn connect(incoming: &[u8]) -> (Connection<Wire>, Wire) {
         let wire = Wire::new(incoming);
         (Connection::new(wire.clone()), wire)
     }
 
-    /// Takes turns until the connection waits for its stream.
+    /// Gives the connection turns until it has to wait for its stream.
     fn run_until_idle(connection: &mut Connection<Wire>) -> Result<(), DisconnectReason> {
-        while connection.turn(8, &mut Echo::default(), &mut Vec::new())?.has_more {}
+        while connection.turn(8, &mut Echo::default())?.has_more {}
         Ok(())
     }
 
@@ -246,7 +229,8 @@ mod tests {
         wire.sent().strip_prefix(&handshake[..]).unwrap().to_vec()
     }
 
-    /// Returns requests of one byte each. The replies of [`Echo`] are the same.
+    /// Returns encoded requests of one byte each. The encoded replies of [`Echo`] have the same
+    /// bytes.
     fn requests(range: std::ops::Range<u8>) -> Vec<u8> {
         range.flat_map(|n| [1, 0, 0, 1, n]).collect()
     }
@@ -254,7 +238,7 @@ mod tests {
     #[test]
     fn requests_are_answered_in_order_and_limited_in_each_turn() {
         let (mut connection, wire) = connect(&requests(0..100));
-        let turn = connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        let turn = connection.turn(8, &mut Echo::default()).unwrap();
         assert_eq!(turn, Turn { has_more: true, has_activity: true });
         assert_eq!(replies(&wire), requests(0..8));
         run_until_idle(&mut connection).unwrap();
@@ -270,13 +254,57 @@ mod tests {
     }
 
     #[test]
+    fn turn_with_nothing_left_has_no_more() {
+        let (mut connection, wire) = connect(&requests(0..8));
+        let turn = connection.turn(8, &mut Echo::default()).unwrap();
+        assert_eq!(turn, Turn { has_more: false, has_activity: true });
+        assert_eq!(replies(&wire), requests(0..8));
+        // A message without an envelope is ignored, and a turn handles a limited number of messages.
+        wire.push(&b"\0\0".repeat(2 * MAX_EVENTS));
+        connection.set_ready(true, false);
+        let turn = connection.turn(8, &mut Echo::default()).unwrap();
+        assert_eq!(turn, Turn { has_more: true, has_activity: false });
+        assert!(connection.consumed <= 2 * MAX_EVENTS);
+        run_until_idle(&mut connection).unwrap();
+        assert!(connection.input.is_empty());
+    }
+
+    #[test]
+    fn interrupted_calls_are_repeated_and_other_errors_end_the_connection() {
+        let (mut connection, wire) = connect(&requests(0..1));
+        // The first call is a write, and the first call after the second request a read.
+        wire.fail([ErrorKind::Interrupted; 2]);
+        run_until_idle(&mut connection).unwrap();
+        wire.push(&requests(1..2));
+        wire.fail([ErrorKind::Interrupted; 2]);
+        connection.set_ready(true, false);
+        run_until_idle(&mut connection).unwrap();
+        assert_eq!(replies(&wire), requests(0..2));
+        wire.fail([ErrorKind::ConnectionReset]);
+        connection.set_ready(true, false);
+        let error = run_until_idle(&mut connection).unwrap_err();
+        assert!(matches!(error, DisconnectReason::Stream(_)));
+        wire.set_capacity(0);
+        wire.push(&requests(2..3));
+        connection.set_ready(true, true);
+        run_until_idle(&mut connection).unwrap();
+        assert!(connection.has_output() && !connection.is_writable);
+        connection.set_ready(false, true);
+        wire.fail([ErrorKind::BrokenPipe, ErrorKind::WriteZero]);
+        assert!(matches!(connection.send(), Err(DisconnectReason::Stream(_))));
+        assert!(matches!(connection.send(), Err(DisconnectReason::Closed)));
+        assert_eq!(DisconnectReason::Closed.to_string(), "closed by the peer");
+        assert_eq!(connection.into_stream().sent(), wire.sent());
+    }
+
+    #[test]
     fn service_decides_what_counts_as_activity() {
         let (mut connection, wire) = connect(b"\x01\0\0\x04ping");
-        let mut turn = || connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        let mut turn = || connection.turn(8, &mut Echo::default()).unwrap();
         assert_eq!(turn(), Turn::default());
         wire.push(b"\x01\0\0\x01a\x01\0\0\x04ping");
         connection.set_ready(true, true);
-        let turn = connection.turn(8, &mut Echo::default(), &mut Vec::new()).unwrap();
+        let turn = connection.turn(8, &mut Echo::default()).unwrap();
         assert!(turn.has_activity && !turn.has_more);
     }
 
@@ -288,7 +316,7 @@ mod tests {
         run_until_idle(&mut connection).unwrap();
         assert!(wire.has_incoming() && !connection.is_writable);
         assert!(connection.output.len() < MAX_WAITING_REPLY_BYTES + 2 * request.len());
-        // Nothing is lost: once the peer reads, it gets all replies.
+        // Nothing is lost: when the peer reads, it gets all replies.
         while !connection.is_writable {
             wire.set_capacity(5000);
             connection.set_ready(false, true);

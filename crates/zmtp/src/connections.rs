@@ -1,10 +1,9 @@
-//! All connections of a server: their turns, their deadlines, and who makes room. Time is an
-//! argument.
+//! All connections of a server, with their turns, deadlines and evictions. The current time is an
+//! argument of each function that needs it.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::fmt;
 use std::io::{Read, Write};
-use std::mem;
 use std::net::IpAddr;
 use std::time::Instant;
 
@@ -16,29 +15,25 @@ use crate::eviction::{Activity, choose_evicted};
 use crate::limits::{HANDSHAKE_TIME, OVERSIZED_TIME};
 use crate::service::Service;
 
-/// The maximum number of requests of one client that are answered in a row while no other waits.
+/// The maximum number of requests that are answered in one turn if no other client is waiting.
 const MAX_REQUESTS_IN_A_ROW: usize = 8;
 
 /// The connections of a server over streams of type `S`.
 pub(crate) struct Connections<S> {
     entries: HashMap<usize, Entry<S>>,
-    next_id: usize,
-    /// The connections that may have something to do, each at most once, oldest first.
+    /// The connections that may have work to do, in the order of their turns. Each connection
+    /// occurs at most once.
     queue: VecDeque<usize>,
-    /// The deadlines of all connections that have one.
+    /// The deadlines of all connections that have a deadline.
     deadlines: BTreeSet<(Instant, usize)>,
-    /// The streams of closed connections, until the server takes them.
+    /// The streams of closed connections that the server has not deregistered yet.
     pub(crate) closed: Vec<S>,
-    /// A buffer for the reply of the service.
-    reply: Vec<u8>,
 }
 
 struct Entry<S> {
     connection: Connection<S>,
     activity: Activity,
-    /// The phase after its latest turn.
-    phase: Phase,
-    /// When it is closed, unless it becomes ready before.
+    /// The time at which the connection is closed, unless it becomes ready first.
     deadline: Option<Instant>,
     is_queued: bool,
 }
@@ -47,11 +42,9 @@ impl<S: Read + Write> Connections<S> {
     pub(crate) fn new() -> Self {
         Self {
             entries: HashMap::new(),
-            next_id: 0,
             queue: VecDeque::new(),
             deadlines: BTreeSet::new(),
             closed: Vec::new(),
-            reply: Vec::new(),
         }
     }
 
@@ -59,19 +52,12 @@ impl<S: Read + Write> Connections<S> {
         self.entries.len()
     }
 
-    /// Returns the identifier of the next connection.
-    pub(crate) const fn next_id(&self) -> usize {
-        self.next_id
-    }
-
-    /// Adds a client that has just connected.
-    pub(crate) fn add(&mut self, stream: S, address: IpAddr, now: Instant) {
-        let (id, deadline) = (self.next_id, now + HANDSHAKE_TIME);
-        self.next_id += 1;
+    /// Adds a client that has just connected, with an identifier that is not in use.
+    pub(crate) fn add(&mut self, id: usize, stream: S, address: IpAddr, now: Instant) {
+        let deadline = now + HANDSHAKE_TIME;
         let entry = Entry {
             connection: Connection::new(stream),
             activity: Activity::new(address, now),
-            phase: Phase::Handshake,
             deadline: Some(deadline),
             is_queued: true,
         };
@@ -93,23 +79,24 @@ impl<S: Read + Write> Connections<S> {
         }
     }
 
-    /// Returns whether any connection may have something to do now.
+    /// Returns true if any connection may have work to do now.
     pub(crate) fn is_busy(&self) -> bool {
         !self.queue.is_empty()
     }
 
-    /// Returns the earliest deadline.
+    /// Returns the earliest deadline of all connections.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.deadlines.first().map(|&(deadline, _)| deadline)
     }
 
-    /// Returns whether any connection is in its handshake, or has sent a frame over the limit and no
-    /// request since.
+    /// Returns true if the handshake of any connection is incomplete, or if any client has sent no
+    /// complete request since an oversized frame.
     pub(crate) fn has_unready(&self) -> bool {
         self.entries.values().any(|entry| entry.connection.phase() != Phase::Ready)
     }
 
-    /// Gives each queued connection one turn, then closes those whose deadline has passed.
+    /// Gives each queued connection one turn, then closes the connections whose deadline has
+    /// passed.
     pub(crate) fn serve(&mut self, service: &mut impl Service, now: Instant) {
         for _ in 0..self.queue.len() {
             let Some(id) = self.queue.pop_front() else { break };
@@ -121,13 +108,13 @@ impl<S: Read + Write> Connections<S> {
         while let Some(&(deadline, id)) = self.deadlines.first().filter(|(time, _)| *time <= now) {
             self.give_last_turn(id, service, now);
             if self.deadlines.contains(&(deadline, id)) {
-                self.close(id, "handshake too slow, or no request after a frame over the limit");
+                self.close(id, "handshake too slow, or no request after an oversized frame");
             }
         }
     }
 
-    /// Closes the connection that makes room for a newcomer from this address, if any connection does.
-    /// Returns whether there is room.
+    /// Closes one connection to make room for a new client from this address, if any connection may
+    /// be evicted. Returns true if there is room.
     pub(crate) fn make_room(
         &mut self,
         newcomer: Option<IpAddr>,
@@ -138,8 +125,8 @@ impl<S: Read + Write> Connections<S> {
         while self.len() >= count {
             let activities = self.entries.iter().map(|(&id, entry)| (id, &entry.activity));
             let Some(id) = choose_evicted(activities, newcomer, now) else { return false };
-            // Activity in its last turn may save a connection, but only once, or the clients of one
-            // network that send all the time could keep everybody else waiting.
+            // Activity in the last turn saves a connection, but only once. Otherwise the clients of
+            // one network could send all the time and keep all other clients waiting.
             if previous == Some(id) || !self.give_last_turn(id, service, now) {
                 self.close(id, "replaced by another connection");
             }
@@ -148,18 +135,21 @@ impl<S: Read + Write> Connections<S> {
         true
     }
 
-    /// Sends waiting replies; closes the connections that fail. Returns whether any reply still waits.
+    /// Sends waiting replies, and drops the connections that fail. Returns true if any replies are
+    /// still waiting.
     pub(crate) fn flush(&mut self) -> bool {
         self.queue.clear();
         self.entries.retain(|_, entry| entry.connection.send().is_ok());
         self.entries.values().any(|entry| entry.connection.has_output())
     }
 
-    /// Returns whether the connection has shown activity.
+    /// Gives a connection one turn. Returns true if the client has sent a request that counts as
+    /// activity.
     fn give_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
         let Some(entry) = self.entries.get_mut(&id) else { return false };
         let max_requests = if self.queue.is_empty() { MAX_REQUESTS_IN_A_ROW } else { 1 };
-        let turn = match entry.connection.turn(max_requests, service, &mut self.reply) {
+        let old_phase = entry.connection.phase();
+        let turn = match entry.connection.turn(max_requests, service) {
             Ok(turn) => turn,
             Err(reason) => {
                 self.close(id, reason);
@@ -170,7 +160,7 @@ impl<S: Read + Write> Connections<S> {
             entry.activity.record_request(now);
         }
         let phase = entry.connection.phase();
-        if phase != mem::replace(&mut entry.phase, phase) {
+        if phase != old_phase {
             if let Some(deadline) = entry.deadline.take() {
                 self.deadlines.remove(&(deadline, id));
             }
@@ -184,8 +174,8 @@ impl<S: Read + Write> Connections<S> {
         turn.has_activity
     }
 
-    /// Gives a turn to a connection that is about to be closed: bytes that have just arrived may save
-    /// it. Returns whether it has shown activity.
+    /// Gives a last turn to a connection that is about to be closed, because bytes that have just
+    /// arrived may save it. Returns true if the client has sent a request that counts as activity.
     fn give_last_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
         if let Some(entry) = self.entries.get_mut(&id) {
             entry.connection.set_ready(true, false);
@@ -209,6 +199,7 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+    use crate::codec::handshake::{GREETING, READY};
     use crate::limits::{MAX_REQUEST_BYTES, SILENCE};
     use crate::testing::{Echo, Wire};
 
@@ -217,7 +208,7 @@ mod tests {
     const REQUEST: &[u8] = b"\x01\0\0\x01a";
     const MS: Duration = Duration::from_millis(1);
 
-    /// Serves until no connection has anything to do.
+    /// Serves until no connection has work to do.
     fn serve(connections: &mut Connections<Wire>, now: Instant) {
         connections.serve(&mut Echo::default(), now);
         while connections.is_busy() {
@@ -226,8 +217,8 @@ mod tests {
     }
 
     fn add(connections: &mut Connections<Wire>, wire: &Wire, now: Instant) -> usize {
-        let id = connections.next_id();
-        connections.add(wire.clone(), HERE, now);
+        let id = connections.entries.keys().max().map_or(0, |id| id + 1);
+        connections.add(id, wire.clone(), HERE, now);
         id
     }
 
@@ -287,6 +278,7 @@ mod tests {
         send(&mut connections, ids[0], &silent, &frame, start);
         send(&mut connections, ids[1], &active, &frame, start);
         let id = ids[1];
+        assert!(connections.has_unready());
         assert_eq!(connections.deadline(), Some(start + OVERSIZED_TIME));
         send(&mut connections, id, &active, REQUEST, start + OVERSIZED_TIME.saturating_sub(MS));
         assert!(active.sent().ends_with(REQUEST));
@@ -328,7 +320,7 @@ mod tests {
         assert_eq!(make_room(start + SILENCE.saturating_sub(MS)), (false, 2));
         assert_eq!(make_room(start + SILENCE), (true, 1));
         assert!(connections.entries.contains_key(&0), "the active one stays");
-        // A request that has just arrived saves a connection, `ping` does not.
+        // A request that has just arrived saves a connection, but `ping` does not.
         active.push(REQUEST);
         assert!(!connections.make_room(Some(HERE), &mut Echo::default(), start + 2 * SILENCE));
         active.push(b"\x01\0\0\x04ping");
@@ -353,17 +345,41 @@ mod tests {
     }
 
     #[test]
+    fn client_that_reads_its_replies_is_not_silent() {
+        for (capacity, is_readable, is_writable, has_room) in
+            [(91, false, true, false), (91, true, false, true), (usize::MAX, false, true, true)]
+        {
+            let (start, mut connections) = (Instant::now(), Connections::new());
+            let wire = Wire::new(REQUEST);
+            wire.set_capacity(capacity);
+            let id = add(&mut connections, &wire, start);
+            serve(&mut connections, start);
+            let before = start + SILENCE.saturating_sub(MS);
+            connections.set_ready(id, is_readable, is_writable, before);
+            serve(&mut connections, before);
+            let now = start + SILENCE;
+            let found = connections.make_room(Some(HERE), &mut Echo::default(), now);
+            assert_eq!(found, has_room, "{capacity} {is_readable} {is_writable}");
+        }
+    }
+
+    #[test]
     fn clients_take_turns() {
         let (start, mut connections) = (Instant::now(), Connections::new());
         let wires = [(); 2].map(|()| Wire::new(&REQUEST.repeat(100)));
         for wire in &wires {
             add(&mut connections, wire, start);
         }
-        for _ in 0..20 {
+        let handshake = GREETING.len() + READY.len();
+        for requests in 1..=20 {
             connections.serve(&mut Echo::default(), start);
-            let [first, second] = wires.each_ref().map(|wire| wire.sent().len());
-            assert!(first.abs_diff(second) <= MAX_REQUESTS_IN_A_ROW * REQUEST.len());
+            let sent = wires.each_ref().map(|wire| wire.sent().len() - handshake);
+            assert_eq!(sent, [requests * REQUEST.len(); 2]);
         }
+        let (mut connections, wire) = (Connections::new(), Wire::new(&REQUEST.repeat(100)));
+        add(&mut connections, &wire, start);
+        connections.serve(&mut Echo::default(), start);
+        assert_eq!(wire.sent().len() - handshake, MAX_REQUESTS_IN_A_ROW * REQUEST.len());
     }
 
     #[test]
@@ -378,5 +394,13 @@ mod tests {
         connections.set_ready(id, false, true, start);
         assert!(!connections.flush() && !connections.is_busy());
         assert!(wire.sent().ends_with(REQUEST));
+        let failed = Wire::new(REQUEST);
+        failed.set_capacity(91);
+        let id = add(&mut connections, &failed, start);
+        serve(&mut connections, start);
+        connections.set_ready(id, false, true, start);
+        failed.fail([std::io::ErrorKind::BrokenPipe]);
+        assert!(!connections.flush());
+        assert_eq!(connections.len(), 1);
     }
 }

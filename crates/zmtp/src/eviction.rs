@@ -1,4 +1,4 @@
-//! Which connection makes room for a newcomer when every place is taken.
+//! The choice of a connection to close when a new client connects to a full server.
 
 use std::collections::HashMap;
 use std::net::{IpAddr, Ipv6Addr};
@@ -6,18 +6,19 @@ use std::time::Instant;
 
 use crate::limits::SILENCE;
 
-/// The activity of a connection, which decides whether it keeps its place.
+/// The latest activity of a client, which decides whether its connection may be closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Activity {
     network: IpAddr,
-    /// Whether it has sent a request that counts as activity.
+    /// True if the client has sent a request that counts as activity.
     has_requested: bool,
-    /// When it sent the latest of these requests, or when it connected if it has sent none.
+    /// The time of the client's latest activity, or the time at which the client connected if there
+    /// was none.
     last_active: Instant,
 }
 
 impl Activity {
-    /// Creates the activity of a client that connects now.
+    /// Creates the activity of a client that connects at the time `now`.
     pub(crate) fn new(address: IpAddr, now: Instant) -> Self {
         Self { network: network(address), has_requested: false, last_active: now }
     }
@@ -27,7 +28,7 @@ impl Activity {
         (self.has_requested, self.last_active) = (true, now);
     }
 
-    /// Records that the client has read a part of its replies.
+    /// Records that the client has read some of its replies.
     pub(crate) const fn record_progress(&mut self, now: Instant) {
         if self.has_requested {
             self.last_active = now;
@@ -35,8 +36,8 @@ impl Activity {
     }
 }
 
-/// Returns the network of an address: an IPv4 address, or the /64 of an IPv6 address, which one site
-/// owns.
+/// Returns the network of an address: the IPv4 address itself, or the /64 prefix of an IPv6
+/// address, because a /64 belongs to one site.
 fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => Ipv6Addr::from_bits(address.to_bits() >> 64 << 64).into(),
@@ -44,11 +45,11 @@ fn network(address: IpAddr) -> IpAddr {
     }
 }
 
-/// Chooses the connection that a newcomer replaces when every place is taken.
+/// Chooses the connection to close when a new client connects to a full server.
 ///
-/// Connections without a request come first, then the one that has been silent for longest. A
-/// connection keeps its place for [`SILENCE`], unless its network has more than half of all places
-/// and the newcomer belongs to another network.
+/// Connections without a request are chosen first, then the connection that has been silent for
+/// longest. A connection cannot be chosen before it has been silent for [`SILENCE`], unless its
+/// network has more than half of all connections and the new client belongs to another network.
 pub(crate) fn choose_evicted<'s, T>(
     connections: impl Iterator<Item = (T, &'s Activity)> + Clone,
     newcomer: Option<IpAddr>,
@@ -80,8 +81,8 @@ mod tests {
     const ELSEWHERE: [u8; 4] = [192, 0, 2, 7];
     const SECOND: Duration = Duration::from_secs(1);
 
-    /// Returns connections from [`HERE`] with the seconds at which they connected and sent their latest
-    /// request.
+    /// Returns connections from [`HERE`], each given by the seconds at which the client connected
+    /// and sent its latest request.
     fn connections(begin: Instant, times: &[(u32, Option<u32>)]) -> Vec<Activity> {
         let connection = |&(connected, requested): &(u32, Option<u32>)| {
             let mut activity = Activity::new(HERE.into(), begin + connected * SECOND);
@@ -100,7 +101,7 @@ mod tests {
     #[test]
     fn connection_with_a_request_outranks_one_without() {
         let begin = Instant::now();
-        // A client that has been silent since second 1, beside two that never sent a request.
+        // One client has been silent since second 1, and two have never sent a request.
         let connections = connections(begin, &[(0, Some(1)), (8, None), (7, None)]);
         for second in 0..17 {
             assert_eq!(

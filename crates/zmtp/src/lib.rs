@@ -1,7 +1,8 @@
-//! A ZeroMQ REP server without libzmq: a sans-IO codec of ZMTP 3.1, and a server on one thread with
-//! bounded memory.
+//! A ZeroMQ REP server without libzmq: a sans-IO codec for ZMTP 3.1, and a single-threaded server
+//! with bounded memory.
 //!
-//! Implement [`Service`], then [`RepServer::run`] answers every REQ and DEALER client.
+//! Implement [`Service`] and pass it to [`RepServer::run`], which answers all REQ and DEALER
+//! clients.
 //!
 //! ```
 //! use mmsim_zmtp::codec::ProtocolError;
@@ -29,44 +30,46 @@
 //!
 //! # Guarantees
 //!
-//! - Every request gets exactly one reply, in order, with its envelope. A frame over the limit gets one
-//!   error from [`Service::refuse`].
-//! - No input panics or stops the server. A client that violates the protocol is disconnected.
-//! - Memory is bounded: a connection holds less than 100 KiB and there are at most
-//!   [`MAX_CONNECTIONS`](limits::MAX_CONNECTIONS), if replies are short. The server stops reading a
-//!   client that does not read its replies.
-//! - Clients take turns. At the maximum number of connections, those without activity make room for
-//!   newcomers; one network cannot keep all places.
-//! - Nothing is lost on a regular stop: requests that are on their way are answered.
+//! - Every request gets exactly one reply, in order and with the envelope of the request. A request
+//!   with an oversized frame gets one error reply from [`Service::refuse`].
+//! - No input makes the server panic or stop. A client that violates the protocol is disconnected.
+//! - Memory is bounded: there are at most [`MAX_CONNECTIONS`](limits::MAX_CONNECTIONS) connections,
+//!   and each connection uses less than 100 KiB if replies are short. The server stops reading from
+//!   a client that does not read its replies.
+//! - Clients take turns. When the server is full, inactive connections are closed to make room for
+//!   new clients. A single network cannot keep all connections for itself.
+//! - Nothing is lost on a regular stop: the server answers requests that are already on their way.
 //!
 //! # Structure
 //!
-//! - [`codec`] turns bytes into events and back without I/O.
-//! - [`connection`] adds buffers around a non-blocking stream of any kind.
-//! - The connections of a server, with their turns, deadlines and evictions, get the time as an
-//!   argument, so that unit tests use made-up times.
+//! - [`codec`] decodes bytes into events and encodes replies, without I/O.
+//! - [`connection`] adds buffers to a non-blocking stream of any kind.
+//! - A private module handles the turns, deadlines and evictions of all connections. The time is an
+//!   argument of the functions in this module, so unit tests need no clock.
 //! - [`RepServer`] adds sockets and the clock.
 //!
 //! # Scope
 //!
-//! The crate has one socket type, REP, and one transport, TCP. It accepts REQ and DEALER clients of
-//! ZMTP 3.0 and 3.1 (`ZeroMQ` 4), and of ZMTP 2.0. It has no security mechanism: neither passwords
-//! (PLAIN) nor encryption (CURVE). It does not initiate connections or send heartbeats, but answers
-//! PING. Requests are short: [`limits`] has all limits, which are constants.
+//! The crate implements one socket type, REP, and one transport, TCP. The server accepts REQ and
+//! DEALER clients of ZMTP 3.0 and 3.1 (`ZeroMQ` 4), and of ZMTP 2.0. The server has no security
+//! mechanism: neither passwords (PLAIN) nor encryption (CURVE). The server does not initiate
+//! connections or send heartbeats, but it answers PING commands. The server is meant for short
+//! requests; all limits are constants in [`limits`].
 //!
 //! # Why not libzmq
 //!
-//! As of libzmq 4.3.4 any remote client can terminate a process that listens with it. Filling the
-//! receive queue with requests, then sending a PING and resetting the connection (about 8 KB in all),
-//! triggers an assertion (`stream_engine_base.cpp`, `!_io_error`). An unlimited queue avoids the
-//! assertion, but then nothing limits memory. Three more faults cannot be avoided by its users:
+//! As of libzmq 4.3.4, any remote client can terminate a process that listens with this library. A
+//! client that fills the receive queue with requests, then sends a PING and resets the connection
+//! (about 8 KB in total), triggers an assertion (`stream_engine_base.cpp`, `!_io_error`). An
+//! unlimited queue avoids the assertion, but then memory is not limited either. Users of libzmq
+//! cannot avoid three other faults:
 //!
-//! - A REP socket loses the reply to a good client after a request without an empty frame from a peer
-//!   that has gone.
-//! - A client can take the routing identity of another, and with it the replies.
-//! - Messages of many frames are kept whole.
+//! - If a peer sends a request without an empty frame and disconnects, a REP socket loses the reply
+//!   to a well-behaved client.
+//! - A client can take over the routing identity of another client, and then receives its replies.
+//! - Messages of many frames are kept in memory as a whole.
 //!
-//! For clients libzmq is a fine choice: they choose whom to trust.
+//! libzmq is still a good choice for clients, because a client chooses which server to trust.
 #![forbid(unsafe_code)]
 
 mod bind;
@@ -85,7 +88,7 @@ pub use bind::{BindError, listen};
 pub use server::{RepServer, Waker};
 pub use service::Service;
 
-/// Compiles the code in the README of this crate.
+/// Includes the README so that its code is tested.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

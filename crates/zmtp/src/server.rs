@@ -1,4 +1,4 @@
-//! The server: a listening socket, all connections, one thread.
+//! The server, which handles a listening socket and all connections on one thread.
 
 use std::io::{self, ErrorKind};
 use std::mem;
@@ -18,24 +18,22 @@ use crate::timers::{AcceptBackoff, Drain};
 
 const LISTENER: Token = Token(0);
 const WAKER: Token = Token(1);
-/// The token of the first connection.
-const FIRST_CONNECTION: usize = 2;
 
-/// The maximum number of connections that wait in the operating system to be accepted; the system may
-/// allow fewer.
+/// The maximum number of connections that wait to be accepted. The operating system may allow
+/// fewer.
 const BACKLOG: i32 = 1024;
 
-/// The maximum number of events handled at once.
+/// The maximum number of events that one poll of the sockets returns.
 const MAX_EVENTS: usize = 256;
 
-/// The maximum number of connections accepted before the existing ones have their turn.
+/// The maximum number of connections accepted before existing connections get their turns.
 const MAX_ACCEPTED_AT_ONCE: usize = 16;
 
 /// The time of silence after which the operating system checks whether a client's machine still
 /// answers.
 const KEEPALIVE: Duration = Duration::from_secs(60);
 
-/// A REP socket on TCP. One thread serves all connections.
+/// A REP socket that listens on TCP. One thread serves all connections.
 #[must_use = "a server does nothing until it runs"]
 pub struct RepServer {
     poll: Poll,
@@ -43,27 +41,29 @@ pub struct RepServer {
     listener: mio::net::TcpListener,
     connections: Connections<TcpStream>,
     accept: AcceptBackoff,
+    /// The identifier and token of the next connection.
+    next_id: usize,
     waker: Waker,
     has_warned: bool,
 }
 
-/// Wakes the thread of a [`RepServer`] from another thread.
+/// A handle that wakes a [`RepServer`] from another thread.
 #[derive(Clone, Debug)]
 pub struct Waker(Arc<mio::Waker>);
 
 impl Waker {
-    /// Makes [`RepServer::run`] check whether to stop and call [`Service::after_round`]. Does nothing if
-    /// the server has ended.
+    /// Makes [`RepServer::run`] check whether it should stop, and call [`Service::after_round`].
+    /// Does nothing if the server has ended.
     pub fn wake(&self) {
         let _ = self.0.wake();
     }
 }
 
 impl RepServer {
-    /// Serves clients that connect to this listening socket.
+    /// Creates a server for the clients that connect to `listener`.
     ///
     /// # Errors
-    /// The operating system has no resources left.
+    /// Returns an error if the operating system has no resources left.
     pub fn new(listener: TcpListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
         let (poll, mut listener) = (Poll::new()?, mio::net::TcpListener::from_std(listener));
@@ -76,6 +76,7 @@ impl RepServer {
             listener,
             connections: Connections::new(),
             accept: AcceptBackoff::new(),
+            next_id: WAKER.0 + 1,
             waker,
             has_warned: false,
         })
@@ -84,7 +85,7 @@ impl RepServer {
     /// Returns the address of the listening socket.
     ///
     /// # Errors
-    /// The operating system does not return it.
+    /// Returns an error if the operating system does not report the address.
     pub fn local_address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
     }
@@ -94,13 +95,15 @@ impl RepServer {
         self.waker.clone()
     }
 
-    /// Serves all clients until `is_stopping` returns `true`. It is called after each [`Waker::wake`].
+    /// Serves all clients until `is_stopping` returns true. [`Waker::wake`] makes the server call
+    /// `is_stopping`.
     ///
-    /// Then it answers requests that are on their way, for at most 0.3 s, and sends the last replies,
-    /// for at most 0.5 s in all.
+    /// Before it returns, the server answers requests that are already on their way, for at most
+    /// 0.3 s, and sends the last replies, for at most 0.5 s in total.
     ///
     /// # Errors
-    /// The operating system can no longer report events. No client can cause this.
+    /// Returns an error if the operating system can no longer report events. No client can cause
+    /// this error.
     pub fn run(
         &mut self,
         service: &mut impl Service,
@@ -117,24 +120,31 @@ impl RepServer {
             }
             self.serve_round(service);
         }
-        self.flush(drain.linger_deadline())
+        // Sends the last replies.
+        while self.connections.flush()
+            && let Some(left) = drain.linger_left(Instant::now())
+        {
+            self.accept.is_pending = false;
+            self.wait(Some(left))?;
+        }
+        Ok(())
     }
 
-    /// Waits for an event, for the waker, or for the next deadline, at most for this time. Returns
-    /// whether there was an event or a connection has something to do.
+    /// Waits for an event, for the waker or for the next deadline, but no longer than `max`.
+    /// Returns true if there was an event or if a connection has work to do.
     fn wait(&mut self, max: Option<Duration>) -> io::Result<bool> {
         let (now, is_busy) = (Instant::now(), self.connections.is_busy());
         let timeout = if is_busy || self.accept.is_due(now) {
             Some(Duration::ZERO)
         } else {
             let next = self.connections.deadline().into_iter().chain(self.accept.deadline()).min();
-            // The system counts in milliseconds and could otherwise return too early.
+            // The operating system counts in milliseconds and could otherwise return too early.
             let left =
                 next.map(|time| time.saturating_duration_since(now) + Duration::from_millis(1));
             left.into_iter().chain(max).min()
         };
         match self.poll.poll(&mut self.events, timeout) {
-            // A signal: the caller checks whether to stop.
+            // A signal has arrived. The caller checks whether to stop.
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(true),
             result => result?,
         }
@@ -143,44 +153,26 @@ impl RepServer {
             match event.token() {
                 WAKER => {}
                 LISTENER => self.accept.is_pending = true,
-                Token(token) => {
-                    // Errors show when the stream is read or written.
+                Token(id) => {
+                    // Errors appear when the stream is read or written.
                     let is_closed = event.is_error() || event.is_read_closed();
-                    let (readable, writable) = (event.is_readable(), event.is_writable());
-                    let id = token - FIRST_CONNECTION;
-                    self.connections.set_ready(
-                        id,
-                        readable || is_closed,
-                        writable || is_closed,
-                        now,
-                    );
+                    let is_readable = event.is_readable() || is_closed;
+                    let is_writable = event.is_writable() || is_closed;
+                    self.connections.set_ready(id, is_readable, is_writable, now);
                 }
             }
         }
         Ok(!self.events.is_empty() || self.connections.is_busy())
     }
 
-    /// Gives each client that may have sent something a turn, closes late connections, and accepts new
-    /// ones.
+    /// Gives a turn to each client that may have sent something, closes connections whose deadline
+    /// has passed, and accepts new connections.
     fn serve_round(&mut self, service: &mut impl Service) {
         let now = Instant::now();
         self.connections.serve(service, now);
         self.deregister_closed();
         self.accept(now, service);
         service.after_round();
-    }
-
-    /// Sends waiting replies until the deadline.
-    fn flush(&mut self, deadline: Instant) -> io::Result<()> {
-        while self.connections.flush() {
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                break;
-            }
-            self.accept.is_pending = false;
-            self.wait(Some(left))?;
-        }
-        Ok(())
     }
 
     fn accept(&mut self, now: Instant, service: &mut impl Service) {
@@ -192,17 +184,16 @@ impl RepServer {
             match self.listener.accept() {
                 Ok((stream, address)) => {
                     let is_full = self.connections.len() >= MAX_CONNECTIONS;
-                    let newcomer = Some(address.ip());
-                    if is_full && !self.connections.make_room(newcomer, service, now) {
+                    if is_full && !self.connections.make_room(Some(address.ip()), service, now) {
                         has_turned_away = true;
-                        debug!(%address, "connection turned away: every place is taken");
+                        debug!(%address, "connection turned away: the server is full");
                     } else if let Err(error) = self.add(stream, address.ip(), now) {
                         debug!(%error, %address, "cannot accept a connection");
                     }
                 }
                 Err(error) => match error.kind() {
                     ErrorKind::WouldBlock => self.accept.is_pending = false,
-                    // The client has gone already.
+                    // The client has already disconnected.
                     ErrorKind::ConnectionAborted
                     | ErrorKind::ConnectionReset
                     | ErrorKind::HostUnreachable
@@ -224,28 +215,72 @@ impl RepServer {
             self.deregister_closed();
         }
         if has_turned_away {
-            // Clients that are turned away reconnect at once, which must not keep the server busy.
+            // Clients that are turned away reconnect immediately, which must not keep the server
+            // busy.
             self.accept.back_off(now);
         }
     }
 
     fn add(&mut self, mut stream: TcpStream, address: IpAddr, now: Instant) -> io::Result<()> {
         stream.set_nodelay(true)?;
-        // Detects clients whose machine has gone without closing the connection.
+        // Detects clients whose machine has disappeared without closing the connection.
         SockRef::from(&stream).set_tcp_keepalive(&TcpKeepalive::new().with_time(KEEPALIVE))?;
-        let token = Token(self.connections.next_id() + FIRST_CONNECTION);
-        let interest = Interest::READABLE | Interest::WRITABLE;
-        self.poll.registry().register(&mut stream, token, interest)?;
-        self.connections.add(stream, address, now);
+        let (id, interest) = (self.next_id, Interest::READABLE | Interest::WRITABLE);
+        self.poll.registry().register(&mut stream, Token(id), interest)?;
+        self.connections.add(id, stream, address, now);
+        self.next_id += 1;
         Ok(())
     }
 
-    /// Closes the streams of closed connections, which makes room for others.
+    /// Deregisters the streams of closed connections, which makes room for new connections.
     fn deregister_closed(&mut self) {
         for mut stream in self.connections.closed.drain(..) {
             // Dropping the stream closes it even if this fails.
             let _ = self.poll.registry().deregister(&mut stream);
             self.accept.retry_at = None;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Read, Write};
+    use std::net::TcpStream;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::thread;
+
+    use super::*;
+    use crate::bind::listen;
+    use crate::codec::handshake::{GREETING, READY};
+    use crate::testing::{Echo, REQ_READY};
+
+    /// Reads until the server closes the connection, or fails after a timeout.
+    fn read_to_end(mut stream: TcpStream) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        stream.read_to_end(&mut bytes).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn server_answers_disconnects_and_stops() {
+        let mut server = RepServer::new(listen("127.0.0.1", 0).unwrap()).unwrap();
+        let address = server.local_address().unwrap();
+        let (waker, is_stopping) = (server.waker(), Arc::new(AtomicBool::new(false)));
+        let flag = Arc::clone(&is_stopping);
+        let thread = thread::spawn(move || {
+            let mut echo = Echo::default();
+            server.run(&mut echo, || flag.load(Ordering::Acquire)).map(|()| echo.rounds)
+        });
+        let mut invalid = TcpStream::connect(address).unwrap();
+        invalid.write_all(b"GET / HTTP/1.1\r\n").unwrap();
+        assert_eq!(read_to_end(invalid), GREETING[..10]);
+        let mut client = TcpStream::connect(address).unwrap();
+        client.write_all(&[&GREETING[..], REQ_READY, b"\x01\0\0\x01a"].concat()).unwrap();
+        is_stopping.store(true, Ordering::Release);
+        waker.wake();
+        let rounds = thread.join().unwrap().unwrap();
+        assert!(rounds > 0, "`after_round` was not called");
+        assert_eq!(read_to_end(client), [&GREETING[..], READY, b"\x01\0\0\x01a"].concat());
     }
 }

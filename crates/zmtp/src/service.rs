@@ -1,25 +1,26 @@
-//! What a server asks of its user.
+//! The trait that users of the server implement.
 
 use crate::codec::event::ProtocolError;
 
-/// Answers the requests of all clients of a [`RepServer`](crate::RepServer).
+/// A service that answers the requests of all clients of a [`RepServer`](crate::RepServer).
 pub trait Service {
-    /// Answers a request: replaces the earlier reply in `reply`.
+    /// Answers a request by replacing the contents of `reply`, which may hold an earlier reply.
     ///
-    /// `request` is the last frame of the body, and `frames` the number of its frames; the server
-    /// keeps only the last. Of a frame longer than
-    /// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) the beginning is followed by zeros.
+    /// `request` is the last frame of the request's body, and `frames` is the number of frames in
+    /// the body; the server keeps only the last frame. If this frame is longer than
+    /// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES), zeros replace the bytes beyond that
+    /// length.
     ///
-    /// Returns whether the request counts as activity. A connection without activity is the first
-    /// to be closed when every place is taken, so requests that anybody can send for ever, such as
-    /// malformed ones, should not count.
+    /// Returns true if the request counts as activity. When the server is full, it closes
+    /// connections without activity first. Requests that achieve nothing, such as malformed
+    /// requests, should therefore not count.
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool;
 
-    /// Answers a request with a frame over the limit: writes an error into `reply`, which holds an
-    /// earlier reply.
+    /// Refuses a request that has an oversized frame: replaces the contents of `reply`, which may
+    /// hold an earlier reply, with an error message.
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>);
 
-    /// Does other work of the server's thread. [`RepServer::run`](crate::RepServer::run) calls it
-    /// whenever each client has had a turn, and after a [`Waker`](crate::Waker) was used.
+    /// Does additional work on the server's thread. [`RepServer::run`](crate::RepServer::run) calls
+    /// this function after each round of turns, and after each use of a [`Waker`](crate::Waker).
     fn after_round(&mut self) {}
 }

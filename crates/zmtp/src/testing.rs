@@ -9,10 +9,10 @@ use crate::codec::event::ProtocolError;
 use crate::codec::handshake::GREETING;
 use crate::service::Service;
 
-/// READY of a REQ socket.
-const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
+/// The READY command of a REQ socket.
+pub(crate) const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
-/// A non-blocking stream in memory. The test is at the other end.
+/// A non-blocking stream in memory. The test acts as the peer.
 #[derive(Clone, Default)]
 pub(crate) struct Wire(Rc<RefCell<Ends>>);
 
@@ -23,10 +23,12 @@ struct Ends {
     /// The number of bytes that can be written before the stream would block.
     capacity: usize,
     is_closed: bool,
+    /// The errors that the next reads and writes return.
+    errors: VecDeque<ErrorKind>,
 }
 
 impl Wire {
-    /// Creates a stream whose incoming bytes are a handshake, then these.
+    /// Creates a stream that receives a handshake and then `incoming`.
     pub(crate) fn new(incoming: &[u8]) -> Self {
         let wire = Self::silent();
         wire.push_handshake();
@@ -53,6 +55,11 @@ impl Wire {
         self.0.borrow_mut().is_closed = true;
     }
 
+    /// Makes the next reads and writes fail with these errors.
+    pub(crate) fn fail(&self, errors: impl IntoIterator<Item = ErrorKind>) {
+        self.0.borrow_mut().errors.extend(errors);
+    }
+
     pub(crate) fn set_capacity(&self, bytes: usize) {
         self.0.borrow_mut().capacity = bytes;
     }
@@ -61,7 +68,7 @@ impl Wire {
         !self.0.borrow().incoming.is_empty()
     }
 
-    /// Returns the bytes sent so far.
+    /// Returns all bytes that have been written to the stream.
     pub(crate) fn sent(&self) -> Vec<u8> {
         self.0.borrow().outgoing.clone()
     }
@@ -70,6 +77,9 @@ impl Wire {
 impl Read for Wire {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let mut ends = self.0.borrow_mut();
+        if let Some(error) = ends.errors.pop_front() {
+            return Err(error.into());
+        }
         if ends.incoming.is_empty() && !ends.is_closed {
             return Err(ErrorKind::WouldBlock.into());
         }
@@ -80,6 +90,11 @@ impl Read for Wire {
 impl Write for Wire {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let mut ends = self.0.borrow_mut();
+        match ends.errors.pop_front() {
+            Some(ErrorKind::WriteZero) => return Ok(0),
+            Some(error) => return Err(error.into()),
+            None => {}
+        }
         let count = bytes.len().min(ends.capacity);
         if count == 0 {
             return Err(ErrorKind::WouldBlock.into());
@@ -94,7 +109,7 @@ impl Write for Wire {
     }
 }
 
-/// Replies with the request. `ping` does not count as activity.
+/// A service that replies with the request. The request `ping` does not count as activity.
 #[derive(Default)]
 pub(crate) struct Echo {
     /// The number of calls of `after_round`.

@@ -1,27 +1,29 @@
-//! The timers of the server's loop. Time is an argument.
+//! The timers of the server's main loop. The current time is an argument of each function that
+//! needs it.
 
 use std::time::{Duration, Instant};
 
-/// Delay before the next attempt to accept, after the system had no descriptor or memory left, or
-/// newcomers were turned away.
+/// The delay before the next attempt to accept a connection if the operating system has no
+/// descriptor or memory left, or if new clients have been turned away.
 const RETRY_DELAY: Duration = Duration::from_millis(100);
 
-/// A stopping server ends when it has received nothing for this time …
+/// The time without input after which a stopping server ends.
 const QUIET: Duration = Duration::from_millis(20);
 
-/// … or for this time while a handshake or a skipped request is incomplete …
+/// The time without input after which a stopping server ends while a handshake or a skipped request
+/// is incomplete.
 const QUIET_UNREADY: Duration = Duration::from_millis(100);
 
-/// … and after this time in any case.
+/// The maximum time for which a stopping server answers requests.
 const MAX_DRAIN: Duration = Duration::from_millis(300);
 
-/// The maximum time for sending the last replies, from the beginning of the drain.
+/// The maximum time for sending the last replies, measured from the beginning of the drain.
 const LINGER: Duration = Duration::from_millis(500);
 
-/// Tracks whether connections wait to be accepted, and delays attempts that would fail.
+/// The schedule for accepting connections, which delays attempts that would fail.
 #[derive(Debug)]
 pub(crate) struct AcceptBackoff {
-    /// Whether a connection may wait.
+    /// True if a connection may be waiting to be accepted.
     pub(crate) is_pending: bool,
     /// The time of the next attempt, if attempts are delayed.
     pub(crate) retry_at: Option<Instant>,
@@ -32,27 +34,28 @@ impl AcceptBackoff {
         Self { is_pending: true, retry_at: None }
     }
 
-    /// Delays the next attempt.
+    /// Delays the next attempt to accept a connection.
     pub(crate) fn back_off(&mut self, now: Instant) {
         self.retry_at = Some(now + RETRY_DELAY);
     }
 
-    /// Returns whether to try now.
+    /// Returns true if the server should try to accept a connection now.
     pub(crate) fn is_due(&self, now: Instant) -> bool {
         self.is_pending && self.retry_at.is_none_or(|time| time <= now)
     }
 
-    /// Returns the time of the next attempt if it is delayed and a connection waits.
+    /// Returns the time of the next attempt, or `None` if the attempt is not delayed or no
+    /// connection is waiting.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.retry_at.filter(|_| self.is_pending)
     }
 }
 
-/// The end of a server: it answers the requests that are on their way, then stops.
+/// The timer of a stopping server, which first answers requests that are already on their way.
 #[derive(Debug)]
 pub(crate) struct Drain {
     started: Instant,
-    /// When something last arrived.
+    /// The time at which the server last received something.
     pub(crate) last_input: Instant,
 }
 
@@ -61,16 +64,16 @@ impl Drain {
         Self { started: now, last_input: now }
     }
 
-    /// Returns how long to wait for the next request, or `None` when the drain is over.
+    /// Returns the time left to wait for further requests, or `None` if the drain is over.
     pub(crate) fn time_left(&self, has_unready: bool, now: Instant) -> Option<Duration> {
         let quiet = if has_unready { QUIET_UNREADY } else { QUIET };
         let end = (self.started + MAX_DRAIN).min(self.last_input + quiet);
-        Some(end.saturating_duration_since(now)).filter(|left| !left.is_zero())
+        end.checked_duration_since(now).filter(|left| !left.is_zero())
     }
 
-    /// Returns the deadline for sending the last replies.
-    pub(crate) fn linger_deadline(&self) -> Instant {
-        self.started + LINGER
+    /// Returns the time left to send the last replies, or `None` if there is none.
+    pub(crate) fn linger_left(&self, now: Instant) -> Option<Duration> {
+        (self.started + LINGER).checked_duration_since(now).filter(|left| !left.is_zero())
     }
 }
 
@@ -125,6 +128,7 @@ mod tests {
         drain.last_input = start + 290 * MS;
         assert_eq!(drain.time_left(true, start + 290 * MS), Some(10 * MS));
         assert_eq!(drain.time_left(true, start + 300 * MS), None);
-        assert_eq!(drain.linger_deadline(), start + 500 * MS);
+        assert_eq!(drain.linger_left(start + 300 * MS), Some(200 * MS));
+        assert_eq!(drain.linger_left(start + 500 * MS), None);
     }
 }

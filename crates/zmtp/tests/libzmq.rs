@@ -1,4 +1,4 @@
-//! The server with clients of libzmq.
+//! Tests of the server with libzmq clients.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 use mmsim_zmtp::codec::ProtocolError;
 use mmsim_zmtp::{RepServer, Service, Waker, listen};
 
-/// The time after which a test fails instead of waiting, in milliseconds.
+/// The timeout of each socket operation, in milliseconds.
 const TIMEOUT_MS: i32 = 20_000;
 
 struct Echo;
@@ -25,7 +25,7 @@ impl Service for Echo {
     }
 }
 
-/// A server on a thread of its own.
+/// A server that runs on its own thread.
 struct Background {
     address: String,
     is_stopping: Arc<AtomicBool>,

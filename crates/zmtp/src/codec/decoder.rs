@@ -1,4 +1,4 @@
-//! Bytes to events.
+//! The decoder, which turns bytes into events.
 
 use std::borrow::Cow;
 
@@ -7,20 +7,20 @@ use crate::codec::frame::{Frame, Header, decode_command};
 use crate::codec::handshake::Handshake;
 use crate::limits::{MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_REQUEST_BYTES};
 
-/// Decodes what one peer sends, from the first byte of its greeting.
+/// A decoder for the bytes that one peer sends, beginning with the greeting.
 ///
-/// It keeps at most an envelope and the first
-/// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) bytes of one frame, however the input is cut into
-/// pieces.
+/// The decoder stores at most one envelope and the first
+/// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) bytes of one frame, no matter how the input is
+/// split.
 #[derive(Debug, Default)]
 pub struct Decoder {
     handshake: Handshake,
     stage: Stage,
-    /// The encoded frames before the body of the current request.
+    /// The encoded envelope of the current request.
     envelope: Vec<u8>,
-    /// The long frame that is being received.
+    /// The long frame that is currently being received.
     long: Option<LongFrame>,
-    /// Whether a frame over the limit has arrived since the last request.
+    /// True if an oversized frame has arrived since the last complete request.
     is_oversized: bool,
 }
 
@@ -31,31 +31,31 @@ pub enum Phase {
     Handshake,
     /// The peer may send requests.
     Ready,
-    /// A frame over the limit has arrived, and no request since.
+    /// An oversized frame has arrived, and no complete request has followed yet.
     Oversized,
 }
 
-/// A frame of more than [`MAX_KEPT_BYTES`] bytes, whose end is not kept.
+/// A frame of more than [`MAX_KEPT_BYTES`] bytes, of which only the beginning is kept.
 #[derive(Debug)]
 struct LongFrame {
     header: Header,
-    /// The number of bytes that have not arrived yet.
+    /// The number of bytes of the frame that have not arrived yet.
     remaining: usize,
-    /// The first bytes.
+    /// The first bytes of the frame.
     kept: Vec<u8>,
 }
 
-/// The part of a message that comes next, once the handshake is complete.
+/// The part of a message that the decoder expects next, after the handshake.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
-    /// A new message. The envelope is that of the previous one.
+    /// The beginning of a message. The decoder still stores the envelope of the previous message.
     #[default]
     Idle,
-    /// In the envelope of a message.
+    /// The next frame of the envelope.
     Envelope,
-    /// In the body of a message, after `frames` complete frames.
+    /// A frame of the body, after `frames` complete body frames.
     Body { frames: usize },
-    /// In the rest of a message that was refused.
+    /// A frame of a message that has been refused.
     Refused,
 }
 
@@ -69,15 +69,17 @@ impl Decoder {
         }
     }
 
-    /// Returns the envelope of the request just decoded. Its reply begins with the same bytes.
+    /// Returns the envelope of the request that was decoded last. The reply must begin with the
+    /// bytes of the envelope.
     pub fn envelope(&self) -> &[u8] {
         &self.envelope
     }
 
-    /// Decodes the front of `input`. Returns the number of bytes consumed and the event.
+    /// Decodes the next event from the beginning of `input`. Returns the number of bytes consumed
+    /// and the event.
     ///
     /// # Errors
-    /// The peer violates the protocol or a limit: disconnect it.
+    /// Returns an error if the peer violates the protocol or a limit and should be disconnected.
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
         if self.handshake != Handshake::Complete {
             let (consumed, event);
@@ -96,22 +98,19 @@ impl Decoder {
         let Some(frame) = Frame::split(input, header) else { return Ok((0, Event::Incomplete)) };
         let event = match self.stage {
             _ if frame.header.is_command() => decode_command(frame.body)?,
-            Stage::Body { .. } | Stage::Refused => {
-                self.end_frame(frame.header.has_more(), frame.body.into())
+            Stage::Idle | Stage::Envelope if frame.header.has_more() => {
+                self.push_envelope(&frame)?
             }
-            Stage::Idle | Stage::Envelope => self.envelope_frame(&frame)?,
+            // In the envelope, such a message has no body and cannot be answered.
+            _ => self.end_frame(frame.header.has_more(), frame.body.into()),
         };
         Ok((frame.whole.len(), event))
     }
 
-    fn envelope_frame<'i>(&mut self, frame: &Frame<'i>) -> Result<Event<'i>, ProtocolError> {
+    /// Appends a frame to the envelope, which an empty frame completes.
+    fn push_envelope(&mut self, frame: &Frame) -> Result<Event<'static>, ProtocolError> {
         if self.stage == Stage::Idle {
             self.envelope.clear();
-        }
-        if !frame.header.has_more() {
-            // Without an empty frame and a body there is no request and no reply is possible.
-            self.stage = Stage::Idle;
-            return Ok(Event::Ignored);
         }
         if self.envelope.len() + frame.whole.len() > MAX_ENVELOPE_BYTES {
             return Err(ProtocolError::EnvelopeTooLong);
@@ -140,7 +139,8 @@ impl Decoder {
         Ok(event)
     }
 
-    /// Consumes the next bytes of a long frame and keeps the first ones.
+    /// Consumes the next bytes of a long frame, and keeps the first [`MAX_KEPT_BYTES`] of the
+    /// frame.
     fn continue_long<'i>(&mut self, mut long: LongFrame, input: &[u8]) -> (usize, Event<'i>) {
         let consumed = input.len().min(long.remaining);
         let kept = consumed.min(MAX_KEPT_BYTES - long.kept.len());
@@ -151,11 +151,11 @@ impl Decoder {
             return (consumed, if consumed == 0 { Event::Incomplete } else { Event::Ignored });
         }
         long.kept.resize(long.header.length, 0);
-        // In the envelope, the message ends here.
+        // In the envelope, a long frame is always the last frame of its message.
         (consumed, self.end_frame(long.header.has_more(), long.kept.into()))
     }
 
-    /// Ends a frame of a body, or of a message without one.
+    /// Handles the end of a frame in a body, or in a message that gets no reply.
     fn end_frame<'i>(&mut self, has_more: bool, last: Cow<'i, [u8]>) -> Event<'i> {
         match &mut self.stage {
             Stage::Body { frames } if has_more => *frames = frames.saturating_add(1),
@@ -178,15 +178,16 @@ pub(crate) mod tests {
     use super::*;
     use crate::codec::frame::{COMMAND, push_last_frame, push_pong};
     use crate::codec::handshake::GREETING;
+    use crate::limits::MAX_COMMAND_BYTES;
 
     const REQ: &[u8] = b"\x04\x26\x05READY\x0bSocket-Type\0\0\0\x03REQ\x08Identity\0\0\0\0";
 
-    /// Returns the bytes of a peer's handshake.
+    /// Returns the bytes that a REQ peer sends for the handshake.
     fn handshake() -> Vec<u8> {
         [&GREETING[..], REQ].concat()
     }
 
-    /// Returns the events and the error that these bytes decode to, as text.
+    /// Decodes `input`, and returns the events and the error (if any) as text.
     pub(crate) fn events(decoder: &mut Decoder, mut input: &[u8]) -> Vec<String> {
         let mut events = Vec::new();
         loop {
@@ -205,8 +206,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// Decodes input that arrives in chunks whose lengths cycle through these. A long frame
-    /// counts as one event, however many pieces it arrives in.
+    /// Decodes input that arrives in chunks of the given lengths, which are repeated as needed. A
+    /// long frame counts as one event, no matter how many chunks it spans.
     fn events_in_pieces(input: &[u8], lengths: &[usize]) -> Vec<String> {
         let (mut decoder, mut events) = (Decoder::default(), Vec::new());
         let (mut start, mut end) = (0, 0);
@@ -235,7 +236,7 @@ pub(crate) mod tests {
         events
     }
 
-    /// Returns the events after a handshake.
+    /// Decodes `input` after a handshake. Returns the events and the decoder.
     fn after_handshake(input: &[u8]) -> (Vec<String>, Decoder) {
         let mut decoder = Decoder::default();
         assert_eq!(events(&mut decoder, &handshake()).last().unwrap(), "Ready");
@@ -256,7 +257,8 @@ pub(crate) mod tests {
             Some(&format!("{:?}", Event::Request { last: b"x".into(), frames: 3 }))
         );
         assert_eq!(decoder.envelope(), b"\x01\x02ab\x01\x01c\x01\0");
-        // A message without an empty frame or without a body gets no reply; the next one does.
+        // A message without an empty frame or without a body gets no reply, but the next message
+        // does.
         for ignored in [&b"\0\x04ping"[..], b"\x01\x04ping\0\x01x", b"\0\0", b"\x01\x01x\0\0"] {
             assert!(events(&mut decoder, ignored).iter().all(|event| event == "Ignored"));
             let found = events(&mut decoder, b"\x01\0\0\0");
@@ -271,6 +273,7 @@ pub(crate) mod tests {
         for flags in [8, 0x80, COMMAND | 1] {
             assert_eq!(last_event(&[flags]), ProtocolError::Flags(flags).to_string());
         }
+        assert_eq!(last_event(&[8]), "expected frame flags 0, 1, 2, 3, 4 or 6, found 0x08");
         let max = (MAX_REQUEST_BYTES as u64).to_be_bytes();
         let longest = [&b"\x01\0\x02"[..], &max, &vec![7; MAX_REQUEST_BYTES]].concat();
         let mut last = vec![7; MAX_KEPT_BYTES];
@@ -286,7 +289,8 @@ pub(crate) mod tests {
             ProtocolError::EnvelopeTooLong.to_string()
         );
         let long = [&b"\x02\0\0\0\0\0\0\x10\x01"[..], &[7; 4097]].concat();
-        // A long frame ends the message in the envelope, and is a frame like any other in the body.
+        // A long frame ends a message if it is in the envelope, and counts as an ordinary frame in
+        // the body.
         let ignored = [&long[..], b"\x01\0\0\x01x"].concat();
         assert_eq!(
             last_event(&ignored),
@@ -299,9 +303,25 @@ pub(crate) mod tests {
         );
         let envelope = [&b"\x01\xff"[..], &[7; 255]].concat().repeat(16);
         assert_eq!(last_event(&envelope), ProtocolError::EnvelopeTooLong.to_string());
+        // The envelope may have 4096 bytes: 15 frames, one that fills it up, and an empty frame.
+        let with_last = |length: u8| {
+            let last =
+                [vec![1, length], vec![7; length.into()], b"\x01\0\0\x01x".to_vec()].concat();
+            last_event(&[&envelope[..15 * 257], &last].concat())
+        };
+        let request = format!("{:?}", Event::Request { last: b"x".into(), frames: 1 });
+        assert_eq!(with_last(237), request);
+        assert_eq!(with_last(238), ProtocolError::EnvelopeTooLong.to_string());
+        let command = |length: u64| {
+            let body = [&b"\x01X"[..], &[7; MAX_COMMAND_BYTES]].concat();
+            let length_bytes = length.to_be_bytes();
+            last_event(&[b"\x06", &length_bytes[..], &body[..4096]].concat())
+        };
+        assert_eq!(command(4096), "Ignored");
+        assert_eq!(command(4097), "expected a frame of at most 4096 bytes, found 4097");
         let (found, decoder) = after_handshake(&[b"\x01\0".repeat(100_000), vec![0, 0]].concat());
         assert!(found.last().unwrap().ends_with("frames: 100000 }"));
-        assert_eq!(decoder.envelope.len(), 2, "only the last frame is kept");
+        assert_eq!(decoder.envelope.len(), 2, "the envelope does not grow with the body");
     }
 
     #[test]
@@ -321,9 +341,9 @@ pub(crate) mod tests {
             let (events, decoder) = run(&message);
             assert_eq!(events, [&*refused]);
             assert_eq!(decoder.phase(), Phase::Oversized);
-            // It is refused before the rest of it has arrived.
+            // The message is refused before all of it has arrived.
             assert_eq!(run(&message[..11]).0, [&*refused]);
-            // The next request is served as usual.
+            // The next request is answered as usual.
             let (events, decoder) = run(&[&message[..], b"\x01\0\0\x04ping"].concat());
             let ping = format!("{:?}", Event::Request { last: b"ping".into(), frames: 1 });
             assert_eq!(events, [&*refused, &*ping]);
@@ -361,6 +381,12 @@ pub(crate) mod tests {
         push_last_frame(&mut output, b"ok");
         push_pong(&mut output, b"abc");
         assert_eq!(output, b"\0\x02ok\x04\x08\x04PONGabc");
+        output.clear();
+        push_last_frame(&mut output, &[7; 255]);
+        assert_eq!(output, [&[0, 255][..], &[7; 255]].concat());
+        output.clear();
+        push_pong(&mut output, &[7; 256]);
+        assert_eq!(output[..14], *b"\x06\0\0\0\0\0\0\x01\x05\x04PONG");
         output.clear();
         push_last_frame(&mut output, &[7; 256]);
         assert_eq!(output[..10], *b"\x02\0\0\0\0\0\0\x01\0\x07");

@@ -1,28 +1,29 @@
-//! Decoded events and violations of the protocol.
+//! Decoded events and protocol errors.
 
 use std::borrow::Cow;
 
 use crate::limits::MAX_ENVELOPE_BYTES;
 
-/// The meaning of the bytes at the front of the input.
+/// An event decoded from the beginning of the input.
 #[derive(Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Event<'i> {
     /// The input is incomplete: more bytes are needed.
     Incomplete,
-    /// The bytes need no answer.
+    /// The decoded bytes need no answer.
     Ignored,
-    /// A part of the handshake: send these bytes.
+    /// The next bytes of the handshake to send to the peer.
     Send(&'static [u8]),
     /// The handshake is complete.
     Ready,
-    /// A PING command: answer with [`push_pong`](crate::codec::push_pong) and this context.
+    /// A PING command, to be answered with [`push_pong`](crate::codec::push_pong) and the same
+    /// context.
     Ping {
-        /// The context, at most 16 bytes.
+        /// The context of the PING command, at most 16 bytes.
         context: &'i [u8],
     },
     /// A complete request. [`Decoder::envelope`](crate::codec::Decoder::envelope) returns the
-    /// envelope of its reply.
+    /// envelope for the reply.
     Request {
         /// The last frame of the body. Zeros replace the bytes after the first
         /// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES).
@@ -30,19 +31,20 @@ pub enum Event<'i> {
         /// The number of frames in the body.
         frames: usize,
     },
-    /// A request with a frame over the limit. Answer it now; the decoder skips the rest of it.
+    /// A request that contains an oversized frame. Answer the request immediately; the decoder
+    /// skips its remaining bytes.
     Oversized(ProtocolError),
 }
 
-/// A violation of ZMTP, or of a limit, by the peer.
+/// A peer's violation of the ZMTP protocol or of a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProtocolError {
-    /// The first bytes are no greeting of ZMTP 2 or 3.
+    /// The first bytes are not a ZMTP 2 or 3 greeting.
     #[error("expected a ZMTP 2 or 3 greeting, found other bytes")]
     Greeting,
     /// The security mechanism is not NULL.
-    #[error("expected the mechanism NULL, found another mechanism")]
+    #[error("expected the security mechanism NULL, found another mechanism")]
     Mechanism,
     /// The greeting is not followed by a valid READY command.
     #[error("expected the command READY, found other bytes")]
@@ -51,7 +53,7 @@ pub enum ProtocolError {
     #[error("expected a REQ or DEALER socket, found another socket type")]
     SocketType,
     /// The flags byte of a frame is invalid.
-    #[error("expected flags from 0 to 7 and a command in a single frame, found flags {0:#04x}")]
+    #[error("expected frame flags 0, 1, 2, 3, 4 or 6, found {0:#04x}")]
     Flags(u8),
     /// A frame is longer than the limit.
     #[error("expected a frame of at most {max} bytes, found {found}")]
@@ -65,9 +67,9 @@ pub enum ProtocolError {
     #[error("expected an envelope of at most {MAX_ENVELOPE_BYTES} bytes, found more")]
     EnvelopeTooLong,
     /// A command is malformed.
-    #[error("expected a command with a name, found a malformed command")]
+    #[error("expected a well-formed command, found a malformed one")]
     Command,
     /// The peer has sent the command ERROR.
-    #[error("expected no command ERROR, found one")]
+    #[error("the peer has sent the command ERROR")]
     Error,
 }

@@ -1,17 +1,17 @@
-//! ZMTP frames: flags, a length of 1 or 8 bytes, a body. The body of a command is a name, followed by
-//! data.
+//! ZMTP frames. A frame consists of a flags byte, a length of 1 or 8 bytes, and a body. The body of
+//! a command consists of a name and data.
 
 use crate::codec::event::{Event, ProtocolError};
 use crate::limits::MAX_COMMAND_BYTES;
 
-/// Another frame of the same message follows.
+/// The flag of a frame that is followed by another frame of the same message.
 const MORE: u8 = 1;
-/// The length has 8 bytes instead of 1.
+/// The flag of a frame whose length is encoded in 8 bytes instead of 1.
 const LONG: u8 = 2;
-/// The frame is a command, not part of a message.
+/// The flag of a frame that is a command and not part of a message.
 pub(crate) const COMMAND: u8 = 4;
 
-/// The maximum number of context bytes of a PING that the PONG returns.
+/// The maximum length of the context of a PING or PONG command, in bytes.
 const MAX_CONTEXT_BYTES: usize = 16;
 
 /// The header of a frame: its flags and length.
@@ -25,27 +25,26 @@ pub(crate) struct Header {
 }
 
 impl Header {
-    /// Reads the header at the front, or returns `None` if it is incomplete. `max` is the maximum
-    /// length in bytes of a frame that is no command.
+    /// Reads the header at the beginning of `input`, or returns `None` if the header is incomplete.
+    /// `max` is the maximum length in bytes of a frame that is not a command.
     pub(crate) fn read(input: &[u8], max: usize) -> Result<Option<Self>, ProtocolError> {
         let Some((&flags, rest)) = input.split_first() else { return Ok(None) };
         if flags > (MORE | LONG | COMMAND) || flags & (MORE | COMMAND) == (MORE | COMMAND) {
             return Err(ProtocolError::Flags(flags));
         }
-        let (found, bytes) = if flags & LONG == 0 {
-            let Some(&length) = rest.first() else { return Ok(None) };
-            (u64::from(length), 2)
+        let length = if flags & LONG == 0 {
+            rest.first().map(|&length| (u64::from(length), 2))
         } else {
-            let Some(length) = rest.first_chunk() else { return Ok(None) };
-            (u64::from_be_bytes(*length), 9)
+            rest.first_chunk().map(|length| (u64::from_be_bytes(*length), 9))
         };
+        let Some((found, bytes)) = length else { return Ok(None) };
         let max = if flags & COMMAND == 0 { max } else { MAX_COMMAND_BYTES };
         let length = usize::try_from(found).ok().filter(|&length| length <= max);
         let length = length.ok_or(ProtocolError::FrameTooLong { max, found })?;
         Ok(Some(Self { flags, bytes, length }))
     }
 
-    /// Returns whether another frame of the same message follows.
+    /// Returns true if another frame of the same message follows.
     pub(crate) const fn has_more(&self) -> bool {
         self.flags & MORE != 0
     }
@@ -55,7 +54,7 @@ impl Header {
     }
 }
 
-/// A complete frame at the front of the input.
+/// A complete frame at the beginning of the input.
 pub(crate) struct Frame<'i> {
     pub(crate) header: Header,
     pub(crate) whole: &'i [u8],
@@ -63,32 +62,41 @@ pub(crate) struct Frame<'i> {
 }
 
 impl<'i> Frame<'i> {
-    /// Reads a frame of a handshake, or returns `None` if it is incomplete.
+    /// Reads the handshake frame at the beginning of `input`, or returns `None` if the frame is
+    /// incomplete.
     pub(crate) fn read(input: &'i [u8]) -> Result<Option<Self>, ProtocolError> {
         let header = Header::read(input, MAX_COMMAND_BYTES)?;
         Ok(header.and_then(|header| Self::split(input, header)))
     }
 
-    /// Returns the frame with this header, or `None` if it is incomplete.
+    /// Returns the frame that begins with `header`, or `None` if the frame is incomplete.
     pub(crate) fn split(input: &'i [u8], header: Header) -> Option<Self> {
-        let end = header.bytes.checked_add(header.length)?;
-        let whole = input.get(..end)?;
+        let whole = input.get(..header.bytes + header.length)?;
         Some(Self { body: &whole[header.bytes..], header, whole })
     }
 }
 
-/// Appends the last frame of a message.
+/// Appends `body` to `output` as the last frame of a message.
 pub fn push_last_frame(output: &mut Vec<u8>, body: &[u8]) {
+    push_frame(output, 0, body);
+}
+
+/// Appends a PONG command with `context` to `output`.
+pub fn push_pong(output: &mut Vec<u8>, context: &[u8]) {
+    push_frame(output, COMMAND, &[b"\x04PONG", context].concat());
+}
+
+fn push_frame(output: &mut Vec<u8>, flags: u8, body: &[u8]) {
     if let Ok(length) = u8::try_from(body.len()) {
-        output.extend_from_slice(&[0, length]);
+        output.extend_from_slice(&[flags, length]);
     } else {
-        output.push(LONG);
+        output.push(flags | LONG);
         output.extend_from_slice(&(body.len() as u64).to_be_bytes());
     }
     output.extend_from_slice(body);
 }
 
-/// Returns the socket type in the properties of a READY command.
+/// Returns the socket type from the properties of a READY command.
 pub(crate) fn socket_type(mut properties: &[u8]) -> Result<&[u8], ProtocolError> {
     let mut socket_type = None;
     while !properties.is_empty() {
@@ -101,7 +109,7 @@ pub(crate) fn socket_type(mut properties: &[u8]) -> Result<&[u8], ProtocolError>
     socket_type.ok_or(ProtocolError::Ready)
 }
 
-/// Splits off the first property: its name, its value, and the remaining properties.
+/// Returns the name and the value of the first property, and the remaining bytes.
 fn split_property(bytes: &[u8]) -> Option<(&[u8], &[u8], &[u8])> {
     let (&length, rest) = bytes.split_first()?;
     let (name, rest) = rest.split_at_checked(length.into())?;
@@ -117,21 +125,11 @@ pub(crate) fn decode_command(body: &[u8]) -> Result<Event<'_>, ProtocolError> {
     match name {
         b"" => Err(ProtocolError::Command),
         b"ERROR" => Err(ProtocolError::Error),
-        // A time to live of two bytes, then the context.
+        // The data is a time to live of two bytes, then the context.
         b"PING" => {
             let context = rest.get(2..).ok_or(ProtocolError::Command)?;
             Ok(Event::Ping { context: &context[..context.len().min(MAX_CONTEXT_BYTES)] })
         }
         _ => Ok(Event::Ignored),
     }
-}
-
-/// Appends a PONG command with this context.
-pub fn push_pong(output: &mut Vec<u8>, context: &[u8]) {
-    const NAME: &[u8] = b"\x04PONG";
-    let context = &context[..context.len().min(MAX_CONTEXT_BYTES)];
-    let length = u8::try_from(NAME.len() + context.len()).unwrap_or(u8::MAX);
-    output.extend_from_slice(&[COMMAND, length]);
-    output.extend_from_slice(NAME);
-    output.extend_from_slice(context);
 }

@@ -1,32 +1,32 @@
-//! The handshake: greeting and READY.
+//! The handshake, which consists of a greeting and a READY command.
 //!
-//! An old peer that knows only ZMTP 2.0 (<https://rfc.zeromq.org/spec/15/>), such as `JeroMQ` 0.3,
-//! sends version 1 in the eleventh byte. Then each side sends its socket type in one byte and its
-//! identity in a frame; the frames after that are those of ZMTP 3. So the server sends the rest of
-//! its greeting only after it has the version of the peer.
+//! A peer that supports only ZMTP 2.0 (<https://rfc.zeromq.org/spec/15/>), such as `JeroMQ` 0.3,
+//! sends version 1 in the eleventh byte. After that byte, each side sends its socket type in one
+//! byte and its identity in a frame. All later frames have the format of ZMTP 3. The server
+//! therefore waits for the version of the peer before it sends the rest of its greeting.
 
 use crate::codec::event::{Event, ProtocolError};
 use crate::codec::frame::{Frame, socket_type};
 
-/// The greeting of each side: version 3.1, no authentication.
+/// The greeting of ZMTP 3.1 without authentication, which each side sends.
 pub const GREETING: [u8; 64] =
     *b"\xff\0\0\0\0\0\0\0\x01\x7f\x03\x01NULL\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
     \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
 
-/// The first bytes of the greeting, up to the version.
+/// The first bytes of the greeting, before the version.
 pub const SIGNATURE: &[u8] = GREETING.split_at(VERSION).0;
-/// The next byte of the greeting.
+/// The byte of the greeting that contains the major version.
 const MAJOR_VERSION: &[u8] = GREETING.split_at(VERSION + 1).0.split_at(VERSION).1;
-/// The remaining bytes of the greeting.
+/// The bytes of the greeting after the major version.
 const REST: &[u8] = GREETING.split_at(VERSION + 1).1;
 
-/// What ZMTP 2.0 has in place of the rest: the socket type REP and an empty identity.
+/// The socket type REP and an empty identity, which replace [`REST`] in ZMTP 2.0.
 const TYPE_AND_IDENTITY: &[u8] = b"\x04\0\0";
 
 /// The READY command of a REP socket.
 pub const READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REP";
 
-/// The position of the version in the greeting.
+/// The position of the major version in the greeting.
 const VERSION: usize = 10;
 /// The position of the mechanism in [`REST`].
 const MECHANISM: std::ops::Range<usize> = 1..21;
@@ -37,28 +37,28 @@ pub(crate) enum Handshake {
     #[default]
     Signature,
     Version,
-    /// The rest of the greeting.
+    /// The bytes of the greeting after the major version.
     Greeting,
     /// The command READY.
     Ready,
-    /// The socket type, as sent by a ZMTP 2.0 peer.
+    /// The socket type of a ZMTP 2.0 peer.
     SocketType,
-    /// The identity, from a peer of ZMTP 2.0.
+    /// The identity of a ZMTP 2.0 peer.
     Identity,
-    /// Nothing: the handshake is complete.
+    /// No further part, because the handshake is complete.
     Complete,
 }
 
-/// The number of bytes consumed, the next part, and the event.
+/// The number of bytes consumed, the next part of the handshake, and the event.
 type Next<'i> = (usize, Handshake, Event<'i>);
 
 impl Handshake {
-    /// Decodes the front of `input`.
+    /// Decodes this part of the handshake from the beginning of `input`.
     pub(crate) fn decode<'i>(self, input: &[u8]) -> Result<Next<'i>, ProtocolError> {
         let incomplete = Ok((0, self, Event::Incomplete));
         match self {
             Self::Signature => {
-                // Wrong bytes are refused without waiting for the rest.
+                // Wrong bytes are refused without waiting for the complete signature.
                 let is_wrong = |index, mask| input.get(index).is_some_and(|byte| !byte & mask != 0);
                 if is_wrong(0, 0xff) || is_wrong(VERSION - 1, 1) {
                     return Err(ProtocolError::Greeting);
@@ -90,7 +90,7 @@ impl Handshake {
             }
             Self::SocketType => match input.first() {
                 None => incomplete,
-                // REQ and DEALER.
+                // The socket types REQ and DEALER.
                 Some(3 | 5) => Ok((1, Self::Identity, Event::Ignored)),
                 Some(_) => Err(ProtocolError::SocketType),
             },
@@ -144,6 +144,21 @@ mod tests {
         let mut later = GREETING;
         (later[VERSION], later[VERSION + 1]) = (4, 7);
         assert_eq!(events(&mut Decoder::default(), &later).len(), 3);
+        // The flag for the server and the reserved bytes have no meaning without a mechanism.
+        (later[VERSION - 2], later[32]) = (7, 1);
+        assert_eq!(events(&mut Decoder::default(), &later).len(), 3);
+        later[VERSION] = 0;
+        let events = events(&mut Decoder::default(), &later);
+        assert_eq!(events.last(), Some(&ProtocolError::Greeting.to_string()));
+    }
+
+    #[test]
+    fn dealer_is_accepted_like_req() {
+        let mut decoder = Decoder::default();
+        let ready = b"\x04\x1c\x05READY\x0bSOCKET-TYPE\0\0\0\x06DEALER";
+        let events = events(&mut decoder, &[&GREETING[..], ready].concat());
+        assert_eq!(events.last().unwrap(), "Ready");
+        assert_eq!(decoder.phase(), Phase::Ready);
     }
 
     #[test]
