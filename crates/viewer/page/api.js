@@ -24,7 +24,7 @@ export class ApiError extends Error {
   /** @param {number} status @param {string} text */
   constructor(status, text) {
     super(text || `HTTP status ${status}`);
-    /** Whether a newer run has replaced the requested one. */
+    /** True if a newer run has replaced the requested run. */
     this.isRunOver = status === 410;
     this.isNotFound = status === 404;
   }

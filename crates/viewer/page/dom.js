@@ -1,5 +1,5 @@
-// @ts-check
-// DOM helpers. Unchanged values are not written again, since even the same value costs a layout.
+// @ts-check DOM helpers. Unchanged values are not written again, since even writing the same value triggers a
+// layout.
 
 /**
  * Returns the first element that matches a selector, which must exist.

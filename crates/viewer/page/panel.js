@@ -47,11 +47,11 @@ export class Panel {
   #nextDraw = 0;
   /** Ends the pause before the next draw. */
   #endPause = () => {};
-  /** Whether states arrive faster than weights could be read. */
+  /** True while states arrive too fast for anyone to read the weights. */
   #isFast = false;
   #fastTimer = 0;
   #slowTimer = 0;
-  /** Index of the last state that stayed for a slow interval. */
+  /** Index of the last state that was shown for a full slow interval. */
   #settled = -1;
   /** Number of states in the chart. */
   #charted = -1;
@@ -88,7 +88,7 @@ export class Panel {
     void this.#draw(); // also retries a draw that failed while the connection was lost
   }
 
-  /** Whether a newer run has started. Run numbers increase. */
+  /** True if a newer run has started. Run numbers increase. */
   get #hasNewRun() {
     return this.#latest !== null && this.#latest.run > (this.#source?.run ?? -1);
   }

@@ -23,7 +23,7 @@ export class Timeline {
   #speed;
   #buttons;
 
-  /** @param {HTMLElement} panel @param {boolean} live whether the run may grow @param {() => void} onChange */
+  /** @param {HTMLElement} panel @param {boolean} live true if the run may grow @param {() => void} onChange */
   constructor(panel, live, onChange) {
     this.#panel = panel;
     this.#live = live;
@@ -126,7 +126,7 @@ export class Timeline {
     requestAnimationFrame(tick);
   }
 
-  /** Returns whether the key is a shortcut. @param {KeyboardEvent} event */
+  /** Returns true if the key is a shortcut. @param {KeyboardEvent} event */
   handleKey({ key, shiftKey }) {
     const step = shiftKey ? LARGE_STEP : 1;
     if (key === "ArrowLeft") this.seek(this.target - step);

@@ -67,7 +67,7 @@ struct PageInfo {
     #[serde(rename = "server")]
     server_id: String,
     live: bool,
-    /// Whether a folder of recordings is listed.
+    /// True if the page lists a folder of recordings.
     records: bool,
     version: &'static str,
     /// The address of the simulator.
@@ -152,12 +152,12 @@ struct SourceInfo {
     goals: Vec<[u8; 2]>,
     states: usize,
     state_bytes: usize,
-    /// Whether the true maze is known.
+    /// True if the true maze is known.
     truth: bool,
     shortest_path: Option<u16>,
-    /// Whether a recording is complete.
+    /// The integrity of a recording: `closed`, `cut` or `damaged`.
     ending: Option<&'static str>,
-    /// What is wrong with a recording.
+    /// The problem with a recording, for the user.
     note: Option<String>,
 }
 
@@ -222,7 +222,7 @@ async fn states(
     run_blocking(move || {
         let (source, count) = (state.source(&id)?, count.min(Block::STATES));
         let mut bytes = Vec::new();
-        // The range covers one block or two adjacent ones.
+        // The range covers one block or two adjacent blocks.
         let end = from.saturating_add(count).min(source.states(run)?);
         let next = (from / Block::STATES + 1).saturating_mul(Block::STATES);
         let first = source.block(run, end.min(next).saturating_sub(1).max(from))?;
@@ -340,7 +340,7 @@ async fn save_recording(
     Ok(download(&name, "application/octet-stream", content))
 }
 
-/// Returns the file name for a downloaded run.
+/// Returns the file name for a download.
 fn file_name(source: &Source, run: u32, extension: &str) -> ApiResult<String> {
     let title = source.describe(run)?.title.clone();
     let stem = title.strip_suffix(".mcap").unwrap_or(&title);
@@ -395,7 +395,7 @@ async fn close_recording(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Receives and opens a recording.
+/// Receives an uploaded recording and opens it.
 async fn upload(
     State(state): SharedState,
     Query(RecordingName { name }): Query<RecordingName>,

@@ -20,21 +20,21 @@ const MAX_OPEN_RECORDINGS: usize = 8;
 
 /// The state that all HTTP handlers share.
 pub(crate) struct AppState {
-    /// Identifies this process, so that a page notices a restart.
+    /// An ID of this process, with which a page detects a restart.
     pub(crate) server_id: String,
     pub(crate) live: Option<LiveServer>,
-    /// The folder of the listed recordings.
+    /// The folder whose recordings the page lists.
     pub(crate) recordings_dir: Option<PathBuf>,
     pub(crate) mazes: MazeList,
     pub(crate) limits: Limits,
-    /// Draws PNG pictures, one at a time.
+    /// The queue for drawing PNG pictures, one at a time.
     pub(crate) pictures: JobQueue,
-    /// Draws GIFs of up to several hundred frames, one at a time.
+    /// The queue for drawing GIFs of up to several hundred frames, one at a time.
     pub(crate) animations: JobQueue,
-    /// Reads and writes recordings.
+    /// The queue for reading and writing recordings.
     pub(crate) recording_jobs: JobQueue,
     pub(crate) uploads: JobQueue,
-    /// The memory limit for the open recordings.
+    /// The memory limit for all open recordings.
     pub(crate) budget: Arc<MemoryBudget>,
     recordings: Mutex<OpenRecordings>,
 }
@@ -42,7 +42,7 @@ pub(crate) struct AppState {
 #[derive(Default)]
 struct OpenRecordings {
     last_id: u32,
-    /// Title and source by number.
+    /// The title and source of each open recording, by ID.
     by_id: BTreeMap<u32, (String, Arc<Source>)>,
 }
 
@@ -74,7 +74,7 @@ impl AppState {
         self.live.as_ref().ok_or_else(|| ApiError::not_found("no simulation is being served"))
     }
 
-    /// Returns the source with this ID: `live`, or the number of an open recording.
+    /// Returns the source with this ID, which is `live` or the number of an open recording.
     pub(crate) fn source(&self, id: &str) -> Result<Arc<Source>, ApiError> {
         if id == "live" {
             return Ok(Arc::clone(&self.live()?.source));
@@ -84,13 +84,13 @@ impl AppState {
         found.map(|(_, source)| Arc::clone(source)).ok_or_else(|| source_not_found(id))
     }
 
-    /// Returns ID and title of each open recording.
+    /// Returns the ID and title of each open recording.
     pub(crate) fn open_recordings(&self) -> Vec<(String, String)> {
         let recordings = self.recordings();
         recordings.by_id.iter().map(|(id, (title, _))| (id.to_string(), title.clone())).collect()
     }
 
-    /// Fails if the maximum number of recordings is open.
+    /// Returns an error if the maximum number of recordings is open.
     pub(crate) fn check_capacity(&self) -> Result<(), ApiError> {
         self.recordings().check_capacity()
     }
@@ -102,7 +102,7 @@ impl AppState {
         Ok(recordings.insert(title, recording))
     }
 
-    /// Adds an open recording even beyond the maximum number.
+    /// Adds an open recording, even if the maximum number is open.
     pub(crate) fn insert(&self, title: &str, recording: Recording) {
         self.recordings().insert(title, recording);
     }

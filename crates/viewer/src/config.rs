@@ -11,7 +11,7 @@ use crate::app_state::AppState;
 use crate::limits::Limits;
 use crate::live::LiveServer;
 
-/// What a [`Viewer`](crate::Viewer) shows.
+/// The simulation, recordings and mazes that a [`Viewer`](crate::Viewer) shows.
 #[derive(Default)]
 pub struct ViewerConfig {
     live: Option<LiveServer>,
@@ -22,8 +22,8 @@ pub struct ViewerConfig {
 }
 
 impl ViewerConfig {
-    /// Shows the simulation of a server and runs the bundled mice against it. `maze` is the path
-    /// of its maze.
+    /// Shows the simulation of a server and allows the page to run bundled mice against the server.
+    /// `maze` is the path of the maze that the server simulates.
     pub fn with_live(mut self, server: &Server, maze: &Path) -> Self {
         self.live = Some(LiveServer::new(server.monitor(), server.address(), maze));
         self
@@ -35,13 +35,13 @@ impl ViewerConfig {
         self
     }
 
-    /// Lists the recordings in a folder, usually the one the server records to.
+    /// Lists the recordings in a folder, usually the folder that the server records to.
     pub fn with_recordings(mut self, folder: impl Into<Option<PathBuf>>) -> Self {
         self.recordings_dir = folder.into();
         self
     }
 
-    /// Limits the memory of all open recordings together. Without a budget it is unlimited.
+    /// Limits the total memory of all open recordings, which is unlimited by default.
     pub fn with_budget(mut self, budget: Arc<MemoryBudget>) -> Self {
         self.budget = budget;
         self

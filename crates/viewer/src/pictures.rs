@@ -11,8 +11,10 @@ use crate::jobs::CancelToken;
 use crate::source::{DecodedState, Source};
 use crate::state_view;
 
-/// The longer side of a PNG and of a GIF, in pixels.
+/// The length of the longer side of a PNG, in pixels.
 const PNG_SIDE_PX: u32 = 1280;
+
+/// The length of the longer side of a GIF, in pixels.
 const GIF_SIDE_PX: u32 = 480;
 
 /// The options of a downloaded picture.
@@ -50,7 +52,7 @@ impl PictureOptions {
     }
 }
 
-/// Draws the maze before the first state as the SVG that the page updates.
+/// Draws the SVG that the page updates, which shows the maze before the first state.
 pub(crate) fn page_svg(source: &Source, run: u32) -> Result<String, ApiError> {
     let description = source.describe(run)?;
     let scene = match &description.truth {
@@ -94,7 +96,8 @@ pub(crate) fn gif(
     animation.map_or(Err(PictureError::NoFrame), Animation::finish).map_err(ApiError::internal)
 }
 
-/// Passes the scene of a state to `draw`, or that of the maze if the run has no states yet.
+/// Calls `draw` with the scene of a state, or with the scene of the maze if the run has no states
+/// yet.
 pub(crate) fn draw_state<T>(
     source: &Source,
     run: u32,

@@ -1,4 +1,4 @@
-//! Sources of states: the live simulation, or a recording.
+//! Sources of states: the live simulation and recordings.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,7 +12,8 @@ use mmsim_server::{Monitor, MonitorError, Status};
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory};
 
-/// Unpacked blocks to cache for each source: enough for two states and their trails.
+/// The maximum number of unpacked blocks in the cache of a source, enough for two states and their
+/// trails.
 const CACHED_BLOCKS: usize = 8;
 
 /// The maximum number of attempts to describe the current run, which may end at any time.
@@ -21,7 +22,7 @@ const MAX_ATTEMPTS: usize = 100;
 /// The run number of every recording.
 const RECORDED_RUN: u32 = 0;
 
-/// A source of states, with a cache of what was read last.
+/// A source of states with a cache of recently read data.
 pub(crate) struct Source {
     kind: SourceKind,
     cache: Mutex<RunCache>,
@@ -32,12 +33,12 @@ enum SourceKind {
     Recording { title: String, recording: Box<Recording> },
 }
 
-/// Cached data of one run.
+/// The cached data of one run.
 #[derive(Default)]
 struct RunCache {
     run: u32,
     description: Option<Arc<RunDescription>>,
-    /// Block number and states, newest last.
+    /// The cached blocks and their numbers. The most recently read block is the last.
     blocks: VecDeque<(usize, Arc<States>)>,
     distances: DistanceHistory,
 }
@@ -91,7 +92,7 @@ impl Source {
         Self { kind, cache: Mutex::default() }
     }
 
-    /// Returns number, description and number of states of the current run.
+    /// Returns the number, the description and the number of states of the current run.
     pub(crate) fn current_run(&self) -> Result<(u32, Arc<RunDescription>, usize), ApiError> {
         let mut attempts = 1;
         loop {
@@ -165,7 +166,7 @@ impl Source {
     }
 
     /// Returns the block that contains a state, from the cache if possible. A cached block may lack
-    /// newer states that follow this one.
+    /// states that arrived later.
     pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
         let number = index / Block::STATES;
         let cached = self.cache(run, |cache| {
@@ -200,7 +201,7 @@ impl Source {
         states.ok_or_else(|| ApiError::not_found(format!("state {index} does not exist")))
     }
 
-    /// Returns the distances over a run, and caches them.
+    /// Returns the distances over a run and caches them.
     pub(crate) fn distances(&self, run: u32) -> Result<DistanceHistory, ApiError> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
         let mut distances = self.cache(run, |cache| cache.distances.clone());
@@ -212,7 +213,7 @@ impl Source {
         Ok(distances)
     }
 
-    /// Accesses the cache of a run, which replaces that of any other run.
+    /// Calls `access` with the cache of a run. The cache of any other run is cleared.
     fn cache<T>(&self, run: u32, access: impl FnOnce(&mut RunCache) -> T) -> T {
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if cache.run != run {

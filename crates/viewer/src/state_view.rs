@@ -1,4 +1,4 @@
-//! A state as the page shows it.
+//! The view of a state that the page shows.
 
 use mmsim_drawing::TRAIL_CELLS;
 use mmsim_maze::Pose;
@@ -25,7 +25,7 @@ pub(crate) struct StateView {
     distances: DistanceBounds,
     #[serde(rename = "solved")]
     is_proven_optimal: bool,
-    /// The last cells of the mouse as y × width + x, oldest first.
+    /// The last cells that the mouse visited, as y × width + x, oldest first.
     trail: Vec<u16>,
 }
 
@@ -53,7 +53,7 @@ impl StateView {
     }
 }
 
-/// Returns the cells of the mouse up to this state as x and y, oldest first.
+/// Returns the last cells that the mouse visited up to this state, as x and y, oldest first.
 pub(crate) fn trail(source: &Source, run: u32, last: usize) -> Result<Vec<[u8; 2]>, ApiError> {
     let (mut index, mut cells) = (last.saturating_sub(TRAIL_CELLS - 1), Vec::new());
     while index <= last {

@@ -1,4 +1,4 @@
-//! The web server: listens, accepts connections, and stops.
+//! The web server of the page.
 
 use std::fmt::Write;
 use std::io;
@@ -28,14 +28,15 @@ use crate::limits::Limits;
 use crate::transfer::Connection;
 use crate::{api, jobs};
 
-/// Shorter responses are not compressed, in bytes: the frequent ones are views of single states.
+/// The minimum size of a compressed response, in bytes. Most shorter responses are views of single
+/// states, which are sent often.
 const MIN_COMPRESSED_BYTES: u64 = 4096;
 
-/// The delay before the next attempt to accept a connection, such as after running out of file
+/// The delay before the next attempt to accept a connection after an error, such as a lack of file
 /// descriptors.
 const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(250);
 
-/// A web server that already listens. [`spawn`](Self::spawn) starts to serve.
+/// A web server that is already listening. [`spawn`](Self::spawn) starts to serve requests.
 ///
 /// ```
 /// use mmsim_server::{Server, Simulation};
@@ -58,7 +59,8 @@ pub struct Viewer {
     limits: Limits,
 }
 
-/// A web server on its own thread. It runs until it is stopped or the process exits.
+/// A handle to a web server on a separate thread. The web server runs until it is stopped or the
+/// process exits.
 pub struct ViewerHandle {
     address: String,
     stop: oneshot::Sender<()>,
@@ -66,11 +68,11 @@ pub struct ViewerHandle {
 }
 
 impl Viewer {
-    /// Listens on a local address. Port 0 takes a free port. Unless the address is loopback, this
-    /// creates a token that browsers have to send.
+    /// Listens on a local address. Port 0 selects a free port. If the address is not loopback, the
+    /// server creates a token that browsers must send.
     ///
     /// # Errors
-    /// Fails if the port is in use or the host is not a local address.
+    /// Returns an error if the port is in use or the host is not a local address.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let failed = |source| BindError::Listen { host: host.into(), port, source };
         let listener = listen(host, port)?;
@@ -96,10 +98,10 @@ impl Viewer {
         }
     }
 
-    /// Starts to serve on a new thread.
+    /// Starts to serve requests on a new thread.
     ///
     /// # Errors
-    /// Fails if the system cannot create a thread or event queue.
+    /// Returns an error if the system cannot create a thread or an event queue.
     pub fn spawn(self, config: ViewerConfig) -> io::Result<ViewerHandle> {
         let (address, (stop, stopped)) = (self.address(), oneshot::channel());
         let runtime = runtime::Builder::new_current_thread()
@@ -159,7 +161,7 @@ fn run(
     runtime.shutdown_background();
 }
 
-/// Accepts connections up to the limit and serves each in its own task.
+/// Accepts connections up to the limit and serves each connection in a separate task.
 async fn accept(listener: TcpListener, app: Router, limits: Limits) {
     let slots = Arc::new(Semaphore::new(limits.connections));
     let mut warned = false;
@@ -168,7 +170,7 @@ async fn accept(listener: TcpListener, app: Router, limits: Limits) {
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
             Err(error) => {
-                // Warn only once: without file descriptors every attempt fails.
+                // Warn only once, since every attempt fails while there are no file descriptors.
                 if !std::mem::replace(&mut warned, true) {
                     warn!("cannot accept a connection to the page: {error}");
                 }

@@ -1,4 +1,4 @@
-//! Slow clients and full queues: no client holds a connection forever.
+//! Tests with slow clients and full queues: no client can hold a connection forever.
 
 mod harness;
 
@@ -11,7 +11,7 @@ use harness::{Response, WatchedServer};
 use mmsim_tests::{PATIENCE, wait_for};
 use mmsim_viewer::Limits;
 
-/// Returns limits with short timeouts and this number of connections.
+/// Returns limits with short timeouts and this maximum number of connections.
 fn limits(connections: usize) -> Limits {
     let timeout = Duration::from_secs(2);
     Limits { connections, header_time: timeout, max_lag: timeout, ..Limits::default() }
@@ -25,7 +25,7 @@ fn head(watched: &WatchedServer, path: &str, length: usize) -> String {
     )
 }
 
-/// Sends single bytes until the server closes the connection. Returns its response.
+/// Sends single bytes until the server closes the connection. Returns the response of the server.
 fn trickle(mut stream: TcpStream) -> Vec<u8> {
     let mut sending = stream.try_clone().unwrap();
     let (stop, stopped) = std::sync::mpsc::channel::<()>();
