@@ -1,4 +1,4 @@
-//! Collections of mazes, which are read from a folder or built in.
+//! Collections of built-in mazes or of maze files in a folder.
 
 use std::borrow::Cow;
 use std::fs;
@@ -36,7 +36,7 @@ pub struct Entry {
 }
 
 impl Catalogue {
-    /// Creates a collection of built-in mazes from pairs of a name and a content.
+    /// Creates a collection from the names and contents of built-in mazes.
     pub fn from_texts(texts: &[(&'static str, &'static str)]) -> Self {
         let paths = texts.iter().map(|&(name, text)| (name.into(), Some(text)));
         Self { entries: paths.map(|(path, text)| Entry { path, text }).collect() }

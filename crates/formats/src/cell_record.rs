@@ -13,7 +13,7 @@ pub(crate) struct CellRecord {
     pub(crate) found: String,
 }
 
-/// Returns the cells by columns from west to east, and from south to north within a column.
+/// Returns all cells, column by column from west to east, and from south to north within a column.
 pub(crate) fn by_columns(size: MazeSize) -> impl Iterator<Item = Cell> {
     (0..size.width()).flat_map(move |x| (0..size.height()).map(move |y| Cell { x, y }))
 }
@@ -47,8 +47,8 @@ pub(crate) fn walls<'a>(
             let (there, back) = (record(neighbour), heading.back());
             if is_wall != there.sides.has(back) {
                 let wall = if is_wall { "a wall" } else { "no wall" };
-                let expected =
-                    format!("{wall} between {cell} and {neighbour}, as at {}", here.location);
+                let location = here.location;
+                let expected = format!("{wall} between {cell} and {neighbour} to match {location}");
                 let error = ParseError::at(there.location, expected, &there.found);
                 errors.push(error.with_kind(ParseErrorKind::Contradiction).with_cell(neighbour));
             }

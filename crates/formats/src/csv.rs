@@ -1,4 +1,4 @@
-//! The table format of the Python simulators, with a code from 1 to 16 for each cell.
+//! The table format of Python micromouse simulators, with a code from 1 to 16 for each cell.
 
 use mmsim_maze::{Cell, Maze, Sides};
 
@@ -103,7 +103,7 @@ mod tests {
     fn errors_name_location_expected_and_found() {
         let error =
             |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
-        insta::assert_snapshot!(error("9,9,9", "9,15,9"), @"line 2, column 3: expected a wall between (0, 1) and (1, 1), as at line 2, column 1, found 15");
+        insta::assert_snapshot!(error("9,9,9", "9,15,9"), @"line 2, column 3: expected a wall between (0, 1) and (1, 1) to match line 2, column 1, found 15");
         insta::assert_snapshot!(error("8,2", "1,2"), @"line 1, column 1: expected an outer wall to the north of (0, 2), found 1");
         insta::assert_snapshot!(error("9,9,9", "9,17,9"), @r#"line 2, column 3: expected a whole number from 1 to 16, found "17""#);
         insta::assert_snapshot!(error("9,9,9", "9,1.5,9"), @r#"line 2, column 3: expected a whole number from 1 to 16, found "1.5""#);

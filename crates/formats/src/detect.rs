@@ -1,8 +1,8 @@
 //! Format detection.
 //!
-//! The format of a file with an error must still be detected, so that error messages refer to the
-//! right format. Therefore the first lines determine the format. The remaining lines are examined
-//! only if the first lines are ambiguous.
+//! Detection also works for files with errors, so that error messages refer to the right format.
+//! The first lines of a file determine its format. The remaining lines are examined only if the
+//! first lines are ambiguous.
 
 use mmsim_maze::MazeSize;
 

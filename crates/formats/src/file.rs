@@ -54,7 +54,7 @@ pub fn read_content(path: &Path) -> Result<Vec<u8>, ReadError> {
 }
 
 /// Reads the content of a maze file from an open reader, such as standard input. Error messages
-/// call the reader `path`.
+/// refer to the reader as `path`.
 ///
 /// # Errors
 /// See [`read_content`].

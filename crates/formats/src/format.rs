@@ -6,7 +6,7 @@ use std::str::FromStr;
 /// A file format for mazes.
 ///
 /// If a file does not mark the start, the maze starts at (0, 0). If a file does not mark the goal,
-/// the goal is the central cells
+/// the goal consists of the central cells
 /// ([`MazeSize::central_cells`](mmsim_maze::MazeSize::central_cells)). Lines may end in `\n`,
 /// `\r\n` or `\r`.
 ///
@@ -14,7 +14,7 @@ use std::str::FromStr;
 /// use mmsim_formats::Format;
 /// use mmsim_maze::Maze;
 /// let maze: Maze = "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse()?;
-/// assert!(Format::Num.write(&maze).is_err(), "num supports only the central cells as goal");
+/// assert!(Format::Num.write(&maze).is_err(), "num requires the central cells as the goal");
 /// assert_eq!(Format::Text.write(&maze)?, maze.to_string().into_bytes());
 /// assert_eq!("num".parse(), Ok(Format::Num));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -58,7 +58,7 @@ pub enum Format {
     /// One line for each cell, in any order: x, y, then 1 (wall) or 0 (no wall) for north, east,
     /// south and west, separated by blanks. The largest x and y determine the size of the maze.
     Num,
-    /// The table format of the Python simulators: rows from north to south with a code for each
+    /// The table format of Python micromouse simulators: rows from north to south with a code for each
     /// cell, separated by commas, semicolons or blanks. The codes 1 to 16 stand for the walls W, N,
     /// E, S, SW, SE, NE, NW, WE, NS, SWE, NSE, NWE, NSW, none and all. Codes may be written as
     /// floating-point numbers.
@@ -70,7 +70,7 @@ pub enum Format {
     /// The layout and the meaning of the bits are inferred. The bits 1, 2, 4 and 8 stand either for
     /// north, east, south and west, or for east, north, west and south. The bits are set for walls
     /// or for open sides. Lines are rows or columns in either direction, and the digits of a line
-    /// also run in either direction. This makes 32 encodings in total. An encoding is valid if its
+    /// also run in either direction. There are 32 encodings in total. An encoding is valid if its
     /// maze has no contradictions, all outer walls, and a start (0, 0) that is open only to the
     /// north.
     ///

@@ -15,12 +15,12 @@ const BIT_ORDERS: [[Heading; 4]; 2] = {
     [[North, East, South, West], [East, North, West, South]]
 };
 
-/// The position of the lines and digits of a file in the maze.
+/// The order in which a file contains the cells of a maze.
 #[derive(Clone, Copy)]
 struct Layout {
-    /// The edge of the maze at the first line of the file.
+    /// The edge of the maze that the first line of the file runs along.
     lines_from: Heading,
-    /// The edge of the maze at the first digit of each line.
+    /// The edge of the maze at which each line begins.
     digits_from: Heading,
 }
 
@@ -43,11 +43,11 @@ impl Layout {
 
     fn words(self) -> String {
         let lines = if self.has_columns() { "columns" } else { "rows" };
-        format!("{lines} from the {}, each from the {}", self.lines_from, self.digits_from)
+        format!("{lines} from the {}, each starting in the {}", self.lines_from, self.digits_from)
     }
 
-    /// Returns the size of the maze, given the length of a line and the number of lines as width
-    /// and height of `table`.
+    /// Returns the size of the maze. The width of `table` is the length of a line, and its height
+    /// is the number of lines.
     fn maze_size(self, table: MazeSize) -> MazeSize {
         let (digits, lines) = (usize::from(table.width()), usize::from(table.height()));
         let (width, height) = if self.has_columns() { (lines, digits) } else { (digits, lines) };
@@ -66,7 +66,7 @@ impl Layout {
     }
 }
 
-/// The digits of a file, arranged by a layout.
+/// The digits of a file, assigned to cells by a layout.
 struct Digits {
     layout: Layout,
     size: MazeSize,
@@ -120,7 +120,8 @@ impl<'a> Encoding<'a> {
         format!("{layout}; bits 1, 2, 4 and 8 are {set} to the {one}, {two}, {four} and {eight}")
     }
 
-    /// Returns the walls towards `heading`. Bit x of row y is set if the cell (x, y) has this wall.
+    /// Returns the walls towards `heading`. Bit x of row y is set if the cell (x, y) has a wall on
+    /// this side.
     fn walls_towards(self, heading: Heading) -> [u32; MAX_SIDE] {
         let bit = self.bits.iter().position(|&side| side == heading).unwrap_or(0);
         let columns = u32::MAX >> (u32::BITS - u32::from(self.digits.size.width()));
@@ -179,7 +180,7 @@ pub(crate) fn digit(item: Item) -> Item {
     if item.text.len() == 2 { without_prefix(item, ["0"]) } else { item }
 }
 
-/// Removes the first of these prefixes that matches the item.
+/// Removes the first of `prefixes` that the item has.
 fn without_prefix(item: Item<'_>, prefixes: impl IntoIterator<Item = &'static str>) -> Item<'_> {
     let without = |prefix: &str| {
         let text = item.text.strip_prefix(prefix)?;
@@ -291,7 +292,7 @@ mod tests {
         let encodings: BTreeSet<String> = Encoding::all(&layouts).map(Encoding::words).collect();
         assert_eq!((encodings.len(), Encoding::all(&layouts).count()), (32, 32));
         let first = Encoding::all(&layouts).next().map(Encoding::words);
-        insta::assert_snapshot!(first.unwrap(), @"rows from the north, each from the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west");
+        insta::assert_snapshot!(first.unwrap(), @"rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west");
     }
 
     #[test]
@@ -354,12 +355,12 @@ mod tests {
     fn errors_name_the_nearest_encoding() {
         let error =
             |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
-        insta::assert_snapshot!(error("a93a", "a92a"), @r#"line 1, column 3: expected no wall between (2, 2) and (2, 3), as at line 2, column 3, found "5" (nearest encoding: rows from the north, each from the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
-        insta::assert_snapshot!(error("9553", "1553"), @r#"line 1, column 1: expected an outer wall to the west of (0, 3), found "1" (nearest encoding: rows from the north, each from the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
-        insta::assert_snapshot!(error("ec46", "cc46"), @r#"line 4, column 2: expected no wall between (0, 0) and (1, 0), as at line 4, column 1, found "c" (nearest encoding: rows from the north, each from the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
+        insta::assert_snapshot!(error("a93a", "a92a"), @r#"line 1, column 3: expected no wall between (2, 2) and (2, 3) to match line 2, column 3, found "5" (nearest encoding: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
+        insta::assert_snapshot!(error("9553", "1553"), @r#"line 1, column 1: expected an outer wall to the west of (0, 3), found "1" (nearest encoding: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
+        insta::assert_snapshot!(error("ec46", "cc46"), @r#"line 4, column 2: expected no wall between (0, 0) and (1, 0) to match line 4, column 1, found "c" (nearest encoding: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
         insta::assert_snapshot!(error("a93a", "a93"), @"line 2, column 4: expected 4 hex digits, as on line 1, found 3");
         insta::assert_snapshot!(error("a93a", "a93g"), @r#"line 2, column 4: expected a hex digit, found "g""#);
-        insta::assert_snapshot!(parse("f\n").unwrap_err(), @r#"line 1, column 1: expected the start (0, 0) to be open only to the north, found "f" (nearest encoding: rows from the north, each from the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
+        insta::assert_snapshot!(parse("f\n").unwrap_err(), @r#"line 1, column 1: expected the start (0, 0) to be open only to the north, found "f" (nearest encoding: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
     }
 
     fn text(values: &[Vec<u8>]) -> String {

@@ -9,8 +9,8 @@ use crate::parsed_maze::{cell, unmarked_maze};
 const SIZE: MazeSize = MazeSize::CLASSIC;
 
 /// Returns true if the content is a `.maz` file, even one with errors. The bytes of a `.maz` file
-/// are below 16, and the first byte is usually 14, a start that is open only to the north. A text
-/// file contains larger bytes unless it is blank, and it does not start with byte 14.
+/// are below 16, and the first byte is usually 14, which means a start that is open only to the
+/// north. A text file contains larger bytes unless it is blank, and it does not start with byte 14.
 pub(crate) fn matches(content: &[u8]) -> bool {
     let is_low = content.iter().all(|&byte| byte < 16);
     let is_blank = content.iter().all(|byte| (9..=13).contains(byte));
@@ -118,7 +118,7 @@ mod tests {
             bytes[index] = byte;
             message(&bytes)
         };
-        insta::assert_snapshot!(error(16, 4), @"byte 17: expected a wall between (0, 0) and (1, 0), as at byte 1, found 4; (1, 0)");
+        insta::assert_snapshot!(error(16, 4), @"byte 17: expected a wall between (0, 0) and (1, 0) to match byte 1, found 4; (1, 0)");
         insta::assert_snapshot!(error(255, 1), @"byte 256: expected an outer wall to the east of (15, 15), found 1; (15, 15)");
         insta::assert_snapshot!(error(7, 24), @"byte 8: expected a byte from 0 to 15, found 24; (0, 7)");
         let cut = |length: usize| {

@@ -1,4 +1,4 @@
-//! The format with one line for each cell, which contains its coordinates and four walls.
+//! The format with one line for each cell, with the coordinates and the four walls of the cell.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -126,7 +126,7 @@ mod tests {
     fn errors_name_cells_and_lines() {
         let error =
             |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
-        insta::assert_snapshot!(error("1 0 0 1 1 1", "1 0 0 1 1 0"), @r#"line 3, column 1: expected a wall between (0, 0) and (1, 0), as at line 1, column 1, found "1 0 0 1 1 0""#);
+        insta::assert_snapshot!(error("1 0 0 1 1 1", "1 0 0 1 1 0"), @r#"line 3, column 1: expected a wall between (0, 0) and (1, 0) to match line 1, column 1, found "1 0 0 1 1 0""#);
         insta::assert_snapshot!(error("0 0 0 1 1 1", "0 0 0 1 1 0"), @r#"line 1, column 1: expected an outer wall to the west of (0, 0), found "0 0 0 1 1 0""#);
         insta::assert_snapshot!(error("1 0 0 1 1 1", "0 0 0 1 1 1"), @"line 3, column 1: expected a new cell, found (0, 0), already defined at line 1, column 1");
         insta::assert_snapshot!(error("0 0 0 1 1 1\n", ""), @"line 4, column 1: expected a line for each cell of the 2x2 maze, found none for (0, 0)");

@@ -12,15 +12,16 @@ pub struct ParsedMaze {
     pub maze: Maze,
     /// The locations of walls that the file marks as unknown. Unknown walls are read as open.
     pub unknown_walls: Vec<Location>,
-    /// A description of the inferred encoding of hex digits, if the digits may also be a different
-    /// maze.
+    /// A description of the inferred encoding of hex digits, if the digits could also be read as a
+    /// different maze.
     ///
     /// ```
     /// use mmsim_formats::Format;
     /// let encoding =
     ///     |digits: &[u8]| Format::Hex.read(digits).map(|parsed| parsed.ambiguous_encoding);
     /// assert_eq!(encoding(b"9113\nec46\n"), Ok(None));
-    /// let first = "rows from the north, each from the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west";
+    /// let first = "rows from the north, each starting in the west; \
+    ///     bits 1, 2, 4 and 8 are walls to the north, east, south and west";
     /// assert_eq!(encoding(b"bf\nab\nee\n"), Ok(Some(first.into())));
     /// ```
     pub ambiguous_encoding: Option<String>,
@@ -39,7 +40,7 @@ pub(crate) fn cell(x: usize, y: usize) -> Cell {
     Cell::new(x as u8, y as u8)
 }
 
-/// Returns a maze size. Callers check the size first, since this error has no exact location.
+/// Creates a maze size. Callers check the size first, to report errors with an exact location.
 pub(crate) fn size(width: usize, height: usize) -> Result<MazeSize, ParseError> {
     MazeSize::new(width, height).map_err(|error| {
         let found = format!("{}x{}", error.width, error.height);

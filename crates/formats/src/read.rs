@@ -174,8 +174,9 @@ mod tests {
         }
     }
 
-    /// Checks that the error message has one line and that the error is in the file, or just after
-    /// a line or the end. In a drawing, missing trailing blanks count as columns.
+    /// Checks that an error message has one line, and that the location of the error is in the file
+    /// or just after the end of a line or of the file. In a drawing, missing trailing blanks count
+    /// as columns.
     fn check_error(format: Format, error: &ParseError, content: &[u8]) {
         assert!(!error.to_string().contains(char::is_control), "{error:?}");
         let Location::Text { line, column } = error.location else {

@@ -39,8 +39,8 @@ pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     (1..).zip(text.lines()).filter(|(_, content)| !content.trim().is_empty())
 }
 
-/// Splits a line at commas if it contains any, otherwise at semicolons or blanks. A comma or
-/// semicolon after the last item is ignored.
+/// Splits a line at its commas. A line without commas is split at its semicolons, and a line with
+/// neither is split at its blanks. A comma or semicolon after the last item is ignored.
 pub(crate) fn items(line: usize, content: &str) -> Vec<Item<'_>> {
     let separator = [',', ';'].into_iter().find(|&separator| content.contains(separator));
     let separates = |c: char| separator.map_or(c.is_whitespace(), |separator| c == separator);

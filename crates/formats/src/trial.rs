@@ -25,8 +25,8 @@ pub(crate) fn write(maze: &Maze) -> String {
     text
 }
 
-/// Reads the records of all cells, indexed as `[x][y]`. The first line of the file is the side
-/// length of the maze.
+/// Reads the records of all cells, indexed as `[x][y]`. The first line of the file contains the
+/// side length of the maze.
 fn parse_columns(text: &str) -> Result<Vec<Vec<CellRecord>>, ParseError> {
     let mut lines = lines(text);
     let (mut last, first) = lines.next().unwrap_or((1, ""));
@@ -119,8 +119,8 @@ mod tests {
     fn errors_name_both_cells() {
         let error =
             |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
-        insta::assert_snapshot!(error("2,10", "2,8"), @"line 4, column 4: expected a wall between (1, 1) and (2, 1), as at line 3, column 3, found 13");
-        insta::assert_snapshot!(error("1,7,5", "1,5,5"), @"line 3, column 3: expected a wall between (0, 1) and (1, 1), as at line 2, column 3, found 10");
+        insta::assert_snapshot!(error("2,10", "2,8"), @"line 4, column 4: expected a wall between (1, 1) and (2, 1) to match line 3, column 3, found 13");
+        insta::assert_snapshot!(error("1,7,5", "1,5,5"), @"line 3, column 3: expected a wall between (0, 1) and (1, 1) to match line 2, column 3, found 10");
         insta::assert_snapshot!(error("1,7", "5,7"), @"line 2, column 1: expected an outer wall to the south of (0, 0), found 5");
         insta::assert_snapshot!(error("4\n1", "3\n1"), @r#"line 1, column 1: expected the side of the maze, an even number from 2 to 32, found "3""#);
         insta::assert_snapshot!(error("4\n1", "34\n1"), @r#"line 1, column 1: expected the side of the maze, an even number from 2 to 32, found "34""#);

@@ -26,7 +26,7 @@ pub enum WriteError {
         found: MazeSize,
     },
     /// The format cannot mark the start cell, and the start is not (0, 0).
-    #[error("the format {format} supports only the start (0, 0), but the start is {found}")]
+    #[error("the format {format} requires the start (0, 0), but the start is {found}")]
     Start {
         /// The format.
         format: Format,
@@ -34,7 +34,7 @@ pub enum WriteError {
         found: Cell,
     },
     /// The format cannot mark the goal, and the goal cells are not the central cells.
-    #[error("the format {format} supports only the central cells as goal, but the goal is {found}")]
+    #[error("the format {format} requires the central cells as the goal, but the goal is {found}")]
     Goal {
         /// The format.
         format: Format,
@@ -113,8 +113,8 @@ mod tests {
         insta::assert_snapshot!(written(Format::Num, row), @"written");
         insta::assert_snapshot!(written(Format::Maz, row), @"the format maz supports only 16x16 mazes, but the maze is 2x1");
         insta::assert_snapshot!(written(Format::Trial, row), @"the format trial supports only square mazes with an even side, but the maze is 2x1");
-        insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"the format num supports only the start (0, 0), but the start is (1, 0)");
-        insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"the format num supports only the central cells as goal, but the goal is (0, 0)");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"the format num requires the start (0, 0), but the start is (1, 0)");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"the format num requires the central cells as the goal, but the goal is (0, 0)");
         insta::assert_snapshot!(written(Format::Hex, row), @"the format hex is read-only (use text, trial, maz, num)");
     }
 }

@@ -1,8 +1,8 @@
 //! Access control for the page and its API.
 //!
-//! Other web sites in the same browser can send requests to this server. They cannot read the
-//! responses, since the server sends no CORS headers. The checks in this module reject the requests
-//! of other web sites and prevent DNS rebinding.
+//! Other web sites in the same browser can send requests to this server. Other sites cannot read
+//! the responses, since the server sends no CORS headers. The checks in this module reject the
+//! requests of other web sites and prevent DNS rebinding.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -38,8 +38,8 @@ impl Access {
         Self { token, cookie_name: format!("mmsim-{port}") }
     }
 
-    /// Returns the query string that passes the token to the page, or an empty string without a
-    /// token.
+    /// Returns the query string that passes the token to the page, or an empty string if there is
+    /// no token.
     pub(crate) fn query(&self) -> String {
         self.token.as_ref().map(|token| format!("?token={token}")).unwrap_or_default()
     }

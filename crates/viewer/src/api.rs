@@ -155,9 +155,9 @@ struct SourceInfo {
     /// True if the true maze is known.
     truth: bool,
     shortest_path: Option<u16>,
-    /// The integrity of a recording: `closed`, `cut` or `damaged`.
+    /// The integrity of a recording, which is `closed`, `cut` or `damaged`.
     ending: Option<&'static str>,
-    /// The problem with a recording, for the user.
+    /// A description of the problem with a recording, if there is one.
     note: Option<String>,
 }
 

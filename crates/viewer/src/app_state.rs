@@ -20,7 +20,7 @@ const MAX_OPEN_RECORDINGS: usize = 8;
 
 /// The state that all HTTP handlers share.
 pub(crate) struct AppState {
-    /// An ID of this process, with which a page detects a restart.
+    /// An ID of this process that allows a page to detect a restart.
     pub(crate) server_id: String,
     pub(crate) live: Option<LiveServer>,
     /// The folder whose recordings the page lists.
@@ -90,7 +90,7 @@ impl AppState {
         recordings.by_id.iter().map(|(id, (title, _))| (id.to_string(), title.clone())).collect()
     }
 
-    /// Returns an error if the maximum number of recordings is open.
+    /// Returns an error if the maximum number of recordings is already open.
     pub(crate) fn check_capacity(&self) -> Result<(), ApiError> {
         self.recordings().check_capacity()
     }
@@ -102,7 +102,7 @@ impl AppState {
         Ok(recordings.insert(title, recording))
     }
 
-    /// Adds an open recording, even if the maximum number is open.
+    /// Adds an open recording, even if the maximum number of recordings is already open.
     pub(crate) fn insert(&self, title: &str, recording: Recording) {
         self.recordings().insert(title, recording);
     }

@@ -24,11 +24,11 @@ use crate::mouse::RunnerStatus;
 const POLL_INTERVAL: Duration = Duration::from_millis(33);
 
 /// The interval between polls of an idle simulation or a fast search. Handling an event takes a
-/// page a third of the time needed to draw a state, and each state already contains the number of
-/// states.
+/// page a third of the time that drawing a state takes. A page also receives the number of states
+/// with each state.
 const SLOW_POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The maximum number of new states between two events of a search that is not fast.
+/// The number of new states between two events above which a search counts as fast.
 const FAST_SEARCH_STATES: usize = 50;
 
 /// The time without changes after which a simulation counts as idle.

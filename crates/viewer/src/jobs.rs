@@ -23,8 +23,8 @@ pub(crate) async fn run_blocking<T: Send + 'static>(
     tokio::task::spawn_blocking(job).await.map_err(ApiError::internal)?
 }
 
-/// A queue for jobs of one kind that take seconds, which limits the number of jobs that run at the
-/// same time.
+/// A queue for jobs of one kind that take seconds. The queue limits the number of jobs that run at
+/// the same time.
 pub(crate) struct JobQueue {
     /// The plural name of the jobs, such as `pictures`.
     kind: &'static str,
@@ -98,7 +98,7 @@ impl Drop for CancelOnDrop {
     }
 }
 
-/// A token that tells a job that its client has disconnected.
+/// A token that tells a job if its client has disconnected.
 pub(crate) struct CancelToken(Arc<AtomicBool>);
 
 impl CancelToken {
@@ -127,7 +127,8 @@ mod tests {
         runtime::Builder::new_current_thread().enable_time().build().unwrap().block_on(test)
     }
 
-    /// Waits for a cancellation, with a timeout. Returns true if the job was cancelled.
+    /// Waits until the job is cancelled or a timeout expires. Returns true if the job was
+    /// cancelled.
     fn run_until_cancelled(cancel: &CancelToken) -> bool {
         let started = Instant::now();
         while cancel.check().is_ok() && started.elapsed() < PATIENCE {

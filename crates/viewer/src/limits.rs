@@ -22,7 +22,7 @@ pub(crate) const MAX_UPLOADS: usize = 2;
 /// The maximum number of recordings that are read or written at the same time. Further jobs wait.
 pub(crate) const MAX_RECORDING_JOBS: usize = 2;
 
-/// The minimum rate of an upload or a download, in bytes per second. This is half the rate of a
+/// The minimum rate of an upload or a download, in bytes per second, which is half the rate of a
 /// slow DSL line.
 pub(crate) const MIN_RATE: u32 = 64 * 1024;
 
@@ -38,7 +38,7 @@ pub struct Limits {
     pub body_time: Duration,
     /// The maximum time that an upload or a download may lag behind a rate of 64 KiB/s.
     pub max_lag: Duration,
-    /// The maximum time that an upload, a picture or a recording waits in its queue.
+    /// The maximum time that an upload, a picture or a recording waits in a queue.
     pub queue_time: Duration,
 }
 

@@ -33,7 +33,7 @@ impl MazeList {
         Self { catalogue, entries: OnceLock::new() }
     }
 
-    /// Returns all mazes. The first call reads the mazes.
+    /// Returns all mazes. The first call of this function reads the maze files.
     pub(crate) fn entries(&self) -> &[MazeEntry] {
         let read = || self.catalogue.entries().iter().map(MazeEntry::new).collect();
         self.entries.get_or_init(read)

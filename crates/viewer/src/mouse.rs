@@ -158,7 +158,7 @@ impl RunControl {
         Ok(format!("{ended} after {steps} steps, {visited} cells visited"))
     }
 
-    /// Pauses between two steps until the mouse is stopped. Returns true if the mouse must stop.
+    /// Waits until `pace` has passed or the mouse is stopped. Returns true if the mouse must stop.
     fn pause(&self, pace: Duration) -> bool {
         let state = self.lock();
         let waited = self.changed.wait_timeout_while(state, pace, |state| !state.stop);

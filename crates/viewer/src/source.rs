@@ -19,7 +19,7 @@ const CACHED_BLOCKS: usize = 8;
 /// The maximum number of attempts to describe the current run, which may end at any time.
 const MAX_ATTEMPTS: usize = 100;
 
-/// The run number of every recording.
+/// The run number that all recordings have.
 const RECORDED_RUN: u32 = 0;
 
 /// A source of states with a cache of recently read data.
@@ -38,7 +38,7 @@ enum SourceKind {
 struct RunCache {
     run: u32,
     description: Option<Arc<RunDescription>>,
-    /// The cached blocks and their numbers. The most recently read block is the last.
+    /// The cached blocks and their numbers, in the order in which they were read.
     blocks: VecDeque<(usize, Arc<States>)>,
     distances: DistanceHistory,
 }

@@ -1,4 +1,4 @@
-//! The view of a state that the page shows.
+//! The view of a state on the page.
 
 use mmsim_drawing::TRAIL_CELLS;
 use mmsim_maze::Pose;

@@ -28,8 +28,8 @@ use crate::limits::Limits;
 use crate::transfer::Connection;
 use crate::{api, jobs};
 
-/// The minimum size of a compressed response, in bytes. Most shorter responses are views of single
-/// states, which are sent often.
+/// The minimum size of a compressed response, in bytes. Views of single states are frequent and
+/// shorter, so they are not compressed.
 const MIN_COMPRESSED_BYTES: u64 = 4096;
 
 /// The delay before the next attempt to accept a connection after an error, such as a lack of file
