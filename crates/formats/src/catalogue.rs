@@ -27,7 +27,7 @@ pub struct Catalogue {
     entries: Vec<Entry>,
 }
 
-/// A maze in a [`Catalogue`], which may be unreadable.
+/// A possibly unreadable maze in a [`Catalogue`].
 #[derive(Clone, Debug)]
 pub struct Entry {
     path: PathBuf,
@@ -108,8 +108,8 @@ impl Entry {
     }
 }
 
-/// Lists the files that may be mazes. Subfolders that cannot be listed are included, so that
-/// reading them as files returns the error.
+/// Lists the files that may be mazes. Subfolders that cannot be listed are included: reading them
+/// as files returns the error.
 fn list_folder(folder: &Path) -> Vec<PathBuf> {
     let is_hidden = |entry: &DirEntry| {
         entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")

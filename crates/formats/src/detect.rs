@@ -70,7 +70,8 @@ fn is_side(line: &str) -> bool {
     (1..=2).contains(&line.len()) && line.bytes().all(|c| c.is_ascii_digit())
 }
 
-/// Returns true if a line of digits may be a drawing whose posts and walls are the same character.
+/// Returns true if a line of digits may be part of a drawing whose posts and walls are the same
+/// character.
 fn is_drawn(line: &str) -> bool {
     line.len() >= 3 && line.chars().all(|c| line.starts_with(c))
 }

@@ -42,9 +42,9 @@ pub enum Format {
     /// inner wall, as in the `.maze` files of kerikun11's micromouse library. Unknown walls are
     /// read as open. If the posts or outer walls are drawn as dots, a dot means a wall.
     Maze,
-    /// The output of the OSHWDEM maze generator: a first line that starts with `OSHWDEM`, then a
-    /// drawing with `A` in the start cell and `B` in place of the post at the centre of the goal.
-    /// The drawing is rotated: north is to the right and east is at the bottom.
+    /// The output of the OSHWDEM maze generator: a first line that starts with `OSHWDEM`, followed
+    /// by a drawing with `A` in the start cell and `B` in place of the post at the centre of the
+    /// goal. The drawing is rotated: north is to the right and east is at the bottom.
     Oshwdem,
     /// The format of the two-run trial: a line with the even side length n, followed by n lines of
     /// n comma-separated numbers. The lines are columns from west to east, and the numbers in a
@@ -74,12 +74,12 @@ pub enum Format {
     /// maze has no contradictions, all outer walls, and a start (0, 0) that is open only to the
     /// north.
     ///
-    /// If several encodings are valid, the first one with a reachable goal is used, or the first one
-    /// if no goal is reachable.
+    /// If several encodings are valid, the first one with a reachable goal is used, or the first
+    /// one if no goal is reachable. If another valid encoding gives a different maze,
     /// [`ParsedMaze::ambiguous_encoding`](crate::ParsedMaze::ambiguous_encoding) describes the
-    /// encoding used if another valid encoding gives a different maze. Encodings with the bits north,
-    /// east, south and west come first. For each order of the bits, walls come before open sides, and
-    /// the layouts are tried in the order of this table:
+    /// encoding that was used. Encodings with the bits north, east, south and west are tried first.
+    /// For each order of the bits, walls are tried before open sides. The layouts are tried in the
+    /// order of this table:
     ///
     /// | lines | digits of a line |
     /// |---|---|

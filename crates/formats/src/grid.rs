@@ -1,8 +1,7 @@
-//! Mazes drawn as text, with the rows and columns of the file.
-
-use mmsim_maze::MazeSize;
+//! A parser for mazes drawn as text.
 
 use crate::error::{Location, ParseError, ParseErrorKind, quoted};
+use crate::rows::MAX_SIDE;
 
 type Result<T = (), E = ParseError> = std::result::Result<T, E>;
 
@@ -246,7 +245,7 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
         if lines.is_empty() {
             pitches(&line)?;
         }
-        if lines.len() > 2 * usize::from(MazeSize::MAX_SIDE) {
+        if lines.len() > 2 * MAX_SIDE {
             return Err(line.error(0, "at most 32 rows of cells", "one more"));
         }
         lines.push(line);
@@ -297,7 +296,6 @@ fn pitches(line: &Line) -> Result<Vec<(usize, usize)>> {
 
 /// Returns the number of columns of the maze, according to the first line.
 fn measure(line: &Line, pitch: usize) -> Result<usize> {
-    const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
     let last = line.characters.len() - 1;
     if !last.is_multiple_of(pitch) || last == 0 {
         let at = last - last % pitch;

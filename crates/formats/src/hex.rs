@@ -15,7 +15,7 @@ const BIT_ORDERS: [[Heading; 4]; 2] = {
     [[North, East, South, West], [East, North, West, South]]
 };
 
-/// The order in which a file contains the cells of a maze.
+/// The order in which a file stores the cells of a maze.
 #[derive(Clone, Copy)]
 struct Layout {
     /// The edge of the maze that the first line of the file runs along.

@@ -4,13 +4,14 @@ use mmsim_maze::{Cell, Maze, MazeSize, Sides};
 
 use crate::cell_record::{self, CellRecord};
 use crate::error::{Location, ParseError};
-use crate::parsed_maze::{cell, unmarked_maze};
+use crate::parsed_maze::unmarked_maze;
 
 const SIZE: MazeSize = MazeSize::CLASSIC;
 
 /// Returns true if the content is a `.maz` file, even one with errors. The bytes of a `.maz` file
 /// are below 16, and the first byte is usually 14, which means a start that is open only to the
-/// north. A text file contains larger bytes unless it is blank, and it does not start with byte 14.
+/// north. A text file contains bytes of 16 or more unless it is blank, and it does not start with
+/// byte 14.
 pub(crate) fn matches(content: &[u8]) -> bool {
     let is_low = content.iter().all(|&byte| byte < 16);
     let is_blank = content.iter().all(|byte| (9..=13).contains(byte));
@@ -29,21 +30,18 @@ pub(crate) fn parse(content: &[u8]) -> Result<Maze, Vec<ParseError>> {
         .enumerate()
         .map(|(index, &byte)| parse_cell(index, byte))
         .collect::<Result<_, _>>()?;
-    unmarked_maze(cell_record::walls(SIZE, |cell| &cells[index(cell)])?)
+    let height = usize::from(SIZE.height());
+    let record = |Cell { x, y }| &cells[usize::from(x) * height + usize::from(y)];
+    unmarked_maze(cell_record::walls(SIZE, record)?)
 }
 
 pub(crate) fn write(maze: &Maze) -> Vec<u8> {
     cell_record::by_columns(SIZE).map(|cell| maze.walls().sides(cell).bits()).collect()
 }
 
-fn index(cell: Cell) -> usize {
-    usize::from(SIZE.height()) * usize::from(cell.x) + usize::from(cell.y)
-}
-
 /// Returns the cell for the byte at `index`, or `None` beyond the last cell.
 fn cell_at(index: usize) -> Option<Cell> {
-    let height = usize::from(SIZE.height());
-    (index < SIZE.area()).then(|| cell(index / height, index % height))
+    cell_record::by_columns(SIZE).nth(index)
 }
 
 fn parse_cell(index: usize, byte: u8) -> Result<CellRecord, ParseError> {

@@ -1,7 +1,6 @@
 //! The format with one line for each cell, with the coordinates and the four walls of the cell.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use mmsim_maze::{Cell, Heading, Maze, MazeSize, Sides};
 
@@ -44,13 +43,12 @@ pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
 }
 
 pub(crate) fn write(maze: &Maze) -> String {
-    cell_record::by_columns(maze.size()).fold(String::new(), |mut text, cell| {
+    let line = |cell: Cell| {
         let sides = maze.walls().sides(cell);
         let [north, east, south, west] = Heading::ALL.map(|heading| u8::from(sides.has(heading)));
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{} {} {north} {east} {south} {west}", cell.x, cell.y);
-        text
-    })
+        format!("{} {} {north} {east} {south} {west}\n", cell.x, cell.y)
+    };
+    cell_record::by_columns(maze.size()).map(line).collect()
 }
 
 fn parse_line(line: usize, content: &str) -> Result<(Cell, CellRecord), ParseError> {

@@ -56,7 +56,7 @@ pub(crate) fn items(line: usize, content: &str) -> Vec<Item<'_>> {
         }
         at += slot.chars().count() + 1;
     }
-    // The empty item after a trailing separator.
+    // Remove the empty item after a trailing separator.
     items.pop_if(|last| last.text.is_empty());
     items
 }

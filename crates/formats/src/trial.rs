@@ -1,11 +1,11 @@
 //! The file format of the two-run trial.
 
-use mmsim_maze::{Cell, Maze, MazeSize, Sides};
+use mmsim_maze::{Cell, Maze, Sides};
 
 use crate::cell_record::{self, CellRecord};
 use crate::error::{ParseError, quoted};
 use crate::parsed_maze::{size, unmarked_maze};
-use crate::rows::{Item, end, items, lines};
+use crate::rows::{Item, MAX_SIDE, end, items, lines};
 
 pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     let columns = parse_columns(text)?;
@@ -48,15 +48,10 @@ fn parse_columns(text: &str) -> Result<Vec<Vec<CellRecord>>, ParseError> {
 }
 
 fn parse_side(line: usize, content: &str) -> Result<usize, ParseError> {
-    content
-        .trim()
-        .parse()
-        .ok()
-        .filter(|side| (2..=usize::from(MazeSize::MAX_SIDE)).contains(side) && side % 2 == 0)
-        .ok_or_else(|| {
-            let expected = "the side of the maze, an even number from 2 to 32";
-            ParseError::new(line, 1, expected, quoted(content.trim()))
-        })
+    let side = content.trim().parse().ok();
+    let side = side.filter(|side| (2..=MAX_SIDE).contains(side) && side % 2 == 0);
+    let expected = "the side of the maze, an even number from 2 to 32";
+    side.ok_or_else(|| ParseError::new(line, 1, expected, quoted(content.trim())))
 }
 
 fn parse_column(line: usize, content: &str, side: usize) -> Result<Vec<CellRecord>, ParseError> {

@@ -62,13 +62,11 @@ impl Format {
     /// ```
     pub fn write(self, maze: &Maze) -> Result<Vec<u8>, WriteError> {
         let size = maze.size();
+        let is_even_square = size.width() == size.height() && size.width().is_multiple_of(2);
         let (holds, expected) = match self {
             Self::Text => return Ok(maze.to_string().into()),
             Self::Maz => (size == MazeSize::CLASSIC, "16x16 mazes"),
-            Self::Trial => (
-                size.width() == size.height() && size.width().is_multiple_of(2),
-                "square mazes with an even side",
-            ),
+            Self::Trial => (is_even_square, "square mazes with an even side"),
             Self::Num => (true, "any size"),
             Self::Maze | Self::Oshwdem | Self::Csv | Self::Hex => {
                 return Err(WriteError::ReadOnly { format: self });
