@@ -4,7 +4,7 @@
 
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
-import { cloneTemplate, nextFrame, query, setAttribute, setText, showError, sleep } from "./dom.js";
+import { cloneTemplate, nextFrame, query, setAttributes, setText, showError, sleep } from "./dom.js";
 import { announce, showFigures } from "./figures.js";
 import { MazeMap, dark, describeCell } from "./map.js";
 import { DX, DY, decodeState } from "./state.js";
@@ -205,8 +205,7 @@ export class Panel {
     this.#chart.setCursor(shown?.index ?? 0);
     showFigures(this.element, this.#source, shown?.view);
     this.#showCell();
-    setAttribute(this.element, "data-index", shown?.index ?? "");
-    setAttribute(this.element, "data-fast", this.#isFast);
+    setAttributes(this.element, { "data-index": shown?.index ?? "", "data-fast": this.#isFast });
     this.#showSlowly();
   }
 
@@ -251,7 +250,7 @@ export class Panel {
     for (const link of this.element.querySelectorAll("a[download]")) {
       const resource = link.getAttribute("data-export") ?? "";
       const parameters = { "recording.mcap": "", "animation.gif": options }[resource] ?? `&at=${this.#shown?.index}${options}`;
-      if (this.#shown) setAttribute(link, "href", api.sourceUrl(this.#source, resource, parameters));
+      if (this.#shown) setAttributes(link, { href: api.sourceUrl(this.#source, resource, parameters) });
       else link.removeAttribute("href");
     }
   }

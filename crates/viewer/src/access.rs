@@ -38,10 +38,10 @@ impl Access {
         Self { token, cookie_name: format!("mmsim-{port}") }
     }
 
-    /// Returns the query string that passes the token to the page, or an empty string if there is
-    /// no token.
+    /// Returns the path and query of a URL that passes the token to the page, or an empty string if
+    /// there is no token.
     pub(crate) fn query(&self) -> String {
-        self.token.as_ref().map(|token| format!("?token={token}")).unwrap_or_default()
+        self.token.as_ref().map(|token| format!("/?token={token}")).unwrap_or_default()
     }
 
     fn check(&self, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), ApiError> {
@@ -56,9 +56,9 @@ impl Access {
         }
     }
 
-    /// Returns the host of a request. Without a token, the host must be a name that always means
-    /// this machine. With a token, every host is safe, since a browser sends the cookie only to the
-    /// host that set it.
+    /// Returns the host of a request. Without a token, the host must be a name that always refers
+    /// to this machine. With a token, every host is safe, since a browser sends the cookie only to
+    /// the host that set it.
     fn check_host(&self, uri: &Uri, headers: &HeaderMap) -> Result<String, ApiError> {
         let mut hosts = headers.get_all(header::HOST).iter();
         let host = match (hosts.next(), hosts.next(), uri.authority()) {
@@ -160,7 +160,8 @@ pub(crate) async fn guard(
     response
 }
 
-/// Returns true if a host, with or without a port, always means this machine, regardless of DNS.
+/// Returns true if a host, with or without a port, always refers to this machine, regardless of
+/// DNS.
 fn is_loopback(host: &str) -> bool {
     let name = match host.rsplit_once(':') {
         Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
@@ -289,7 +290,7 @@ mod tests {
             get("/", &[("cookie", "mmsim-6575=secret"), ("origin", "http://evil.example")]),
             403
         );
-        assert_eq!(access.query(), "?token=secret");
+        assert_eq!(access.query(), "/?token=secret");
         let cookie = access.cookie_for(&"/?token=secret".parse().unwrap()).unwrap();
         assert_eq!(cookie, "mmsim-6575=secret; Path=/; HttpOnly; SameSite=Lax");
     }

@@ -62,11 +62,7 @@ impl DistanceHistory {
         while states.div_ceil(self.stride) > MAX_SAMPLES {
             self.stride *= 2;
             for samples in [&mut self.optimistic, &mut self.pessimistic] {
-                let mut index = 0;
-                samples.retain(|_| {
-                    index += 1;
-                    index % 2 == 1
-                });
+                *samples = samples.iter().copied().step_by(2).collect();
             }
         }
         for index in (0..states).step_by(self.stride).skip(self.optimistic.len()) {

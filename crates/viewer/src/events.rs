@@ -68,7 +68,7 @@ impl ServerEvent {
             maze: live.map(LiveServer::maze),
             mouse: live.and_then(|live| live.runner.status()),
             recordings,
-            opened: state.open_recordings().into_iter().map(|(id, _)| id).collect(),
+            opened: state.open_recordings(),
         }
     }
 }

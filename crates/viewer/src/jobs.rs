@@ -65,11 +65,13 @@ impl JobQueue {
         let guard = CancelOnDrop(Arc::default());
         let cancel = CancelToken(Arc::clone(&guard.0));
         let (sender, receiver) = oneshot::channel();
-        let in_background = self.in_background;
+        // These systems have a separate priority for each thread.
+        let is_supported = cfg!(any(target_os = "linux", target_os = "macos", windows));
+        let is_lowered = self.in_background && is_supported;
         let run = move || {
             // Released at the end of the job, even if the client disconnects earlier.
             let _permit = permit;
-            if in_background && let Err(error) = lower_priority() {
+            if is_lowered && let Err(error) = set_current_thread_priority(ThreadPriority::Min) {
                 debug!("cannot lower the priority of a job: {error}");
             }
             // Fails if the client has disconnected.
@@ -78,15 +80,6 @@ impl JobQueue {
         thread::Builder::new().name(self.kind.into()).spawn(run).map_err(ApiError::internal)?;
         receiver.await.map_err(ApiError::internal)?
     }
-}
-
-/// Lowers the priority of this thread as far as possible on systems with a priority for each
-/// thread.
-fn lower_priority() -> Result<(), thread_priority::Error> {
-    if cfg!(any(target_os = "linux", target_os = "macos", windows)) {
-        return set_current_thread_priority(ThreadPriority::Min);
-    }
-    Ok(())
 }
 
 /// A guard that cancels the job when the request is dropped.
@@ -98,7 +91,7 @@ impl Drop for CancelOnDrop {
     }
 }
 
-/// A token that tells a job if its client has disconnected.
+/// A token that tells a job whether its client has disconnected.
 pub(crate) struct CancelToken(Arc<AtomicBool>);
 
 impl CancelToken {

@@ -1,7 +1,7 @@
 //! A web page for watching a micromouse search: the maze, the mouse, and a slider for all states of
 //! the search.
 //!
-//! [`Viewer`] is a small web server with all files of the page embedded. A stream of events reports
+//! [`Viewer`] is a small web server that contains all files of the page. A stream of events reports
 //! the number of states, and the page fetches only the states it draws. A search never waits for a
 //! page, and a page can fetch every state.
 //!

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::api_error::ApiError;
 
-/// A catalogue of mazes with the facts of each maze.
+/// A catalogue of mazes with facts about each maze.
 pub(crate) struct MazeList {
     catalogue: Catalogue,
     entries: OnceLock<Vec<MazeEntry>>,
@@ -51,18 +51,15 @@ impl MazeList {
 
 impl MazeEntry {
     fn new(entry: &Entry) -> Self {
-        let (maze, error) = match entry.maze() {
-            Ok(maze) => (Some(maze), None),
-            Err(error) => (None, Some(error.to_string())),
-        };
-        let size = maze.as_ref().map(Maze::size);
+        let maze = entry.maze();
+        let size = maze.as_ref().ok().map(Maze::size);
         Self {
             path: path(entry),
             name: entry.name(),
             width: size.map(MazeSize::width),
             height: size.map(MazeSize::height),
-            shortest_path: maze.as_ref().and_then(|maze| MazeFacts::new(maze).shortest_path),
-            error,
+            shortest_path: maze.as_ref().ok().and_then(|maze| MazeFacts::new(maze).shortest_path),
+            error: maze.err().map(|error| error.to_string()),
         }
     }
 }

@@ -69,23 +69,18 @@ pub(crate) fn save(source: &Source, run: u32, cancel: &CancelToken) -> Result<fs
     let mut file = tempfile::tempfile().map_err(failed)?;
     // If the run ends in the meantime, nothing is saved.
     let mut failure = None;
-    let states = (0..times.len()).step_by(Block::STATES).map_while(|first| {
-        let states = cancel.check().and_then(|()| source.read_block(run, first));
-        states.map_err(|error| failure = Some(error)).ok().map(|states| (first, states))
-    });
-    let states = states.flat_map(|(first, states)| {
-        let messages =
-            (first..first + states.len()).map_while(|index| states.get(index).map(Vec::from));
-        messages.collect::<Vec<_>>()
-    });
-    let states = times.iter().zip(states);
-    save_recording(
-        io::BufWriter::new(&mut file),
-        &description.info,
-        description.truth.as_ref(),
-        states,
-    )
-    .map_err(failed)?;
+    let read_block = |first: usize| {
+        cancel.check()?;
+        let states = source.read_block(run, first)?;
+        let messages = (first..first + states.len()).filter_map(|index| states.get(index));
+        Ok::<Vec<_>, ApiError>(messages.map(Vec::from).collect())
+    };
+    let firsts = (0..times.len()).step_by(Block::STATES);
+    let blocks =
+        firsts.map_while(|first| read_block(first).map_err(|error| failure = Some(error)).ok());
+    let states = times.iter().zip(blocks.flatten());
+    let (writer, truth) = (io::BufWriter::new(&mut file), description.truth.as_ref());
+    save_recording(writer, &description.info, truth, states).map_err(failed)?;
     if let Some(error) = failure {
         return Err(error);
     }

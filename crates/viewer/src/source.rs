@@ -38,8 +38,8 @@ enum SourceKind {
 struct RunCache {
     run: u32,
     description: Option<Arc<RunDescription>>,
-    /// The cached blocks and their numbers, in the order in which they were read.
-    blocks: VecDeque<(usize, Arc<States>)>,
+    /// The cached blocks, in the order in which they were read.
+    blocks: VecDeque<Arc<States>>,
     distances: DistanceHistory,
 }
 
@@ -92,7 +92,7 @@ impl Source {
         Self { kind, cache: Mutex::default() }
     }
 
-    /// Returns the number, the description and the number of states of the current run.
+    /// Returns the run number, the description and the number of states of the current run.
     pub(crate) fn current_run(&self) -> Result<(u32, Arc<RunDescription>, usize), ApiError> {
         let mut attempts = 1;
         loop {
@@ -168,21 +168,17 @@ impl Source {
     /// Returns the block that contains a state, from the cache if possible. A cached block may lack
     /// states that arrived later.
     pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
-        let number = index / Block::STATES;
-        let cached = self.cache(run, |cache| {
-            let cached = cache.blocks.iter().find(|(cached, _)| *cached == number);
-            // The newest block may have grown.
-            cached
-                .filter(|(_, states)| states.get(index).is_some())
-                .map(|(_, states)| Arc::clone(states))
-        });
+        let has_state = |states: &&Arc<States>| states.get(index).is_some();
+        let cached = self.cache(run, |cache| cache.blocks.iter().find(has_state).cloned());
         if let Some(states) = cached {
             return Ok(states);
         }
         let states = Arc::new(self.read_block(run, index)?);
+        let first = index - index % Block::STATES;
         self.cache(run, |cache| {
-            cache.blocks.retain(|(cached, _)| *cached != number);
-            cache.blocks.push_back((number, Arc::clone(&states)));
+            // The newest block may have grown.
+            cache.blocks.retain(|cached| cached.get(first).is_none());
+            cache.blocks.push_back(Arc::clone(&states));
             if cache.blocks.len() > CACHED_BLOCKS {
                 cache.blocks.pop_front();
             }

@@ -34,8 +34,7 @@ impl RateDeadline {
         Self { max_lag, expires_at: Instant::now() + max_lag, paused_at: None }
     }
 
-    /// Extends the deadline by the time that `bytes` bytes may take, but not beyond the maximum lag
-    /// from now.
+    /// Extends the deadline by the time that `bytes` bytes may take, up to the maximum lag.
     fn extend(&mut self, bytes: usize) {
         let allowed = Duration::from_secs(bytes as u64) / MIN_RATE;
         self.expires_at = (self.expires_at + allowed).min(Instant::now() + self.max_lag);

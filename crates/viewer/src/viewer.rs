@@ -1,6 +1,5 @@
 //! The web server of the page.
 
-use std::fmt::Write;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -13,7 +12,7 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use mmsim_server::{BindError, listen};
 use tokio::net::TcpListener;
-use tokio::runtime::{self, Runtime};
+use tokio::runtime;
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::sleep;
 use tower_http::compression::CompressionLayer;
@@ -23,6 +22,7 @@ use tower_http::compression::predicate::{
 use tracing::{debug, warn};
 
 use crate::access::{Access, guard};
+use crate::app_state::AppState;
 use crate::config::ViewerConfig;
 use crate::limits::Limits;
 use crate::transfer::Connection;
@@ -91,11 +91,7 @@ impl Viewer {
 
     /// Returns the URL of the page, such as `http://127.0.0.1:6575`, with the token if there is one.
     pub fn address(&self) -> String {
-        let Self { access, local, .. } = self;
-        match access.query() {
-            query if query.is_empty() => format!("http://{local}"),
-            query => format!("http://{local}/{query}"),
-        }
+        format!("http://{}{}", self.local, self.access.query())
     }
 
     /// Starts to serve requests on a new thread.
@@ -113,9 +109,18 @@ impl Viewer {
             let _guard = runtime.enter();
             TcpListener::from_std(self.listener)?
         };
-        let thread = thread::Builder::new()
-            .name("viewer".into())
-            .spawn(move || run(runtime, listener, app, limits, stopped))?;
+        let run = move || {
+            runtime.block_on(async {
+                tokio::select! {
+                    () = accept(listener, app, limits) => {}
+                    // An error means that the handle was dropped: serve until the process exits.
+                    Ok(()) = stopped => {}
+                }
+            });
+            // Do not wait for running jobs.
+            runtime.shutdown_background();
+        };
+        let thread = thread::Builder::new().name("viewer".into()).spawn(run)?;
         Ok(ViewerHandle { address, stop, thread })
     }
 }
@@ -138,27 +143,9 @@ fn app(config: ViewerConfig, access: Access, limits: Limits) -> Router {
     let is_compressible = DefaultPredicate::new()
         .and(SizeAbove::new(MIN_COMPRESSED_BYTES))
         .and(NotForContentType::const_new("application/octet-stream"));
-    api::router(Arc::new(config.into_state(limits)))
+    api::router(Arc::new(AppState::new(config, limits)))
         .layer(CompressionLayer::new().compress_when(is_compressible))
         .layer(middleware::from_fn_with_state(Arc::new(access), guard))
-}
-
-fn run(
-    runtime: Runtime,
-    listener: TcpListener,
-    app: Router,
-    limits: Limits,
-    stopped: oneshot::Receiver<()>,
-) {
-    runtime.block_on(async {
-        tokio::select! {
-            () = accept(listener, app, limits) => {}
-            // An error means that the handle was dropped: serve until the process exits.
-            Ok(()) = stopped => {}
-        }
-    });
-    // Do not wait for running jobs.
-    runtime.shutdown_background();
 }
 
 /// Accepts connections up to the limit and serves each connection in a separate task.
@@ -198,9 +185,6 @@ async fn accept(listener: TcpListener, app: Router, limits: Limits) {
 fn random_token() -> io::Result<String> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes).map_err(io::Error::other)?;
-    Ok(bytes.iter().fold(String::new(), |mut token, byte| {
-        // Writing to a string cannot fail.
-        let _ = write!(token, "{byte:02x}");
-        token
-    }))
+    let digits = |byte: u8| format!("{byte:02x}");
+    Ok(bytes.into_iter().map(digits).collect())
 }

@@ -82,12 +82,12 @@ fn unread_responses_close_the_connection() {
     let watched = WatchedServer::with_limits("127.0.0.1", None, limits(1));
     let mut stream = watched.connect();
     let request = format!("GET /page.css HTTP/1.1\r\nhost: {}\r\n\r\n", watched.host);
-    // More than the socket buffers hold.
+    // The responses do not fit into the socket buffers.
     let requests = request.repeat(2000);
     let mut sending = stream.try_clone().unwrap();
     let sender = thread::spawn(move || sending.write_all(requests.as_bytes()));
     assert_eq!(watched.get("/").status, 200);
-    // Data in flight still arrives before the end.
+    // Data in flight still arrives before the connection ends.
     while stream.read(&mut [0; 1 << 12]).is_ok_and(|count| count > 0) {}
     let _ = sender.join().unwrap();
     watched.stop();
