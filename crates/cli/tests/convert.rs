@@ -62,10 +62,10 @@ fn unsupported_content_is_refused_and_the_old_file_is_kept() {
     let old = |name: &str| fs::read_to_string(home.path().join(name)).unwrap();
     let ended = home.run(&["mazes", "convert", "marked.txt", "out.num"]);
     assert_eq!((ended.code, &old("out.num")[..]), (Some(1), "old"));
-    insta::assert_snapshot!(ended.stderr, @"mmsim: cannot write out.num: the format num cannot mark the goal (0, 1) (1, 1), only the central cells (use --lossy to omit it)");
+    insta::assert_snapshot!(ended.stderr, @"mmsim: cannot write out.num: the format num requires the central cells as the goal, but the goal is (0, 1) (1, 1) (use --lossy to omit it)");
     let size = home.run(&["mazes", "convert", "marked.txt", "out.maz", "--lossy"]);
     assert_eq!((size.code, &old("out.maz")[..]), (Some(1), "old"));
-    insta::assert_snapshot!(size.stderr, @"mmsim: cannot write out.maz: the format maz cannot hold a 2x2 maze, only 16x16 mazes");
+    insta::assert_snapshot!(size.stderr, @"mmsim: cannot write out.maz: the format maz supports only 16x16 mazes, but the maze is 2x2");
     let lossy = home.run(&["mazes", "convert", "marked.txt", "out.num", "--lossy"]);
     assert_eq!((lossy.code, &old("out.num")[..]), (Some(0), NUM));
     insta::assert_snapshot!(lossy.stderr, @"omitted: goal (0, 1) (1, 1), which reads back as (0, 0) (1, 0) (0, 1) (1, 1)");
@@ -86,7 +86,7 @@ fn assumptions_about_the_input_are_reported() {
     home.write("rows.txt", "bf\nab\nee\n");
     let ambiguous = home.run(&["mazes", "convert", "rows.txt", "-", "--quiet"]);
     assert_eq!(ambiguous.code, Some(0));
-    insta::assert_snapshot!(ambiguous.stderr, @"rows.txt: ambiguous digits, which fit other mazes too; read as: rows from the north, each from the west, bits 1 2 4 8 walls north east south west");
+    insta::assert_snapshot!(ambiguous.stderr, @"rows.txt: ambiguous digits, which fit other mazes too; read as: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west");
     let errors = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
     insta::assert_snapshot!(errors("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
     insta::assert_snapshot!(errors("."), @"mmsim: .: is a folder, not a maze file");

@@ -103,7 +103,7 @@ fn check_reports_every_finding_with_its_position() {
     insta::assert_snapshot!(checked.stdout.replace('\\', "/"), @r#"
     mazes/1-gaps.txt: line 1, column 2: expected the outer wall, found "   "
       error: 2 more gaps in the outer wall, at line 1, column 14; line 2, column 1
-    mazes/2-contradiction.csv: line 1, column 3: expected (1, 1) closed to the south, as (1, 0) is to the north at line 2, column 3, found 2
+    mazes/2-contradiction.csv: line 1, column 3: expected a wall between (1, 0) and (1, 1) to match line 2, column 3, found 2
     mazes/3-closed.txt: 2x1, 1 goal cell, goal unreachable, 1 cell unreachable
       error: goal (1, 0) unreachable from the start (0, 0)
       warning: cell (1, 0) is unreachable
@@ -182,7 +182,7 @@ fn check_reports_ambiguous_digits() {
     assert_eq!(checked.code, Some(0));
     insta::assert_snapshot!(checked.stdout, @"
     rows.txt: 2x3, 2 goal cells, goal 1 step away, 3 cells unreachable
-      warning: ambiguous digits, which fit other mazes too; read as: rows from the north, each from the west, bits 1 2 4 8 walls north east south west
+      warning: ambiguous digits, which fit other mazes too; read as: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west
       warning: 3 unreachable cells: (1, 0); (1, 1); (1, 2)
     one.txt: 4x2, 4 goal cells, goal 2 steps away
       warning: no wall touches the post south-west of (3, 1)
@@ -206,6 +206,6 @@ fn a_format_can_be_forced() {
     assert_eq!(walls(&["show", "dot.txt", "--format", "text"]), SMALL.replace("S  ", "S |"));
     let wrong = home.run(&["mazes", "check", "dot.txt", "--format", "num"]);
     assert_eq!(wrong.code, Some(1));
-    insta::assert_snapshot!(wrong.stdout, @"dot.txt: line 1, column 10: expected six numbers, x y north east south west, found 1");
+    insta::assert_snapshot!(wrong.stdout, @"dot.txt: line 1, column 10: expected six numbers (x y north east south west), found 1");
     assert_eq!(home.run(&["mazes", "check", "dot.txt", "--format", "png"]).code, Some(2));
 }

@@ -1,4 +1,4 @@
-//! Collections of mazes, from a folder or built in.
+//! Collections of built-in mazes or of maze files in a folder.
 
 use std::borrow::Cow;
 use std::fs;
@@ -11,9 +11,9 @@ use mmsim_maze::Maze;
 use crate::file::{ReadError, read_content};
 use crate::read::parse_maze;
 
-/// A collection of mazes, in the order of their paths.
+/// A collection of mazes.
 ///
-/// Files are read by [`Entry::maze`], so a large folder costs only a listing.
+/// Creating a catalogue does not read any maze files; [`Entry::maze`] reads a single file.
 ///
 /// ```
 /// use mmsim_formats::Catalogue;
@@ -27,7 +27,7 @@ pub struct Catalogue {
     entries: Vec<Entry>,
 }
 
-/// A maze of a collection, which may be unreadable.
+/// A possibly unreadable maze in a [`Catalogue`].
 #[derive(Clone, Debug)]
 pub struct Entry {
     path: PathBuf,
@@ -36,15 +36,15 @@ pub struct Entry {
 }
 
 impl Catalogue {
-    /// Creates a collection of built-in mazes from pairs of name and content.
+    /// Creates a collection from the names and contents of built-in mazes.
     pub fn from_texts(texts: &[(&'static str, &'static str)]) -> Self {
         let paths = texts.iter().map(|&(name, text)| (name.into(), Some(text)));
         Self { entries: paths.map(|(path, text)| Entry { path, text }).collect() }
     }
 
-    /// Lists the file `path`, or all files in the folder `path` and its subfolders. Hidden files and
-    /// files that end in `.md` or `.json` are skipped, and links are followed. A subfolder that cannot
-    /// be listed becomes an unreadable entry.
+    /// Lists the file `path`, or all files in the folder `path` and its subfolders, sorted by path.
+    /// Hidden files and files with the extension `.md` or `.json` are skipped. Symbolic links are
+    /// followed. A subfolder that cannot be listed becomes an unreadable entry.
     ///
     /// # Errors
     /// Returns an error if `path` does not exist or cannot be listed.
@@ -65,7 +65,8 @@ impl Catalogue {
         &self.entries
     }
 
-    /// Returns the entries whose path contains each of the blank-separated `words`, in any case.
+    /// Returns the entries whose path contains every word in `words`, ignoring case. Words are
+    /// separated by blanks.
     pub fn matching(&self, words: &str) -> impl Iterator<Item = &Entry> {
         let words: Vec<String> = words.split_whitespace().map(str::to_lowercase).collect();
         self.entries.iter().filter(move |entry| {
@@ -76,12 +77,12 @@ impl Catalogue {
 }
 
 impl Entry {
-    /// Returns the path of the file, or the name of a built-in maze.
+    /// Returns the path of a maze file, or the name of a built-in maze.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Returns the name of the maze: its file name without the extension.
+    /// Returns the name of the maze, which is its file name without the extension.
     pub fn name(&self) -> String {
         self.path.file_stem().unwrap_or_default().to_string_lossy().to_string()
     }
@@ -95,7 +96,7 @@ impl Entry {
             .map_err(|source| ReadError::Parse { path: self.path.clone(), source })
     }
 
-    /// Reads the content of the file.
+    /// Reads the content of the maze file.
     ///
     /// # Errors
     /// See [`read_content`].
@@ -107,8 +108,8 @@ impl Entry {
     }
 }
 
-/// Lists the files that may be mazes, and the subfolders that cannot be listed: reading those as a
-/// file returns the error.
+/// Lists the files that may be mazes. Subfolders that cannot be listed are included: reading them
+/// as files returns the error.
 fn list_folder(folder: &Path) -> Vec<PathBuf> {
     let is_hidden = |entry: &DirEntry| {
         entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")

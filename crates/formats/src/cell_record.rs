@@ -1,27 +1,28 @@
-//! Formats that record each cell by itself, and so each inner wall twice.
+//! Formats that store the walls of each cell separately, so each inner wall is stored twice.
 
 use mmsim_maze::{Cell, Heading, MazeSize, Sides, Walls};
 
 use crate::error::{Location, ParseError, ParseErrorKind};
 
-/// The record of one cell in a file.
+/// A cell as recorded in a file.
 pub(crate) struct CellRecord {
-    /// The sides with a wall.
+    /// The sides of the cell that have a wall.
     pub(crate) sides: Sides,
     pub(crate) location: Location,
-    /// The record as written, for error messages.
+    /// The record as written in the file, for error messages.
     pub(crate) found: String,
 }
 
-/// Returns the cells column by column from the west, each from the south.
+/// Returns all cells, column by column from west to east, and from south to north within a column.
 pub(crate) fn by_columns(size: MazeSize) -> impl Iterator<Item = Cell> {
     (0..size.width()).flat_map(move |x| (0..size.height()).map(move |y| Cell { x, y }))
 }
 
-/// Returns the walls that all records agree on.
+/// Combines the records of all cells into walls.
 ///
 /// # Errors
-/// Returns every contradiction and every gap in the outer wall, in the order of [`by_columns`].
+/// Returns all contradictions between cells and all gaps in the outer wall, in the order of
+/// [`by_columns`].
 pub(crate) fn walls<'a>(
     size: MazeSize,
     record: impl Fn(Cell) -> &'a CellRecord,
@@ -33,23 +34,21 @@ pub(crate) fn walls<'a>(
             let is_wall = here.sides.has(heading);
             let Some(neighbour) = size.neighbour(cell, heading) else {
                 if !is_wall {
-                    let expected = format!("{cell} closed to the {heading}, an outer wall");
+                    let expected = format!("an outer wall to the {heading} of {cell}");
                     let error = ParseError::at(here.location, expected, &here.found);
                     errors.push(error.with_kind(ParseErrorKind::OpenPerimeter).with_cell(cell));
                 }
                 continue;
             };
-            // Already compared from the neighbour.
+            // The neighbour has already compared this side.
             if matches!(heading, Heading::South | Heading::West) {
                 continue;
             }
             let (there, back) = (record(neighbour), heading.back());
             if is_wall != there.sides.has(back) {
-                let state = if is_wall { "closed" } else { "open" };
-                let expected = format!(
-                    "{neighbour} {state} to the {back}, as {cell} is to the {heading} at {}",
-                    here.location
-                );
+                let wall = if is_wall { "a wall" } else { "no wall" };
+                let location = here.location;
+                let expected = format!("{wall} between {cell} and {neighbour} to match {location}");
                 let error = ParseError::at(there.location, expected, &there.found);
                 errors.push(error.with_kind(ParseErrorKind::Contradiction).with_cell(neighbour));
             }

@@ -1,4 +1,4 @@
-//! The format of the Python simulators: rows from the north, a code from 1 to 16 for each cell.
+//! The table format of Python micromouse simulators, with a code from 1 to 16 for each cell.
 
 use mmsim_maze::{Cell, Maze, Sides};
 
@@ -7,8 +7,7 @@ use crate::error::ParseError;
 use crate::parsed_maze::unmarked_maze;
 use crate::rows::{Item, items, table};
 
-/// The walls of the codes from 1 on, as the bits of [`Sides`]: W, N, E, S, SW, SE, NE, NW, WE, NS,
-/// SWE, NSE, NWE, NSW, none, all.
+/// The walls of the codes 1 to 16, as bits of [`Sides`].
 const CODES: [u8; 16] = [8, 1, 2, 4, 12, 6, 3, 9, 10, 5, 14, 7, 11, 13, 0, 15];
 
 pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
@@ -27,11 +26,12 @@ fn parse_cell(item: &Item) -> Result<CellRecord, ParseError> {
     Ok(CellRecord { sides: Sides::from_bits(bits), location, found })
 }
 
-/// Parses a whole number up to 99, also in numpy's notations `1.0` and `1.000000000000000000e+00`.
+/// Parses a whole number from 0 to 99, which may be written as a float, such as `1.0` or
+/// `1.000000000000000000e+00`.
 pub(crate) fn number(text: &str) -> Option<usize> {
     let number: f64 = text.parse().ok()?;
     let is_whole = number.fract() == 0.0 && (0.0..=99.0).contains(&number);
-    // Checked to be whole and small.
+    // The number is whole and small.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     is_whole.then_some(number as usize)
 }
@@ -103,8 +103,8 @@ mod tests {
     fn errors_name_location_expected_and_found() {
         let error =
             |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
-        insta::assert_snapshot!(error("9,9,9", "9,15,9"), @"line 2, column 3: expected (1, 1) closed to the west, as (0, 1) is to the east at line 2, column 1, found 15");
-        insta::assert_snapshot!(error("8,2", "1,2"), @"line 1, column 1: expected (0, 2) closed to the north, an outer wall, found 1");
+        insta::assert_snapshot!(error("9,9,9", "9,15,9"), @"line 2, column 3: expected a wall between (0, 1) and (1, 1) to match line 2, column 1, found 15");
+        insta::assert_snapshot!(error("8,2", "1,2"), @"line 1, column 1: expected an outer wall to the north of (0, 2), found 1");
         insta::assert_snapshot!(error("9,9,9", "9,17,9"), @r#"line 2, column 3: expected a whole number from 1 to 16, found "17""#);
         insta::assert_snapshot!(error("9,9,9", "9,1.5,9"), @r#"line 2, column 3: expected a whole number from 1 to 16, found "1.5""#);
         insta::assert_snapshot!(error("9,9,9", "9,,9"), @"line 2, column 3: expected a whole number from 1 to 16, found the end of the line");

@@ -1,7 +1,8 @@
 //! Format detection.
 //!
-//! A file with an error must still be detected, so that the error refers to the format it was
-//! written in. Therefore the first lines decide, and the others only if these are ambiguous.
+//! Detection also works for files with errors, so that error messages refer to the right format.
+//! The first lines of a file determine its format. The remaining lines are examined only if the
+//! first lines are ambiguous.
 
 use mmsim_maze::MazeSize;
 
@@ -10,7 +11,7 @@ use crate::rows::{Item, decode_text, items, lines};
 use crate::{csv, grid, hex, maz, num};
 
 impl Format {
-    /// Detects the format of this content, which may have errors.
+    /// Detects the format of a maze file, even if the file has errors.
     ///
     /// ```
     /// use mmsim_formats::Format;
@@ -42,7 +43,7 @@ impl Format {
     }
 }
 
-/// Detects the format of a file whose first line has commas, semicolons or blanks.
+/// Detects the format of a file whose first line contains commas, semicolons or blanks.
 fn detect_table(text: &str, first: &str) -> Format {
     let first_items = items(1, first);
     let is_number = |item: &Item| csv::number(item.text).is_some();
@@ -59,17 +60,18 @@ fn detect_table(text: &str, first: &str) -> Format {
         return Format::Csv;
     }
     let is_only_hex = all.iter().any(|item| !is_number(item) || item.text.starts_with('0'));
-    // The digits 1 to 9 are also codes, so the format that makes a maze wins.
+    // The digits 1 to 9 are valid in both formats, so the format that gives a maze is chosen.
     let makes_only_hex = || csv::parse(text).is_err() && hex::parse(text).is_ok();
     if is_only_hex || makes_only_hex() { Format::Hex } else { Format::Csv }
 }
 
-/// Whether a line may be the side of a maze of the trial: one number of one or two digits.
+/// Returns true if a line may be the side length in a trial file: a number of one or two digits.
 fn is_side(line: &str) -> bool {
     (1..=2).contains(&line.len()) && line.bytes().all(|c| c.is_ascii_digit())
 }
 
-/// Whether a row of digits may be a row of posts and walls that look alike.
+/// Returns true if a line of digits may be part of a drawing whose posts and walls are the same
+/// character.
 fn is_drawn(line: &str) -> bool {
     line.len() >= 3 && line.chars().all(|c| line.starts_with(c))
 }

@@ -4,16 +4,16 @@ use std::fmt;
 
 use mmsim_maze::Cell;
 
-/// An error in a maze file: where it is, what was expected there and what was found.
+/// An error in a maze file: its location, what was expected, and what was found.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{location}: expected {expected}, found {found}")]
 #[non_exhaustive]
 pub struct ParseError {
     /// The kind of error.
     pub kind: ParseErrorKind,
-    /// Where in the file.
+    /// The location of the error.
     pub location: Location,
-    /// The cell concerned, if known.
+    /// The affected cell, if known.
     pub cell: Option<Cell>,
     /// What was expected.
     pub expected: String,
@@ -44,7 +44,7 @@ pub enum Location {
         /// The column in characters, counted from 1.
         column: usize,
     },
-    /// A byte of a binary file, counted from 1.
+    /// The position of a byte in a binary file, counted from 1.
     Byte(usize),
 }
 
@@ -58,7 +58,7 @@ impl fmt::Display for Location {
 }
 
 impl ParseError {
-    /// An error at a line and column of a text file.
+    /// Creates an error at a line and column of a text file.
     pub(crate) fn new(
         line: usize,
         column: usize,
@@ -88,7 +88,7 @@ impl From<ParseError> for Vec<ParseError> {
     }
 }
 
-/// Quotes content of the file for an error message: escaped and at most 24 characters long.
+/// Quotes text from a file for an error message. Escapes the text and shortens it to 24 characters.
 pub(crate) fn quoted(found: &str) -> String {
     const MAX_CHARACTERS: usize = 24;
     if found.is_empty() {

@@ -9,27 +9,27 @@ use mmsim_maze::Maze;
 use crate::error::ParseError;
 use crate::read::parse_maze;
 
-/// The maximum size of a maze file, in bytes. A 32×32 maze drawn as text takes 8,385.
+/// The maximum size of a maze file, in bytes. A 32×32 maze drawn as text takes 8,385 bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 20;
 
-/// A file or folder that could not be read.
+/// An error while reading a file or folder.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
     /// The file or folder could not be opened or read, or the file is too large.
     #[error("cannot read {}: {source}", path.display())]
     Io {
-        /// The file or folder.
+        /// The path of the file or folder.
         path: PathBuf,
         /// The cause.
         source: io::Error,
     },
-    /// The content is not a maze.
+    /// The content of the file is not a valid maze.
     #[error("{}: {source}", path.display())]
     Parse {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
-        /// The error in the content.
+        /// The first error in the content.
         source: ParseError,
     },
 }
@@ -53,8 +53,8 @@ pub fn read_content(path: &Path) -> Result<Vec<u8>, ReadError> {
     read_content_from(file, path)
 }
 
-/// Reads the content of a maze file from an open reader, such as the standard input. Errors name
-/// it `path`.
+/// Reads the content of a maze file from an open reader, such as standard input. Error messages
+/// refer to the reader as `path`.
 ///
 /// # Errors
 /// See [`read_content`].
@@ -63,7 +63,7 @@ pub fn read_content_from(reader: impl Read, path: &Path) -> Result<Vec<u8>, Read
     let read = reader.take(MAX_FILE_BYTES + 1).read_to_end(&mut content);
     read.map_err(|source| ReadError::Io { path: path.into(), source })?;
     if content.len() as u64 > MAX_FILE_BYTES {
-        let source = io::Error::other(format!("larger than {MAX_FILE_BYTES} bytes"));
+        let source = io::Error::other(format!("the file is larger than {MAX_FILE_BYTES} bytes"));
         return Err(ReadError::Io { path: path.into(), source });
     }
     Ok(content)
@@ -85,7 +85,7 @@ mod tests {
         fs::write(folder.path().join("maze.txt"), "o---o\n| S |\no-- o\n").unwrap();
         fs::write(folder.path().join("large"), vec![b' '; (1 << 20) + 1]).unwrap();
         insta::assert_snapshot!(error("maze.txt"), @r#"FOLDER/maze.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
-        insta::assert_snapshot!(error("large"), @"cannot read FOLDER/large: larger than 1048576 bytes");
+        insta::assert_snapshot!(error("large"), @"cannot read FOLDER/large: the file is larger than 1048576 bytes");
         assert!(error("missing").starts_with("cannot read FOLDER/missing: "));
         assert!(error("").starts_with("cannot read "), "a folder is not a file");
     }

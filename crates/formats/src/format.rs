@@ -1,19 +1,20 @@
-//! The formats and their names.
+//! The maze file formats and their names.
 
 use std::fmt;
 use std::str::FromStr;
 
 /// A file format for mazes.
 ///
-/// A file without a start mark starts at (0, 0). A file without a goal mark has its goal in the
-/// central cells ([`MazeSize::central_cells`](mmsim_maze::MazeSize::central_cells)). Lines may end in
-/// `\n`, `\r\n` or `\r`.
+/// If a file does not mark the start, the maze starts at (0, 0). If a file does not mark the goal,
+/// the goal consists of the central cells
+/// ([`MazeSize::central_cells`](mmsim_maze::MazeSize::central_cells)). Lines may end in `\n`,
+/// `\r\n` or `\r`.
 ///
 /// ```
 /// use mmsim_formats::Format;
 /// use mmsim_maze::Maze;
 /// let maze: Maze = "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse()?;
-/// assert!(Format::Num.write(&maze).is_err(), "num cannot mark the goal");
+/// assert!(Format::Num.write(&maze).is_err(), "num requires the central cells as the goal");
 /// assert_eq!(Format::Text.write(&maze)?, maze.to_string().into_bytes());
 /// assert_eq!("num".parse(), Ok(Format::Num));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -21,7 +22,7 @@ use std::str::FromStr;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Format {
-    /// Posts and walls drawn as text, north on top:
+    /// Posts and walls drawn as text, with north at the top:
     ///
     /// ```text
     /// o---o---o
@@ -31,57 +32,74 @@ pub enum Format {
     /// o---o---o
     /// ```
     ///
-    /// Posts may be any character, but the same one everywhere. They are two, three or four columns
-    /// apart. A blank between posts or cells means no wall, any other character a wall. `S` marks the
-    /// start and `G` each goal cell; both are optional. Blank lines and trailing blanks are ignored,
-    /// and so is text after the last line of the maze.
+    /// Posts may be any character, but all posts must be the same character. Adjacent posts are
+    /// two, three or four columns apart. Blanks between posts or cells mean that there is no wall;
+    /// any other character means a wall. `S` marks the start and `G` marks each goal cell; both
+    /// marks are optional. Blank lines, trailing blanks and text after the last line of the maze
+    /// are ignored.
     Text,
-    /// [`Text`](Self::Text) with ` . ` or `.` for each unknown inner wall, as in the `.maze` files of
-    /// kerikun11's micromouse library. Unknown walls are read as open. If posts or outer walls are
-    /// dots, dots are walls.
+    /// The [`Text`](Self::Text) format with a dot, alone or between two blanks, for each unknown
+    /// inner wall, as in the `.maze` files of kerikun11's micromouse library. Unknown walls are
+    /// read as open. If the posts or outer walls are drawn as dots, a dot means a wall.
     Maze,
-    /// The output of the OSHWDEM maze generator: a first line that starts with `OSHWDEM`, then a
-    /// drawing with `A` in the start cell and `B` in place of the post at the centre of the goal. The
-    /// drawing is turned: right is north and down is east.
+    /// The output of the OSHWDEM maze generator: a first line that starts with `OSHWDEM`, followed
+    /// by a drawing with `A` in the start cell and `B` in place of the post at the centre of the
+    /// goal. The drawing is rotated: north is to the right and east is at the bottom.
     Oshwdem,
-    /// The format of the two-run trial: the side n, an even number, then n lines of n comma-separated
-    /// numbers. Each line is a column from the west, each number a cell from the south. The bits 1
-    /// north, 2 east, 4 south and 8 west are set for open sides.
+    /// The format of the two-run trial: a line with the even side length n, followed by n lines of
+    /// n comma-separated numbers. The lines are columns from west to east, and the numbers in a
+    /// line are cells from south to north. The bits 1 (north), 2 (east), 4 (south) and 8 (west) are
+    /// set for open sides.
     Trial,
-    /// 256 bytes, one for each cell of a 16×16 maze: columns from the west, each from the south. The
-    /// bits 1 north, 2 east, 4 south and 8 west are set for walls.
+    /// A 16×16 maze as 256 bytes, one for each cell: columns from west to east, and cells from
+    /// south to north within a column. The bits 1 (north), 2 (east), 4 (south) and 8 (west) are set
+    /// for walls.
     Maz,
     /// One line for each cell, in any order: x, y, then 1 (wall) or 0 (no wall) for north, east,
-    /// south and west, separated by blanks. The largest x and y give the size.
+    /// south and west, separated by blanks. The largest x and y determine the size of the maze.
     Num,
-    /// The table of the Python simulators: rows from the north, cells from the west, separated by
-    /// commas, semicolons or blanks. The codes 1 to 16 mean walls W, N, E, S, SW, SE, NE, NW, WE, NS,
-    /// SWE, NSE, NWE, NSW, none, all. Codes may be written as floats.
+    /// The table format of Python micromouse simulators: rows from north to south with a code for each
+    /// cell, separated by commas, semicolons or blanks. The codes 1 to 16 stand for the walls W, N,
+    /// E, S, SW, SE, NE, NW, WE, NS, SWE, NSE, NWE, NSW, none and all. Codes may be written as
+    /// floating-point numbers.
     Csv,
-    /// Rows of hex digits, one digit for each cell, with or without commas, semicolons or blanks
-    /// between. `0x` or `0X` may precede each digit or a whole row, and `0` each separate digit.
+    /// Rows of hex digits, one digit for each cell, optionally separated by commas, semicolons or
+    /// blanks. Each digit or each row may have the prefix `0x` or `0X`, and separated digits may
+    /// have the prefix `0`.
     ///
-    /// Layout and bits are inferred. The bits 1, 2, 4, 8 stand for north, east, south, west or for
-    /// east, north, west, south, and are set for walls or for openings. Lines are rows or columns,
-    /// from either side, and so are the digits of a line: 32 encodings in total. A maze fits if it
-    /// has no contradiction, all outer walls, and a start (0, 0) that is open to the north only.
+    /// The layout and the meaning of the bits are inferred. The bits 1, 2, 4 and 8 stand either for
+    /// north, east, south and west, or for east, north, west and south. The bits are set for walls
+    /// or for open sides. Lines are rows or columns in either direction, and the digits of a line
+    /// also run in either direction. There are 32 encodings in total. An encoding is valid if its
+    /// maze has no contradictions, all outer walls, and a start (0, 0) that is open only to the
+    /// north.
     ///
-    /// If several mazes fit, the first whose goal is reachable wins, else the first, and
-    /// [`ParsedMaze::ambiguous_encoding`](crate::ParsedMaze::ambiguous_encoding) reports its
-    /// encoding. The bits north, east, south, west come first; for each order walls, then openings;
-    /// for each of these the layouts in this order: rows from the north, each from the west; columns
-    /// from the west, each from the south; rows from the north, from the east; from the south, from
-    /// the west; from the south, from the east; columns from the west, from the north; from the east,
-    /// from the south; from the east, from the north.
+    /// If several encodings are valid, the first one with a reachable goal is used, or the first
+    /// one if no goal is reachable. If another valid encoding gives a different maze,
+    /// [`ParsedMaze::ambiguous_encoding`](crate::ParsedMaze::ambiguous_encoding) describes the
+    /// encoding that was used. Encodings with the bits north, east, south and west are tried first.
+    /// For each order of the bits, walls are tried before open sides. The layouts are tried in the
+    /// order of this table:
+    ///
+    /// | lines | digits of a line |
+    /// |---|---|
+    /// | rows from the north | from the west |
+    /// | columns from the west | from the south |
+    /// | rows from the north | from the east |
+    /// | rows from the south | from the west |
+    /// | rows from the south | from the east |
+    /// | columns from the west | from the north |
+    /// | columns from the east | from the south |
+    /// | columns from the east | from the north |
     Hex,
 }
 
-/// A name that belongs to no [`Format`].
+/// An error for an unknown format name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected one of {}, found {found:?}", Format::ALL.map(Format::name).join(", "))]
 #[non_exhaustive]
 pub struct FormatNameError {
-    /// The name.
+    /// The unknown name.
     pub found: String,
 }
 
@@ -92,12 +110,12 @@ impl Format {
         [Text, Maze, Oshwdem, Trial, Maz, Num, Csv, Hex]
     };
 
-    /// Returns the name, which [`str::parse`] accepts.
+    /// Returns the name of the format, which [`str::parse`] accepts.
     pub const fn name(self) -> &'static str {
         ["text", "maze", "oshwdem", "trial", "maz", "num", "csv", "hex"][self as usize]
     }
 
-    /// Returns whether mazes can also be written in this format.
+    /// Returns true if mazes can be written in this format.
     pub const fn is_writable(self) -> bool {
         matches!(self, Self::Text | Self::Trial | Self::Maz | Self::Num)
     }

@@ -1,34 +1,33 @@
-//! Mazes drawn as text, in the rows and columns of the file.
-
-use mmsim_maze::MazeSize;
+//! A parser for mazes drawn as text.
 
 use crate::error::{Location, ParseError, ParseErrorKind, quoted};
+use crate::rows::MAX_SIDE;
 
 type Result<T = (), E = ParseError> = std::result::Result<T, E>;
 
-/// A drawn maze. Rows count from the top, columns from the left.
+/// A drawn maze. Rows are counted from the top and columns from the left.
 #[derive(Default)]
 pub(crate) struct Grid {
     pub(crate) rows: usize,
     pub(crate) columns: usize,
-    /// `below[row][column]`: whether there is a wall below the cell.
+    /// `below[row][column]` is true if the cell has a wall below it.
     pub(crate) below: Vec<Vec<bool>>,
-    /// `right[row][column]`: whether there is a wall to the right of the cell.
+    /// `right[row][column]` is true if the cell has a wall to its right.
     pub(crate) right: Vec<Vec<bool>>,
-    /// Marks in cells.
+    /// The marks in cells.
     pub(crate) cell_marks: Vec<Mark>,
-    /// Marks in place of posts. (0, 0) is the post in the upper left corner.
+    /// The marks in place of posts. The post in the upper left corner is (0, 0).
     pub(crate) post_marks: Vec<Mark>,
-    /// Walls marked as unknown.
+    /// The locations of unknown walls.
     pub(crate) unknown: Vec<Location>,
 }
 
 /// The meaning of a dot in place of an inner wall.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Dots {
-    /// A wall, like any other character.
+    /// A dot means a wall, like any other character.
     Wall,
-    /// An unknown wall, which is read as open.
+    /// A dot means an unknown wall, which is read as open.
     Unknown,
 }
 
@@ -36,7 +35,7 @@ pub(crate) enum Dots {
 pub(crate) struct Mark {
     pub(crate) row: usize,
     pub(crate) column: usize,
-    /// The mark without blanks around it.
+    /// The text of the mark, without surrounding blanks.
     pub(crate) text: String,
     location: Location,
 }
@@ -50,34 +49,35 @@ impl Mark {
 /// Parses the drawing in `text`, which starts at line `first_line` of the file.
 ///
 /// # Errors
-/// Returns every gap in the outer wall, and of other errors the first.
+/// Returns all gaps in the outer wall and the first error of any other kind.
 pub(crate) fn parse(text: &str, first_line: usize, dots: Dots) -> Result<Grid, Vec<ParseError>> {
     let (grid, errors) = read(text, first_line, dots)?;
     if errors.is_empty() { Ok(grid) } else { Err(errors) }
 }
 
-/// Returns whether the drawing has unknown walls, even if it has errors.
+/// Returns true if the drawing has unknown walls, even if the drawing has errors.
 pub(crate) fn has_unknown(text: &str) -> bool {
     read(text, 1, Dots::Unknown).is_ok_and(|(grid, _)| !grid.unknown.is_empty())
 }
 
-/// Reads the drawing up to the first error other than a gap, and returns it with all errors.
+/// Reads the drawing up to the first error other than a gap in the outer wall. Returns the drawing
+/// and its errors.
 fn read(text: &str, first_line: usize, dots: Dots) -> Result<(Grid, Vec<ParseError>)> {
     let lines = drawing_lines(text, first_line)?;
     let pitches = pitches(&lines[0])?;
-    // If posts or outer walls are dots, so may be known inner walls.
+    // If posts or outer walls are dots, known inner walls may also be dots.
     let is_dotted = lines.iter().take(2).any(|line| line.at(0) == '.');
     let dots = if is_dotted { Dots::Wall } else { dots };
     let first = read_with(&lines, pitches[0], dots);
     if first.1.is_empty() {
         return Ok(first);
     }
-    // If posts and walls look alike, the first pitch that gives a maze wins.
+    // If posts and walls look alike, the first pitch that gives a maze is used.
     let mut others = pitches.iter().skip(1).map(|&other| read_with(&lines, other, dots));
     Ok(others.find(|(_, errors)| errors.is_empty()).unwrap_or(first))
 }
 
-/// Reads a drawing with a post every `pitch` characters, and returns it with all errors.
+/// Reads a drawing with a post every `pitch` characters. Returns the drawing and its errors.
 fn read_with(
     lines: &[Line],
     (pitch, columns): (usize, usize),
@@ -99,9 +99,9 @@ impl Grid {
 
 struct Reader {
     grid: Grid,
-    /// Missing outer walls.
+    /// The errors for missing outer walls.
     gaps: Vec<ParseError>,
-    /// The distance between two posts, in characters.
+    /// The distance between adjacent posts, in characters.
     pitch: usize,
     post: char,
     dots: Dots,
@@ -149,7 +149,7 @@ impl Reader {
             .collect()
     }
 
-    /// Reads the cells of row `row` and the walls to the right of each.
+    /// Reads the cells of row `row` and the wall to the right of each cell.
     fn read_cells(&mut self, line: &Line, row: usize) -> Result<Vec<bool>> {
         self.read_wall(line, 0, 1, true)?;
         let columns = self.grid.columns;
@@ -164,8 +164,9 @@ impl Reader {
         (0..columns).map(&mut read_cell).collect()
     }
 
-    /// Returns whether there is a wall at the `length` characters from `from`. No blanks are a wall,
-    /// only blanks are none, and a dot between blanks is unknown. Records missing outer walls.
+    /// Returns true if the `length` characters from index `from` are a wall. Text without blanks is
+    /// a wall, blanks alone are an opening, and a dot between blanks is an unknown wall. Missing
+    /// outer walls are added to `gaps`.
     fn read_wall(&mut self, line: &Line, from: usize, length: usize, outer: bool) -> Result<bool> {
         let drawn = line.text(from, length);
         let is_unknown = self.dots == Dots::Unknown && [".", " . "].contains(&&drawn[..]);
@@ -189,15 +190,15 @@ impl Reader {
     }
 }
 
-/// A line of the drawing without trailing blanks, and its number in the file.
+/// A line of the drawing without trailing blanks, with its line number in the file.
 struct Line {
     number: usize,
     characters: Vec<char>,
 }
 
 impl Line {
-    /// Returns the character at `index`. Beyond the end it is a blank, because trailing blanks may be
-    /// missing.
+    /// Returns the character at `index`, or a blank beyond the end of the line, since trailing
+    /// blanks may be missing.
     fn at(&self, index: usize) -> char {
         self.characters.get(index).copied().unwrap_or(' ')
     }
@@ -219,8 +220,8 @@ impl Line {
     }
 }
 
-/// Returns the lines of the drawing: posts and cells alternate, posts come first and last. Lines
-/// after the drawing are ignored.
+/// Returns the lines of the drawing. Lines of posts alternate with lines of cells, and the first
+/// and the last line are posts. Lines after the drawing are ignored.
 fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
     let mut following = (first_line..)
         .zip(text.lines())
@@ -236,7 +237,7 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
         if let Some(index) = line.characters.iter().position(unprintable) {
             let found = match line.at(index) {
                 '\t' => "a tab".into(),
-                char::REPLACEMENT_CHARACTER => "a byte that is not text".into(),
+                char::REPLACEMENT_CHARACTER => "invalid UTF-8".into(),
                 character => format!("{character:?}"),
             };
             return Err(line.error(index, "a maze drawn with printable characters", &found));
@@ -244,7 +245,7 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
         if lines.is_empty() {
             pitches(&line)?;
         }
-        if lines.len() > 2 * usize::from(MazeSize::MAX_SIDE) {
+        if lines.len() > 2 * MAX_SIDE {
             return Err(line.error(0, "at most 32 rows of cells", "one more"));
         }
         lines.push(line);
@@ -260,10 +261,11 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
     }
 }
 
-/// Returns whether the line after a row of posts is a row of cells, and not text after the maze. A
-/// row of cells starts with a wall: `|`, or the first character of the first row of cells. A line that
-/// starts with a blank, or is as long as a row of posts, is a row of cells if a row of posts follows.
-/// Otherwise a maze with a gap in its outer wall would be read as a smaller maze.
+/// Returns true if the line after a row of posts is a row of cells instead of text after the maze.
+/// A row of cells usually starts with `|` or with the first character of the first row of cells. A
+/// line that starts with a blank or is as long as a row of posts is also a row of cells if the next
+/// line is a row of posts. Without this rule, a maze with a gap in its outer wall would be read as
+/// a smaller maze.
 fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     let (posts, wall) = (&lines[0], lines.get(1).map_or('|', |cells| cells.at(0)));
     let is_as_long = |line: &Line| line.characters.len() == posts.characters.len();
@@ -275,8 +277,8 @@ fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     lines.len() == 1 || is_row
 }
 
-/// Infers from the first line the distance between two posts, in characters, with the number of cells
-/// side by side. Returns several candidates if posts and walls look alike, and at least one.
+/// Infers the distance between adjacent posts, in characters, and the number of columns from the
+/// first line. Returns several candidates if posts and walls look alike.
 fn pitches(line: &Line) -> Result<Vec<(usize, usize)>> {
     let post = line.at(0);
     let pitches = match line.characters.iter().skip(1).position(|&c| c == post) {
@@ -292,9 +294,8 @@ fn pitches(line: &Line) -> Result<Vec<(usize, usize)>> {
     if possible.is_empty() { measured(&pitches[0]).map(|one| vec![one]) } else { Ok(possible) }
 }
 
-/// Returns the number of cells side by side, according to the first line.
+/// Returns the number of columns of the maze, according to the first line.
 fn measure(line: &Line, pitch: usize) -> Result<usize> {
-    const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
     let last = line.characters.len() - 1;
     if !last.is_multiple_of(pitch) || last == 0 {
         let at = last - last % pitch;

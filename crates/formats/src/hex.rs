@@ -1,5 +1,5 @@
-//! Rows of hex digits, one digit for each cell. The encoding is inferred: of 32 candidates, the first
-//! that gives a maze wins.
+//! Mazes as rows of hex digits, with one digit for each cell. The encoding is inferred by trying 32
+//! candidates.
 
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Sides, Walls};
 
@@ -8,24 +8,25 @@ use crate::error::{ParseError, quoted};
 use crate::parsed_maze::{ParsedMaze, unmarked_maze};
 use crate::rows::{Item, MAX_ITEMS, MAX_SIDE, items, table};
 
-/// The usual headings of the bits 1, 2, 4 and 8: clockwise from the north, and counter-clockwise
-/// from the east.
+/// The usual headings of the bits 1, 2, 4 and 8: clockwise from north and counter-clockwise from
+/// east.
 const BIT_ORDERS: [[Heading; 4]; 2] = {
     use Heading::{East, North, South, West};
     [[North, East, South, West], [East, North, West, South]]
 };
 
-/// Where the lines of the file are in the maze.
+/// The order in which a file stores the cells of a maze.
 #[derive(Clone, Copy)]
 struct Layout {
-    /// The edge at which the first line is.
+    /// The edge of the maze that the first line of the file runs along.
     lines_from: Heading,
-    /// The edge at which the first digit of each line is.
+    /// The edge of the maze at which each line begins.
     digits_from: Heading,
 }
 
 impl Layout {
-    /// All layouts, the usual ones first: as a maze is drawn, and as in `.maz` files.
+    /// Returns all layouts. The layouts of drawings and of `.maz` files come first, since they are
+    /// the most common.
     fn all() -> impl Iterator<Item = Self> {
         use Heading::{East, North, South, West};
         let usual = [(North, West), (West, South)];
@@ -35,24 +36,25 @@ impl Layout {
         edges.map(|(lines_from, digits_from)| Self { lines_from, digits_from })
     }
 
-    /// Returns whether each line is a column of the maze instead of a row.
+    /// Returns true if each line is a column of the maze instead of a row.
     const fn has_columns(self) -> bool {
         matches!(self.lines_from, Heading::East | Heading::West)
     }
 
     fn words(self) -> String {
         let lines = if self.has_columns() { "columns" } else { "rows" };
-        format!("{lines} from the {}, each from the {}", self.lines_from, self.digits_from)
+        format!("{lines} from the {}, each starting in the {}", self.lines_from, self.digits_from)
     }
 
-    /// Returns the size of the maze of a table whose width is the length of a line.
+    /// Returns the size of the maze. The width of `table` is the length of a line, and its height
+    /// is the number of lines.
     fn maze_size(self, table: MazeSize) -> MazeSize {
         let (digits, lines) = (usize::from(table.width()), usize::from(table.height()));
         let (width, height) = if self.has_columns() { (lines, digits) } else { (digits, lines) };
         MazeSize::new(width, height).unwrap_or(table)
     }
 
-    /// Returns the line of a cell, and the digit in that line.
+    /// Returns the line of a cell and the index of its digit in that line.
     fn position(self, size: MazeSize, Cell { x, y }: Cell) -> (usize, usize) {
         let cells_from = |edge| match edge {
             Heading::North => size.height() - 1 - y,
@@ -64,11 +66,11 @@ impl Layout {
     }
 }
 
-/// The digits in one layout.
+/// The digits of a file, assigned to cells by a layout.
 struct Digits {
     layout: Layout,
     size: MazeSize,
-    /// Bit x of `planes[bit][y]` is that bit of the digit of (x, y).
+    /// Bit x of `planes[bit][y]` is bit `bit` of the digit for the cell (x, y).
     planes: [[u32; MAX_SIDE]; 4],
 }
 
@@ -95,9 +97,9 @@ impl Digits {
 #[derive(Clone, Copy)]
 struct Encoding<'a> {
     digits: &'a Digits,
-    /// The headings of the bits 1, 2, 4 and 8.
+    /// The headings that the bits 1, 2, 4 and 8 stand for.
     bits: [Heading; 4],
-    /// Whether set bits are open sides instead of walls.
+    /// True if set bits are open sides instead of walls.
     set_is_open: bool,
 }
 
@@ -112,12 +114,14 @@ impl<'a> Encoding<'a> {
     }
 
     fn words(self) -> String {
-        let set = if self.set_is_open { "open" } else { "walls" };
+        let set = if self.set_is_open { "open sides" } else { "walls" };
         let [one, two, four, eight] = self.bits;
-        format!("{}, bits 1 2 4 8 {set} {one} {two} {four} {eight}", self.digits.layout.words())
+        let layout = self.digits.layout.words();
+        format!("{layout}; bits 1, 2, 4 and 8 are {set} to the {one}, {two}, {four} and {eight}")
     }
 
-    /// Returns which cells have a wall towards `heading`: bit x of row y.
+    /// Returns the walls towards `heading`. Bit x of row y is set if the cell (x, y) has a wall on
+    /// this side.
     fn walls_towards(self, heading: Heading) -> [u32; MAX_SIDE] {
         let bit = self.bits.iter().position(|&side| side == heading).unwrap_or(0);
         let columns = u32::MAX >> (u32::BITS - u32::from(self.digits.size.width()));
@@ -125,8 +129,8 @@ impl<'a> Encoding<'a> {
         self.digits.planes[bit].map(|row| row ^ open)
     }
 
-    /// Returns the walls, and the number of faults: contradictions, missing outer walls, and a start
-    /// that is not open to the north only.
+    /// Returns the walls and the number of faults: contradictions, missing outer walls, and a start
+    /// that is not open only to the north.
     fn decode(self) -> (Walls, u32) {
         let [north, east, south, west] = Heading::ALL.map(|heading| self.walls_towards(heading));
         let (width, height) = (self.digits.size.width(), usize::from(self.digits.size.height()));
@@ -153,7 +157,7 @@ impl<'a> Encoding<'a> {
 /// The prefixes of hex numbers.
 const PREFIXES: [&str; 2] = ["0x", "0X"];
 
-/// Splits a line into digits. If they are separated, each may have the prefix `0x` or `0`.
+/// Splits a line into digits. Separated digits may have the prefix `0x` or `0`.
 pub(crate) fn digits(line: usize, content: &str) -> Vec<Item<'_>> {
     match items(line, content)[..] {
         [row] => characters(without_prefix(row, PREFIXES)),
@@ -161,7 +165,7 @@ pub(crate) fn digits(line: usize, content: &str) -> Vec<Item<'_>> {
     }
 }
 
-/// Returns whether all items are hex digits, and there is at least one.
+/// Returns true if there is at least one item and all items are hex digits.
 pub(crate) fn are_digits(items: &[Item]) -> bool {
     !items.is_empty() && items.iter().all(|item| value(item).is_some())
 }
@@ -170,13 +174,13 @@ fn value(item: &Item) -> Option<u8> {
     u8::from_str_radix(item.text, 16).ok().filter(|_| item.text.len() == 1)
 }
 
-/// Returns a separated digit without its prefix.
+/// Removes the prefix of a separated digit.
 pub(crate) fn digit(item: Item) -> Item {
     let item = without_prefix(item, PREFIXES);
     if item.text.len() == 2 { without_prefix(item, ["0"]) } else { item }
 }
 
-/// Returns the item without the first of these prefixes that it has.
+/// Removes the first of `prefixes` that the item has.
 fn without_prefix(item: Item<'_>, prefixes: impl IntoIterator<Item = &'static str>) -> Item<'_> {
     let without = |prefix: &str| {
         let text = item.text.strip_prefix(prefix)?;
@@ -215,7 +219,7 @@ pub(crate) fn parse(text: &str) -> Result<ParsedMaze, Vec<ParseError>> {
         let ambiguous_encoding = is_ambiguous.then(|| encoding.words());
         return Ok(ParsedMaze { ambiguous_encoding, ..maze.into() });
     }
-    // Without a maze every encoding has a fault.
+    // If no encoding gives a maze, every encoding has a fault.
     Err(nearest.map_or_else(Vec::new, |(_, encoding)| faults(&rows, &values, encoding)))
 }
 
@@ -223,7 +227,7 @@ fn parse_digit(item: &Item) -> Result<u8, ParseError> {
     value(item).ok_or_else(|| item.error("a hex digit"))
 }
 
-/// Returns an error for each fault of this encoding.
+/// Returns an error for each fault of the encoding.
 fn faults(rows: &[Vec<Item>], values: &[Vec<u8>], encoding: Encoding) -> Vec<ParseError> {
     let record = |(item, &value): (&Item, &u8)| CellRecord {
         sides: encoding.sides(value),
@@ -244,10 +248,10 @@ fn faults(rows: &[Vec<Item>], values: &[Vec<u8>], encoding: Encoding) -> Vec<Par
     let start = Cell::new(0, 0);
     let CellRecord { sides, location, found } = record(start);
     if *sides != Sides::from_bits(!1) {
-        let expected = format!("the start cell {start} open to the north only");
+        let expected = format!("the start {start} to be open only to the north");
         errors.push(ParseError::at(*location, expected, found).with_cell(start));
     }
-    let nearest = format!(", in the nearest encoding: {}", encoding.words());
+    let nearest = format!(" (nearest encoding: {})", encoding.words());
     for error in &mut errors {
         error.found += &nearest;
     }
@@ -273,7 +277,7 @@ mod tests {
     use super::*;
     use crate::format::Format;
 
-    /// Rows from the north, bits north east south west set for walls.
+    /// A maze as rows from the north, with bits set for walls to the north, east, south and west.
     const MAZE: &str = "9553\na93a\naaaa\nec46\n";
 
     fn parse(text: &str) -> Result<Maze, ParseError> {
@@ -288,7 +292,7 @@ mod tests {
         let encodings: BTreeSet<String> = Encoding::all(&layouts).map(Encoding::words).collect();
         assert_eq!((encodings.len(), Encoding::all(&layouts).count()), (32, 32));
         let first = Encoding::all(&layouts).next().map(Encoding::words);
-        insta::assert_snapshot!(first.unwrap(), @"rows from the north, each from the west, bits 1 2 4 8 walls north east south west");
+        insta::assert_snapshot!(first.unwrap(), @"rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west");
     }
 
     #[test]
@@ -351,12 +355,12 @@ mod tests {
     fn errors_name_the_nearest_encoding() {
         let error =
             |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
-        insta::assert_snapshot!(error("a93a", "a92a"), @r#"line 1, column 3: expected (2, 3) open to the south, as (2, 2) is to the north at line 2, column 3, found "5", in the nearest encoding: rows from the north, each from the west, bits 1 2 4 8 walls north east south west"#);
-        insta::assert_snapshot!(error("9553", "1553"), @r#"line 1, column 1: expected (0, 3) closed to the west, an outer wall, found "1", in the nearest encoding: rows from the north, each from the west, bits 1 2 4 8 walls north east south west"#);
-        insta::assert_snapshot!(error("ec46", "cc46"), @r#"line 4, column 2: expected (1, 0) open to the west, as (0, 0) is to the east at line 4, column 1, found "c", in the nearest encoding: rows from the north, each from the west, bits 1 2 4 8 walls north east south west"#);
+        insta::assert_snapshot!(error("a93a", "a92a"), @r#"line 1, column 3: expected no wall between (2, 2) and (2, 3) to match line 2, column 3, found "5" (nearest encoding: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
+        insta::assert_snapshot!(error("9553", "1553"), @r#"line 1, column 1: expected an outer wall to the west of (0, 3), found "1" (nearest encoding: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
+        insta::assert_snapshot!(error("ec46", "cc46"), @r#"line 4, column 2: expected no wall between (0, 0) and (1, 0) to match line 4, column 1, found "c" (nearest encoding: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
         insta::assert_snapshot!(error("a93a", "a93"), @"line 2, column 4: expected 4 hex digits, as on line 1, found 3");
         insta::assert_snapshot!(error("a93a", "a93g"), @r#"line 2, column 4: expected a hex digit, found "g""#);
-        insta::assert_snapshot!(parse("f\n").unwrap_err(), @r#"line 1, column 1: expected the start cell (0, 0) open to the north only, found "f", in the nearest encoding: rows from the north, each from the west, bits 1 2 4 8 walls north east south west"#);
+        insta::assert_snapshot!(parse("f\n").unwrap_err(), @r#"line 1, column 1: expected the start (0, 0) to be open only to the north, found "f" (nearest encoding: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west)"#);
     }
 
     fn text(values: &[Vec<u8>]) -> String {
@@ -378,7 +382,7 @@ mod tests {
         values
     }
 
-    /// Random walls with a valid start.
+    /// Generates random walls with a valid start.
     fn any_walls() -> impl Strategy<Value = Walls> {
         let rows = prop::array::uniform32(any::<u32>());
         (1usize..=8, 2usize..=8, rows, rows).prop_map(|(width, height, north, east)| {

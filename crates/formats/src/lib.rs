@@ -1,6 +1,6 @@
 //! Micromouse maze files: formats, detection, reading, writing, and collections of mazes.
 //!
-//! The format of a file is detected from its content, whatever its name:
+//! The format of a file is detected from its content, not from its name:
 //!
 //! ```
 //! use mmsim_formats::{Format, parse_maze};
@@ -19,8 +19,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`read_maze`] reads a file, and a [`Catalogue`] lists a folder of them. Errors name the line and
-//! column, what was expected and what was found.
+//! [`read_maze`] reads a maze file, and [`Catalogue`] lists a folder of maze files. Errors report
+//! the line and column, what was expected, and what was found.
 #![forbid(unsafe_code)]
 
 mod catalogue;
@@ -50,7 +50,7 @@ pub use parsed_maze::ParsedMaze;
 pub use read::parse_maze;
 pub use write::WriteError;
 
-/// Runs the code in this crate's README.
+/// Compiles and runs the example in the README of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

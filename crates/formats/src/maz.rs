@@ -4,12 +4,14 @@ use mmsim_maze::{Cell, Maze, MazeSize, Sides};
 
 use crate::cell_record::{self, CellRecord};
 use crate::error::{Location, ParseError};
-use crate::parsed_maze::{cell, unmarked_maze};
+use crate::parsed_maze::unmarked_maze;
 
 const SIZE: MazeSize = MazeSize::CLASSIC;
 
-/// Returns whether the content is a `.maz` file, valid or not. A text does not start with byte 14, a
-/// start cell open to the north only, and has bytes of 16 and above unless it is blank.
+/// Returns true if the content is a `.maz` file, even one with errors. The bytes of a `.maz` file
+/// are below 16, and the first byte is usually 14, which means a start that is open only to the
+/// north. A text file contains bytes of 16 or more unless it is blank, and it does not start with
+/// byte 14.
 pub(crate) fn matches(content: &[u8]) -> bool {
     let is_low = content.iter().all(|&byte| byte < 16);
     let is_blank = content.iter().all(|byte| (9..=13).contains(byte));
@@ -19,7 +21,7 @@ pub(crate) fn matches(content: &[u8]) -> bool {
 pub(crate) fn parse(content: &[u8]) -> Result<Maze, Vec<ParseError>> {
     if content.len() != SIZE.area() {
         let (index, found) = (content.len().min(SIZE.area()), content.len());
-        let expected = format!("{} bytes, one for each cell of {SIZE}", SIZE.area());
+        let expected = format!("{} bytes, one for each cell of a {SIZE} maze", SIZE.area());
         let error = ParseError::at(Location::Byte(index + 1), expected, found.to_string());
         return Err(ParseError { cell: cell_at(index), ..error }.into());
     }
@@ -28,21 +30,18 @@ pub(crate) fn parse(content: &[u8]) -> Result<Maze, Vec<ParseError>> {
         .enumerate()
         .map(|(index, &byte)| parse_cell(index, byte))
         .collect::<Result<_, _>>()?;
-    unmarked_maze(cell_record::walls(SIZE, |cell| &cells[index(cell)])?)
+    let height = usize::from(SIZE.height());
+    let record = |Cell { x, y }| &cells[usize::from(x) * height + usize::from(y)];
+    unmarked_maze(cell_record::walls(SIZE, record)?)
 }
 
 pub(crate) fn write(maze: &Maze) -> Vec<u8> {
     cell_record::by_columns(SIZE).map(|cell| maze.walls().sides(cell).bits()).collect()
 }
 
-fn index(cell: Cell) -> usize {
-    usize::from(SIZE.height()) * usize::from(cell.x) + usize::from(cell.y)
-}
-
-/// Returns the cell of the byte with this index, or `None` after the last cell.
+/// Returns the cell for the byte at `index`, or `None` beyond the last cell.
 fn cell_at(index: usize) -> Option<Cell> {
-    let height = usize::from(SIZE.height());
-    (index < SIZE.area()).then(|| cell(index / height, index % height))
+    cell_record::by_columns(SIZE).nth(index)
 }
 
 fn parse_cell(index: usize, byte: u8) -> Result<CellRecord, ParseError> {
@@ -61,7 +60,7 @@ mod tests {
 
     use crate::format::Format;
 
-    /// A start that is open to the north only, in a maze without another inner wall.
+    /// Returns a maze whose only inner wall is the wall to the east of the start.
     fn seed() -> Vec<u8> {
         let mut bytes = vec![0; 256];
         for side in 0..16 {
@@ -87,7 +86,7 @@ mod tests {
         assert_eq!(Format::Maz.write(&maze).as_ref(), Ok(&seed));
     }
 
-    /// Bytes 10 and 13 are cells, not line ends: a north-south corridor and a dead end.
+    /// The bytes 10 and 13 are a corridor and a dead end, although they are line ends in text.
     #[test]
     fn whitespace_bytes_are_cells() {
         let walls = Walls::closed(SIZE);
@@ -117,14 +116,14 @@ mod tests {
             bytes[index] = byte;
             message(&bytes)
         };
-        insta::assert_snapshot!(error(16, 4), @"byte 17: expected (1, 0) closed to the west, as (0, 0) is to the east at byte 1, found 4; (1, 0)");
-        insta::assert_snapshot!(error(255, 1), @"byte 256: expected (15, 15) closed to the east, an outer wall, found 1; (15, 15)");
+        insta::assert_snapshot!(error(16, 4), @"byte 17: expected a wall between (0, 0) and (1, 0) to match byte 1, found 4; (1, 0)");
+        insta::assert_snapshot!(error(255, 1), @"byte 256: expected an outer wall to the east of (15, 15), found 1; (15, 15)");
         insta::assert_snapshot!(error(7, 24), @"byte 8: expected a byte from 0 to 15, found 24; (0, 7)");
         let cut = |length: usize| {
             let bytes = [seed(), vec![b'\n']].concat();
             message(&bytes[..length])
         };
-        insta::assert_snapshot!(cut(255), @"byte 256: expected 256 bytes, one for each cell of 16x16, found 255; (15, 15)");
-        insta::assert_snapshot!(cut(257), @"byte 257: expected 256 bytes, one for each cell of 16x16, found 257; no cell");
+        insta::assert_snapshot!(cut(255), @"byte 256: expected 256 bytes, one for each cell of a 16x16 maze, found 255; (15, 15)");
+        insta::assert_snapshot!(cut(257), @"byte 257: expected 256 bytes, one for each cell of a 16x16 maze, found 257; no cell");
     }
 }

@@ -1,7 +1,6 @@
-//! The format with a line for each cell: its coordinates and its four walls.
+//! The format with one line for each cell, with the coordinates and the four walls of the cell.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use mmsim_maze::{Cell, Heading, Maze, MazeSize, Sides};
 
@@ -10,7 +9,7 @@ use crate::error::{ParseError, ParseErrorKind, quoted};
 use crate::parsed_maze::{cell, size, unmarked_maze};
 use crate::rows::{Item, end, items, lines};
 
-/// Returns whether a line has this format.
+/// Returns true if a line has the `num` format.
 pub(crate) fn matches_line(content: &str) -> bool {
     let items: Vec<&str> = content.split_whitespace().collect();
     let is_number = |item: &&str| item.len() <= 2 && item.bytes().all(|c| c.is_ascii_digit());
@@ -23,8 +22,8 @@ pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     for (line, content) in lines(text) {
         let (cell, record) = parse_line(line, content)?;
         if let Some(before) = cells.get(&cell) {
-            let expected = format!("{cell} once, as at {}", before.location);
-            let error = ParseError::at(record.location, expected, "it twice").with_cell(cell);
+            let found = format!("{cell}, already defined at {}", before.location);
+            let error = ParseError::at(record.location, "a new cell", found).with_cell(cell);
             return Err(error.with_kind(ParseErrorKind::Contradiction).into());
         }
         cells.insert(cell, record);
@@ -36,7 +35,7 @@ pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     let missing: Vec<Cell> = size.cells().filter(|cell| !cells.contains_key(cell)).collect();
     if let Some(first) = missing.first() {
         let last = lines(text).last().map_or(0, |(line, _)| line);
-        let expected = format!("a line for each cell of {size}");
+        let expected = format!("a line for each cell of the {size} maze");
         let found = format!("none for {}", abbreviated(&missing));
         return Err(ParseError::new(last + 1, 1, expected, found).with_cell(*first).into());
     }
@@ -44,20 +43,19 @@ pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
 }
 
 pub(crate) fn write(maze: &Maze) -> String {
-    cell_record::by_columns(maze.size()).fold(String::new(), |mut text, cell| {
+    let line = |cell: Cell| {
         let sides = maze.walls().sides(cell);
         let [north, east, south, west] = Heading::ALL.map(|heading| u8::from(sides.has(heading)));
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{} {} {north} {east} {south} {west}", cell.x, cell.y);
-        text
-    })
+        format!("{} {} {north} {east} {south} {west}\n", cell.x, cell.y)
+    };
+    cell_record::by_columns(maze.size()).map(line).collect()
 }
 
 fn parse_line(line: usize, content: &str) -> Result<(Cell, CellRecord), ParseError> {
     let items = items(line, content);
     let &[x, y, north, east, south, west] = &items[..] else {
         let column = items.get(6).map_or_else(|| end(content), |item| item.column);
-        let (expected, found) = ("six numbers, x y north east south west", items.len());
+        let (expected, found) = ("six numbers (x y north east south west)", items.len());
         return Err(ParseError::new(line, column, expected, found.to_string()));
     };
     let cell = cell(coordinate(&x)?, coordinate(&y)?);
@@ -78,7 +76,7 @@ fn coordinate(item: &Item) -> Result<usize, ParseError> {
     number.ok_or_else(|| item.error("a coordinate from 0 to 31"))
 }
 
-/// Names the first three cells, and how many follow.
+/// Lists the first three cells and the number of remaining cells.
 fn abbreviated(cells: &[Cell]) -> String {
     const SHOWN: usize = 3;
     let shown: Vec<String> = cells.iter().take(SHOWN).map(Cell::to_string).collect();
@@ -126,14 +124,14 @@ mod tests {
     fn errors_name_cells_and_lines() {
         let error =
             |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
-        insta::assert_snapshot!(error("1 0 0 1 1 1", "1 0 0 1 1 0"), @r#"line 3, column 1: expected (1, 0) closed to the west, as (0, 0) is to the east at line 1, column 1, found "1 0 0 1 1 0""#);
-        insta::assert_snapshot!(error("0 0 0 1 1 1", "0 0 0 1 1 0"), @r#"line 1, column 1: expected (0, 0) closed to the west, an outer wall, found "0 0 0 1 1 0""#);
-        insta::assert_snapshot!(error("1 0 0 1 1 1", "0 0 0 1 1 1"), @"line 3, column 1: expected (0, 0) once, as at line 1, column 1, found it twice");
-        insta::assert_snapshot!(error("0 0 0 1 1 1\n", ""), @"line 4, column 1: expected a line for each cell of 2x2, found none for (0, 0)");
-        insta::assert_snapshot!(error("1 1 1 1", "9 1 1 1"), @"line 5, column 1: expected a line for each cell of 10x2, found none for (2, 0), (3, 0), (4, 0) and 13 more");
+        insta::assert_snapshot!(error("1 0 0 1 1 1", "1 0 0 1 1 0"), @r#"line 3, column 1: expected a wall between (0, 0) and (1, 0) to match line 1, column 1, found "1 0 0 1 1 0""#);
+        insta::assert_snapshot!(error("0 0 0 1 1 1", "0 0 0 1 1 0"), @r#"line 1, column 1: expected an outer wall to the west of (0, 0), found "0 0 0 1 1 0""#);
+        insta::assert_snapshot!(error("1 0 0 1 1 1", "0 0 0 1 1 1"), @"line 3, column 1: expected a new cell, found (0, 0), already defined at line 1, column 1");
+        insta::assert_snapshot!(error("0 0 0 1 1 1\n", ""), @"line 4, column 1: expected a line for each cell of the 2x2 maze, found none for (0, 0)");
+        insta::assert_snapshot!(error("1 1 1 1", "9 1 1 1"), @"line 5, column 1: expected a line for each cell of the 10x2 maze, found none for (2, 0), (3, 0), (4, 0) and 13 more");
         insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 2"), @r#"line 4, column 11: expected 0 or 1 for a wall, found "2""#);
         insta::assert_snapshot!(error("1 1 1 1 0 0", "1 32 1 1 0 0"), @r#"line 4, column 3: expected a coordinate from 0 to 31, found "32""#);
-        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0"), @"line 4, column 10: expected six numbers, x y north east south west, found 5");
-        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 0 0"), @"line 4, column 13: expected six numbers, x y north east south west, found 7");
+        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0"), @"line 4, column 10: expected six numbers (x y north east south west), found 5");
+        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 0 0"), @"line 4, column 13: expected six numbers (x y north east south west), found 7");
     }
 }

@@ -10,10 +10,11 @@ use crate::rows::decode_text;
 use crate::{csv, hex, maz, num, oshwdem, text, trial};
 
 impl Format {
-    /// Reads a maze in this format, with the assumptions made.
+    /// Reads a maze in this format and reports the assumptions made.
     ///
     /// # Errors
-    /// Returns every contradiction and every gap in the outer wall, and of other errors the first.
+    /// Returns all contradictions, all gaps in the outer wall, and the first error of any other
+    /// kind.
     ///
     /// ```
     /// use mmsim_formats::Format;
@@ -38,7 +39,7 @@ impl Format {
         }
     }
 
-    /// Reads a maze in this format, without the assumptions made.
+    /// Reads a maze in this format without reporting the assumptions made.
     ///
     /// # Errors
     /// Returns the first error of [`read`](Self::read).
@@ -124,7 +125,7 @@ mod tests {
         )
     }
 
-    /// Mazes that most formats can hold: square or 16×16, often without marks.
+    /// Generates mazes that most formats support: square or 16×16, often without marks.
     fn likely_maze() -> impl Strategy<Value = Maze> {
         (any_maze(), any::<bool>(), any::<bool>()).prop_map(|(maze, classic, marked)| {
             let width = maze.size().width().into();
@@ -139,7 +140,7 @@ mod tests {
         })
     }
 
-    /// Reads the content in every format, and checks each maze or error.
+    /// Reads the content in every format and checks each maze or error.
     fn check(content: &[u8]) {
         let detected = Format::detect(content);
         assert_eq!(parse_maze(content), detected.parse(content));
@@ -162,7 +163,8 @@ mod tests {
         check_line_ends(content, detected);
     }
 
-    /// A maze reads back from every format that can hold it, and the format is detected.
+    /// Checks that a maze can be read back from every format that supports it, and that the format
+    /// is detected.
     fn check_written(maze: &Maze) {
         for format in Format::ALL {
             if let Ok(content) = format.write(maze) {
@@ -172,8 +174,9 @@ mod tests {
         }
     }
 
-    /// An error takes one line, and its location is in the file or just after a line or the end. Missing
-    /// trailing blanks of a drawing count as columns.
+    /// Checks that an error message has one line, and that the location of the error is in the file
+    /// or just after the end of a line or of the file. In a drawing, missing trailing blanks count
+    /// as columns.
     fn check_error(format: Format, error: &ParseError, content: &[u8]) {
         assert!(!error.to_string().contains(char::is_control), "{error:?}");
         let Location::Text { line, column } = error.location else {
@@ -192,7 +195,7 @@ mod tests {
         assert!((1..=length.map_or(0, |&length| length) + 1).contains(&column), "{error}");
     }
 
-    /// Line ends and a byte order mark change neither the format nor the result.
+    /// Checks that line ends and a byte order mark change neither the format nor the result.
     fn check_line_ends(content: &[u8], format: Format) {
         let Ok(text) = str::from_utf8(content) else { return };
         if format == Format::Maz || text.contains(['\r', '\u{feff}']) {

@@ -1,4 +1,4 @@
-//! Lines of text, rows of items, and tables.
+//! Splitting of text into lines, items and tables.
 
 use mmsim_maze::MazeSize;
 
@@ -6,10 +6,10 @@ use crate::error::{Location, ParseError, quoted};
 
 pub(crate) const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// The limit for the items of a line: one more than a valid line has.
+/// The maximum number of items that are read from a line, one more than a valid line can have.
 pub(crate) const MAX_ITEMS: usize = MAX_SIDE + 1;
 
-/// An item of a table as written, and where.
+/// An item of a table and its location in the file.
 #[derive(Clone, Copy)]
 pub(crate) struct Item<'a> {
     pub(crate) text: &'a str,
@@ -27,20 +27,20 @@ impl Item<'_> {
     }
 }
 
-/// Decodes a file as text: without a byte order mark, and with `\n` for every `\r\n` and `\r`.
+/// Decodes a file as text. Removes the byte order mark and replaces `\r\n` and `\r` by `\n`.
 pub(crate) fn decode_text(content: &[u8]) -> String {
     let text = String::from_utf8_lossy(content);
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     text.replace("\r\n", "\n").replace('\r', "\n")
 }
 
-/// Returns the lines that are not blank, with their numbers.
+/// Returns the lines that are not blank, with their line numbers.
 pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     (1..).zip(text.lines()).filter(|(_, content)| !content.trim().is_empty())
 }
 
-/// Splits a line at its commas, else at its semicolons, else at its blanks. A comma or semicolon
-/// after the last item is ignored.
+/// Splits a line at its commas. A line without commas is split at its semicolons, and a line with
+/// neither is split at its blanks. A comma or semicolon after the last item is ignored.
 pub(crate) fn items(line: usize, content: &str) -> Vec<Item<'_>> {
     let separator = [',', ';'].into_iter().find(|&separator| content.contains(separator));
     let separates = |c: char| separator.map_or(c.is_whitespace(), |separator| c == separator);
@@ -56,7 +56,7 @@ pub(crate) fn items(line: usize, content: &str) -> Vec<Item<'_>> {
         }
         at += slot.chars().count() + 1;
     }
-    // The empty item after a trailing separator.
+    // Remove the empty item after a trailing separator.
     items.pop_if(|last| last.text.is_empty());
     items
 }
@@ -66,8 +66,8 @@ pub(crate) fn end(content: &str) -> usize {
     content.trim_end().chars().count() + 1
 }
 
-/// Reads a table of rows of equal length, and returns it with its size. `split` returns the items of
-/// a line, and `what` names them in errors.
+/// Reads a table with rows of equal length. Returns the rows and the size of the table. `split`
+/// splits a line into items, and `what` is the name of the items in error messages.
 pub(crate) fn table<'a>(
     text: &'a str,
     what: &str,

@@ -1,4 +1,4 @@
-//! Drawings with north on top, with or without unknown walls.
+//! Drawings with north at the top, with or without unknown walls.
 
 use mmsim_maze::{CellSet, Heading, Walls};
 
@@ -10,7 +10,7 @@ use crate::parsed_maze::{ParsedMaze, cell, maze, size};
 pub(crate) fn parse(text: &str, dots: Dots) -> Result<ParsedMaze, Vec<ParseError>> {
     let grid = grid::parse(text, 1, dots)?;
     if let Some(mark) = grid.post_marks.first() {
-        return Err(mark.error("posts of one character").into());
+        return Err(mark.error("the same character for all posts").into());
     }
     let cell = |row: usize, column: usize| cell(column, grid.rows - 1 - row);
     let mut walls = Walls::open(size(grid.columns, grid.rows)?);
@@ -126,7 +126,7 @@ o---o---o---o
         let replaced = |from: &str, to: &str| error(&MAZE.replacen(from, to, 1));
         insta::assert_snapshot!(replaced("o---o   o", "o-- o   o"), @r#"line 3, column 6: expected "---" or three spaces between posts, found "-- ""#);
         insta::assert_snapshot!(replaced("o   o---", "o   ----"), @r#"line 3, column 5: expected a post 'o', found "----o   o""#);
-        insta::assert_snapshot!(replaced("o   o---", "o   x---"), @r#"line 3, column 5: expected posts of one character, found "x""#);
+        insta::assert_snapshot!(replaced("o   o---", "o   x---"), @r#"line 3, column 5: expected the same character for all posts, found "x""#);
         insta::assert_snapshot!(replaced("| S |", "| s |"), @r#"line 4, column 2: expected "S", "G" or nothing in a cell, found "s""#);
         insta::assert_snapshot!(replaced("G   G", "G   S"), @r#"line 4, column 2: expected one start, found "S""#);
         insta::assert_snapshot!(replaced("| S |       |", "| S |       "), @"line 4, column 13: expected the outer wall, found the end of the line");
@@ -140,7 +140,7 @@ o---o---o---o
         insta::assert_snapshot!(replaced("o---o---o---o\n|", "o---o---o---o\n\n\nnot |"), @r#"line 4, column 13: expected the outer wall, found " ""#);
     }
 
-    /// The first rows alone would be a maze.
+    /// The first rows of the text would be a maze by themselves.
     #[test]
     fn every_gap_is_reported_at_its_own_location() {
         let text = "o---o---o\n|       |\no---o---o\n|       |\no---o---o\n  official: 2\n";

@@ -1,11 +1,11 @@
-//! The number format of the two-run trial.
+//! The file format of the two-run trial.
 
-use mmsim_maze::{Cell, Maze, MazeSize, Sides};
+use mmsim_maze::{Cell, Maze, Sides};
 
 use crate::cell_record::{self, CellRecord};
 use crate::error::{ParseError, quoted};
 use crate::parsed_maze::{size, unmarked_maze};
-use crate::rows::{Item, end, items, lines};
+use crate::rows::{Item, MAX_SIDE, end, items, lines};
 
 pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     let columns = parse_columns(text)?;
@@ -25,7 +25,8 @@ pub(crate) fn write(maze: &Maze) -> String {
     text
 }
 
-/// Reads the records, `[x][y]`. The first line gives the number of columns and the length of each.
+/// Reads the records of all cells, indexed as `[x][y]`. The first line of the file contains the
+/// side length of the maze.
 fn parse_columns(text: &str) -> Result<Vec<Vec<CellRecord>>, ParseError> {
     let mut lines = lines(text);
     let (mut last, first) = lines.next().unwrap_or((1, ""));
@@ -47,15 +48,10 @@ fn parse_columns(text: &str) -> Result<Vec<Vec<CellRecord>>, ParseError> {
 }
 
 fn parse_side(line: usize, content: &str) -> Result<usize, ParseError> {
-    content
-        .trim()
-        .parse()
-        .ok()
-        .filter(|side| (2..=usize::from(MazeSize::MAX_SIDE)).contains(side) && side % 2 == 0)
-        .ok_or_else(|| {
-            let expected = "the side of the maze, an even number from 2 to 32";
-            ParseError::new(line, 1, expected, quoted(content.trim()))
-        })
+    let side = content.trim().parse().ok();
+    let side = side.filter(|side| (2..=MAX_SIDE).contains(side) && side % 2 == 0);
+    let expected = "the side of the maze, an even number from 2 to 32";
+    side.ok_or_else(|| ParseError::new(line, 1, expected, quoted(content.trim())))
 }
 
 fn parse_column(line: usize, content: &str, side: usize) -> Result<Vec<CellRecord>, ParseError> {
@@ -83,7 +79,7 @@ mod tests {
     use super::*;
     use crate::format::Format;
 
-    /// Columns from the west, each from the south.
+    /// A maze as columns from west to east, with cells from south to north.
     const MAZE: &str = "4\n1,7,5,4\n2,10,3,6\n11,13,14,8\n9,5,13,4\n";
 
     fn parse(text: &str) -> Result<Maze, ParseError> {
@@ -118,9 +114,9 @@ mod tests {
     fn errors_name_both_cells() {
         let error =
             |from: &str, to: &str| parse(&MAZE.replacen(from, to, 1)).unwrap_err().to_string();
-        insta::assert_snapshot!(error("2,10", "2,8"), @"line 4, column 4: expected (2, 1) closed to the west, as (1, 1) is to the east at line 3, column 3, found 13");
-        insta::assert_snapshot!(error("1,7,5", "1,5,5"), @"line 3, column 3: expected (1, 1) closed to the west, as (0, 1) is to the east at line 2, column 3, found 10");
-        insta::assert_snapshot!(error("1,7", "5,7"), @"line 2, column 1: expected (0, 0) closed to the south, an outer wall, found 5");
+        insta::assert_snapshot!(error("2,10", "2,8"), @"line 4, column 4: expected a wall between (1, 1) and (2, 1) to match line 3, column 3, found 13");
+        insta::assert_snapshot!(error("1,7,5", "1,5,5"), @"line 3, column 3: expected a wall between (0, 1) and (1, 1) to match line 2, column 3, found 10");
+        insta::assert_snapshot!(error("1,7", "5,7"), @"line 2, column 1: expected an outer wall to the south of (0, 0), found 5");
         insta::assert_snapshot!(error("4\n1", "3\n1"), @r#"line 1, column 1: expected the side of the maze, an even number from 2 to 32, found "3""#);
         insta::assert_snapshot!(error("4\n1", "34\n1"), @r#"line 1, column 1: expected the side of the maze, an even number from 2 to 32, found "34""#);
         insta::assert_snapshot!(error("10", "16"), @r#"line 3, column 3: expected a number from 0 to 15, found "16""#);

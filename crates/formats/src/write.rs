@@ -5,7 +5,7 @@ use mmsim_maze::{Cell, Maze, MazeSize};
 use crate::format::Format;
 use crate::{maz, num, trial};
 
-/// A maze that a [`Format`] cannot hold.
+/// An error while writing a maze in a [`Format`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
@@ -15,26 +15,26 @@ pub enum WriteError {
         /// The format.
         format: Format,
     },
-    /// The format cannot hold mazes of this size.
-    #[error("the format {format} cannot hold a {found} maze, only {expected}")]
+    /// The format does not support mazes of this size.
+    #[error("the format {format} supports only {expected}, but the maze is {found}")]
     Size {
         /// The format.
         format: Format,
-        /// The sizes it can hold.
+        /// The sizes that the format supports.
         expected: &'static str,
         /// The size of the maze.
         found: MazeSize,
     },
     /// The format cannot mark the start cell, and the start is not (0, 0).
-    #[error("the format {format} cannot mark the start {found}, only (0, 0)")]
+    #[error("the format {format} requires the start (0, 0), but the start is {found}")]
     Start {
         /// The format.
         format: Format,
         /// The start of the maze.
         found: Cell,
     },
-    /// The format cannot mark the goal, and the goal is not in the central cells.
-    #[error("the format {format} cannot mark the goal {found}, only the central cells")]
+    /// The format cannot mark the goal, and the goal cells are not the central cells.
+    #[error("the format {format} requires the central cells as the goal, but the goal is {found}")]
     Goal {
         /// The format.
         format: Format,
@@ -44,11 +44,11 @@ pub enum WriteError {
 }
 
 impl Format {
-    /// Writes a maze. Reading the result returns the same maze.
+    /// Writes a maze in this format. Reading the result returns the same maze.
     ///
     /// # Errors
-    /// Returns an error if the format is read-only or cannot hold the size, start or goal of this
-    /// maze.
+    /// Returns an error if the format is read-only or does not support the size, start or goal of
+    /// the maze.
     ///
     /// ```
     /// use mmsim_formats::Format;
@@ -57,18 +57,16 @@ impl Format {
     /// let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY)?;
     /// assert_eq!(Format::Num.write(&maze)?, b"0 0 1 0 1 1\n1 0 1 1 1 0\n");
     /// let error = Format::Maz.write(&maze).unwrap_err();
-    /// assert_eq!(error.to_string(), "the format maz cannot hold a 2x1 maze, only 16x16 mazes");
+    /// assert_eq!(error.to_string(), "the format maz supports only 16x16 mazes, but the maze is 2x1");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn write(self, maze: &Maze) -> Result<Vec<u8>, WriteError> {
         let size = maze.size();
+        let is_even_square = size.width() == size.height() && size.width().is_multiple_of(2);
         let (holds, expected) = match self {
             Self::Text => return Ok(maze.to_string().into()),
             Self::Maz => (size == MazeSize::CLASSIC, "16x16 mazes"),
-            Self::Trial => (
-                size.width() == size.height() && size.width().is_multiple_of(2),
-                "square mazes with an even side",
-            ),
+            Self::Trial => (is_even_square, "square mazes with an even side"),
             Self::Num => (true, "any size"),
             Self::Maze | Self::Oshwdem | Self::Csv | Self::Hex => {
                 return Err(WriteError::ReadOnly { format: self });
@@ -93,7 +91,7 @@ impl Format {
     }
 }
 
-/// The names of the writable formats.
+/// Returns the names of the writable formats.
 fn writable() -> String {
     let writable = Format::ALL.into_iter().filter(|format| format.is_writable());
     writable.map(Format::name).collect::<Vec<_>>().join(", ")
@@ -111,10 +109,10 @@ mod tests {
         };
         let row = "o---o---o\n|       |\no---o---o\n";
         insta::assert_snapshot!(written(Format::Num, row), @"written");
-        insta::assert_snapshot!(written(Format::Maz, row), @"the format maz cannot hold a 2x1 maze, only 16x16 mazes");
-        insta::assert_snapshot!(written(Format::Trial, row), @"the format trial cannot hold a 2x1 maze, only square mazes with an even side");
-        insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"the format num cannot mark the start (1, 0), only (0, 0)");
-        insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"the format num cannot mark the goal (0, 0), only the central cells");
+        insta::assert_snapshot!(written(Format::Maz, row), @"the format maz supports only 16x16 mazes, but the maze is 2x1");
+        insta::assert_snapshot!(written(Format::Trial, row), @"the format trial supports only square mazes with an even side, but the maze is 2x1");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"the format num requires the start (0, 0), but the start is (1, 0)");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"the format num requires the central cells as the goal, but the goal is (0, 0)");
         insta::assert_snapshot!(written(Format::Hex, row), @"the format hex is read-only (use text, trial, maz, num)");
     }
 }

@@ -2,8 +2,8 @@
 // Requests to the server, and the types of its responses.
 
 /**
- * @typedef {{ live: boolean, records: boolean, version: string, zmq: string, server: string,
- *   strategies: { name: string, about: string }[], opened: { id: string, title: string }[] }} PageInfo
+ * @typedef {{ live: boolean, records: boolean, zmq: string, server: string,
+ *   strategies: { name: string, about: string }[], opened: string[] }} PageInfo
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry
  * @typedef {{ strategy: string, running: boolean, says: string }} RunnerStatus
@@ -24,7 +24,7 @@ export class ApiError extends Error {
   /** @param {number} status @param {string} text */
   constructor(status, text) {
     super(text || `HTTP status ${status}`);
-    /** Whether a newer run has replaced the requested one. */
+    /** True if a newer run has replaced the requested run. */
     this.isRunOver = status === 410;
     this.isNotFound = status === 404;
   }

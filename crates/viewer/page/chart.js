@@ -1,7 +1,7 @@
 // @ts-check
 // Line chart of the optimistic and pessimistic distance over the run, with a cursor at the shown state.
 
-import { query, setAttribute, setText } from "./dom.js";
+import { query, setAttributes, setText } from "./dom.js";
 
 /** In units of the view box. The label of the maximum is in the space above the lines. */
 const [WIDTH, HEIGHT, TOP] = [512, 100, 20];
@@ -52,7 +52,7 @@ export class Chart {
 
   /** @param {number} index */
   setCursor(index) {
-    setAttribute(this.#cursor, "transform", `translate(${this.#x(index)} 0)`);
+    setAttributes(this.#cursor, { transform: `translate(${this.#x(index)} 0)` });
   }
 
   /** @param {number} index */

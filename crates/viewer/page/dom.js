@@ -1,5 +1,5 @@
-// @ts-check
-// DOM helpers. Unchanged values are not written again, since even the same value costs a layout.
+// @ts-check DOM helpers. Unchanged values are not written again, since even writing the same value triggers a
+// layout.
 
 /**
  * Returns the first element that matches a selector, which must exist.
@@ -27,9 +27,11 @@ export function setText(root, selector, text) {
   if (element.textContent !== String(text)) element.textContent = String(text);
 }
 
-/** @param {Element} element @param {string} name @param {unknown} value */
-export function setAttribute(element, name, value) {
-  if (element.getAttribute(name) !== String(value)) element.setAttribute(name, String(value));
+/** @param {Element} element @param {Record<string, unknown>} attributes */
+export function setAttributes(element, attributes) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (element.getAttribute(name) !== String(value)) element.setAttribute(name, String(value));
+  }
 }
 
 /** @param {number} number */

@@ -1,7 +1,7 @@
 // @ts-check
 // The figures of the shown state, and its announcement to screen readers.
 
-import { formatNumber, pluralize, query, setAttribute, setText } from "./dom.js";
+import { formatNumber, pluralize, query, setAttributes, setText } from "./dom.js";
 import { HEADINGS } from "./state.js";
 
 /**
@@ -22,7 +22,7 @@ export function showFigures(panel, source, view) {
   show("pessimistic", view?.closed, none);
   show("actual", source?.shortest_path, source?.truth ? "no path" : "–");
   setText(panel, ".proven", view?.solved ? "proven" : "not proven");
-  setAttribute(panel, "data-proven", view?.solved ?? false);
+  setAttributes(panel, { "data-proven": view?.solved ?? false });
 }
 
 /** @param {HTMLElement} panel @param {Shown | null} shown */

@@ -2,7 +2,7 @@
 // The map of the maze. The server draws it; a state then updates only the elements that differ, since most
 // of the thousands of elements stay the same from state to state.
 
-import { setAttribute } from "./dom.js";
+import { setAttributes } from "./dom.js";
 import { DX, DY, HEADINGS, VISITED, WALL_BITS } from "./state.js";
 
 /**
@@ -84,9 +84,7 @@ export class MazeMap {
     const colours = [...style.heat.light, ...style.heat.dark];
     this.#heat = new Attributes(all(".heat"), "fill", (colour) => (colour < 0 ? "none" : colours[colour]));
 
-    this.#cursor.setAttribute("class", "cursor");
-    this.#cursor.setAttribute("width", `${PITCH}`);
-    this.#cursor.setAttribute("height", `${PITCH}`);
+    setAttributes(this.#cursor, { class: "cursor", width: PITCH, height: PITCH });
     this.#showWalls(new Uint8Array(cells.length));
     this.#placeMouse(source.start[0], source.start[1], 0);
   }
@@ -96,8 +94,7 @@ export class MazeMap {
     for (const [layer, shown] of Object.entries(layers)) this.svg.classList.toggle(`hide-${layer}`, !shown);
     this.#showWalls(state.walls);
     // A hidden layer is updated when it is shown again.
-    if (layers.numbers) this.#showNumbers(state.weights);
-    if (layers.heat) this.#showHeat(state.weights);
+    this.#showWeights(state.weights, layers);
     if (layers.trail) this.#showTrail(trail);
     this.#placeMouse(state.x, state.y, state.heading);
   }
@@ -111,18 +108,13 @@ export class MazeMap {
     }
   }
 
-  /** @param {Uint8Array} weights */
-  #showNumbers(weights) {
-    const hasWeights = weights.some((weight) => weight > 0);
-    for (let i = 0; i < weights.length; i++) this.#numbers.set(i, hasWeights ? weights[i] : -1);
-  }
-
-  /** @param {Uint8Array} weights */
-  #showHeat(weights) {
+  /** @param {Uint8Array} weights @param {Layers} layers */
+  #showWeights(weights, { numbers, heat }) {
     const max = Math.max(...weights);
     const first = dark.matches ? 64 : 0;
     for (let i = 0; i < weights.length; i++) {
-      this.#heat.set(i, max > 0 ? first + Math.round((weights[i] * 63) / max) : -1);
+      if (numbers) this.#numbers.set(i, max > 0 ? weights[i] : -1);
+      if (heat) this.#heat.set(i, max > 0 ? first + Math.round((weights[i] * 63) / max) : -1);
     }
   }
 
@@ -137,8 +129,8 @@ export class MazeMap {
 
   /** @param {number} x @param {number} y @param {number} heading */
   #placeMouse(x, y, heading) {
-    setAttribute(this.#mouse, "class", "mouse");
-    setAttribute(this.#mouse, "transform", `translate(${this.#centre(x, y, " ")}) rotate(${heading * 90})`);
+    const transform = `translate(${this.#centre(x, y, " ")}) rotate(${heading * 90})`;
+    setAttributes(this.#mouse, { class: "mouse", transform });
   }
 
   /** @param {number} x @param {number} y */
@@ -158,8 +150,8 @@ export class MazeMap {
   highlight(cell) {
     if (cell === null) return this.#cursor.remove();
     const { width, height } = this.#source;
-    this.#cursor.setAttribute("x", `${(cell % width) * PITCH}`);
-    this.#cursor.setAttribute("y", `${(height - 1 - Math.floor(cell / width)) * PITCH}`);
+    const y = height - 1 - Math.floor(cell / width);
+    setAttributes(this.#cursor, { x: (cell % width) * PITCH, y: y * PITCH });
     this.svg.append(this.#cursor);
   }
 }

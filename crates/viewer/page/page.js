@@ -2,7 +2,7 @@
 // Entry point: connects the server's events with the lists of mazes and recordings and the panels.
 
 import * as api from "./api.js";
-import { clearError, query, setAttribute, setText, showError, sleep } from "./dom.js";
+import { clearError, query, setAttributes, setText, showError, sleep } from "./dom.js";
 import { listen } from "./events.js";
 import { MazeList } from "./mazes.js";
 import { Panel } from "./panel.js";
@@ -26,12 +26,12 @@ if (info.live) {
   const { element } = openPanel(LIVE);
   runForm = new RunForm(element, info.strategies, liveStates);
 }
-for (const { id } of info.opened) openPanel(id);
+for (const id of info.opened) openPanel(id);
 const mazes = info.live ? new MazeList(liveStates) : undefined;
 mazes?.load().catch(showError);
 const recordings = new RecordingList((id) => openPanel(id).element.scrollIntoView({ block: "nearest" }));
 let recordingsVersion = NaN;
-let openIds = info.opened.map(({ id }) => id);
+let openIds = info.opened;
 
 listen(
   (event) => {
@@ -48,7 +48,7 @@ listen(
     void recordings.refresh();
   },
   (connected) => {
-    setAttribute(query(document, "#status"), "data-connected", connected);
+    setAttributes(query(document, "#status"), { "data-connected": connected });
     setText(document, "#status", connected ? "Connected" : "Connection lost, reconnecting…");
   },
 );

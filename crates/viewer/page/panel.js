@@ -4,7 +4,7 @@
 
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
-import { cloneTemplate, nextFrame, query, setAttribute, setText, showError, sleep } from "./dom.js";
+import { cloneTemplate, nextFrame, query, setAttributes, setText, showError, sleep } from "./dom.js";
 import { announce, showFigures } from "./figures.js";
 import { MazeMap, dark, describeCell } from "./map.js";
 import { DX, DY, decodeState } from "./state.js";
@@ -47,11 +47,11 @@ export class Panel {
   #nextDraw = 0;
   /** Ends the pause before the next draw. */
   #endPause = () => {};
-  /** Whether states arrive faster than weights could be read. */
+  /** True while states arrive too fast for anyone to read the weights. */
   #isFast = false;
   #fastTimer = 0;
   #slowTimer = 0;
-  /** Index of the last state that stayed for a slow interval. */
+  /** Index of the last state that was shown for a full slow interval. */
   #settled = -1;
   /** Number of states in the chart. */
   #charted = -1;
@@ -88,7 +88,7 @@ export class Panel {
     void this.#draw(); // also retries a draw that failed while the connection was lost
   }
 
-  /** Whether a newer run has started. Run numbers increase. */
+  /** True if a newer run has started. Run numbers increase. */
   get #hasNewRun() {
     return this.#latest !== null && this.#latest.run > (this.#source?.run ?? -1);
   }
@@ -205,8 +205,7 @@ export class Panel {
     this.#chart.setCursor(shown?.index ?? 0);
     showFigures(this.element, this.#source, shown?.view);
     this.#showCell();
-    setAttribute(this.element, "data-index", shown?.index ?? "");
-    setAttribute(this.element, "data-fast", this.#isFast);
+    setAttributes(this.element, { "data-index": shown?.index ?? "", "data-fast": this.#isFast });
     this.#showSlowly();
   }
 
@@ -251,7 +250,7 @@ export class Panel {
     for (const link of this.element.querySelectorAll("a[download]")) {
       const resource = link.getAttribute("data-export") ?? "";
       const parameters = { "recording.mcap": "", "animation.gif": options }[resource] ?? `&at=${this.#shown?.index}${options}`;
-      if (this.#shown) setAttribute(link, "href", api.sourceUrl(this.#source, resource, parameters));
+      if (this.#shown) setAttributes(link, { href: api.sourceUrl(this.#source, resource, parameters) });
       else link.removeAttribute("href");
     }
   }

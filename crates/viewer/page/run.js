@@ -2,7 +2,7 @@
 // The form that runs a bundled strategy. The server runs it as an ordinary client.
 
 import * as api from "./api.js";
-import { clearError, confirmReset, query, setAttribute, setText, showError } from "./dom.js";
+import { clearError, confirmReset, query, setAttributes, setText, showError } from "./dom.js";
 
 export class RunForm {
   #form;
@@ -46,7 +46,7 @@ export class RunForm {
     next.disabled = false;
     if (document.activeElement === pressed) next.focus(); // a disabled button loses the focus
     pressed.disabled = true;
-    setAttribute(this.#form, "data-running", running);
+    setAttributes(this.#form, { "data-running": running });
     const result = status?.says || (running ? "searching" : "ended");
     setText(this.#form, ".result", status ? `${status.strategy}: ${result}` : "");
   }

@@ -2,7 +2,7 @@
 // The player controls: they choose the state to show, which is the newest while following. Indices count
 // from 0, the numbers shown to the user from 1.
 
-import { formatNumber, query, setAttribute, setText } from "./dom.js";
+import { formatNumber, query, setAttributes, setText } from "./dom.js";
 
 /** States per arrow key with Shift. */
 const LARGE_STEP = 10;
@@ -23,7 +23,7 @@ export class Timeline {
   #speed;
   #buttons;
 
-  /** @param {HTMLElement} panel @param {boolean} live whether the run may grow @param {() => void} onChange */
+  /** @param {HTMLElement} panel @param {boolean} live true if the run may grow @param {() => void} onChange */
   constructor(panel, live, onChange) {
     this.#panel = panel;
     this.#live = live;
@@ -126,7 +126,7 @@ export class Timeline {
     requestAnimationFrame(tick);
   }
 
-  /** Returns whether the key is a shortcut. @param {KeyboardEvent} event */
+  /** Returns true if the key is a shortcut. @param {KeyboardEvent} event */
   handleKey({ key, shiftKey }) {
     const step = shiftKey ? LARGE_STEP : 1;
     if (key === "ArrowLeft") this.seek(this.target - step);
@@ -144,15 +144,13 @@ export class Timeline {
     const { first, previous, play, next, follow } = this.#buttons;
     const position = states ? `State ${formatNumber(target + 1)} of ${formatNumber(states)}` : "No states yet";
     setText(this.#panel, ".position", position);
-    setAttribute(this.#slider, "max", Math.max(0, states - 1));
-    setAttribute(this.#slider, "aria-valuetext", position);
+    setAttributes(this.#slider, { max: Math.max(0, states - 1), "aria-valuetext": position });
     this.#slider.value = `${Math.max(0, target)}`;
-    setAttribute(follow, "aria-pressed", following);
-    setAttribute(play, "aria-pressed", playing);
+    setAttributes(follow, { "aria-pressed": following });
+    setAttributes(play, { "aria-pressed": playing });
     for (const control of [this.#slider, this.#jump, play]) control.disabled = states === 0;
     first.disabled = previous.disabled = target <= 0;
     next.disabled = target >= states - 1;
-    setAttribute(this.#panel, "data-states", states);
-    setAttribute(this.#panel, "data-following", following);
+    setAttributes(this.#panel, { "data-states": states, "data-following": following });
   }
 }

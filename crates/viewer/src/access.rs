@@ -1,7 +1,8 @@
-//! Access control: only the page itself, and programs on this machine or with the token.
+//! Access control for the page and its API.
 //!
-//! Another web site in the same browser can send requests to this server. Without CORS headers it
-//! cannot read the responses. These checks reject its requests and prevent DNS rebinding.
+//! Other web sites in the same browser can send requests to this server. Other sites cannot read
+//! the responses, since the server sends no CORS headers. The checks in this module reject the
+//! requests of other web sites and prevent DNS rebinding.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use axum::response::{IntoResponse, Response};
 
 use crate::api_error::ApiError;
 
-/// The page may load resources from this server only.
+/// The content security policy, which allows the page to load resources only from this server.
 const CONTENT_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
     img-src 'self' blob: data:; connect-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
@@ -24,10 +25,11 @@ const SEC_FETCH_DEST: HeaderName = HeaderName::from_static("sec-fetch-dest");
 /// The access rules of a server.
 #[derive(Debug)]
 pub(crate) struct Access {
-    /// Required if other machines can reach the server.
+    /// The token that every request must contain, or `None` if only this machine can reach the
+    /// server.
     token: Option<String>,
-    /// The name of the cookie that holds the token. It contains the port, since browsers share cookies
-    /// between all ports of a host.
+    /// The name of the cookie with the token. The name contains the port, since browsers share
+    /// cookies between all ports of a host.
     cookie_name: String,
 }
 
@@ -36,9 +38,10 @@ impl Access {
         Self { token, cookie_name: format!("mmsim-{port}") }
     }
 
-    /// Returns the query with the token for the URL of the page, or an empty string.
+    /// Returns the path and query of a URL that passes the token to the page, or an empty string if
+    /// there is no token.
     pub(crate) fn query(&self) -> String {
-        self.token.as_ref().map(|token| format!("?token={token}")).unwrap_or_default()
+        self.token.as_ref().map(|token| format!("/?token={token}")).unwrap_or_default()
     }
 
     fn check(&self, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), ApiError> {
@@ -47,14 +50,15 @@ impl Access {
         match &self.token {
             Some(token) if !self.has_token(token, uri, headers) => Err(ApiError::new(
                 StatusCode::UNAUTHORIZED,
-                "the token is missing or wrong (open the URL that mmsim printed at its start)",
+                "the token is missing or wrong (open the URL that mmsim printed at startup)",
             )),
             _ => Ok(()),
         }
     }
 
-    /// Accepts only hosts that no DNS record can point here. With a token every host is safe, since a
-    /// browser sends the cookie only to the host that set it.
+    /// Returns the host of a request. Without a token, the host must be a name that always refers
+    /// to this machine. With a token, every host is safe, since a browser sends the cookie only to
+    /// the host that set it.
     fn check_host(&self, uri: &Uri, headers: &HeaderMap) -> Result<String, ApiError> {
         let mut hosts = headers.get_all(header::HOST).iter();
         let host = match (hosts.next(), hosts.next(), uri.authority()) {
@@ -73,7 +77,7 @@ impl Access {
         Err(ApiError::new(StatusCode::FORBIDDEN, text))
     }
 
-    /// Accepts only requests of the page itself, by the headers that browsers set.
+    /// Rejects requests from other web sites, based on the headers that browsers set.
     fn check_site(
         method: &Method,
         uri: &Uri,
@@ -84,20 +88,20 @@ impl Access {
         let origin = headers.get(header::ORIGIN).map(|origin| origin.to_str().unwrap_or("?"));
         match origin {
             Some(origin) if !is_origin_of(origin, host) => {
-                return forbidden(&format!("requests of the origin {origin:?} are not allowed"));
+                return forbidden(&format!("requests from the origin {origin:?} are not allowed"));
             }
             // Every browser sends the origin with requests that may change state.
             None if *method != Method::GET && *method != Method::HEAD => {
-                return forbidden("the header Origin is missing");
+                return forbidden("the Origin header is missing");
             }
             _ => {}
         }
         let header = |name| headers.get(name).map(|value: &HeaderValue| value.as_bytes());
         match header(SEC_FETCH_SITE) {
             None | Some(b"same-origin" | b"none") => Ok(()),
-            // A link to the page.
+            // The user followed a link to the page.
             Some(_) if uri.path() == "/" && header(SEC_FETCH_DEST) == Some(b"document") => Ok(()),
-            Some(_) => forbidden("requests of other web sites are not allowed"),
+            Some(_) => forbidden("requests from other web sites are not allowed"),
         }
     }
 
@@ -111,7 +115,7 @@ impl Access {
         tokens.chain(query_token(uri)).any(|sent| constant_time_eq(sent, token))
     }
 
-    /// Returns the cookie to set for a request with the token in its URL.
+    /// Returns the cookie to set if the URL of a request contains the token.
     fn cookie_for(&self, uri: &Uri) -> Option<HeaderValue> {
         let (token, _) = (self.token.as_ref()?, query_token(uri)?);
         let cookie = format!("{}={token}; Path=/; HttpOnly; SameSite=Lax", self.cookie_name);
@@ -119,7 +123,7 @@ impl Access {
     }
 }
 
-/// Rejects requests without access, and sets the headers of every response.
+/// Rejects unauthorized requests and sets the security headers of every response.
 pub(crate) async fn guard(
     State(access): State<Arc<Access>>,
     request: Request,
@@ -146,8 +150,8 @@ pub(crate) async fn guard(
     ] {
         headers.insert(name, HeaderValue::from_static(value));
     }
-    // With a token the page is on another host, where browsers ignore this header with a warning
-    // unless the connection is encrypted.
+    // With a token, the page is on another host. Without encryption, browsers ignore this header
+    // there and log a warning.
     if access.token.is_none() {
         let name = HeaderName::from_static("cross-origin-opener-policy");
         headers.insert(name, HeaderValue::from_static("same-origin"));
@@ -156,7 +160,8 @@ pub(crate) async fn guard(
     response
 }
 
-/// Whether a host, with or without a port, always means this machine, whatever DNS says.
+/// Returns true if a host, with or without a port, always refers to this machine, regardless of
+/// DNS.
 fn is_loopback(host: &str) -> bool {
     let name = match host.rsplit_once(':') {
         Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
@@ -176,7 +181,8 @@ fn query_token(uri: &Uri) -> Option<&str> {
     uri.query()?.split('&').find_map(|pair| pair.strip_prefix("token="))
 }
 
-/// Compares in a time that depends only on the lengths, so that it reveals no prefix of the token.
+/// Compares two strings in a time that depends only on their lengths, so the time reveals no prefix
+/// of the token.
 fn constant_time_eq(sent: &str, token: &str) -> bool {
     let differing = sent.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
     sent.len() == token.len() && differing == 0
@@ -284,7 +290,7 @@ mod tests {
             get("/", &[("cookie", "mmsim-6575=secret"), ("origin", "http://evil.example")]),
             403
         );
-        assert_eq!(access.query(), "?token=secret");
+        assert_eq!(access.query(), "/?token=secret");
         let cookie = access.cookie_for(&"/?token=secret".parse().unwrap()).unwrap();
         assert_eq!(cookie, "mmsim-6575=secret; Path=/; HttpOnly; SameSite=Lax");
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use axum::body::Body;
 use axum::extract::{Path, Query, State};
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
@@ -23,9 +23,13 @@ use crate::pictures::{self, PictureOptions};
 use crate::source::Source;
 use crate::state_view::StateView;
 use crate::transfer::{buffer_body, receive_body};
-use crate::{assets, events, recordings};
+use crate::{assets, events, recordings, stream};
 
 const SVG: &str = "image/svg+xml";
+const BINARY: &str = "application/octet-stream";
+
+/// The note for a recording that was not closed.
+const NOT_CLOSED: &str = "not closed: the recording was truncated or is still being written";
 
 pub(crate) fn router(state: Arc<AppState>) -> Router {
     Router::new()
@@ -57,8 +61,8 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
 type ApiResult<T> = Result<T, ApiError>;
 type SharedState = State<Arc<AppState>>;
 
-#[derive(Deserialize)]
-struct RunQuery {
+#[derive(Deserialize, Serialize)]
+struct RunNumber {
     run: u32,
 }
 
@@ -67,13 +71,13 @@ struct PageInfo {
     #[serde(rename = "server")]
     server_id: String,
     live: bool,
-    /// Whether a folder of recordings is listed.
+    /// True if the page lists a folder of recordings.
     records: bool,
-    version: &'static str,
     /// The address of the simulator.
     zmq: Option<String>,
     strategies: Vec<StrategyInfo>,
-    opened: Vec<OpenRecording>,
+    /// The IDs of the open recordings.
+    opened: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -82,25 +86,17 @@ struct StrategyInfo {
     about: &'static str,
 }
 
-#[derive(Serialize)]
-struct OpenRecording {
-    id: String,
-    title: String,
-}
-
 async fn page_info(State(state): SharedState) -> Json<PageInfo> {
-    let recordings = state.open_recordings().into_iter();
     Json(PageInfo {
         server_id: state.server_id.clone(),
         live: state.live.is_some(),
         records: state.recordings_dir.is_some(),
-        version: env!("CARGO_PKG_VERSION"),
         zmq: state.live.as_ref().map(|live| live.address.clone()),
         strategies: BundledStrategy::ALL
             .iter()
             .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
             .collect(),
-        opened: recordings.map(|(id, title)| OpenRecording { id, title }).collect(),
+        opened: state.open_recordings(),
     })
 }
 
@@ -124,19 +120,14 @@ async fn maze_picture(
     .await
 }
 
-#[derive(Serialize)]
-struct LoadedMaze {
-    run: u32,
-}
-
 async fn load_maze(
     State(state): SharedState,
     Json(MazePath { path }): Json<MazePath>,
-) -> ApiResult<Json<LoadedMaze>> {
+) -> ApiResult<Json<RunNumber>> {
     run_blocking(move || {
         let live = state.live()?;
         let (name, maze) = state.mazes.read(&path)?;
-        Ok(Json(LoadedMaze { run: live.load_maze(&path, &name, maze)? }))
+        Ok(Json(RunNumber { run: live.load_maze(&path, &name, maze)? }))
     })
     .await
 }
@@ -152,12 +143,12 @@ struct SourceInfo {
     goals: Vec<[u8; 2]>,
     states: usize,
     state_bytes: usize,
-    /// Whether the true maze is known.
+    /// True if the true maze is known.
     truth: bool,
     shortest_path: Option<u16>,
-    /// Whether a recording is complete.
+    /// The integrity of a recording, which is `closed`, `cut` or `damaged`.
     ending: Option<&'static str>,
-    /// What is wrong with a recording.
+    /// A description of the problem with a recording, if there is one.
     note: Option<String>,
 }
 
@@ -172,12 +163,7 @@ async fn describe_source(
         let (ending, note) = match source.integrity() {
             None => (None, None),
             Some(Integrity::Closed) => (Some("closed"), None),
-            Some(Integrity::Truncated { .. }) => (
-                Some("cut"),
-                Some(
-                    "not closed: the recording was truncated or is still being written".to_string(),
-                ),
-            ),
+            Some(Integrity::Truncated { .. }) => (Some("cut"), Some(NOT_CLOSED.to_string())),
             Some(Integrity::Damaged { intact, reason }) => {
                 (Some("damaged"), Some(format!("damaged after byte {intact}: {reason}")))
             }
@@ -206,12 +192,7 @@ async fn describe_source(
 struct StatesQuery {
     run: u32,
     from: usize,
-    #[serde(default = "default_count")]
-    count: usize,
-}
-
-const fn default_count() -> usize {
-    1
+    count: Option<usize>,
 }
 
 async fn states(
@@ -220,9 +201,9 @@ async fn states(
     Query(StatesQuery { run, from, count }): Query<StatesQuery>,
 ) -> ApiResult<Response> {
     run_blocking(move || {
-        let (source, count) = (state.source(&id)?, count.min(Block::STATES));
+        let (source, count) = (state.source(&id)?, count.unwrap_or(1).min(Block::STATES));
         let mut bytes = Vec::new();
-        // The range covers one block or two adjacent ones.
+        // The range covers one block or two adjacent blocks.
         let end = from.saturating_add(count).min(source.states(run)?);
         let next = (from / Block::STATES + 1).saturating_mul(Block::STATES);
         let first = source.block(run, end.min(next).saturating_sub(1).max(from))?;
@@ -231,7 +212,7 @@ async fn states(
         if rest > 0 {
             bytes.extend_from_slice(source.block(run, end - 1)?.range(next, rest));
         }
-        Ok(([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response())
+        Ok(([(header::CONTENT_TYPE, BINARY)], bytes).into_response())
     })
     .await
 }
@@ -253,7 +234,7 @@ async fn state_view(
 async fn distances(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(RunQuery { run }): Query<RunQuery>,
+    Query(RunNumber { run }): Query<RunNumber>,
 ) -> ApiResult<Json<DistanceHistory>> {
     run_blocking(move || Ok(Json(state.source(&id)?.distances(run)?))).await
 }
@@ -261,7 +242,7 @@ async fn distances(
 async fn page_svg(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(RunQuery { run }): Query<RunQuery>,
+    Query(RunNumber { run }): Query<RunNumber>,
 ) -> ApiResult<Response> {
     run_blocking(move || {
         Ok(([(header::CONTENT_TYPE, SVG)], pictures::page_svg(&*state.source(&id)?, run)?)
@@ -287,7 +268,7 @@ async fn svg_picture(
     run_blocking(move || {
         let source = state.source(&id)?;
         let svg = pictures::draw_state(&source, run, at, options, |scene| scene.svg())?;
-        Ok(download(&file_name(&source, run, "svg")?, SVG, svg.into()))
+        download(&source, run, "svg", SVG, svg)
     })
     .await
 }
@@ -302,8 +283,9 @@ async fn png_picture(
         .pictures
         .run(move |_| {
             let source = state.source(&id)?;
-            let png = pictures::png(&source, run, at, options)?;
-            Ok(download(&file_name(&source, run, "png")?, "image/png", png.into()))
+            let png =
+                pictures::draw_state(&source, run, at, options, |scene| pictures::png(&scene))?;
+            download(&source, run, "png", "image/png", png?)
         })
         .await
 }
@@ -311,7 +293,7 @@ async fn png_picture(
 async fn gif_animation(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(RunQuery { run }): Query<RunQuery>,
+    Query(RunNumber { run }): Query<RunNumber>,
     Query(options): Query<PictureOptions>,
 ) -> ApiResult<Response> {
     Arc::clone(&state)
@@ -319,7 +301,7 @@ async fn gif_animation(
         .run(move |cancel| {
             let source = state.source(&id)?;
             let gif = pictures::gif(&source, run, options, cancel)?;
-            Ok(download(&file_name(&source, run, "gif")?, "image/gif", gif.into()))
+            download(&source, run, "gif", "image/gif", gif)
         })
         .await
 }
@@ -327,35 +309,33 @@ async fn gif_animation(
 async fn save_recording(
     State(state): SharedState,
     Path(id): Path<String>,
-    Query(RunQuery { run }): Query<RunQuery>,
+    Query(RunNumber { run }): Query<RunNumber>,
 ) -> ApiResult<Response> {
-    let (name, file) = Arc::clone(&state)
+    Arc::clone(&state)
         .recording_jobs
         .run(move |cancel| {
             let source = state.source(&id)?;
-            Ok((file_name(&source, run, "mcap")?, recordings::save(&source, run, cancel)?))
+            let file = recordings::save(&source, run, cancel)?;
+            download(&source, run, "mcap", BINARY, Body::from_stream(stream::from_file(file)))
         })
-        .await?;
-    let content = Body::from_stream(crate::stream::from_file(file));
-    Ok(download(&name, "application/octet-stream", content))
+        .await
 }
 
-/// Returns the file name for a downloaded run.
-fn file_name(source: &Source, run: u32, extension: &str) -> ApiResult<String> {
+/// Returns a response that browsers save as a file.
+fn download(
+    source: &Source,
+    run: u32,
+    extension: &str,
+    media_type: &'static str,
+    content: impl Into<Body>,
+) -> ApiResult<Response> {
     let title = source.describe(run)?.title.clone();
     let stem = title.strip_suffix(".mcap").unwrap_or(&title);
     let sanitize = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    Ok(format!("{}.{extension}", stem.chars().map(sanitize).take(100).collect::<String>()))
-}
-
-fn download(name: &str, media_type: &'static str, content: Body) -> Response {
-    let disposition = HeaderValue::from_str(&format!("attachment; filename=\"{name}\""));
-    let disposition = disposition.unwrap_or(HeaderValue::from_static("attachment"));
-    let headers = [
-        (header::CONTENT_TYPE, HeaderValue::from_static(media_type)),
-        (header::CONTENT_DISPOSITION, disposition),
-    ];
-    (headers, content).into_response()
+    let name: String = stem.chars().map(sanitize).take(100).collect();
+    let disposition = format!("attachment; filename=\"{name}.{extension}\"");
+    let headers = [(header::CONTENT_TYPE, media_type), (header::CONTENT_DISPOSITION, &disposition)];
+    Ok((headers, content.into()).into_response())
 }
 
 async fn list_recordings(State(state): SharedState) -> ApiResult<Response> {
@@ -395,7 +375,7 @@ async fn close_recording(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Receives and opens a recording.
+/// Receives an uploaded recording and opens it.
 async fn upload(
     State(state): SharedState,
     Query(RecordingName { name }): Query<RecordingName>,
@@ -403,7 +383,7 @@ async fn upload(
 ) -> ApiResult<Json<RecordingId>> {
     state.check_capacity()?;
     let permit = state.uploads.acquire().await?;
-    // The file has no name, so the system deletes it however the process ends.
+    // The file has no name, so the system deletes it even if the process is killed.
     let mut file = tempfile::tempfile().map_err(ApiError::internal)?;
     receive_body(body, MAX_RECORDING_BYTES, state.limits, |chunk| file.write_all(&chunk)).await?;
     Arc::clone(&state)

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jiff::Timestamp;
-use mmsim_formats::Catalogue;
 use mmsim_recording::{MemoryBudget, Recording};
 
 use crate::api_error::ApiError;
+use crate::config::ViewerConfig;
 use crate::jobs::JobQueue;
 use crate::limits::{Limits, MAX_RECORDING_JOBS, MAX_UPLOADS};
 use crate::live::LiveServer;
@@ -20,21 +20,21 @@ const MAX_OPEN_RECORDINGS: usize = 8;
 
 /// The state that all HTTP handlers share.
 pub(crate) struct AppState {
-    /// Identifies this process, so that a page notices a restart.
+    /// An ID of this process that allows a page to detect a restart.
     pub(crate) server_id: String,
     pub(crate) live: Option<LiveServer>,
-    /// The folder of the listed recordings.
+    /// The folder whose recordings the page lists.
     pub(crate) recordings_dir: Option<PathBuf>,
     pub(crate) mazes: MazeList,
     pub(crate) limits: Limits,
-    /// Draws PNG pictures, one at a time.
+    /// The queue for drawing PNG pictures, one at a time.
     pub(crate) pictures: JobQueue,
-    /// Draws GIFs of up to several hundred frames, one at a time.
+    /// The queue for drawing GIFs of up to several hundred frames, one at a time.
     pub(crate) animations: JobQueue,
-    /// Reads and writes recordings.
+    /// The queue for reading and writing recordings.
     pub(crate) recording_jobs: JobQueue,
     pub(crate) uploads: JobQueue,
-    /// The memory limit for the open recordings.
+    /// The memory limit for all open recordings.
     pub(crate) budget: Arc<MemoryBudget>,
     recordings: Mutex<OpenRecordings>,
 }
@@ -42,18 +42,16 @@ pub(crate) struct AppState {
 #[derive(Default)]
 struct OpenRecordings {
     last_id: u32,
-    /// Title and source by number.
-    by_id: BTreeMap<u32, (String, Arc<Source>)>,
+    by_id: BTreeMap<u32, Arc<Source>>,
 }
 
 impl AppState {
-    pub(crate) fn new(
-        live: Option<LiveServer>,
-        recordings_dir: Option<PathBuf>,
-        mazes: Catalogue,
-        budget: Arc<MemoryBudget>,
-        limits: Limits,
-    ) -> Self {
+    pub(crate) fn new(config: ViewerConfig, limits: Limits) -> Self {
+        let ViewerConfig { live, recordings_dir, mazes, recordings, budget } = config;
+        let mut open = OpenRecordings::default();
+        for (title, recording) in recordings {
+            open.insert(&title, recording);
+        }
         let queue = |kind, max_jobs| JobQueue::new(kind, max_jobs, limits.queue_time);
         Self {
             server_id: format!("{:x}", Timestamp::now().as_nanosecond()),
@@ -66,7 +64,7 @@ impl AppState {
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
             uploads: queue("uploads", MAX_UPLOADS),
             budget,
-            recordings: Mutex::default(),
+            recordings: Mutex::new(open),
         }
     }
 
@@ -74,23 +72,21 @@ impl AppState {
         self.live.as_ref().ok_or_else(|| ApiError::not_found("no simulation is being served"))
     }
 
-    /// Returns the source with this ID: `live`, or the number of an open recording.
+    /// Returns the source with this ID, which is `live` or the number of an open recording.
     pub(crate) fn source(&self, id: &str) -> Result<Arc<Source>, ApiError> {
         if id == "live" {
             return Ok(Arc::clone(&self.live()?.source));
         }
-        let recordings = self.recordings();
-        let found = id.parse().ok().and_then(|id: u32| recordings.by_id.get(&id));
-        found.map(|(_, source)| Arc::clone(source)).ok_or_else(|| source_not_found(id))
+        let found = id.parse().ok().and_then(|id: u32| self.recordings().by_id.get(&id).cloned());
+        found.ok_or_else(|| source_not_found(id))
     }
 
-    /// Returns ID and title of each open recording.
-    pub(crate) fn open_recordings(&self) -> Vec<(String, String)> {
-        let recordings = self.recordings();
-        recordings.by_id.iter().map(|(id, (title, _))| (id.to_string(), title.clone())).collect()
+    /// Returns the IDs of the open recordings.
+    pub(crate) fn open_recordings(&self) -> Vec<String> {
+        self.recordings().by_id.keys().map(u32::to_string).collect()
     }
 
-    /// Fails if the maximum number of recordings is open.
+    /// Returns an error if the maximum number of recordings is already open.
     pub(crate) fn check_capacity(&self) -> Result<(), ApiError> {
         self.recordings().check_capacity()
     }
@@ -100,11 +96,6 @@ impl AppState {
         let mut recordings = self.recordings();
         recordings.check_capacity()?;
         Ok(recordings.insert(title, recording))
-    }
-
-    /// Adds an open recording even beyond the maximum number.
-    pub(crate) fn insert(&self, title: &str, recording: Recording) {
-        self.recordings().insert(title, recording);
     }
 
     /// Closes a recording.
@@ -127,10 +118,10 @@ impl OpenRecordings {
         Err(ApiError::conflict(text))
     }
 
+    /// Adds an open recording, even if the maximum number of recordings is already open.
     fn insert(&mut self, title: &str, recording: Recording) -> String {
         self.last_id += 1;
-        let source = Arc::new(Source::recording(title, recording));
-        self.by_id.insert(self.last_id, (title.into(), source));
+        self.by_id.insert(self.last_id, Arc::new(Source::recording(title, recording)));
         self.last_id.to_string()
     }
 }

@@ -7,58 +7,44 @@ use mmsim_formats::Catalogue;
 use mmsim_recording::{MemoryBudget, Recording};
 use mmsim_server::Server;
 
-use crate::app_state::AppState;
-use crate::limits::Limits;
 use crate::live::LiveServer;
 
-/// What a [`Viewer`](crate::Viewer) shows.
+/// The simulation, recordings and mazes that a [`Viewer`](crate::Viewer) shows.
 #[derive(Default)]
 pub struct ViewerConfig {
-    live: Option<LiveServer>,
-    recordings_dir: Option<PathBuf>,
-    mazes: Catalogue,
-    recordings: Vec<(String, Recording)>,
-    budget: Arc<MemoryBudget>,
+    pub(crate) live: Option<LiveServer>,
+    pub(crate) recordings_dir: Option<PathBuf>,
+    pub(crate) mazes: Catalogue,
+    pub(crate) recordings: Vec<(String, Recording)>,
+    pub(crate) budget: Arc<MemoryBudget>,
 }
 
 impl ViewerConfig {
-    /// Shows the simulation of a server and runs the bundled mice against it. `maze` is the path
-    /// of its maze.
+    /// Shows the simulation of a server and allows the page to run bundled mice against the server.
+    /// `maze` is the path of the maze that the server simulates.
     pub fn with_live(mut self, server: &Server, maze: &Path) -> Self {
         self.live = Some(LiveServer::new(server.monitor(), server.address(), maze));
         self
     }
 
-    /// Sets the mazes that the page offers to load.
-    pub fn with_mazes(mut self, mazes: Catalogue) -> Self {
-        self.mazes = mazes;
-        self
+    /// Sets the mazes that can be loaded from the page.
+    pub fn with_mazes(self, mazes: Catalogue) -> Self {
+        Self { mazes, ..self }
     }
 
-    /// Lists the recordings in a folder, usually the one the server records to.
-    pub fn with_recordings(mut self, folder: impl Into<Option<PathBuf>>) -> Self {
-        self.recordings_dir = folder.into();
-        self
+    /// Lists the recordings in a folder, usually the folder that the server records to.
+    pub fn with_recordings(self, folder: impl Into<Option<PathBuf>>) -> Self {
+        Self { recordings_dir: folder.into(), ..self }
     }
 
-    /// Limits the memory of all open recordings together. Without a budget it is unlimited.
-    pub fn with_budget(mut self, budget: Arc<MemoryBudget>) -> Self {
-        self.budget = budget;
-        self
+    /// Limits the total memory of all open recordings, which is unlimited by default.
+    pub fn with_budget(self, budget: Arc<MemoryBudget>) -> Self {
+        Self { budget, ..self }
     }
 
     /// Adds a recording that is open from the start.
     pub fn with_recording(mut self, title: &str, recording: Recording) -> Self {
         self.recordings.push((title.into(), recording));
         self
-    }
-
-    pub(crate) fn into_state(self, limits: Limits) -> AppState {
-        let Self { live, recordings_dir, mazes, recordings, budget } = self;
-        let state = AppState::new(live, recordings_dir, mazes, budget, limits);
-        for (title, recording) in recordings {
-            state.insert(&title, recording);
-        }
-        state
     }
 }

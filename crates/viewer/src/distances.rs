@@ -1,4 +1,4 @@
-//! Bounds on the distance from the start to the goal, for one state and over a run.
+//! Bounds on the distance from the start to the goal, for a single state or over a run.
 
 use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_solvers::Distances;
@@ -7,13 +7,14 @@ use serde::Serialize;
 /// The maximum number of samples of a run.
 const MAX_SAMPLES: usize = 512;
 
-/// Steps from the start to the nearest goal cell, `None` if there is no path.
+/// Bounds on the number of steps from the start to the nearest goal cell. A bound is `None` if
+/// there is no path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct DistanceBounds {
-    /// With unknown walls open: a lower bound.
+    /// The distance if all unknown walls are open, which is a lower bound.
     #[serde(rename = "open")]
     pub(crate) optimistic: Option<u16>,
-    /// With unknown walls closed: an upper bound.
+    /// The distance if all unknown walls are closed, which is an upper bound.
     #[serde(rename = "closed")]
     pub(crate) pessimistic: Option<u16>,
 }
@@ -25,18 +26,18 @@ impl DistanceBounds {
         Self { optimistic: distance(Unknown::Open), pessimistic: distance(Unknown::Closed) }
     }
 
-    /// Whether the shortest known path is proven optimal.
+    /// Returns true if the shortest known path is proven optimal.
     pub(crate) fn is_proven_optimal(self) -> bool {
         self.pessimistic.is_some() && self.optimistic == self.pessimistic
     }
 }
 
-/// Distances at every `stride`-th state of a run.
+/// Distance bounds at every `stride`-th state of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct DistanceHistory {
     /// The number of states of the run.
     states: usize,
-    /// States from one sample to the next: a power of two.
+    /// The number of states from one sample to the next, a power of two.
     stride: usize,
     #[serde(rename = "open")]
     optimistic: Vec<Option<u16>>,
@@ -51,7 +52,7 @@ impl Default for DistanceHistory {
 }
 
 impl DistanceHistory {
-    /// Extends the history to this number of states. Existing samples are not computed again.
+    /// Extends the history to `states` states without computing existing samples again.
     pub(crate) fn extend<E>(
         &mut self,
         states: usize,
@@ -61,11 +62,7 @@ impl DistanceHistory {
         while states.div_ceil(self.stride) > MAX_SAMPLES {
             self.stride *= 2;
             for samples in [&mut self.optimistic, &mut self.pessimistic] {
-                let mut index = 0;
-                samples.retain(|_| {
-                    index += 1;
-                    index % 2 == 1
-                });
+                *samples = samples.iter().copied().step_by(2).collect();
             }
         }
         for index in (0..states).step_by(self.stride).skip(self.optimistic.len()) {

@@ -19,26 +19,27 @@ use crate::limits::MAX_EVENT_STREAMS;
 use crate::live::LiveServer;
 use crate::mouse::RunnerStatus;
 
-/// The usual interval between polls: below the threshold of perception, and more frequent events
-/// would leave the browser less time to draw.
+/// The usual interval between polls, which is below the threshold of perception. More frequent
+/// events would leave the browser less time to draw.
 const POLL_INTERVAL: Duration = Duration::from_millis(33);
 
-/// The interval between polls of an idle simulation, or of a fast search. Each event costs a page a
-/// third of the time to draw a state, and it receives the number of states with each state anyway.
+/// The interval between polls of an idle simulation or a fast search. Handling an event takes a
+/// page a third of the time that drawing a state takes. A page also receives the number of states
+/// with each state.
 const SLOW_POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// A search with more new states than this between two events is fast.
+/// The number of new states between two events above which a search counts as fast.
 const FAST_SEARCH_STATES: usize = 50;
 
-/// The time without changes after which the simulation is idle.
+/// The time without changes after which a simulation counts as idle.
 const IDLE_AFTER: Duration = Duration::from_secs(2);
 
-/// The maximum time between events, so that both sides notice a closed connection.
+/// The maximum time between events, which allows both sides to notice a closed connection.
 const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(10);
 
 static EVENT_STREAMS: Semaphore = Semaphore::const_new(MAX_EVENT_STREAMS);
 
-/// An event: a summary of the state of the server.
+/// An event that summarizes the state of the server.
 #[derive(Debug, PartialEq, Eq, Serialize)]
 struct ServerEvent {
     #[serde(rename = "server")]
@@ -47,7 +48,7 @@ struct ServerEvent {
     states: Option<usize>,
     maze: Option<String>,
     mouse: Option<RunnerStatus>,
-    /// Changes when the list of recordings may have changed.
+    /// A number that changes when the list of recordings may have changed.
     recordings: u64,
     /// The IDs of the open recordings.
     opened: Vec<String>,
@@ -57,7 +58,7 @@ impl ServerEvent {
     fn new(state: &AppState) -> Self {
         let live = state.live.as_ref();
         let status = live.map(|live| live.monitor.status());
-        // The end of a run closes its recording, and its first state creates a new one.
+        // The end of a run closes a recording, and the first state of a run creates one.
         let recordings =
             status.map_or(0, |Status { run, states }| 2 * u64::from(run) + states.min(1) as u64);
         Self {
@@ -67,7 +68,7 @@ impl ServerEvent {
             maze: live.map(LiveServer::maze),
             mouse: live.and_then(|live| live.runner.status()),
             recordings,
-            opened: state.open_recordings().into_iter().map(|(id, _)| id).collect(),
+            opened: state.open_recordings(),
         }
     }
 }
@@ -79,7 +80,7 @@ struct LastEvent {
     poll_interval: Duration,
 }
 
-/// Streams an event whenever the summary changes.
+/// Streams an event whenever the state of the server changes.
 pub(crate) fn stream(
     state: Arc<AppState>,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, ApiError> {

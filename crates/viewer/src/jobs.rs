@@ -16,16 +16,17 @@ use crate::api_error::ApiError;
 /// The maximum number of threads for [`run_blocking`].
 pub(crate) const MAX_BLOCKING_THREADS: usize = 4;
 
-/// Runs a job of some milliseconds on the pool of blocking threads.
+/// Runs a job that takes a few milliseconds on the pool of blocking threads.
 pub(crate) async fn run_blocking<T: Send + 'static>(
     job: impl FnOnce() -> Result<T, ApiError> + Send + 'static,
 ) -> Result<T, ApiError> {
     tokio::task::spawn_blocking(job).await.map_err(ApiError::internal)?
 }
 
-/// A queue for jobs of one kind that take seconds. It limits how many run at the same time.
+/// A queue for jobs of one kind that take seconds. The queue limits the number of jobs that run at
+/// the same time.
 pub(crate) struct JobQueue {
-    /// The name of the jobs, in the plural.
+    /// The plural name of the jobs, such as `pictures`.
     kind: &'static str,
     permits: Arc<Semaphore>,
     max_wait: Duration,
@@ -38,8 +39,8 @@ impl JobQueue {
         Self { kind, permits, max_wait, in_background: false }
     }
 
-    /// Runs the jobs at the lowest priority, so that they do not slow a search. On a busy machine
-    /// they may take long.
+    /// Runs the jobs at the lowest priority, so that they do not slow down a search. On a busy
+    /// machine, such jobs may take a long time.
     pub(crate) fn in_background(self) -> Self {
         Self { in_background: true, ..self }
     }
@@ -54,8 +55,8 @@ impl JobQueue {
         permit.map_err(busy)?.map_err(ApiError::internal)
     }
 
-    /// Waits for a permit and runs the job on a new thread, since a thread cannot raise its priority
-    /// again. A long job has to check its token from time to time.
+    /// Waits for a permit and runs the job on a new thread, since a thread that has lowered its
+    /// priority cannot raise it again. A long job must check the cancel token regularly.
     pub(crate) async fn run<T: Send + 'static>(
         &self,
         job: impl FnOnce(&CancelToken) -> Result<T, ApiError> + Send + 'static,
@@ -64,11 +65,13 @@ impl JobQueue {
         let guard = CancelOnDrop(Arc::default());
         let cancel = CancelToken(Arc::clone(&guard.0));
         let (sender, receiver) = oneshot::channel();
-        let in_background = self.in_background;
+        // These systems have a separate priority for each thread.
+        let is_supported = cfg!(any(target_os = "linux", target_os = "macos", windows));
+        let is_lowered = self.in_background && is_supported;
         let run = move || {
             // Released at the end of the job, even if the client disconnects earlier.
             let _permit = permit;
-            if in_background && let Err(error) = lower_priority() {
+            if is_lowered && let Err(error) = set_current_thread_priority(ThreadPriority::Min) {
                 debug!("cannot lower the priority of a job: {error}");
             }
             // Fails if the client has disconnected.
@@ -79,15 +82,7 @@ impl JobQueue {
     }
 }
 
-/// Lowers the priority of this thread as far as possible, on systems with priorities per thread.
-fn lower_priority() -> Result<(), thread_priority::Error> {
-    if cfg!(any(target_os = "linux", target_os = "macos", windows)) {
-        return set_current_thread_priority(ThreadPriority::Min);
-    }
-    Ok(())
-}
-
-/// Cancels the job when the request is dropped.
+/// A guard that cancels the job when the request is dropped.
 struct CancelOnDrop(Arc<AtomicBool>);
 
 impl Drop for CancelOnDrop {
@@ -96,11 +91,11 @@ impl Drop for CancelOnDrop {
     }
 }
 
-/// Tells a job whether its client has disconnected.
+/// A token that tells a job whether its client has disconnected.
 pub(crate) struct CancelToken(Arc<AtomicBool>);
 
 impl CancelToken {
-    /// Fails if the client has disconnected.
+    /// Returns an error if the client has disconnected.
     pub(crate) fn check(&self) -> Result<(), ApiError> {
         if self.0.load(Ordering::Relaxed) {
             return Err(ApiError::new(StatusCode::REQUEST_TIMEOUT, "request cancelled"));
@@ -125,7 +120,8 @@ mod tests {
         runtime::Builder::new_current_thread().enable_time().build().unwrap().block_on(test)
     }
 
-    /// Runs until cancelled or the timeout. Returns whether it was cancelled.
+    /// Waits until the job is cancelled or a timeout expires. Returns true if the job was
+    /// cancelled.
     fn run_until_cancelled(cancel: &CancelToken) -> bool {
         let started = Instant::now();
         while cancel.check().is_ok() && started.elapsed() < TIMEOUT {
@@ -194,7 +190,7 @@ mod tests {
     fn background_jobs_have_the_lowest_priority() {
         fn nice() -> i32 {
             let stat = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
-            // The 19th field. The 3rd follows the name in parentheses.
+            // The value is in the 19th field. The 3rd field follows the name in parentheses.
             stat.rsplit(") ").next().unwrap().split(' ').nth(19 - 3).unwrap().parse().unwrap()
         }
         let normal = nice();

@@ -1,12 +1,12 @@
-//! A web page to watch a micromouse search: the maze, the mouse, and every state of the search on a
-//! slider.
+//! A web page for watching a micromouse search: the maze, the mouse, and a slider for all states of
+//! the search.
 //!
-//! [`Viewer`] is a small web server with all files of the page embedded. A stream of events reports
-//! the number of states, and the page fetches only the states it draws. So a search at full speed
-//! never waits for a page, and a page can fetch every state.
+//! [`Viewer`] is a small web server that contains all files of the page. A stream of events reports
+//! the number of states, and the page fetches only the states it draws. A search never waits for a
+//! page, and a page can fetch every state.
 //!
 //! Other web sites in the same browser can neither read nor control the page. On addresses other
-//! than loopback the server requires a token.
+//! than loopback, the server requires a token.
 #![forbid(unsafe_code)]
 
 mod access;

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::api_error::ApiError;
 
-/// A catalogue of mazes with their facts.
+/// A catalogue of mazes with facts about each maze.
 pub(crate) struct MazeList {
     catalogue: Catalogue,
     entries: OnceLock<Vec<MazeEntry>>,
@@ -22,9 +22,9 @@ pub(crate) struct MazeEntry {
     name: String,
     width: Option<u8>,
     height: Option<u8>,
-    /// In steps; `None` if the goal is unreachable.
+    /// The length of the shortest path in steps, or `None` if the goal is unreachable.
     shortest_path: Option<u16>,
-    /// Why the maze cannot be read.
+    /// The error if the maze cannot be read.
     error: Option<String>,
 }
 
@@ -33,13 +33,14 @@ impl MazeList {
         Self { catalogue, entries: OnceLock::new() }
     }
 
-    /// Returns all mazes. The first call reads them.
+    /// Returns all mazes. The first call of this function reads the maze files.
     pub(crate) fn entries(&self) -> &[MazeEntry] {
         let read = || self.catalogue.entries().iter().map(MazeEntry::new).collect();
         self.entries.get_or_init(read)
     }
 
-    /// Reads the maze with this path, which must be in the catalogue. Returns its name, too.
+    /// Reads the maze with this path, which must be in the catalogue. Returns the name and the
+    /// maze.
     pub(crate) fn read(&self, wanted: &str) -> Result<(String, Maze), ApiError> {
         let entry = self.catalogue.entries().iter().find(|entry| path(entry) == wanted);
         let not_found = || ApiError::not_found(format!("no listed maze has the path {wanted:?}"));
@@ -50,18 +51,15 @@ impl MazeList {
 
 impl MazeEntry {
     fn new(entry: &Entry) -> Self {
-        let (maze, error) = match entry.maze() {
-            Ok(maze) => (Some(maze), None),
-            Err(error) => (None, Some(error.to_string())),
-        };
-        let size = maze.as_ref().map(Maze::size);
+        let maze = entry.maze();
+        let size = maze.as_ref().ok().map(Maze::size);
         Self {
             path: path(entry),
             name: entry.name(),
             width: size.map(MazeSize::width),
             height: size.map(MazeSize::height),
-            shortest_path: maze.as_ref().and_then(|maze| MazeFacts::new(maze).shortest_path),
-            error,
+            shortest_path: maze.as_ref().ok().and_then(|maze| MazeFacts::new(maze).shortest_path),
+            error: maze.err().map(|error| error.to_string()),
         }
     }
 }

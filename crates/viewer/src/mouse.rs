@@ -1,4 +1,5 @@
-//! The bundled mouse that a page starts. It uses the same ZeroMQ protocol as every other client.
+//! The bundled mouse that a page can start. The mouse uses the same ZeroMQ protocol as every other
+//! client.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -11,20 +12,20 @@ use serde::Serialize;
 
 use crate::api_error::ApiError;
 
-/// The maximum time to wait for a reply of the server, or for a mouse to stop.
+/// The maximum time to wait for a reply from the server or for a mouse to stop.
 const REPLY_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The maximum pause between two steps, in milliseconds.
 const MAX_PACE_MS: u64 = 10_000;
 
-/// Runs one bundled mouse at a time against a simulator.
+/// A runner that runs one bundled mouse at a time against a simulator.
 pub(crate) struct Runner {
     /// The address of the simulator.
     endpoint: String,
     control: Arc<RunControl>,
 }
 
-/// Shared by the runner and the thread of its mouse.
+/// The state shared by the runner and the thread of the mouse.
 #[derive(Default)]
 struct RunControl {
     state: Mutex<RunState>,
@@ -37,13 +38,13 @@ struct RunState {
     stop: bool,
 }
 
-/// The status of the mouse that was started last.
+/// The status of the most recently started mouse.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct RunnerStatus {
     strategy: &'static str,
     #[serde(rename = "running")]
     is_running: bool,
-    /// The result, empty while the mouse runs.
+    /// The outcome of the search, which is empty while the mouse runs.
     #[serde(rename = "says")]
     outcome: String,
 }
@@ -53,15 +54,15 @@ impl Runner {
         Self { endpoint: endpoint.into(), control: Arc::default() }
     }
 
-    /// Returns the status of the mouse that was started last.
+    /// Returns the status of the most recently started mouse.
     pub(crate) fn status(&self) -> Option<RunnerStatus> {
         self.control.lock().status.clone()
     }
 
-    /// Starts a mouse, unless one is running.
+    /// Starts a mouse, or returns an error if a mouse is already running.
     pub(crate) fn start(&self, strategy: BundledStrategy, pace_ms: u64) -> Result<(), ApiError> {
         if pace_ms > MAX_PACE_MS {
-            let text = format!("pace {pace_ms} ms is out of range (0 to {MAX_PACE_MS} ms)");
+            let text = format!("the pace {pace_ms} ms is out of range (0 to {MAX_PACE_MS} ms)");
             return Err(ApiError::bad_request(text));
         }
         let mut state = self.control.lock();
@@ -78,7 +79,7 @@ impl Runner {
         drop(state);
         let (endpoint, control) = (self.endpoint.clone(), Arc::clone(&self.control));
         let pace = Duration::from_millis(pace_ms);
-        // Dropped even if the thread cannot start.
+        // This guard is dropped even if the thread cannot start.
         let mut outcome = OutcomeOnDrop { control, outcome: "the mouse could not start".into() };
         let thread = thread::Builder::new().name("mouse".into()).spawn(move || {
             outcome.record(|control| control.search(&endpoint, strategy, pace));
@@ -86,7 +87,7 @@ impl Runner {
         thread.map(|_| ()).map_err(ApiError::internal)
     }
 
-    /// Clears the status, for a new maze.
+    /// Clears the status after the maze has changed.
     pub(crate) fn clear_status(&self) {
         self.control.lock().status = None;
     }
@@ -102,7 +103,8 @@ impl Runner {
     }
 }
 
-/// Writes the outcome to the status when dropped, however the mouse ends.
+/// A guard that writes the outcome to the status when dropped, even if the thread of the mouse
+/// panics.
 struct OutcomeOnDrop {
     control: Arc<RunControl>,
     outcome: String,
@@ -128,7 +130,7 @@ impl RunControl {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Searches the current maze. Returns the outcome in words.
+    /// Searches the current maze. Returns a description of the outcome.
     fn search(
         &self,
         endpoint: &str,
@@ -156,7 +158,7 @@ impl RunControl {
         Ok(format!("{ended} after {steps} steps, {visited} cells visited"))
     }
 
-    /// Waits for the pace or for a stop. Returns whether the mouse has to stop.
+    /// Waits until `pace` has passed or the mouse is stopped. Returns true if the mouse must stop.
     fn pause(&self, pace: Duration) -> bool {
         let state = self.lock();
         let waited = self.changed.wait_timeout_while(state, pace, |state| !state.stop);

@@ -3,7 +3,6 @@
 use mmsim_drawing::{
     Animation, FRAME_MS, Layers, MAX_FRAMES, PictureError, Scene, Theme, frame_indices,
 };
-use mmsim_maze::Cell;
 use serde::Deserialize;
 
 use crate::api_error::ApiError;
@@ -11,8 +10,10 @@ use crate::jobs::CancelToken;
 use crate::source::{DecodedState, Source};
 use crate::state_view;
 
-/// The longer side of a PNG and of a GIF, in pixels.
+/// The length of the longer side of a PNG, in pixels.
 const PNG_SIDE_PX: u32 = 1280;
+
+/// The length of the longer side of a GIF, in pixels.
 const GIF_SIDE_PX: u32 = 480;
 
 /// The options of a downloaded picture.
@@ -22,13 +23,13 @@ pub(crate) struct PictureOptions {
     numbers: bool,
     heat: bool,
     trail: bool,
-    theme: ThemeOption,
+    #[serde(with = "ThemeName")]
+    theme: Theme,
 }
 
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum ThemeOption {
-    #[default]
+#[derive(Deserialize)]
+#[serde(remote = "Theme", rename_all = "lowercase")]
+enum ThemeName {
     Light,
     Dark,
 }
@@ -36,21 +37,18 @@ enum ThemeOption {
 impl Default for PictureOptions {
     fn default() -> Self {
         let Layers { numbers, heat, trail } = Layers::default();
-        Self { numbers, heat, trail, theme: ThemeOption::default() }
+        Self { numbers, heat, trail, theme: Theme::default() }
     }
 }
 
 impl PictureOptions {
     fn apply(self, scene: Scene<'_>) -> Scene<'_> {
         let Self { numbers, heat, trail, theme } = self;
-        scene.with_layers(Layers { numbers, heat, trail }).with_theme(match theme {
-            ThemeOption::Light => Theme::Light,
-            ThemeOption::Dark => Theme::Dark,
-        })
+        scene.with_layers(Layers { numbers, heat, trail }).with_theme(theme)
     }
 }
 
-/// Draws the maze before the first state as the SVG that the page updates.
+/// Draws the maze before the first state as an SVG that the page can update.
 pub(crate) fn page_svg(source: &Source, run: u32) -> Result<String, ApiError> {
     let description = source.describe(run)?;
     let scene = match &description.truth {
@@ -60,15 +58,9 @@ pub(crate) fn page_svg(source: &Source, run: u32) -> Result<String, ApiError> {
     Ok(scene.page_svg())
 }
 
-/// Draws a state as a PNG.
-pub(crate) fn png(
-    source: &Source,
-    run: u32,
-    index: usize,
-    options: PictureOptions,
-) -> Result<Vec<u8>, ApiError> {
-    draw_state(source, run, index, options, |scene| scene.png(scene.width_within(PNG_SIDE_PX)))?
-        .map_err(ApiError::internal)
+/// Draws a scene as a PNG.
+pub(crate) fn png(scene: &Scene<'_>) -> Result<Vec<u8>, ApiError> {
+    scene.png(scene.width_within(PNG_SIDE_PX)).map_err(ApiError::internal)
 }
 
 /// Draws a run as an animated GIF.
@@ -94,7 +86,8 @@ pub(crate) fn gif(
     animation.map_or(Err(PictureError::NoFrame), Animation::finish).map_err(ApiError::internal)
 }
 
-/// Passes the scene of a state to `draw`, or that of the maze if the run has no states yet.
+/// Calls `draw` with the scene of a state, or with the scene of the maze if the run has no states
+/// yet.
 pub(crate) fn draw_state<T>(
     source: &Source,
     run: u32,
@@ -109,8 +102,7 @@ pub(crate) fn draw_state<T>(
     }
     let states = source.block(run, index)?;
     let DecodedState { state, map, .. } = description.decode(&states, index)?;
-    let trail: Vec<Cell> =
-        state_view::trail(source, run, index)?.into_iter().map(|[x, y]| Cell::new(x, y)).collect();
+    let trail = state_view::trail(source, run, index)?;
     let scene = Scene::from_map(&map)
         .with_truth(description.truth.as_ref())
         .with_mouse(state.pose())

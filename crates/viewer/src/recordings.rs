@@ -1,4 +1,4 @@
-//! Recordings: listing a folder, opening its files, and saving a run.
+//! Listing, opening and saving of recordings.
 
 use std::fs;
 use std::io::{self, Seek};
@@ -16,7 +16,7 @@ use crate::source::Source;
 /// The maximum number of listed recordings.
 const MAX_LISTED: usize = 500;
 
-/// A recording in the folder.
+/// A recording in the list on the page.
 #[derive(Debug, Serialize)]
 pub(crate) struct RecordingEntry {
     name: String,
@@ -44,7 +44,7 @@ pub(crate) fn list(folder: &Path) -> Result<Vec<RecordingEntry>, ApiError> {
     Ok(entries)
 }
 
-/// Opens a recording in the folder and returns its ID.
+/// Opens a listed recording and returns its ID.
 pub(crate) fn open(state: &AppState, name: &str) -> Result<String, ApiError> {
     state.check_capacity()?;
     let path = find(state.recordings_dir.as_deref(), name)?;
@@ -52,8 +52,8 @@ pub(crate) fn open(state: &AppState, name: &str) -> Result<String, ApiError> {
     state.open(name, recording)
 }
 
-/// Returns the path of a listed recording. Only names in the list are accepted, so a name cannot
-/// lead out of the folder.
+/// Returns the path of a listed recording. Only listed names are accepted, so a name cannot refer
+/// to a file outside the folder.
 fn find(folder: Option<&Path>, name: &str) -> Result<PathBuf, ApiError> {
     let not_found = || ApiError::not_found(format!("no listed recording has the name {name:?}"));
     let folder = folder.ok_or_else(not_found)?;
@@ -61,7 +61,7 @@ fn find(folder: Option<&Path>, name: &str) -> Result<PathBuf, ApiError> {
     if is_listed { Ok(folder.join(name)) } else { Err(not_found()) }
 }
 
-/// Saves a run to a temporary file, positioned at its start.
+/// Saves a run to a temporary file and rewinds the file.
 pub(crate) fn save(source: &Source, run: u32, cancel: &CancelToken) -> Result<fs::File, ApiError> {
     let failed =
         |error: io::Error| ApiError::internal(format!("cannot save the recording: {error}"));
@@ -69,23 +69,18 @@ pub(crate) fn save(source: &Source, run: u32, cancel: &CancelToken) -> Result<fs
     let mut file = tempfile::tempfile().map_err(failed)?;
     // If the run ends in the meantime, nothing is saved.
     let mut failure = None;
-    let states = (0..times.len()).step_by(Block::STATES).map_while(|first| {
-        let states = cancel.check().and_then(|()| source.read_block(run, first));
-        states.map_err(|error| failure = Some(error)).ok().map(|states| (first, states))
-    });
-    let states = states.flat_map(|(first, states)| {
-        let messages =
-            (first..first + states.len()).map_while(|index| states.get(index).map(Vec::from));
-        messages.collect::<Vec<_>>()
-    });
-    let states = times.iter().zip(states);
-    save_recording(
-        io::BufWriter::new(&mut file),
-        &description.info,
-        description.truth.as_ref(),
-        states,
-    )
-    .map_err(failed)?;
+    let read_block = |first: usize| {
+        cancel.check()?;
+        let states = source.read_block(run, first)?;
+        let messages = (first..first + states.len()).filter_map(|index| states.get(index));
+        Ok::<Vec<_>, ApiError>(messages.map(Vec::from).collect())
+    };
+    let firsts = (0..times.len()).step_by(Block::STATES);
+    let blocks =
+        firsts.map_while(|first| read_block(first).map_err(|error| failure = Some(error)).ok());
+    let states = times.iter().zip(blocks.flatten());
+    let (writer, truth) = (io::BufWriter::new(&mut file), description.truth.as_ref());
+    save_recording(writer, &description.info, truth, states).map_err(failed)?;
     if let Some(error) = failure {
         return Err(error);
     }
@@ -93,7 +88,8 @@ pub(crate) fn save(source: &Source, run: u32, cancel: &CancelToken) -> Result<fs
     Ok(file)
 }
 
-/// Returns a title for an uploaded file: its name without control characters, shortened.
+/// Returns a title for an uploaded file, which is the shortened file name without control
+/// characters.
 pub(crate) fn title(name: &str) -> String {
     let title: String = name.chars().filter(|c| !c.is_control()).take(100).collect();
     if title.is_empty() { "recording".into() } else { title }

@@ -1,4 +1,4 @@
-//! Sources of states: the live simulation, or a recording.
+//! Sources of states: the live simulation and recordings.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,16 +12,17 @@ use mmsim_server::{Monitor, MonitorError, Status};
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory};
 
-/// Unpacked blocks to cache for each source: enough for two states and their trails.
+/// The maximum number of unpacked blocks in the cache of a source, enough for two states and their
+/// trails.
 const CACHED_BLOCKS: usize = 8;
 
 /// The maximum number of attempts to describe the current run, which may end at any time.
 const MAX_ATTEMPTS: usize = 100;
 
-/// The run number of every recording.
+/// The run number that all recordings have.
 const RECORDED_RUN: u32 = 0;
 
-/// A source of states, with a cache of what was read last.
+/// A source of states with a cache of recently read data.
 pub(crate) struct Source {
     kind: SourceKind,
     cache: Mutex<RunCache>,
@@ -32,13 +33,13 @@ enum SourceKind {
     Recording { title: String, recording: Box<Recording> },
 }
 
-/// Cached data of one run.
+/// The cached data of one run.
 #[derive(Default)]
 struct RunCache {
     run: u32,
     description: Option<Arc<RunDescription>>,
-    /// Block number and states, newest last.
-    blocks: VecDeque<(usize, Arc<States>)>,
+    /// The cached blocks, in the order in which they were read.
+    blocks: VecDeque<Arc<States>>,
     distances: DistanceHistory,
 }
 
@@ -91,7 +92,7 @@ impl Source {
         Self { kind, cache: Mutex::default() }
     }
 
-    /// Returns number, description and number of states of the current run.
+    /// Returns the run number, the description and the number of states of the current run.
     pub(crate) fn current_run(&self) -> Result<(u32, Arc<RunDescription>, usize), ApiError> {
         let mut attempts = 1;
         loop {
@@ -165,23 +166,19 @@ impl Source {
     }
 
     /// Returns the block that contains a state, from the cache if possible. A cached block may lack
-    /// newer states that follow this one.
+    /// states that arrived later.
     pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
-        let number = index / Block::STATES;
-        let cached = self.cache(run, |cache| {
-            let cached = cache.blocks.iter().find(|(cached, _)| *cached == number);
-            // The newest block may have grown.
-            cached
-                .filter(|(_, states)| states.get(index).is_some())
-                .map(|(_, states)| Arc::clone(states))
-        });
+        let has_state = |states: &&Arc<States>| states.get(index).is_some();
+        let cached = self.cache(run, |cache| cache.blocks.iter().find(has_state).cloned());
         if let Some(states) = cached {
             return Ok(states);
         }
         let states = Arc::new(self.read_block(run, index)?);
+        let first = index - index % Block::STATES;
         self.cache(run, |cache| {
-            cache.blocks.retain(|(cached, _)| *cached != number);
-            cache.blocks.push_back((number, Arc::clone(&states)));
+            // The newest block may have grown.
+            cache.blocks.retain(|cached| cached.get(first).is_none());
+            cache.blocks.push_back(Arc::clone(&states));
             if cache.blocks.len() > CACHED_BLOCKS {
                 cache.blocks.pop_front();
             }
@@ -200,7 +197,7 @@ impl Source {
         states.ok_or_else(|| ApiError::not_found(format!("state {index} does not exist")))
     }
 
-    /// Returns the distances over a run, and caches them.
+    /// Returns the distances over a run and caches them.
     pub(crate) fn distances(&self, run: u32) -> Result<DistanceHistory, ApiError> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
         let mut distances = self.cache(run, |cache| cache.distances.clone());
@@ -212,7 +209,7 @@ impl Source {
         Ok(distances)
     }
 
-    /// Accesses the cache of a run, which replaces that of any other run.
+    /// Calls `access` with the cache of a run. The cache of any other run is cleared.
     fn cache<T>(&self, run: u32, access: impl FnOnce(&mut RunCache) -> T) -> T {
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if cache.run != run {

@@ -1,7 +1,7 @@
-//! A state as the page shows it.
+//! The view of a state on the page.
 
 use mmsim_drawing::TRAIL_CELLS;
-use mmsim_maze::Pose;
+use mmsim_maze::Cell;
 use mmsim_recording::Block;
 use serde::Serialize;
 
@@ -25,7 +25,7 @@ pub(crate) struct StateView {
     distances: DistanceBounds,
     #[serde(rename = "solved")]
     is_proven_optimal: bool,
-    /// The last cells of the mouse as y × width + x, oldest first.
+    /// The last cells that the mouse visited, as y × width + x, oldest first.
     trail: Vec<u16>,
 }
 
@@ -48,20 +48,20 @@ impl StateView {
             visited: decoded.map.visited().len(),
             distances,
             is_proven_optimal: distances.is_proven_optimal(),
-            trail: trail.iter().map(|[x, y]| u16::from(*y) * width + u16::from(*x)).collect(),
+            trail: trail.iter().map(|cell| u16::from(cell.y) * width + u16::from(cell.x)).collect(),
         })
     }
 }
 
-/// Returns the cells of the mouse up to this state as x and y, oldest first.
-pub(crate) fn trail(source: &Source, run: u32, last: usize) -> Result<Vec<[u8; 2]>, ApiError> {
+/// Returns the last cells that the mouse visited up to this state, oldest first.
+pub(crate) fn trail(source: &Source, run: u32, last: usize) -> Result<Vec<Cell>, ApiError> {
     let (mut index, mut cells) = (last.saturating_sub(TRAIL_CELLS - 1), Vec::new());
     while index <= last {
         let end = ((index / Block::STATES + 1) * Block::STATES).min(last + 1);
         let states = source.block(run, end - 1)?;
         for index in index..end {
             let pose = states.message(index).and_then(|message| message.pose().ok());
-            cells.extend(pose.map(|Pose { cell, .. }| [cell.x, cell.y]));
+            cells.extend(pose.map(|pose| pose.cell));
         }
         index = end;
     }

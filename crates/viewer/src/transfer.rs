@@ -1,4 +1,4 @@
-//! Enforces a minimum transfer rate: otherwise a client that stops sending or reading would hold its
+//! A minimum transfer rate, so that a client that stops sending or reading cannot hold its
 //! connection forever.
 
 use std::io;
@@ -21,10 +21,10 @@ use crate::api_error::ApiError;
 use crate::app_state::AppState;
 use crate::limits::{Limits, MAX_BODY_BYTES, MIN_RATE};
 
-/// The deadline of a transfer at [`MIN_RATE`].
+/// The deadline of a transfer, which must not be slower than [`MIN_RATE`].
 struct RateDeadline {
     max_lag: Duration,
-    /// The transfer fails at this time unless more bytes arrive.
+    /// The time at which the transfer fails unless more bytes are transferred.
     expires_at: Instant,
     paused_at: Option<Instant>,
 }
@@ -34,14 +34,13 @@ impl RateDeadline {
         Self { max_lag, expires_at: Instant::now() + max_lag, paused_at: None }
     }
 
-    /// Extends the deadline by the time that these bytes may take. A fast start does not allow a
-    /// longer lag later.
+    /// Extends the deadline by the time that `bytes` bytes may take, up to the maximum lag.
     fn extend(&mut self, bytes: usize) {
         let allowed = Duration::from_secs(bytes as u64) / MIN_RATE;
         self.expires_at = (self.expires_at + allowed).min(Instant::now() + self.max_lag);
     }
 
-    /// Stops the clock while there is nothing to transfer.
+    /// Pauses the deadline while there is nothing to transfer.
     fn pause(&mut self) {
         self.paused_at.get_or_insert_with(Instant::now);
     }
@@ -51,7 +50,7 @@ impl RateDeadline {
     }
 }
 
-/// Receives a body and passes each chunk to `write`.
+/// Receives a request body and passes each chunk to `write`.
 pub(crate) async fn receive_body(
     body: Body,
     max_bytes: usize,
@@ -103,7 +102,7 @@ pub(crate) async fn buffer_body(
 pub(crate) struct Connection {
     stream: TcpStream,
     send_deadline: RateDeadline,
-    /// Wakes the task at the deadline while the send buffer is full.
+    /// The timer that wakes the task at the deadline while the send buffer is full.
     timer: Pin<Box<Sleep>>,
 }
 
@@ -114,7 +113,7 @@ impl Connection {
         Self { stream, send_deadline, timer }
     }
 
-    /// Writes, and fails at the deadline.
+    /// Writes to the stream, or returns an error after the deadline.
     fn poll_send(
         &mut self,
         cx: &mut Context<'_>,

@@ -1,6 +1,5 @@
-//! The web server: listens, accepts connections, and stops.
+//! The web server of the page.
 
-use std::fmt::Write;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -13,7 +12,7 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use mmsim_server::{BindError, listen};
 use tokio::net::TcpListener;
-use tokio::runtime::{self, Runtime};
+use tokio::runtime;
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::sleep;
 use tower_http::compression::CompressionLayer;
@@ -23,19 +22,21 @@ use tower_http::compression::predicate::{
 use tracing::{debug, warn};
 
 use crate::access::{Access, guard};
+use crate::app_state::AppState;
 use crate::config::ViewerConfig;
 use crate::limits::Limits;
 use crate::transfer::Connection;
 use crate::{api, jobs};
 
-/// Shorter responses are not compressed, in bytes: the frequent ones are views of single states.
+/// The minimum size of a compressed response, in bytes. Views of single states are frequent and
+/// shorter, so they are not compressed.
 const MIN_COMPRESSED_BYTES: u64 = 4096;
 
-/// The delay before the next attempt to accept a connection, such as after running out of file
+/// The delay before the next attempt to accept a connection after an error, such as a lack of file
 /// descriptors.
 const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(250);
 
-/// A web server that already listens. [`spawn`](Self::spawn) starts to serve.
+/// A web server that is already listening. [`spawn`](Self::spawn) starts to serve requests.
 ///
 /// ```
 /// use mmsim_server::{Server, Simulation};
@@ -58,7 +59,8 @@ pub struct Viewer {
     limits: Limits,
 }
 
-/// A web server on its own thread. It runs until it is stopped or the process exits.
+/// A handle to a web server on a separate thread. The web server runs until it is stopped or the
+/// process exits.
 pub struct ViewerHandle {
     address: String,
     stop: oneshot::Sender<()>,
@@ -66,11 +68,11 @@ pub struct ViewerHandle {
 }
 
 impl Viewer {
-    /// Listens on a local address. Port 0 takes a free port. Unless the address is loopback, this
-    /// creates a token that browsers have to send.
+    /// Listens on a local address. Port 0 selects a free port. If the address is not loopback, the
+    /// server creates a token that browsers must send.
     ///
     /// # Errors
-    /// Fails if the port is in use or the host is not a local address.
+    /// Returns an error if the port is in use or the host is not a local address.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let failed = |source| BindError::Listen { host: host.into(), port, source };
         let listener = listen(host, port)?;
@@ -89,17 +91,13 @@ impl Viewer {
 
     /// Returns the URL of the page, such as `http://127.0.0.1:6575`, with the token if there is one.
     pub fn address(&self) -> String {
-        let Self { access, local, .. } = self;
-        match access.query() {
-            query if query.is_empty() => format!("http://{local}"),
-            query => format!("http://{local}/{query}"),
-        }
+        format!("http://{}{}", self.local, self.access.query())
     }
 
-    /// Starts to serve on a new thread.
+    /// Starts to serve requests on a new thread.
     ///
     /// # Errors
-    /// Fails if the system cannot create a thread or event queue.
+    /// Returns an error if the system cannot create a thread or an event queue.
     pub fn spawn(self, config: ViewerConfig) -> io::Result<ViewerHandle> {
         let (address, (stop, stopped)) = (self.address(), oneshot::channel());
         let runtime = runtime::Builder::new_current_thread()
@@ -111,9 +109,18 @@ impl Viewer {
             let _guard = runtime.enter();
             TcpListener::from_std(self.listener)?
         };
-        let thread = thread::Builder::new()
-            .name("viewer".into())
-            .spawn(move || run(runtime, listener, app, limits, stopped))?;
+        let run = move || {
+            runtime.block_on(async {
+                tokio::select! {
+                    () = accept(listener, app, limits) => {}
+                    // An error means that the handle was dropped: serve until the process exits.
+                    Ok(()) = stopped => {}
+                }
+            });
+            // Do not wait for running jobs.
+            runtime.shutdown_background();
+        };
+        let thread = thread::Builder::new().name("viewer".into()).spawn(run)?;
         Ok(ViewerHandle { address, stop, thread })
     }
 }
@@ -136,30 +143,12 @@ fn app(config: ViewerConfig, access: Access, limits: Limits) -> Router {
     let is_compressible = DefaultPredicate::new()
         .and(SizeAbove::new(MIN_COMPRESSED_BYTES))
         .and(NotForContentType::const_new("application/octet-stream"));
-    api::router(Arc::new(config.into_state(limits)))
+    api::router(Arc::new(AppState::new(config, limits)))
         .layer(CompressionLayer::new().compress_when(is_compressible))
         .layer(middleware::from_fn_with_state(Arc::new(access), guard))
 }
 
-fn run(
-    runtime: Runtime,
-    listener: TcpListener,
-    app: Router,
-    limits: Limits,
-    stopped: oneshot::Receiver<()>,
-) {
-    runtime.block_on(async {
-        tokio::select! {
-            () = accept(listener, app, limits) => {}
-            // An error means that the handle was dropped: serve until the process exits.
-            Ok(()) = stopped => {}
-        }
-    });
-    // Do not wait for running jobs.
-    runtime.shutdown_background();
-}
-
-/// Accepts connections up to the limit and serves each in its own task.
+/// Accepts connections up to the limit and serves each connection in a separate task.
 async fn accept(listener: TcpListener, app: Router, limits: Limits) {
     let slots = Arc::new(Semaphore::new(limits.connections));
     let mut warned = false;
@@ -168,7 +157,7 @@ async fn accept(listener: TcpListener, app: Router, limits: Limits) {
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
             Err(error) => {
-                // Warn only once: without file descriptors every attempt fails.
+                // Warn only once, since every attempt fails while there are no file descriptors.
                 if !std::mem::replace(&mut warned, true) {
                     warn!("cannot accept a connection to the page: {error}");
                 }
@@ -196,9 +185,6 @@ async fn accept(listener: TcpListener, app: Router, limits: Limits) {
 fn random_token() -> io::Result<String> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes).map_err(io::Error::other)?;
-    Ok(bytes.iter().fold(String::new(), |mut token, byte| {
-        // Writing to a string cannot fail.
-        let _ = write!(token, "{byte:02x}");
-        token
-    }))
+    let digits = |byte: u8| format!("{byte:02x}");
+    Ok(bytes.into_iter().map(digits).collect())
 }

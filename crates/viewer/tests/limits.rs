@@ -1,4 +1,4 @@
-//! Slow clients and full queues: no client holds a connection forever.
+//! Tests with slow clients and full queues: no client can hold a connection forever.
 
 mod harness;
 
@@ -11,7 +11,7 @@ use harness::{Response, WatchedServer};
 use mmsim_tests::{TIMEOUT, wait_for};
 use mmsim_viewer::Limits;
 
-/// Returns limits with short timeouts and this number of connections.
+/// Returns limits with short timeouts and this maximum number of connections.
 fn limits(connections: usize) -> Limits {
     let timeout = Duration::from_secs(2);
     Limits { connections, header_time: timeout, max_lag: timeout, ..Limits::default() }
@@ -25,7 +25,7 @@ fn head(watched: &WatchedServer, path: &str, length: usize) -> String {
     )
 }
 
-/// Sends single bytes until the server closes the connection. Returns its response.
+/// Sends single bytes until the server closes the connection. Returns the response of the server.
 fn trickle(mut stream: TcpStream) -> Vec<u8> {
     let mut sending = stream.try_clone().unwrap();
     let (stop, stopped) = std::sync::mpsc::channel::<()>();
@@ -82,12 +82,12 @@ fn unread_responses_close_the_connection() {
     let watched = WatchedServer::with_limits("127.0.0.1", None, limits(1));
     let mut stream = watched.connect();
     let request = format!("GET /page.css HTTP/1.1\r\nhost: {}\r\n\r\n", watched.host);
-    // More than the socket buffers hold.
+    // The responses do not fit into the socket buffers.
     let requests = request.repeat(2000);
     let mut sending = stream.try_clone().unwrap();
     let sender = thread::spawn(move || sending.write_all(requests.as_bytes()));
     assert_eq!(watched.get("/").status, 200);
-    // Data in flight still arrives before the end.
+    // Data in flight still arrives before the connection ends.
     while stream.read(&mut [0; 1 << 12]).is_ok_and(|count| count > 0) {}
     let _ = sender.join().unwrap();
     watched.stop();

@@ -53,7 +53,7 @@ impl WatchedServer {
         Self { server, viewer, host: format!("127.0.0.1:{port}") }
     }
 
-    /// Connects, with generous timeouts.
+    /// Connects to the viewer with generous timeouts.
     pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(TIMEOUT)).unwrap();
@@ -61,7 +61,7 @@ impl WatchedServer {
         stream
     }
 
-    /// Sends a request with these extra headers.
+    /// Sends a request with additional headers.
     pub fn send(&self, method: &str, path: &str, headers: &[&str], body: &[u8]) -> Response {
         let Self { host, .. } = self;
         let mut stream = self.connect();
@@ -91,7 +91,7 @@ impl WatchedServer {
         )
     }
 
-    /// Sends states as a client and returns them. Each is in another cell than the one before.
+    /// Sends states as a client and returns them. Consecutive states are in different cells.
     pub fn send_states(&self, count: usize) -> Vec<Vec<u8>> {
         let client = connect(&self.server, zmq::REQ);
         (0..count)
