@@ -7,7 +7,7 @@ use resvg::tiny_skia::Pixmap;
 
 use crate::canvas::Canvas;
 use crate::palette::{Palette, rgb};
-use crate::pixels::PictureError;
+use crate::pixels::{PictureError, failed};
 use crate::scene::Scene;
 
 /// The minimum display time of the last frame, in milliseconds.
@@ -151,10 +151,6 @@ fn frame((left, top): (u16, u16), (width, height): (u16, u16), pixels: Vec<u8>) 
         buffer: Cow::Owned(pixels),
         ..Frame::default()
     }
-}
-
-fn failed(error: impl std::fmt::Display) -> PictureError {
-    PictureError::Drawing(error.to_string())
 }
 
 /// Converts a number of pixels, which is at most 4096.

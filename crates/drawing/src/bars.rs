@@ -73,7 +73,7 @@ impl BarChart {
     /// Returns the chart as an SVG file that adapts to the reader's preference for light or dark
     /// colours.
     pub fn svg(&self) -> String {
-        let rows = self.groups.iter().map(|group| LINE + PITCH * count(&group.bars));
+        let rows = self.groups.iter().map(|group| LINE + PITCH * count(group.bars.iter()));
         let height = 2.0 * MARGIN + 2.0 * LINE + rows.sum::<f64>();
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" \
@@ -91,7 +91,7 @@ impl BarChart {
         let scale = Scale::for_chart(self);
         for group in &self.groups {
             scale.write_group(&mut svg, y, group);
-            y += LINE + PITCH * count(&group.bars);
+            y += LINE + PITCH * count(group.bars.iter());
         }
         svg + "</svg>\n"
     }
@@ -108,7 +108,7 @@ impl BarChart {
                 rect(svg, class, x, y + 1.0, 12.0, 12.0);
             }
             text(svg, "value", x + 12.0 + GAP, y + 12.0, name);
-            x += 12.0 + 3.0 * GAP + LETTER * letters(name);
+            x += 12.0 + 3.0 * GAP + LETTER * count(name.chars());
         }
     }
 }
@@ -124,12 +124,12 @@ impl Scale {
     /// Chooses the largest scale that leaves room for the texts.
     fn for_chart(chart: &BarChart) -> Self {
         let bars = || chart.groups.iter().flat_map(|group| &group.bars);
-        let widest = bars().map(|bar| LETTER * letters(&bar.name)).fold(0.0, f64::max);
+        let widest = bars().map(|bar| LETTER * count(bar.name.chars())).fold(0.0, f64::max);
         let left = MARGIN + widest + GAP;
         let room = (WIDTH - MARGIN - left).max(LINE);
         let beside = |bar: &Bar| {
             let length: f64 = bar.parts?.iter().sum();
-            Some(((room - GAP - LETTER * letters(&bar.value)).max(LINE), length))
+            Some(((room - GAP - LETTER * count(bar.value.chars())).max(LINE), length))
         };
         let limits = chart.groups.iter().filter_map(|group| Some((room, group.limit?)));
         let units = bars().filter_map(beside).chain(limits).map(|(room, length)| room / length);
@@ -184,14 +184,9 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a name")]
-fn letters(text: &str) -> f64 {
-    text.chars().count() as f64
-}
-
-#[expect(clippy::cast_precision_loss, reason = "a chart")]
-fn count(bars: &[Bar]) -> f64 {
-    bars.len() as f64
+#[expect(clippy::cast_precision_loss, reason = "the bars of a chart or the letters of a name")]
+fn count(items: impl Iterator) -> f64 {
+    items.count() as f64
 }
 
 fn style() -> String {

@@ -6,8 +6,7 @@ use mmsim_maze::MazeSize;
 use resvg::tiny_skia::Pixmap;
 
 use crate::geometry::{Area, MARGIN, PITCH, units};
-use crate::pixels::PictureError;
-use crate::pixels::paint;
+use crate::pixels::{PictureError, paint};
 use crate::scene::Scene;
 use crate::svg::{Part, Svg, View};
 
@@ -54,7 +53,7 @@ impl Canvas {
             let changed = changes((&self.drawing, &self.parts), (&drawing, &parts));
             tiles.touched(changed)
         } else {
-            tiles.all()
+            vec![true; tiles.columns * tiles.rows]
         };
         let is_wanted =
             |part: &&Part| !part.is_element || tiles.indices(part.area).any(|tile| stale[tile]);
@@ -114,10 +113,6 @@ impl Tiles {
                 f64::from(pixmap.height()) / f64::from(height),
             ],
         }
-    }
-
-    fn all(&self) -> Vec<bool> {
-        vec![true; self.columns * self.rows]
     }
 
     /// Returns, for each tile, true if one of these areas touches the tile.

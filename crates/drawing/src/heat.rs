@@ -12,7 +12,7 @@ use crate::theme::Theme;
 pub(crate) const STEPS: usize = 64;
 
 /// A colour as red, green and blue, each from 0 to 255.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Rgb(pub(crate) u8, pub(crate) u8, pub(crate) u8);
 
 impl std::fmt::Display for Rgb {

@@ -40,18 +40,16 @@ impl Palette {
         let mut areas = BTreeMap::new();
         for heading in [Heading::North, Heading::East] {
             let pixmap = sheet.scene(scene, heading).pixmap(side_px)?;
-            for colour in pixmap.pixels().iter().map(|&pixel| rgb(pixel)) {
-                *areas.entry((colour.0, colour.1, colour.2)).or_insert(0_u32) += 1;
+            for &pixel in pixmap.pixels() {
+                *areas.entry(rgb(pixel)).or_insert(0_u32) += 1;
             }
         }
-        let areas =
-            areas.into_iter().map(|((red, green, blue), area)| (Rgb(red, green, blue), area));
         let theme = scene.theme;
         let mut chosen = theme.colours().areas().to_vec();
         if scene.layers.heat {
             chosen.extend(ramp(theme));
         }
-        Ok(Self { colours: choose(chosen, areas.collect()), nearest: HashMap::new() })
+        Ok(Self { colours: choose(chosen, areas.into_iter().collect()), nearest: HashMap::new() })
     }
 
     /// Returns the colours as bytes, three for each colour, padded to 256 colours.

@@ -61,9 +61,7 @@ impl Scene<'_> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn png(&self, width_px: u32) -> Result<Vec<u8>, PictureError> {
-        self.pixmap(width_px)?
-            .encode_png()
-            .map_err(|error| PictureError::Drawing(error.to_string()))
+        self.pixmap(width_px)?.encode_png().map_err(failed)
     }
 
     /// Returns the largest width at which neither side of the picture exceeds `side_px` pixels, but
@@ -102,8 +100,7 @@ impl Scene<'_> {
 
 /// Draws an SVG, scaled to the size of the picture.
 pub(crate) fn paint(drawing: &str, mut pixmap: Pixmap) -> Result<Pixmap, PictureError> {
-    let tree = Tree::from_str(drawing, &Options::default())
-        .map_err(|error| PictureError::Drawing(error.to_string()))?;
+    let tree = Tree::from_str(drawing, &Options::default()).map_err(failed)?;
     #[expect(clippy::cast_precision_loss, reason = "at most 4096")]
     let scale = Transform::from_scale(
         pixmap.width() as f32 / tree.size().width(),
@@ -111,6 +108,10 @@ pub(crate) fn paint(drawing: &str, mut pixmap: Pixmap) -> Result<Pixmap, Picture
     );
     resvg::render(&tree, scale, &mut pixmap.as_mut());
     Ok(pixmap)
+}
+
+pub(crate) fn failed(error: impl std::fmt::Display) -> PictureError {
+    PictureError::Drawing(error.to_string())
 }
 
 /// Returns the height of a picture of this width, in pixels.

@@ -11,7 +11,7 @@ use crate::heat::{self, Rgb};
 use crate::marks::{LETTER_G, LETTER_S, MOUSE, frame};
 use crate::scene::{Layers, Scene};
 use crate::theme::file_style;
-use crate::walls::{BelievedWall, WallClass, places};
+use crate::walls::{self, INVISIBLE};
 
 /// The purpose of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,8 +70,11 @@ impl<'a> Svg<'a> {
         let _ = write!(self.text, "{text}");
     }
 
-    /// Writes an element that is visible only in this area.
-    fn put_part(&mut self, area: Area, element: impl std::fmt::Display) {
+    /// Writes an element that is visible only in this area. Pictures omit invisible elements.
+    fn put_part(&mut self, area: Area, is_visible: bool, element: impl std::fmt::Display) {
+        if self.view == View::Pixels && !is_visible {
+            return;
+        }
         let start = self.text.len();
         self.put(element);
         self.parts.push(Part { text: start..self.text.len(), area, is_element: true });
@@ -119,11 +122,8 @@ impl<'a> Svg<'a> {
             ];
             let classes: String =
                 classes.iter().filter(|(is, _)| *is).map(|(_, class)| *class).collect();
-            if self.view == View::Pixels && classes.is_empty() {
-                continue;
-            }
             let (x, y) = corner(size, cell);
-            self.put_part(cell_area((x, y)), format_args!(
+            self.put_part(cell_area((x, y)), !classes.is_empty(), format_args!(
                 "<rect class=\"cell{classes}\" data-cell=\"{},{}\" x=\"{x}\" y=\"{y}\" width=\"{PITCH}\" height=\"{PITCH}\"/>\n",
                 cell.x, cell.y
             ));
@@ -142,12 +142,9 @@ impl<'a> Svg<'a> {
         for (index, cell) in size.cells().enumerate() {
             let number = numbers.get(index).copied().flatten();
             let colour = number.map(|number| ramp[heat::step(number, largest)].to_string());
-            if self.view == View::Pixels && colour.is_none() {
-                continue;
-            }
             let colour = colour.unwrap_or_else(|| "none".into());
             let (x, y) = corner(size, cell);
-            self.put_part(cell_area((x, y)), format_args!(
+            self.put_part(cell_area((x, y)), number.is_some(), format_args!(
                 "<rect class=\"heat\" data-cell=\"{},{}\" x=\"{x}\" y=\"{y}\" width=\"{PITCH}\" height=\"{PITCH}\" fill=\"{colour}\"/>\n",
                 cell.x, cell.y
             ));
@@ -181,7 +178,7 @@ impl<'a> Svg<'a> {
             let mark = format_args!("<path class=\"mark {class}\" d=\"{frame}\"/>\n");
             // The frame may bend around a corner of the adjacent cells.
             let [west, north, east, south] = cell_area((x, y));
-            self.put_part([west - 3, north - 3, east + 3, south + 3], mark);
+            self.put_part([west - 3, north - 3, east + 3, south + 3], true, mark);
         }
         let goes_on = |side| cell.neighbour(side).is_some_and(|next| cells.contains(next));
         if goes_on(Heading::North) || goes_on(Heading::West) {
@@ -192,6 +189,7 @@ impl<'a> Svg<'a> {
         let top = y + 1;
         self.put_part(
             cell_area((x, y)),
+            true,
             format_args!(
                 "<path class=\"badge {class}\" d=\"M{left} {top}h5.8v4.2a1.6 1.6 0 0 1-1.6 1.6h-4.2z\"/>\n\
                  <path class=\"letter\" d=\"M{} {}{letter}\"/>\n",
@@ -234,9 +232,6 @@ impl<'a> Svg<'a> {
         self.put("<g class=\"numbers\">\n");
         for (index, cell) in size.cells().enumerate() {
             let number = numbers.get(index).copied().flatten();
-            if self.view == View::Pixels && number.is_none() {
-                continue;
-            }
             let (x, y) = centre(size, cell);
             // Numbers of four or more digits are scaled to fit.
             let scale = match number {
@@ -244,7 +239,7 @@ impl<'a> Svg<'a> {
                 _ => String::new(),
             };
             let path = number.map(digits).unwrap_or_default();
-            self.put_part(cell_area(corner(size, cell)), format_args!(
+            self.put_part(cell_area(corner(size, cell)), number.is_some(), format_args!(
                 "<path class=\"number\" data-cell=\"{},{}\" transform=\"translate({x} {y}){scale}\" d=\"{path}\"/>\n",
                 cell.x, cell.y
             ));
@@ -255,12 +250,8 @@ impl<'a> Svg<'a> {
     fn walls(&mut self) {
         let Scene { size, truth, map, .. } = *self.scene;
         self.put("<g class=\"walls\">\n");
-        for (cell, heading) in places(size) {
-            let class = WallClass::new((cell, heading), truth, map);
-            let is_seen = class.stands || class.belief != BelievedWall::None;
-            if self.view == View::Pixels && !is_seen {
-                continue;
-            }
+        for (cell, heading) in walls::places(size) {
+            let class = walls::class((cell, heading), truth, map);
             let (x, y) = corner(size, cell);
             let line = match heading {
                 Heading::North => format!("M{x} {y}h{PITCH}"),
@@ -273,9 +264,9 @@ impl<'a> Svg<'a> {
             let area = [west - 1, north - 1, east + 1, south + 1];
             self.put_part(
                 area,
+                class != INVISIBLE,
                 format_args!(
-                    "<path class=\"{}\" data-wall=\"{},{},{}\" d=\"{line}\"/>\n",
-                    class.names(),
+                    "<path class=\"{class}\" data-wall=\"{},{},{}\" d=\"{line}\"/>\n",
                     cell.x,
                     cell.y,
                     heading.letter()
@@ -294,20 +285,12 @@ impl<'a> Svg<'a> {
 
     fn mouse(&mut self) {
         let Scene { size, start, mouse, .. } = *self.scene;
-        if self.view == View::Pixels && mouse.is_none() {
-            return;
-        }
         let class = if mouse.is_some() { "mouse" } else { "mouse absent" };
         let start = if size.contains(start) { start } else { Cell::new(0, 0) };
         let pose = mouse.unwrap_or(Pose::new(start, Heading::North));
         let (x, y) = centre(size, pose.cell);
-        let degrees = match pose.heading {
-            Heading::North => 0,
-            Heading::East => 90,
-            Heading::South => 180,
-            Heading::West => 270,
-        };
-        self.put_part(cell_area(corner(size, pose.cell)), format_args!(
+        let degrees = 90 * pose.heading as u16;
+        self.put_part(cell_area(corner(size, pose.cell)), mouse.is_some(), format_args!(
             "<path class=\"{class}\" transform=\"translate({x} {y}) rotate({degrees})\" d=\"{MOUSE}\"/>\n"
         ));
     }

@@ -15,49 +15,23 @@ pub(crate) fn places(size: MazeSize) -> impl Iterator<Item = WallPlace> {
     inner.chain(south).chain(west)
 }
 
-/// The classification of a wall.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct WallClass {
-    /// True if the true maze has the wall.
-    pub(crate) stands: bool,
-    /// The client's belief.
-    pub(crate) belief: BelievedWall,
-}
+/// The class of a wall that is neither in the true maze nor on the client's map.
+pub(crate) const INVISIBLE: &str = "wall";
 
-/// A client's belief about a wall.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum BelievedWall {
-    /// The wall is not on the client's map.
-    None,
-    /// The wall is on the client's map, and it exists or the true maze is unknown.
-    Known,
-    /// The wall is on the client's map but not in the true maze.
-    Mistaken,
-}
-
-impl WallClass {
-    /// Classifies the wall at `place`.
-    pub(crate) fn new(place: WallPlace, truth: Option<&Maze>, map: Option<&KnownMaze>) -> Self {
-        let (cell, heading) = place;
-        let stands = truth.is_some_and(|maze| maze.walls().has(cell, heading));
-        let is_believed = map.is_some_and(|map| map.wall(cell, heading) == WallState::Present);
-        let belief = match (is_believed, stands || truth.is_none()) {
-            (false, _) => BelievedWall::None,
-            (true, true) => BelievedWall::Known,
-            (true, false) => BelievedWall::Mistaken,
-        };
-        Self { stands, belief }
-    }
-
-    /// Returns the class attribute of the wall.
-    pub(crate) const fn names(self) -> &'static str {
-        match (self.stands, self.belief) {
-            (false, BelievedWall::None) => "wall",
-            (true, BelievedWall::None) => "wall true",
-            (false, BelievedWall::Known) => "wall known",
-            (true, BelievedWall::Known) => "wall true known",
-            (_, BelievedWall::Mistaken) => "wall mistaken",
-        }
+/// Returns the class attribute of the wall at `place`.
+pub(crate) fn class(
+    (cell, heading): WallPlace,
+    truth: Option<&Maze>,
+    map: Option<&KnownMaze>,
+) -> &'static str {
+    let stands = truth.is_some_and(|maze| maze.walls().has(cell, heading));
+    let is_believed = map.is_some_and(|map| map.wall(cell, heading) == WallState::Present);
+    match (stands, is_believed) {
+        (false, false) => INVISIBLE,
+        (true, false) => "wall true",
+        (true, true) => "wall true known",
+        (false, true) if truth.is_none() => "wall known",
+        (false, true) => "wall mistaken",
     }
 }
 

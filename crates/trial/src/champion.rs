@@ -12,7 +12,7 @@ mod wall_prior;
 use mmsim_maze::{Cell, Heading, KnownMaze, Pose, Unknown, WallState};
 
 use crate::action::{Action, Rotation};
-use crate::race::RaceSteps;
+use crate::race::{RaceSteps, race_optimum};
 use crate::robot::Robot;
 use crate::survey::Survey;
 use crate::trial::Trial;
@@ -169,20 +169,14 @@ struct RaceBounds {
 
 impl RaceBounds {
     fn new(map: &KnownMaze, here: Cell) -> Self {
-        let from = |cell| RaceSteps::flood_from(map.walls(Unknown::Closed), cell);
-        let (from_here, from_start) = (from(here), from(map.start().cell));
+        let (known, start) = (map.walls(Unknown::Closed), map.start().cell);
         let to_goal = RaceSteps::flood(map.walls(Unknown::Open), map.goals());
-        let upper = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
-        // A race takes at least one step, even if it starts in the goal.
-        let [upper, lower] =
-            [upper, to_goal.at(map.start().cell)].map(|steps| steps.map(|steps| steps.max(1)));
-        Self { from_here, to_goal, upper, lower }
-    }
-
-    /// Returns the number of steps to a cell through sides known to be open. Returns 1 for the
-    /// current cell, because a turn on the spot takes one step.
-    fn steps_to(&self, cell: Cell) -> Option<u16> {
-        self.from_here.at(cell).map(|steps| steps.max(1))
+        Self {
+            from_here: RaceSteps::flood_from(known, here),
+            upper: race_optimum(known, start, map.goals()),
+            lower: to_goal.at_least_one(start),
+            to_goal,
+        }
     }
 
     /// Returns the goal cell or the cell at the edge of the explored area through which the path to
@@ -192,31 +186,24 @@ impl RaceBounds {
         let manhattan = |cell: Cell, goal: Cell| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y);
         let to_any_goal = |cell| map.goals().iter().map(|goal| manhattan(cell, goal)).min();
         let key = |cell| {
-            let (to_cell, to_goal) = (self.steps_to(cell)?, self.to_goal.at(cell)?);
+            let (to_cell, to_goal) = (self.from_here.at_least_one(cell)?, self.to_goal.at(cell)?);
             Some((to_cell + to_goal, to_cell + u16::from(to_any_goal(cell)?), to_cell))
         };
         let is_edge = |&cell: &Cell| map.goals().contains(cell) || has_unknown_side(map, cell);
         let edge = map.size().cells().filter(is_edge);
-        let nearest = edge.filter_map(|cell| Some((key(cell)?, cell))).min_by_key(|&(key, _)| key);
-        nearest.map(|(_, cell)| cell)
+        edge.filter(|&cell| key(cell).is_some()).min_by_key(|&cell| key(cell))
     }
 
     /// Returns the nearest cell at the edge of the explored area through which a race may take
     /// fewer than `upper` steps or, if no cell allows fewer, exactly `upper` steps.
     fn nearest_improving(&self, map: &KnownMaze, upper: u16) -> Option<Cell> {
         let from_start = RaceSteps::flood_from(map.walls(Unknown::Open), map.start().cell);
-        let race_through = |cell| Some(from_start.at(cell)? + self.to_goal.at(cell)?);
-        let nearest = |max_steps: u16| {
-            let is_target = |&cell: &Cell| {
-                race_through(cell).is_some_and(|steps| steps <= max_steps)
-                    && has_unknown_side(map, cell)
-            };
-            let cells = map.size().cells().filter(is_target);
-            cells
-                .filter_map(|cell| Some((self.steps_to(cell)?, cell)))
-                .min_by_key(|&(steps, _)| steps)
+        let key = |cell| {
+            let race = from_start.at(cell)? + self.to_goal.at(cell)?;
+            Some((race == upper, self.from_here.at_least_one(cell)?)).filter(|_| race <= upper)
         };
-        nearest(upper - 1).or_else(|| nearest(upper)).map(|(_, cell)| cell)
+        let edge = map.size().cells().filter(|&cell| has_unknown_side(map, cell));
+        edge.filter(|&cell| key(cell).is_some()).min_by_key(|&cell| key(cell))
     }
 }
 

@@ -73,14 +73,14 @@ impl CountExpansion {
 
     /// Floods the maze from `from` and returns, for each cell, the number of cells that were
     /// reached before it.
-    fn counts(&self, from: Cell) -> ExpansionCounts {
-        let mut counts = ExpansionCounts([None; MazeSize::MAX_AREA]);
+    fn counts(&self, from: Cell) -> [Option<u16>; MazeSize::MAX_AREA] {
+        let mut counts = [None; MazeSize::MAX_AREA];
         let mut open = BinaryHeap::from([Reverse((0_u16, from.x, from.y))]);
-        counts.0[index(from)] = Some(0);
+        counts[index(from)] = Some(0);
         let mut count = 0;
         while let Some(Reverse((steps, x, y))) = open.pop() {
             for next in (0..4).filter_map(|place| self.beyond(Cell::new(x, y), place)) {
-                let counted = &mut counts.0[index(next)];
+                let counted = &mut counts[index(next)];
                 if counted.is_none() {
                     count += 1;
                     *counted = Some(count);
@@ -95,12 +95,12 @@ impl CountExpansion {
     fn plan(&self, target: Cell) -> Option<(Heading, usize)> {
         let counts = self.counts(self.survey.pose().cell);
         let (mut cell, mut straight) = (target, None);
-        while counts.get(cell)? > 0 {
+        while counts[index(cell)]? > 0 {
             let before = (0..4).filter_map(|place| {
                 let size = self.survey.map().size();
                 let before = size.neighbour(cell, ORDER[place].back())?;
                 self.beyond(before, place)?;
-                Some((counts.get(before)?, before, ORDER[place]))
+                Some((counts[index(before)]?, before, ORDER[place]))
             });
             let (_, before, heading) = before.min_by_key(|&(count, ..)| count)?;
             straight = match straight {
@@ -139,14 +139,6 @@ impl Robot for CountExpansion {
         self.survey.apply(action);
         self.has_visited_goal |= self.survey.is_in_goal();
         action
-    }
-}
-
-struct ExpansionCounts([Option<u16>; MazeSize::MAX_AREA]);
-
-impl ExpansionCounts {
-    fn get(&self, cell: Cell) -> Option<u16> {
-        self.0[index(cell)]
     }
 }
 

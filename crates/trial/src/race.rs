@@ -2,7 +2,7 @@
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose, Walls};
 
-use crate::action::Action;
+use crate::action::{Action, Rotation};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 /// The number of empty rows north and south of the maze, which make bounds checks unnecessary.
@@ -59,6 +59,11 @@ impl RaceSteps {
         steps.filter(|&steps| steps != UNREACHABLE)
     }
 
+    /// Returns the number of time steps from `cell` to the nearest target, but at least 1.
+    pub(crate) fn at_least_one(&self, cell: Cell) -> Option<u16> {
+        self.at(cell).map(|steps| steps.max(1))
+    }
+
     /// Returns the first move of a fastest path from `pose`, or `None` if `pose` is in a target or
     /// no target is reachable. Longer moves are preferred; ties are broken in the order ahead,
     /// left, right, back.
@@ -95,10 +100,19 @@ pub(crate) fn straight(
     std::iter::successors(Some(cell), next).skip(1).take(MARGIN)
 }
 
+/// Returns the pose after a turn and a move, which ends early at a wall. A negative number of cells
+/// means a backward move.
+pub(crate) fn moved(walls: &Walls, pose: Pose, rotation: Rotation, cells: i8) -> Pose {
+    let heading = rotation.turn(pose.heading);
+    let towards = if cells < 0 { heading.back() } else { heading };
+    let passed = straight(walls, pose.cell, towards).take(cells.unsigned_abs().into());
+    Pose::new(passed.last().unwrap_or(pose.cell), heading)
+}
+
 /// Returns the minimum number of race steps, or `None` if the goal is unreachable. Returns 1 if the
 /// start is in the goal, because a race has at least one step.
 pub fn race_optimum(walls: &Walls, start: Cell, goals: &CellSet) -> Option<u16> {
-    RaceSteps::flood(walls, goals).at(start).map(|steps| steps.max(1))
+    RaceSteps::flood(walls, goals).at_least_one(start)
 }
 
 /// The open straights of 1, 2 and 3 cells to the north and to the east of each cell. Bit x of row

@@ -1,8 +1,9 @@
 //! The map and pose that a robot keeps during a trial.
 
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, WallState};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Unknown, WallState};
 
 use crate::action::Action;
+use crate::race::moved;
 use crate::trial::sensor_headings;
 
 /// A robot's map of the maze, built from sensor readings, and the robot's pose, tracked by dead
@@ -66,17 +67,19 @@ impl Survey {
             let mut here = cell;
             for _ in 0..open {
                 let Some(next) = self.map.size().neighbour(here, heading) else { break };
-                is_changed |= self.update_wall(here, heading, WallState::Absent);
+                is_changed |= self.set_wall(here, heading, WallState::Absent);
                 here = next;
             }
-            is_changed |= self.update_wall(here, heading, WallState::Present);
+            is_changed |= self.set_wall(here, heading, WallState::Present);
         }
         is_changed
     }
 
-    /// Sets the state of a wall.
-    pub(crate) fn set_wall(&mut self, cell: Cell, heading: Heading, wall: WallState) {
+    /// Sets the state of a wall and returns true if the state has changed.
+    pub(crate) fn set_wall(&mut self, cell: Cell, heading: Heading, wall: WallState) -> bool {
+        let is_changed = self.map.wall(cell, heading) != wall;
         self.map.set_wall(cell, heading, wall);
+        is_changed
     }
 
     /// Marks the current cell as visited.
@@ -84,31 +87,12 @@ impl Survey {
         self.map.visit(self.pose.cell);
     }
 
-    fn update_wall(&mut self, cell: Cell, heading: Heading, wall: WallState) -> bool {
-        let is_changed = self.map.wall(cell, heading) != wall;
-        if is_changed {
-            self.map.set_wall(cell, heading, wall);
-        }
-        is_changed
-    }
-
     /// Updates the pose after an action. A move ends at a known wall. A reset sets the pose to the
     /// start, heading north.
     pub fn apply(&mut self, action: Action) {
         match action {
             Action::Move { rotation, cells } => {
-                self.pose.heading = rotation.turn(self.pose.heading);
-                let heading = self.pose.heading;
-                let towards = if cells < 0 { heading.back() } else { heading };
-                for _ in 0..cells.clamp(-Action::MAX_CELLS, Action::MAX_CELLS).unsigned_abs() {
-                    let ahead = self.map.size().neighbour(self.pose.cell, towards);
-                    match ahead
-                        .filter(|_| self.map.wall(self.pose.cell, towards) != WallState::Present)
-                    {
-                        Some(next) => self.pose.cell = next,
-                        None => break,
-                    }
-                }
+                self.pose = moved(self.map.walls(Unknown::Open), self.pose, rotation, cells);
             }
             Action::Reset => self.pose = self.map.start(),
             Action::GiveUp => {}

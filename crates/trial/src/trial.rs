@@ -5,6 +5,7 @@ use std::fmt;
 use mmsim_maze::{Heading, Maze, Pose};
 
 use crate::action::Action;
+use crate::race::moved;
 
 /// The two-run trial of a robot in a maze, according to the rules of the published tester.
 ///
@@ -34,8 +35,7 @@ pub struct Trial<'m> {
     maze: &'m Maze,
     pose: Pose,
     phase: TrialPhase,
-    explore_steps: u32,
-    race_steps: u32,
+    score: Score,
     has_visited_goal: bool,
     outcome: Option<TrialOutcome>,
 }
@@ -94,8 +94,7 @@ impl<'m> Trial<'m> {
             maze,
             pose: maze.start(),
             phase: TrialPhase::Explore,
-            explore_steps: 0,
-            race_steps: 0,
+            score: Score { explore_steps: 0, race_steps: 0 },
             has_visited_goal: false,
             outcome: None,
         }
@@ -118,12 +117,12 @@ impl<'m> Trial<'m> {
 
     /// Returns the number of steps taken in the first run.
     pub const fn explore_steps(&self) -> u32 {
-        self.explore_steps
+        self.score.explore_steps
     }
 
     /// Returns the number of steps taken in the second run.
     pub const fn race_steps(&self) -> u32 {
-        self.race_steps
+        self.score.race_steps
     }
 
     /// Returns the outcome, or `None` before the end of the trial.
@@ -150,13 +149,12 @@ impl<'m> Trial<'m> {
     pub fn act(&mut self, action: Action) -> Option<TrialOutcome> {
         if self.outcome.is_none() {
             match self.phase {
-                TrialPhase::Explore => self.explore_steps += 1,
-                TrialPhase::Race => self.race_steps += 1,
+                TrialPhase::Explore => self.score.explore_steps += 1,
+                TrialPhase::Race => self.score.race_steps += 1,
             }
             match action {
                 Action::Move { rotation, cells } => {
-                    self.pose.heading = rotation.turn(self.pose.heading);
-                    self.go(cells);
+                    self.pose = moved(self.maze.walls(), self.pose, rotation, cells);
                     self.arrive();
                 }
                 Action::Reset if self.phase == TrialPhase::Explore && self.has_visited_goal => {
@@ -166,36 +164,19 @@ impl<'m> Trial<'m> {
                 Action::Reset => {}
                 Action::GiveUp => self.outcome = Some(TrialOutcome::GaveUp),
             }
-            if self.outcome.is_none() && self.explore_steps + self.race_steps >= Self::MAX_STEPS {
+            if self.outcome.is_none() && self.explore_steps() + self.race_steps() >= Self::MAX_STEPS
+            {
                 self.outcome = Some(TrialOutcome::OutOfTime);
             }
         }
         self.outcome
     }
 
-    /// Moves the robot straight, but stops at a wall. A negative number of cells means a backward
-    /// move.
-    fn go(&mut self, cells: i8) {
-        let Pose { cell, heading } = self.pose;
-        let towards: Heading = if cells < 0 { heading.back() } else { heading };
-        let mut here = cell;
-        for _ in 0..cells.clamp(-Action::MAX_CELLS, Action::MAX_CELLS).unsigned_abs() {
-            match here.neighbour(towards) {
-                Some(next) if !self.maze.walls().has(here, towards) => here = next,
-                _ => break,
-            }
-        }
-        self.pose.cell = here;
-    }
-
     fn arrive(&mut self) {
         if self.maze.goals().contains(self.pose.cell) {
             match self.phase {
                 TrialPhase::Explore => self.has_visited_goal = true,
-                TrialPhase::Race => {
-                    let Self { explore_steps, race_steps, .. } = *self;
-                    self.outcome = Some(TrialOutcome::Scored(Score { explore_steps, race_steps }));
-                }
+                TrialPhase::Race => self.outcome = Some(TrialOutcome::Scored(self.score)),
             }
         }
     }

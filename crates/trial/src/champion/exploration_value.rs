@@ -72,8 +72,7 @@ impl ExplorationValue {
         self.add_samples(map, prior, upper);
         let candidates = self.candidates(from_here, upper);
         // In the current cell, the robot needs one step to turn.
-        let steps_to =
-            |candidate: &Candidate| from_here.at(candidate.end).map(|steps| steps.max(1));
+        let steps_to = |candidate: &Candidate| from_here.at_least_one(candidate.end);
         let is_worthwhile = |candidate: &&Candidate| {
             steps_to(candidate).is_some_and(|steps| self.gain(candidate, steps) > min_gain)
         };

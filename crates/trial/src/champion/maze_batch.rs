@@ -7,34 +7,30 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 /// The site of a possible inner wall, north or east of a cell.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct WallSite {
-    pub(super) is_north: bool,
-    pub(super) x: u8,
-    pub(super) y: u8,
+    pub(super) cell: Cell,
+    pub(super) heading: Heading,
 }
 
 impl WallSite {
     /// Returns all wall sites of a maze of this size.
     pub(super) fn all(size: MazeSize) -> impl Iterator<Item = Self> {
-        let at = |Cell { x, y }| [true, false].map(|is_north| Self { is_north, x, y });
-        let is_inside = move |site: &Self| size.neighbour(site.cell(), site.heading()).is_some();
+        let at = |cell| [Heading::North, Heading::East].map(|heading| Self { cell, heading });
+        let is_inside = move |site: &Self| size.neighbour(site.cell, site.heading).is_some();
         size.cells().flat_map(at).filter(is_inside)
     }
 
     /// Returns the two cells that the site separates.
     pub(super) fn cells(self) -> impl Iterator<Item = Cell> {
-        [Some(self.cell()), self.cell().neighbour(self.heading())].into_iter().flatten()
+        [Some(self.cell), self.cell.neighbour(self.heading)].into_iter().flatten()
     }
 
-    pub(super) const fn cell(self) -> Cell {
-        Cell::new(self.x, self.y)
-    }
-
-    pub(super) const fn heading(self) -> Heading {
-        if self.is_north { Heading::North } else { Heading::East }
+    fn is_north(self) -> bool {
+        self.heading == Heading::North
     }
 
     fn index(self) -> usize {
-        index(self.is_north, usize::from(self.x) + 1, usize::from(self.y) + 1)
+        let Cell { x, y } = self.cell;
+        index(self.is_north(), usize::from(x) + 1, usize::from(y) + 1)
     }
 }
 
@@ -72,7 +68,7 @@ impl MazeBatch {
         }
         let mut batch = Self { size, words };
         for site in WallSite::all(size) {
-            batch.set(site, if walls.has(site.cell(), site.heading()) { u64::MAX } else { 0 });
+            batch.set(site, if walls.has(site.cell, site.heading) { u64::MAX } else { 0 });
         }
         batch
     }
@@ -108,7 +104,7 @@ impl MazeBatch {
     /// the table of [`WallPrior`](super::wall_prior::WallPrior).
     pub(super) fn neighbours(&self, site: WallSite) -> [u8; Self::LEN] {
         let here = site.index();
-        let words: [u64; 8] = if site.is_north {
+        let words: [u64; 8] = if site.is_north() {
             let (south_east, north_east) = (here + ROW, here + 3 * ROW);
             [
                 here - 1,
@@ -162,9 +158,9 @@ mod tests {
     }
 
     /// The reference implementation looks up the neighbouring walls one by one.
-    fn reference(walls: &Walls, WallSite { is_north, x, y }: WallSite) -> usize {
+    fn reference(walls: &Walls, site: WallSite) -> usize {
         let size = walls.size();
-        let (x, y) = (i32::from(x), i32::from(y));
+        let (x, y) = (i32::from(site.cell.x), i32::from(site.cell.y));
         let has_wall = |x: i32, y: i32, heading| {
             let inside = |x: i32, y: i32| {
                 let cell = u8::try_from(x).ok().zip(u8::try_from(y).ok());
@@ -178,7 +174,7 @@ mod tests {
                 (None, Some(_)) => true,
             }
         };
-        let sites = if is_north {
+        let sites = if site.is_north() {
             let (n, e) = (Heading::North, Heading::East);
             [
                 (x - 1, y, n),
@@ -222,7 +218,7 @@ mod tests {
             let others = self::walls(size, &other);
             let mut batch = MazeBatch::repeat(&walls);
             for site in WallSite::all(size) {
-                let is_other = others.has(site.cell(), site.heading());
+                let is_other = others.has(site.cell, site.heading);
                 let word = batch.at(site) & !(1 << maze);
                 batch.set(site, word | u64::from(is_other) << maze);
             }

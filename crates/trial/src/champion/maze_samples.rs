@@ -52,7 +52,7 @@ impl MazeSamples {
 
     /// Sets the known walls in all samples and redraws each unknown wall.
     pub(super) fn resample(&mut self, map: &KnownMaze, prior: &WallPrior) {
-        let state = |site: WallSite| map.wall(site.cell(), site.heading());
+        let state = |site: WallSite| map.wall(site.cell, site.heading);
         let is_unknown = |site: &WallSite| state(*site) == WallState::Unknown;
         let (unknown, known): (Vec<WallSite>, _) = WallSite::all(map.size()).partition(is_unknown);
         let inside: Vec<WallSite> = self.inside.iter().copied().filter(is_unknown).collect();

@@ -45,7 +45,7 @@ impl WallPrior {
                 if site.cells().any(|cell| maze.goals().contains(cell)) {
                     continue;
                 }
-                let is_wall = maze.walls().has(site.cell(), site.heading());
+                let is_wall = maze.walls().has(site.cell, site.heading);
                 for neighbours in mirrored(batch.neighbours(site)[0].into()) {
                     counts[neighbours][usize::from(is_wall)] += 1;
                 }
@@ -95,8 +95,9 @@ mod tests {
         let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
         let prior = WallPrior::learn([&maze]);
         let batch = MazeBatch::repeat(maze.walls());
-        let [north, east] = [true, false].map(|is_north| {
-            prior.probability(batch.neighbours(WallSite { is_north, x: 3, y: 1 })[0])
+        let [north, east] = [Heading::North, Heading::East].map(|heading| {
+            let site = WallSite { cell: Cell::new(3, 1), heading };
+            prior.probability(batch.neighbours(site)[0])
         });
         assert!(north > 240 && east < 16, "{north} {east}");
     }
