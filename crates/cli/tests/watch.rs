@@ -87,7 +87,10 @@ fn a_token_is_required_from_other_machines() {
     let server =
         home.serve_until(&["--port", "0", "--viewer-port", "0", "--host", "0.0.0.0"], "watch at ");
     assert!(server.messages.contains("/?token="), "{}", server.messages);
-    assert!(!server.messages.contains("watch at http://0.0.0.0"), "nobody is at that address");
+    assert!(
+        !server.messages.contains("watch at http://0.0.0.0"),
+        "the wildcard address is not reachable"
+    );
     assert!(page(&server.messages).starts_with("HTTP/1.1 401 Unauthorized"));
 }
 

@@ -42,7 +42,7 @@ impl Resources {
     pub(crate) fn wait_until_back(&self, process: u32) {
         let what = format!("the server to use no more than {self:?}");
         wait_for(&what, || {
-            let now = Self::by(process).expect("the server is still running");
+            let now = Self::from_process(process).expect("the server is still running");
             assert!(now.peak <= self.memory + MAX_PEAK_GROWTH_KIB, "from {self:?} to {now:?}");
             let back = now.memory <= self.memory + MAX_GROWTH_KIB
                 && now.threads == self.threads
