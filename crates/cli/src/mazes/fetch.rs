@@ -17,7 +17,7 @@ use crate::output::{counted, note, own_command, print, print_pretty_json};
 use crate::selection::home_folder;
 use crate::usage::CommandResult;
 
-/// The output of `--json`. The field names are JSON keys.
+/// The output of `mazes fetch --json`. The field names are JSON keys.
 #[derive(Serialize)]
 struct FetchReport<'a> {
     from: &'a str,
@@ -35,15 +35,14 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
         return Err(format!("cannot find the home folder (name a folder with {fetch})").into());
     };
     let from = &args.from;
-    let Contents { files, invalid_names, .. } = archive::unpack(&source::read(from)?)
-        .map_err(|error| format!("cannot fetch {from}: {error}; nothing was changed"))?;
+    let cannot_fetch = |why: String| format!("cannot fetch {from}: {why}; nothing was changed");
+    let Contents { files, invalid_names, .. } =
+        archive::unpack(&source::read(from)?).map_err(cannot_fetch)?;
     let all = files.len() + invalid_names.len();
     let (files, mazes) = select(files);
     let Some(example) = mazes.first() else {
         let all = counted(all as u64, "file");
-        return Err(
-            format!("cannot fetch {from}: no mazes in its {all}; nothing was changed").into()
-        );
+        return Err(cannot_fetch(format!("no mazes in its {all}")).into());
     };
     let changes = folder::replace(&parent, &files)?;
     note_files("skipped", "with names that are not valid on every system", &invalid_names);
@@ -67,7 +66,7 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
     Ok(true)
 }
 
-/// Reports what was done with some files, and names the first ones.
+/// Reports what was done with some files, and names up to three of them.
 fn note_files(done: &str, which: &str, files: &[String]) {
     if !files.is_empty() {
         let count = counted(files.len() as u64, "file");
@@ -77,17 +76,16 @@ fn note_files(done: &str, which: &str, files: &[String]) {
     }
 }
 
-/// Selects the files to install: mazes, and files about them such as licences. The top folder is
-/// stripped. Also returns the paths of the mazes.
+/// Selects the mazes and the files that describe them, such as licences. Strips the top folder from
+/// all paths. Also returns the paths of the mazes.
 fn select(mut all: Files) -> (Files, Vec<String>) {
-    // The top folder may be hidden, such as in an archive of ~/.mmsim.
-    let has_top = strip_top_folder(&mut all);
-    all.retain(|path, _| !is_hidden(path));
-    if !has_top {
-        strip_top_folder(&mut all);
-    }
+    // The top folder itself may be hidden, such as in an archive of ~/.mmsim.
+    let top = top_folder_bytes(&all);
+    all.retain(|path, _| !is_hidden(&path[top..]));
+    let top = top_folder_bytes(&all);
     let (mut files, mut mazes) = (Files::new(), Vec::new());
     for (path, content) in all {
+        let path = path[top..].to_string();
         if !is_text(&path) && mmsim_formats::parse_maze(&content).is_ok() {
             mazes.push(path.clone());
             files.insert(path, content);
@@ -99,30 +97,25 @@ fn select(mut all: Files) -> (Files, Vec<String>) {
     (files, mazes)
 }
 
-/// Whether a file is hidden. macOS puts metadata into `__MACOSX`.
+/// Returns true if a file is hidden or in `__MACOSX`, where macOS stores metadata.
 fn is_hidden(path: &str) -> bool {
     path.split('/').any(|name| name.starts_with('.') || name == "__MACOSX")
 }
 
-/// Whether a collection of mazes ignores this file, whatever its content.
+/// Returns true if a collection of mazes ignores files with this extension.
 fn is_text(path: &str) -> bool {
     let extension = Path::new(path).extension().unwrap_or_default();
     ["md", "json"].iter().any(|text| extension.eq_ignore_ascii_case(text))
 }
 
-/// Strips the top folder if all files are in the same one. Returns whether they are.
-fn strip_top_folder(files: &mut Files) -> bool {
-    let first = files.keys().next().and_then(|path| path.split_once('/'));
-    let top = first.map(|(top, _)| format!("{top}/"));
-    let Some(top) = top.filter(|top| files.keys().all(|path| path.starts_with(top))) else {
-        return false;
-    };
-    let strip = |(path, content): (String, _)| (path[top.len()..].to_string(), content);
-    *files = std::mem::take(files).into_iter().map(strip).collect();
-    true
+/// Returns the length of the top folder with its `/` if all files are in one, else 0.
+fn top_folder_bytes(files: &Files) -> usize {
+    let first = files.keys().next().map_or("", |path| path);
+    let top = first.find('/').map_or(0, |slash| slash + 1);
+    if files.keys().all(|path| path.starts_with(&first[..top])) { top } else { 0 }
 }
 
-/// Whether a file is about the collection.
+/// Returns true if a file describes the collection.
 fn is_about(path: &str) -> bool {
     let name = path.rsplit('/').next().unwrap_or(path).to_lowercase();
     ["readme", "license", "licence", "copying"].iter().any(|start| name.starts_with(start))
