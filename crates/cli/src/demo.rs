@@ -45,8 +45,8 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     Ok(result?.unwrap_or(true) || !args.once)
 }
 
-/// Runs the mouse in the served maze and shows it. Returns whether it reached the goal, or `None` if it
-/// was interrupted.
+/// Runs the mouse in the served maze and draws its map. Returns true if the mouse reached the goal,
+/// or `None` if Ctrl-C interrupted the search.
 fn search(
     args: &DemoArgs,
     address: &str,

@@ -68,7 +68,7 @@ fn unsupported_content_is_refused_and_the_old_file_stays() {
     insta::assert_snapshot!(size.stderr, @"mmsim: cannot write out.maz: the format maz cannot hold a 2x2 maze, only 16x16 mazes");
     let lossy = home.run(&["mazes", "convert", "marked.txt", "out.num", "--lossy"]);
     assert_eq!((lossy.code, &old("out.num")[..]), (Some(0), NUM));
-    insta::assert_snapshot!(lossy.stderr, @"omitted: goal (0, 1) (1, 1), which reads back as (0, 0) (1, 0) (0, 1) (1, 1)");
+    insta::assert_snapshot!(lossy.stderr, @"omitted: goal (0, 1) (1, 1), which will be read as (0, 0) (1, 0) (0, 1) (1, 1)");
     let files = fs::read_dir(home.path()).unwrap().count();
     assert_eq!(files, 3, "nothing is left beside them");
 }
@@ -86,10 +86,10 @@ fn reports_what_was_assumed_when_reading() {
     home.write("rows.txt", "bf\nab\nee\n");
     let ambiguous = home.run(&["mazes", "convert", "rows.txt", "-", "--quiet"]);
     assert_eq!(ambiguous.code, Some(0));
-    insta::assert_snapshot!(ambiguous.stderr, @"rows.txt: ambiguous digits, which fit other mazes too; read as: rows from the north, each from the west, bits 1 2 4 8 walls north east south west");
+    insta::assert_snapshot!(ambiguous.stderr, @"rows.txt: ambiguous digits, which also fit other mazes; read as: rows from the north, each from the west, bits 1 2 4 8 walls north east south west");
     let told = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
     insta::assert_snapshot!(told("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
-    insta::assert_snapshot!(told("."), @"mmsim: .: is a folder, not a maze file");
+    insta::assert_snapshot!(told("."), @"mmsim: . is a folder, not a maze file");
     assert!(told("missing.txt").starts_with("mmsim: cannot read missing.txt: "));
 }
 

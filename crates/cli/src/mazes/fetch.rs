@@ -42,11 +42,13 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
     let (files, mazes) = select(files);
     let Some(example) = mazes.first() else {
         let all = counted(all as u64, "file");
-        return Err(cannot_fetch(format!("no mazes in its {all}")).into());
+        return Err(cannot_fetch(format!("no mazes found in {all}")).into());
     };
     let changes = folder::replace(&parent, &files)?;
-    note_files("skipped", "with names that are not valid on every system", &invalid_names);
-    note_files("kept", "that you have changed", &changes.kept);
+    note_files(&invalid_names, |count| {
+        format!("skipped {count} with names that are not valid on every system")
+    });
+    note_files(&changes.kept, |count| format!("kept {count} that you have changed"));
     let (folder, skipped) = (parent.join(folder::FOLDER).display().to_string(), all - files.len());
     let report = FetchReport { from, folder, mazes: mazes.len(), changes, skipped };
     if args.json {
@@ -61,18 +63,18 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
         let place = args.folder.as_ref().map(|folder| format!("{} ", folder.display()));
         let words = Path::new(example).file_stem().unwrap_or_default().display();
         let serve = own_command(&format!("{}--maze \"{words}\"", place.unwrap_or_default()));
-        print(&format!("serve one of them with {serve}\n"))?;
+        print(&format!("serve a maze with {serve}\n"))?;
     }
     Ok(true)
 }
 
-/// Reports what was done with some files, and names up to three of them.
-fn note_files(done: &str, which: &str, files: &[String]) {
+/// Prints a message about some files, with the names of the first three.
+fn note_files(files: &[String], message: fn(&str) -> String) {
     if !files.is_empty() {
-        let count = counted(files.len() as u64, "file");
-        let (first, more) =
-            (files[..files.len().min(3)].join(", "), if files.len() > 3 { ", …" } else { "" });
-        note(format_args!("{done} {count} {which}: {first}{more}"));
+        let message = message(&counted(files.len() as u64, "file"));
+        let names = files[..files.len().min(3)].join(", ");
+        let more = if files.len() > 3 { ", …" } else { "" };
+        note(format_args!("{message}: {names}{more}"));
     }
 }
 

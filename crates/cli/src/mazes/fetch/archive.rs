@@ -34,8 +34,8 @@ pub(super) struct Contents {
 /// Unpacks a .tar.gz, .zip or .tar archive, detected from its content.
 ///
 /// # Errors
-/// Returns an error if the archive is damaged or exceeds a limit, if the path of an entry leads outside
-/// the target folder, or if an entry is neither a file nor a folder.
+/// Returns an error if the archive is damaged or exceeds a limit, if the path of an entry leads
+/// outside the target folder, or if an entry is neither a file nor a folder.
 pub(super) fn unpack(archive: &[u8]) -> Result<Contents, String> {
     const USTAR: std::ops::Range<usize> = 257..262;
     if archive.starts_with(&[0x1f, 0x8b]) {
@@ -76,7 +76,7 @@ impl Contents {
         }
         // Blocks of zeros mark the end.
         if !tar.ends_with(&[0; 512]) {
-            return Err(damaged("its end is missing"));
+            return Err(damaged("the end is missing"));
         }
         Ok(contents)
     }
@@ -102,13 +102,14 @@ impl Contents {
                 _ if entry.flags().is_encrypted() => Err("is encrypted"),
                 CompressionMethod::STORE => Ok(Box::new(data.data())),
                 CompressionMethod::DEFLATE => Ok(Box::new(DeflateDecoder::new(data.data()))),
-                _ => Err("is compressed by another method than deflate"),
+                _ => Err("is compressed with a method other than deflate"),
             };
             // The verifying reader checks size and checksum.
             contents.add(&name, kind, content.map(|content| data.verifying_reader(content)))?;
         }
-        if contents.entries as u64 != archive.entries_hint() {
-            return Err(damaged(format!("{} entries are missing", archive.entries_hint())));
+        let (found, expected) = (contents.entries, archive.entries_hint());
+        if found as u64 != expected {
+            return Err(damaged(format!("expected {expected} entries, found {found}")));
         }
         Ok(contents)
     }

@@ -1,7 +1,7 @@
 //! The folder of fetched mazes, which mmsim owns, inside a folder that the user chooses.
 //!
-//! A fetch builds a new folder next to the old one, copies the user's own and changed files into the new
-//! folder, and renames it. A manifest lists the fetched files.
+//! A fetch builds a new folder next to the old one, copies files that the user has added or
+//! changed, and renames the new folder. A manifest lists the fetched files.
 
 use std::collections::HashMap;
 use std::fs::{self, File};
@@ -15,17 +15,18 @@ use super::archive::Files;
 
 /// The name of the folder of fetched mazes.
 pub(super) const FOLDER: &str = "fetched";
-/// The name of the manifest, which has the CRC-32 in hexadecimal and the path of each fetched file.
+/// The name of the manifest, which contains the CRC-32 in hexadecimal and the path of each fetched
+/// file.
 const MANIFEST: &str = ".mmsim-fetched";
 /// The name of the file that a fetch locks.
 const LOCK: &str = ".mmsim-fetching";
 /// The name of the new folder while it is incomplete.
 const NEW: &str = ".mmsim-fetching-new";
-/// The name of the old folder between the two renames.
+/// The name of the old folder until it is removed.
 const OLD: &str = ".mmsim-fetching-old";
 
-/// The numbers of files that a fetch has added, replaced, left unchanged and removed. The field names
-/// are JSON keys.
+/// The numbers of files that a fetch has added, replaced, left unchanged and removed. The field
+/// names are JSON keys.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Changes {
     pub(super) new: usize,
@@ -39,8 +40,8 @@ pub(super) struct Changes {
 /// Replaces the fetched files in `parent` with `files`.
 ///
 /// # Errors
-/// Returns an error if a file cannot be written or if mmsim did not create the folder. After an error,
-/// the folder is unchanged.
+/// Returns an error if a file cannot be written or if mmsim did not create the folder. After an
+/// error, the folder is unchanged.
 pub(super) fn replace(parent: &Path, files: &Files) -> Result<Changes, String> {
     check_owned(parent)?;
     let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
@@ -91,7 +92,8 @@ fn replace_locked(parent: &Path, files: &Files) -> Result<Changes, String> {
     Ok(changes)
 }
 
-/// Copies the user's files from the old folder, if it exists, to the new one. Compares all other files.
+/// Copies the user's files from the old folder, if it exists, to the new folder. Counts the changes
+/// to all other files.
 fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, String> {
     let mut changes = Changes { new: files.len(), ..Changes::default() };
     if !folder.exists() {
@@ -135,8 +137,7 @@ fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, Strin
     Ok(changes)
 }
 
-/// Returns an error if something else has the name of the folder or of the lock, or if `parent` itself
-/// has fetched mazes.
+/// Checks that a fetch created the folder and the lock file, if they exist.
 fn check_owned(parent: &Path) -> Result<(), String> {
     let [folder, lock] = [FOLDER, LOCK].map(|name| parent.join(name));
     let is_foreign = folder.exists() && !folder.join(MANIFEST).is_file();
@@ -147,7 +148,7 @@ fn check_owned(parent: &Path) -> Result<(), String> {
         (is_foreign, &folder, "was not created by mmsim"),
         (lock.is_symlink() || lock.exists() && !lock.is_file(), &lock, "is not a regular file"),
         // Each maze would be listed twice.
-        (is_old, parent, "has mazes of an unreleased version of mmsim"),
+        (is_old, parent, "contains mazes from an unreleased version of mmsim"),
     ];
     match problems.iter().find(|(is_present, ..)| *is_present) {
         Some((_, path, problem)) => Err(in_the_way(path, problem)),

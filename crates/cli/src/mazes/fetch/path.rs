@@ -3,7 +3,7 @@
 /// The maximum length of a path in bytes, which every system supports.
 const MAX_PATH_BYTES: usize = 200;
 
-/// The names that Windows reserves for devices, with any extension, in addition to `COM1`, `LPT1` etc.
+/// The names that Windows reserves for devices, in addition to numbered ports such as `COM1`.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
 /// Returns the path with `/` as separator, or `None` if the path is not valid on every system.
