@@ -26,10 +26,10 @@ use crate::output::{note, print, print_json, warn};
 use crate::selection::Collection;
 use crate::usage::UsageError;
 
-/// How often Ctrl-C is checked while a mouse computes.
+/// The interval between checks for Ctrl-C while a mouse computes.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The time after which an incomplete line is reported, a multiple of the poll interval.
+/// The time after which an incomplete line is reported. It must be a multiple of [`POLL_INTERVAL`].
 const INCOMPLETE_LINE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Runs the mouse and returns the exit code.
@@ -84,7 +84,7 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     search(args, transport, &map, &Interrupt::catch()?).map(|exit| exit.code())
 }
 
-/// Runs the mouse in a maze of which it knows `map`, and reports how that went.
+/// Runs the mouse and reports how it exited. `map` contains the size, start and goals of the maze.
 fn search(
     args: &MmsArgs,
     transport: impl Transport,
@@ -126,7 +126,7 @@ fn search(
     Ok(exit)
 }
 
-/// A mouse that is running.
+/// A running mouse.
 struct Session {
     button: Button,
     mouse: SimulatedMouse,
@@ -137,7 +137,7 @@ struct Session {
 }
 
 impl Session {
-    /// Obeys the mouse until it exits or is stopped.
+    /// Executes the commands of the mouse until the mouse exits or is stopped.
     fn run<T: Transport>(
         &mut self,
         mut child: Child,
@@ -155,7 +155,7 @@ impl Session {
                     self.answer(&line, &child, simulator)?;
                     silence = Duration::ZERO;
                 }
-                // A process that the mouse has started may keep the pipe open after the mouse exits.
+                // A child process of the mouse may keep the pipe open after the mouse exits.
                 Err(Timeout) if child.status().is_ok_and(|status| status.is_some()) => break,
                 Err(Timeout) => {
                     silence += POLL_INTERVAL;
@@ -167,7 +167,7 @@ impl Session {
             }
         }
         child.end_replies();
-        // The last markers that the mouse set.
+        // Send the last markers that the mouse has set.
         simulator.update(&self.mouse)?;
         let mut interval = Duration::from_millis(1);
         loop {
@@ -185,11 +185,11 @@ impl Session {
         }
     }
 
-    /// Reports an incomplete line: the mouse may be waiting for a reply to it.
+    /// Reports an incomplete line, because the mouse may be waiting for a reply to that line.
     fn report_incomplete(&self, start: &[u8]) {
         if !start.is_empty() {
             let (line, start) = (self.lines + 1, excerpt(start));
-            warn(format_args!("mms: line {line}: no newline yet after {start}"));
+            warn(format_args!("mms: line {line}: waiting for a newline after {start}"));
         }
     }
 
@@ -230,11 +230,11 @@ impl Session {
             Line::Whole(line) => Command::parse(line, self.mouse.map().size())
                 .map_err(|error: CommandError| error.to_string()),
             Line::TooLong(start) => Err(format!(
-                "expected at most {MAX_LINE_BYTES} bytes, found more, starting with {}",
+                "expected at most {MAX_LINE_BYTES} bytes, found a longer line that starts with {}",
                 excerpt(start)
             )),
             Line::Unfinished(line) => {
-                Err(format!("expected a newline, found end of output after {}", excerpt(line)))
+                Err(format!("expected a newline, found the end of output after {}", excerpt(line)))
             }
         }
     }

@@ -16,12 +16,13 @@ use crate::inputs::Inputs;
 use crate::selection::Selected;
 use crate::usage::{CommandResult, UsageError};
 
-/// The number of trials to run before their results are printed.
+/// The number of trials whose results are printed together.
 const BATCH: usize = 32;
 
 pub(crate) fn run(args: &TrialArgs) -> CommandResult {
     if args.watch.is_set() && !args.serve {
-        return Err(UsageError::new("trial", "options for --serve require --serve").into());
+        let error = "recording, history and viewer options require --serve";
+        return Err(UsageError::new("trial", error).into());
     }
     let Inputs { mazes, all_readable } = Inputs::read(&args.mazes);
     let succeeded = if args.compare {

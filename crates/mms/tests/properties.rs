@@ -4,11 +4,11 @@ use mmsim_maze::{Cell, Heading, MazeSize, WallState, Walls};
 use mmsim_mms::{Command, GridPoint, SimulatedMouse};
 use proptest::prelude::*;
 
-/// Half a step to the east and to the north, in each direction clockwise from north.
+/// The east and north components of half a step in each direction, clockwise from north.
 const STEPS: [(i32, i32); 8] =
     [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)];
 
-/// Returns whether half a step from this position in this direction is blocked.
+/// Returns true if half a step from this position in this direction is blocked.
 fn is_blocked(walls: &Walls, (x, y): (i32, i32), eighths: usize) -> bool {
     let (east, north) = STEPS[eighths];
     let has_wall = |x: i32, y: i32, heading| {

@@ -1,4 +1,5 @@
-//! Transcripts of all commands: each line is `command -> response`, or a command without a response.
+//! Transcripts of all commands. Each line is `command -> response`, or a command that has no
+//! response.
 
 use mmsim_maze::Maze;
 use mmsim_mms::{Command, SimulatedMouse};
@@ -13,7 +14,7 @@ o   o---o   o   o
 o---o---o---o---o
 ";
 
-/// A diagonal path from the lower left to the upper right.
+/// A maze with a diagonal path from the lower left to the upper right.
 const STAIRCASE: &str = "\
 o---o---o---o---o
 |       |     G |

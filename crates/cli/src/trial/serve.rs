@@ -1,4 +1,5 @@
-//! `mmsim trial --serve`: a trial in a browser. The robot is a client that sends states to a simulator.
+//! `mmsim trial --serve`: show a trial in a browser. The robot is a client that sends states to a
+//! simulator.
 
 use std::error::Error;
 use std::io::{self, IsTerminal};
@@ -56,9 +57,9 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     Ok(succeeded || !watch.once)
 }
 
-/// Runs a robot and sends each state to the simulator: its pose, what it has seen, and each cell's
-/// lower bound of race steps to the goal. Returns `None` if `pause`, called after each state, returns
-/// `true`.
+/// Runs a robot and sends its states to the simulator. A state contains the pose, the walls that
+/// the robot has seen, and for each cell a lower bound on the race steps to the goal. Calls `pause`
+/// after each state, and stops with `None` if `pause` returns true.
 fn run_trial(
     address: &str,
     contender: &Contender,
