@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal};
+use std::time::Duration;
 
 use mmsim_client::SearchRun;
 use mmsim_maze::{Cell, KnownMaze, Maze, Pose};
@@ -10,8 +11,11 @@ use terminal_size::{Height, Width, terminal_size};
 
 use crate::output::{counted, print};
 
-/// The time between two steps that a viewer can follow, in milliseconds.
-pub(crate) const DEFAULT_PACE_MS: u64 = 50;
+/// Returns the time between two steps. By default, viewers at a terminal can follow the steps.
+pub(crate) fn pace(milliseconds: Option<u64>) -> Duration {
+    let default = if io::stdout().is_terminal() { 50 } else { 0 };
+    Duration::from_millis(milliseconds.unwrap_or(default))
+}
 
 /// Shows the map at the end of a search, and on a terminal also during it, redrawn in place.
 pub(crate) struct Screen {

@@ -9,7 +9,7 @@ use crate::run::RunError;
 use crate::transport::Transport;
 
 /// Sends requests, counts them, and decodes their replies. Clients with their own search loop can
-/// use it instead of [`search_run`].
+/// use `Exchange` instead of [`search_run`].
 ///
 /// ```
 /// use mmsim_client::{Exchange, InMemory};

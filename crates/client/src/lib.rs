@@ -29,7 +29,7 @@ mod transport;
 mod zmq_transport;
 
 pub use exchange::Exchange;
-pub use run::{BrokenRun, RunError, SearchRun, ask_info, search_run};
+pub use run::{BrokenRun, RunError, SearchRun, search_run};
 pub use transport::{InMemory, Transport, TransportError};
 #[cfg(feature = "zmq")]
 pub use zmq_transport::{Waiting, Zmq};

@@ -3,13 +3,13 @@
 use std::ops::ControlFlow;
 
 use mmsim_maze::{Cell, Contradiction, Heading, MazeSize};
-use mmsim_protocol::{BufferTooSmall, Excerpt, Info, UnknownReply};
+use mmsim_protocol::{BufferTooSmall, Excerpt, UnknownReply};
 use mmsim_solvers::{Crash, DriveError, Mouse, SearchDriver, SearchError, SearchStats, Strategy};
 
 use crate::exchange::Exchange;
 use crate::transport::{Transport, TransportError};
 
-/// The weight that is sent for a cell without a weight.
+/// The value that is sent for a cell without a weight.
 const NO_WEIGHT: u16 = u16::MAX;
 
 /// The results of a search run.
@@ -24,7 +24,7 @@ pub struct SearchRun {
     pub requests: u32,
 }
 
-/// The reason why a search run failed. The mouse keeps its map.
+/// The reason why a search run failed. The mouse keeps its map after a failure.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
@@ -79,7 +79,7 @@ pub enum RunError {
 
 impl RunError {
     /// Converts a contradiction in a maze of the expected size. A contradiction at the edge means
-    /// that the maze is larger.
+    /// that the maze is larger than expected.
     pub fn from_contradiction(error: Contradiction, size: MazeSize) -> Self {
         let Contradiction { cell, heading, .. } = error;
         match size.neighbour(cell, heading) {
@@ -109,9 +109,9 @@ pub struct BrokenRun {
     pub error: RunError,
 }
 
-/// Runs a search, beginning with a `reset`. In each cell, it requests the walls, lets the mouse
-/// choose a step, sends the state, and takes the step. If the side behind the mouse is unknown at
-/// the start, the search first requests the walls in the opposite heading.
+/// Runs a search, beginning with a `reset`. In each cell, the search requests the walls, lets the
+/// mouse choose a step, sends the state, and takes the step. If the side behind the mouse is
+/// unknown at the start, the search first requests the walls in the opposite heading.
 ///
 /// The search ends when the strategy stops, or after `max_states` states. After each state,
 /// `observe` is called with the mouse and the current results; [`ControlFlow::Break`] ends the
@@ -157,14 +157,6 @@ fn drive<S: Strategy>(
             return driver.decision().transpose().map(|_| ()).map_err(RunError::from);
         }
     }
-}
-
-/// Asks this project's server what it serves. The reference simulator never replies to this.
-///
-/// # Errors
-/// The server does not reply or its reply is unexpected.
-pub fn ask_info(transport: &mut impl Transport) -> Result<Info, RunError> {
-    Exchange::new(transport).info()
 }
 
 #[cfg(test)]
@@ -327,8 +319,8 @@ o---o---o---o
     #[test]
     fn info_describes_the_maze() {
         let mut simulation = Simulation::new("small", MAZE.parse().unwrap());
-        let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
-        let info = ask_info(&mut transport).unwrap();
+        let transport = InMemory::new(|request, reply| simulation.handle(request, reply));
+        let info = Exchange::new(transport).info().unwrap();
         assert_eq!((info.name.as_str(), info.width, info.height), ("small", 3, 3));
     }
 }

@@ -1,4 +1,4 @@
-//! Transports of requests to a simulator.
+//! Transports for requests to a simulator.
 
 use std::time::Duration;
 

@@ -4,12 +4,12 @@ use mmsim_maze::{Cell, Excerpt, Heading, MazeSize};
 
 use crate::scores::Stat;
 
-/// A command from a mouse, which is one line of text.
+/// A parsed command from a mouse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command<'a> {
-    /// Return the width of the maze in cells.
+    /// Report the width of the maze in cells.
     MazeWidth,
-    /// Return the height of the maze in cells.
+    /// Report the height of the maze in cells.
     MazeHeight,
     /// Check for a wall or post within a number of half steps.
     Wall {
@@ -59,7 +59,7 @@ pub enum Command<'a> {
     WasReset,
     /// Move the mouse back to the start.
     AckReset,
-    /// Return a statistic.
+    /// Report a statistic.
     GetStat(Stat),
 }
 
@@ -100,7 +100,7 @@ pub fn excerpt(line: &[u8]) -> Excerpt<MAX_EXCERPT> {
 const COLOURS: &[u8] = b"kbacgorwyBCAGRY";
 
 impl<'a> Command<'a> {
-    /// Parses a command to a mouse in a maze of the given size. The line may end with blanks and
+    /// Parses a command from a mouse in a maze of the given size. The line may end with blanks and
     /// `\r\n`.
     ///
     /// Numbers that are too large saturate. The name of a [`Stat`] is also accepted without
@@ -120,54 +120,53 @@ impl<'a> Command<'a> {
     pub fn parse(line: &'a [u8], size: MazeSize) -> Result<Self, CommandError> {
         let mut words = Words(line.strip_suffix(b"\n").unwrap_or(line));
         let name = words.next().unwrap_or_default();
-        let name = str::from_utf8(name).unwrap_or_default();
         let parser = Parser { line, size };
         match name {
-            "mazeWidth" => parser.no_arguments(words, "mazeWidth", Self::MazeWidth),
-            "mazeHeight" => parser.no_arguments(words, "mazeHeight", Self::MazeHeight),
-            "wallFront" => parser.wall(words, 0),
-            "wallFrontRight" => parser.wall(words, 1),
-            "wallRight" => parser.wall(words, 2),
-            "wallBackRight" => parser.wall(words, 3),
-            "wallBack" => parser.wall(words, 4),
-            "wallBackLeft" => parser.wall(words, -3),
-            "wallLeft" => parser.wall(words, -2),
-            "wallFrontLeft" => parser.wall(words, -1),
-            "moveForward" => parser.forward(words, 2),
-            "moveForwardHalf" => parser.forward(words, 1),
-            "turnRight" | "turnRight90" => parser.turn(words, 2),
-            "turnLeft" | "turnLeft90" => parser.turn(words, -2),
-            "turnRight45" => parser.turn(words, 1),
-            "turnLeft45" => parser.turn(words, -1),
-            "setWall" => parser.mark_wall(words, "setWall X Y n|e|s|w", true),
-            "clearWall" => parser.mark_wall(words, "clearWall X Y n|e|s|w", false),
-            "setColor" => parser.colour(words),
-            "clearColor" => {
+            b"mazeWidth" => parser.no_arguments(words, "mazeWidth", Self::MazeWidth),
+            b"mazeHeight" => parser.no_arguments(words, "mazeHeight", Self::MazeHeight),
+            b"wallFront" => parser.wall(words, 0),
+            b"wallFrontRight" => parser.wall(words, 1),
+            b"wallRight" => parser.wall(words, 2),
+            b"wallBackRight" => parser.wall(words, 3),
+            b"wallBack" => parser.wall(words, 4),
+            b"wallBackLeft" => parser.wall(words, -3),
+            b"wallLeft" => parser.wall(words, -2),
+            b"wallFrontLeft" => parser.wall(words, -1),
+            b"moveForward" => parser.forward(words, 2),
+            b"moveForwardHalf" => parser.forward(words, 1),
+            b"turnRight" | b"turnRight90" => parser.turn(words, 2),
+            b"turnLeft" | b"turnLeft90" => parser.turn(words, -2),
+            b"turnRight45" => parser.turn(words, 1),
+            b"turnLeft45" => parser.turn(words, -1),
+            b"setWall" => parser.mark_wall(words, "setWall X Y n|e|s|w", true),
+            b"clearWall" => parser.mark_wall(words, "clearWall X Y n|e|s|w", false),
+            b"setColor" => parser.colour(words),
+            b"clearColor" => {
                 let cell = parser.only_cell(words, "clearColor X Y")?;
                 Ok(Self::Colour { cell, letter: None })
             }
-            "clearAllColor" => parser.no_arguments(words, "clearAllColor", Self::ClearAllColours),
-            "setText" => parser.text(words),
-            "clearText" => {
+            b"clearAllColor" => parser.no_arguments(words, "clearAllColor", Self::ClearAllColours),
+            b"setText" => parser.text(words),
+            b"clearText" => {
                 let cell = parser.only_cell(words, "clearText X Y")?;
                 Ok(Self::Text { cell, text: b"" })
             }
-            "clearAllText" => parser.no_arguments(words, "clearAllText", Self::ClearAllText),
-            "wasReset" => parser.no_arguments(words, "wasReset", Self::WasReset),
-            "ackReset" => parser.no_arguments(words, "ackReset", Self::AckReset),
-            "getStat" => parser.stat(words),
-            name => match name.parse() {
-                Ok(stat) => {
+            b"clearAllText" => parser.no_arguments(words, "clearAllText", Self::ClearAllText),
+            b"wasReset" => parser.no_arguments(words, "wasReset", Self::WasReset),
+            b"ackReset" => parser.no_arguments(words, "ackReset", Self::AckReset),
+            b"getStat" => parser.stat(words),
+            name => match Stat::from_name(name) {
+                Some(stat) => {
                     let expected = "the name of a statistic without arguments";
                     parser.no_arguments(words, expected, Self::GetStat(stat))
                 }
-                Err(_) => Err(CommandError::Unknown(excerpt(parser.line))),
+                None => Err(CommandError::Unknown(excerpt(parser.line))),
             },
         }
     }
 }
 
-/// The context for parsing arguments: the line, for error messages, and the size of the maze.
+/// The line and the maze size, which are needed to parse arguments and to report errors.
 #[derive(Clone, Copy)]
 struct Parser<'a> {
     line: &'a [u8],
@@ -188,17 +187,17 @@ impl<'a> Parser<'a> {
     }
 
     fn wall(self, words: Words<'_>, turn: i8) -> Result<Command<'a>, CommandError> {
-        let number = self.number(words, "wall… with at most one number")?;
+        let number = self.number(words, "a wall command with at most one number")?;
         Ok(Command::Wall { turn, half_steps: number.max(1) })
     }
 
     fn forward(self, words: Words<'_>, half_steps: u64) -> Result<Command<'a>, CommandError> {
-        let number = self.number(words, "moveForward… with at most one number")?;
+        let number = self.number(words, "a moveForward command with at most one number")?;
         Ok(Command::Forward { half_steps: number.saturating_mul(half_steps) })
     }
 
     fn turn(self, words: Words<'_>, eighths: i8) -> Result<Command<'a>, CommandError> {
-        self.no_arguments(words, "turn… without arguments", Command::Turn { eighths })
+        self.no_arguments(words, "a turn command without arguments", Command::Turn { eighths })
     }
 
     fn mark_wall(
@@ -238,8 +237,7 @@ impl<'a> Parser<'a> {
     }
 
     fn stat(self, mut words: Words<'_>) -> Result<Command<'a>, CommandError> {
-        let stat = words.next().and_then(|name| str::from_utf8(name).ok()?.parse().ok());
-        match (stat, words.next()) {
+        match (words.next().and_then(Stat::from_name), words.next()) {
             (Some(stat), None) => Ok(Command::GetStat(stat)),
             _ => Err(self.invalid_arguments("getStat and the name of a statistic, such as score")),
         }
@@ -393,9 +391,9 @@ mod tests {
         insta::assert_snapshot!(error(b"MoveForward"), @r#"unknown command "MoveForward""#);
         insta::assert_snapshot!(error(&[b'x'; 4096]), @r#"unknown command "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"… of 4096 bytes"#);
         insta::assert_snapshot!(error(b"mazeWidth 3"), @r#"expected mazeWidth, found "mazeWidth 3""#);
-        insta::assert_snapshot!(error(b"wallFront 1 2"), @r#"expected wall… with at most one number, found "wallFront 1 2""#);
-        insta::assert_snapshot!(error(b"moveForward 1 2"), @r#"expected moveForward… with at most one number, found "moveForward 1 2""#);
-        insta::assert_snapshot!(error(b"turnLeft45 2"), @r#"expected turn… without arguments, found "turnLeft45 2""#);
+        insta::assert_snapshot!(error(b"wallFront 1 2"), @r#"expected a wall command with at most one number, found "wallFront 1 2""#);
+        insta::assert_snapshot!(error(b"moveForward 1 2"), @r#"expected a moveForward command with at most one number, found "moveForward 1 2""#);
+        insta::assert_snapshot!(error(b"turnLeft45 2"), @r#"expected a turn command without arguments, found "turnLeft45 2""#);
         insta::assert_snapshot!(error(b"setWall 1 2"), @r#"expected setWall X Y n|e|s|w, found "setWall 1 2""#);
         insta::assert_snapshot!(error(b"clearWall 1 2 N"), @r#"expected clearWall X Y n|e|s|w, found "clearWall 1 2 N""#);
         insta::assert_snapshot!(error(b"setWall 16 0 n"), @r#"expected a cell in a maze of 16x16 cells, found "setWall 16 0 n""#);

@@ -11,7 +11,7 @@
 //!
 //! [`Command::parse`] parses a line, and [`SimulatedMouse::execute`] executes the command and
 //! returns the [`Response`]. An [`Environment`] provides the walls; [`Walls`](mmsim_maze::Walls)
-//! implements it. The crate uses no processes, pipes or clocks.
+//! implements this trait. The crate uses no processes, pipes or clocks.
 //!
 //! ```
 //! use mmsim_maze::Maze;

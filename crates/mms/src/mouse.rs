@@ -14,15 +14,15 @@ pub trait Environment {
     /// The reason why a wall is unavailable or the mouse must stop.
     type Error;
 
-    /// Returns true if there is a wall on the given side of the cell. This is not called for outer
-    /// walls.
+    /// Returns true if there is a wall on the given side of the cell. This method is not called for
+    /// outer walls.
     ///
     /// # Errors
     /// Returns an error if the wall cannot be determined.
     fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Self::Error>;
 
     /// Called when the mouse turns, is moved back to the start, or enters a cell. A movement over
-    /// several cells calls this for each cell.
+    /// several cells calls this method for each cell.
     ///
     /// # Errors
     /// Returns an error to stop the mouse.
@@ -40,7 +40,7 @@ impl Environment for Walls {
     }
 }
 
-/// A mouse in a maze that executes commands.
+/// A simulated mouse that executes commands.
 #[derive(Clone, Debug)]
 pub struct SimulatedMouse {
     point: GridPoint,
@@ -256,7 +256,8 @@ const fn wall_state(is_present: bool) -> WallState {
     if is_present { WallState::Present } else { WallState::Absent }
 }
 
-/// Parses a text as a number. Large numbers saturate, and other texts are 0.
+/// Parses a text as a number. Numbers that are too large saturate, and texts that are not numbers
+/// become 0.
 fn number_in(text: &[u8]) -> u16 {
     let digits = text.trim_ascii();
     if !digits.iter().all(u8::is_ascii_digit) {

@@ -32,7 +32,8 @@ pub(crate) enum MazesCommand {
         /// Maze file, or words from the path of a maze
         #[arg(required = true)]
         name: Vec<String>,
-        /// Where to look for the maze [default: ~/.mmsim if it exists, else the bundled mazes]
+        /// Where to look for the maze [default: ~/.mmsim if it exists, else the bundled
+        /// mazes]
         #[arg(long, value_name = "PATH")]
         mazes: Option<PathBuf>,
         /// Format of the maze file NAME [default: detected from its content]
@@ -44,9 +45,9 @@ pub(crate) enum MazesCommand {
     },
     /// Check maze files for errors, and print their size, goals and shortest path
     ///
-    /// Errors are unreadable files, contradictory cells, gaps in the outer wall, and an unreachable
-    /// goal; the exit code is then 1. Warnings are posts without a wall, unreachable cells, unknown
-    /// walls, ambiguous hex digits, and duplicate mazes.
+    /// The exit code is 1 if there are errors: unreadable files, contradictory cells, gaps in the
+    /// outer wall, or an unreachable goal. Warnings report posts without a wall, unreachable cells,
+    /// unknown walls, ambiguous hex digits, and duplicate mazes.
     Check {
         /// Maze files, and folders to search recursively, skipping hidden, .md and .json files
         #[arg(required = true, value_name = "PATH")]

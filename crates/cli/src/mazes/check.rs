@@ -74,7 +74,7 @@ impl Checked {
         Self { row, format: Some(format.name()), findings }
     }
 
-    /// Returns the result for a file or folder that cannot be read. The error contains the path.
+    /// Returns the result for a file or folder that cannot be read. `error` must contain the path.
     fn unread(path: &Path, error: &impl Display) -> Self {
         let findings = vec![Finding::unreadable(error.to_string())];
         Self { row: MazeRow::from_error(path, error), format: None, findings }

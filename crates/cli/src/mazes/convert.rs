@@ -11,7 +11,7 @@ use super::finding::ambiguity;
 use crate::output::{counted, note, print, replace, warn};
 use crate::usage::{CommandResult, UsageError};
 
-/// The path that means stdin or stdout.
+/// The path argument for stdin or stdout.
 const STANDARD: &str = "-";
 
 pub(super) fn run(args: &ConvertArgs) -> CommandResult {

@@ -110,7 +110,7 @@ fn is_text(path: &str) -> bool {
     ["md", "json"].iter().any(|text| extension.eq_ignore_ascii_case(text))
 }
 
-/// Returns the length of the top folder with its `/` if all files are in one, else 0.
+/// Returns the length of the common top folder of all files, including the `/`, or 0 without one.
 fn top_folder_bytes(files: &Files) -> usize {
     let first = files.keys().next().map_or("", |path| path);
     let top = first.find('/').map_or(0, |slash| slash + 1);

@@ -76,7 +76,8 @@ impl Generated {
     }
 }
 
-/// Writes each maze to a file. Replaces a file that has different content only with `--force`.
+/// Writes each maze to a file. Without `--force`, returns an error if a file already exists with
+/// different content.
 fn write(
     mazes: impl Iterator<Item = Generated>,
     output: &Path,

@@ -14,10 +14,10 @@ use mmsim_mms::Response;
 /// The maximum length of a line in bytes, including the newline.
 pub(crate) const MAX_LINE_BYTES: usize = 4096;
 
-/// The number of bytes that are kept from a line over the maximum length.
+/// The maximum length of an excerpt from a line, in bytes.
 const START_BYTES: usize = 40;
 
-/// The maximum number of lines in the queue of unexecuted commands.
+/// The maximum number of lines that are queued for execution.
 const MAX_LINES_AHEAD: usize = 256;
 
 /// The maximum number of unread replies, which take about 10 MB.
@@ -40,7 +40,7 @@ pub(crate) enum Line {
     Whole(Vec<u8>),
     /// The start of a line that exceeds the maximum length.
     TooLong(Vec<u8>),
-    /// A last line that has no newline.
+    /// The last line of the output if it has no newline.
     Unfinished(Vec<u8>),
 }
 

@@ -16,7 +16,7 @@ pub(crate) struct Simulator<'a, T> {
     reported: KnownMaze,
     interrupt: &'a Interrupt,
     pace: Duration,
-    /// A copy of the mouse when its last state was sent.
+    /// A copy of the mouse whose state was sent last.
     last: Option<SimulatedMouse>,
 }
 

@@ -37,14 +37,14 @@ pub(crate) struct TrialArgs {
     /// Probability from 0 to 1 that a sensor reading is off by one cell
     #[arg(long, value_name = "P", default_value_t = 0., value_parser = parse_probability)]
     noise: f64,
-    /// Number of corners, 0 to 3, that the robots swing and swing-timed visit
+    /// Number of corners to visit, 0 to 3, for the robots swing and swing-timed
     #[arg(long, value_name = "N", default_value_t)]
     key_points: KeyPoints,
-    /// How far the robots swing and swing-timed explore
+    /// How far to explore, for the robots swing and swing-timed
     #[arg(long, default_value_t, value_parser = variants())]
     variant: Variant,
-    /// Draw the explored maze and the race. Each step has U, R, D or L in its first cell and the
-    /// lowercase letter in all further cells; X marks the reached goal cell
+    /// Draw the explored maze and the race. A step is drawn as U, R, D or L in its first cell and
+    /// as a lowercase letter in the following cells. X marks the goal
     #[arg(long)]
     pub(crate) path: bool,
     /// Print a JSON array

@@ -56,7 +56,7 @@ fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
 }
 
 /// Runs all trials and prints the tables. Succeeds even if a robot does not score, because the
-/// tables show that.
+/// tables show missing scores.
 pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     let tables = comparisons(args);
     let trials = Trials::run(&tables, mazes);
@@ -195,7 +195,7 @@ fn each(outcomes: &[TrialResult]) -> Vec<String> {
 }
 
 /// Returns how often a robot scored, correctly reported an unreachable goal, and failed. If the
-/// robot scored, also returns the means over those mazes.
+/// robot scored, also returns the means over the scored mazes.
 fn means(outcomes: &[TrialResult]) -> Vec<String> {
     let Means { scored, explore_steps, race_steps, score, excess } = Means::new(outcomes.iter());
     let unreachable = outcomes.iter().filter(|outcome| outcome.is_correctly_given_up()).count();

@@ -112,8 +112,9 @@ impl TrialResult {
         matches!(self.ending, TrialOutcome::GaveUp) && self.race_optimum.is_none()
     }
 
-    /// Returns the score of a robot that knows the maze, or `None` if the goal is unreachable. Such
-    /// a robot explores in as many steps as it races, plus one step for the reset.
+    /// Returns the score of a robot that knows the maze, or `None` if the goal is unreachable. A
+    /// robot that knows the maze explores and races in the minimum number of steps, and needs one
+    /// more step for the reset.
     pub(crate) fn bound(&self) -> Option<Score> {
         let optimum = u32::from(self.race_optimum?);
         Some(Score { explore_steps: optimum + 1, race_steps: optimum })
@@ -136,8 +137,8 @@ impl TrialResult {
     }
 }
 
-/// Returns the cells that a step leaves, each with a letter. The letter of the first cell is
-/// uppercase.
+/// Returns the cells that a step crosses, each with its letter in the drawing. The letter of the
+/// first cell is uppercase.
 fn letters(from: Cell, to: Cell) -> impl Iterator<Item = (Cell, char)> {
     let (heading, letter) = match (to.x.cmp(&from.x), to.y.cmp(&from.y)) {
         (_, Ordering::Greater) => (Heading::North, 'U'),

@@ -11,8 +11,8 @@ use crate::output::{print, print_pretty_json};
 use crate::screen::wide_or_compact;
 use crate::usage::CommandResult;
 
-/// A printer for the outcomes of trials. It prints each line of the table immediately, or after all
-/// drawings if `--path` is set. It prints JSON at the end.
+/// A printer for the outcomes of trials. Table lines are printed immediately, or after all drawings
+/// if `--path` is set. JSON is printed at the end.
 pub(crate) struct Results<'a> {
     jobs: &'a [Job<'a>],
     args: &'a TrialArgs,
@@ -22,7 +22,7 @@ pub(crate) struct Results<'a> {
 }
 
 impl<'a> Results<'a> {
-    /// Prepares the table for these trials.
+    /// Creates a printer for the outcomes of `jobs`.
     pub(crate) fn new(jobs: &'a [Job<'a>], args: &'a TrialArgs) -> Self {
         let table = ResultTable::new(jobs);
         Self { jobs, args, lines: table.head(), table, outcomes: Vec::new() }

@@ -2,8 +2,6 @@
 //! simulator.
 
 use std::error::Error;
-use std::io::{self, IsTerminal};
-use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Zmq};
 use mmsim_maze::Unknown;
@@ -15,7 +13,7 @@ use super::results::Results;
 use crate::connection::report_waiting;
 use crate::local_server;
 use crate::output::note;
-use crate::screen::DEFAULT_PACE_MS;
+use crate::screen::pace;
 use crate::selection::{Collection, Selected};
 use crate::usage::{CommandResult, UsageError};
 
@@ -39,8 +37,8 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
         &watch.retention,
         viewer,
     )?;
-    let pace = watch.pace.unwrap_or(if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 });
-    let pause = || interrupt.wait_for(Duration::from_millis(pace));
+    let pace = pace(watch.pace);
+    let pause = || interrupt.wait_for(pace);
     let outcome = run_trial(server.address(), contender, &selected, pause);
     let mut succeeded = true;
     if let Some(outcome) = outcome? {
@@ -59,7 +57,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
 
 /// Runs a robot and sends its states to the simulator. A state contains the pose, the walls that
 /// the robot has seen, and for each cell a lower bound on the race steps to the goal. Calls `pause`
-/// after each state, and stops with `None` if `pause` returns true.
+/// after each state, and returns `None` if `pause` returns true.
 fn run_trial(
     address: &str,
     contender: &Contender,

@@ -18,20 +18,21 @@ pub(super) const MAX_ARCHIVE_BYTES: u64 = 32 << 20;
 const MAX_UNPACKED_BYTES: u64 = 32 << 20;
 const MAX_ENTRIES: usize = 20_000;
 
-/// The contents of files by their relative paths, separated by `/`.
+/// A map from the relative paths of files, with `/` as separator, to their contents.
 pub(super) type Files = BTreeMap<String, Vec<u8>>;
 
 /// The unpacked content of an archive.
 #[derive(Default)]
 pub(super) struct Contents {
     pub(super) files: Files,
-    /// The names of skipped files, quoted for messages. These names are not valid on every system.
+    /// The names of skipped files, quoted for messages. A file is skipped if its name is not valid
+    /// on every system.
     pub(super) invalid_names: Vec<String>,
     entries: usize,
     bytes: u64,
 }
 
-/// Unpacks a .tar.gz, .zip or .tar archive, detected from its content.
+/// Detects and unpacks a .tar.gz, .zip or .tar archive.
 ///
 /// # Errors
 /// Returns an error if the archive is damaged or exceeds a limit, if the path of an entry leads

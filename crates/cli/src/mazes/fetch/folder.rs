@@ -1,4 +1,4 @@
-//! The folder of fetched mazes, which mmsim owns, inside a folder that the user chooses.
+//! Updates the folder of fetched mazes, which mmsim owns, inside a folder that the user chooses.
 //!
 //! A fetch builds a new folder next to the old one, copies files that the user has added or
 //! changed, and renames the new folder. A manifest lists the fetched files.
@@ -20,9 +20,9 @@ pub(super) const FOLDER: &str = "fetched";
 const MANIFEST: &str = ".mmsim-fetched";
 /// The name of the file that a fetch locks.
 const LOCK: &str = ".mmsim-fetching";
-/// The name of the new folder while it is incomplete.
+/// The temporary name of the new folder.
 const NEW: &str = ".mmsim-fetching-new";
-/// The name of the old folder until it is removed.
+/// The temporary name of the old folder.
 const OLD: &str = ".mmsim-fetching-old";
 
 /// The numbers of files that a fetch has added, replaced, left unchanged and removed. The field
@@ -33,7 +33,7 @@ pub(super) struct Changes {
     pub(super) replaced: usize,
     pub(super) unchanged: usize,
     pub(super) removed: usize,
-    /// The paths of fetched files that the user has changed, which are kept.
+    /// The paths of fetched files that are kept because the user has changed them.
     pub(super) kept: Vec<String>,
 }
 
