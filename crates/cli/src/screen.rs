@@ -11,11 +11,8 @@ use terminal_size::{Height, Width, terminal_size};
 
 use crate::output::{counted, print};
 
-/// Returns the time between two steps. By default, viewers at a terminal can follow the steps.
-pub(crate) fn pace(milliseconds: Option<u64>) -> Duration {
-    let default = if io::stdout().is_terminal() { 50 } else { 0 };
-    Duration::from_millis(milliseconds.unwrap_or(default))
-}
+/// The time between two steps that a viewer can follow, in milliseconds.
+const DEFAULT_PACE_MS: u64 = 50;
 
 /// Shows the map at the end of a search, and on a terminal also during it, redrawn in place.
 pub(crate) struct Screen {
@@ -29,6 +26,12 @@ pub(crate) struct Screen {
 /// Returns the words of the summary for how a search ended.
 pub(crate) fn ending(run: &SearchRun) -> &'static str {
     if run.stats.goal_reached() { "goal reached" } else { "goal not reached" }
+}
+
+/// Returns the time between two steps, which by default is visible on a terminal.
+pub(crate) fn pace(milliseconds: Option<u64>) -> Duration {
+    let default = if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 };
+    Duration::from_millis(milliseconds.unwrap_or(default))
 }
 
 impl Screen {

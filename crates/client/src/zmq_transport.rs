@@ -65,7 +65,7 @@ impl<'a> Zmq<'a> {
         loop {
             let left =
                 timeout.map_or(NOTICE_INTERVAL, |timeout| timeout.saturating_sub(start.elapsed()));
-            // Round up: poll 0 ms would turn the last fraction of a millisecond into a busy loop.
+            // Round up, because polling for 0 ms would be a busy loop during the last millisecond.
             let wait = i64::try_from(left.min(NOTICE_INTERVAL).as_micros().div_ceil(1000))
                 .unwrap_or(i64::MAX);
             match self.socket.poll(zmq::POLLIN, wait) {

@@ -327,7 +327,7 @@ mod tests {
         {
             assert_eq!(parse(line), Ok(Command::Forward { half_steps: 6 }), "{line:?}");
         }
-        // As mms-rs sends it.
+        // The crate mms-rs sends this line.
         assert_eq!(parse("moveForward \n"), Ok(Command::Forward { half_steps: 2 }));
     }
 

@@ -389,7 +389,7 @@ fn returning_to_the_start_cancels_the_run() {
 
 #[test]
 fn only_the_end_of_a_movement_counts() {
-    // The mouse passes the goal, turns round, and stops at it.
+    // The mouse passes the goal, turns around, and stops at the goal.
     let mut fixture = Fixture::new("o---o---o---o---o\n| S       G     |\no---o---o---o---o\n");
     fixture.check(
         "turnRight -> ack

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use archive::{Contents, Files};
 use folder::Changes;
+use mmsim_formats::{Catalogue, parse_maze};
 use mmsim_maze::Escaped;
 use serde::Serialize;
 
@@ -88,12 +89,13 @@ fn select(mut all: Files) -> (Files, Vec<String>) {
     let (mut files, mut mazes) = (Files::new(), Vec::new());
     for (path, content) in all {
         let path = path[top..].to_string();
-        if !is_text(&path) && mmsim_formats::parse_maze(&content).is_ok() {
+        let is_skipped = Catalogue::skips(Path::new(&path));
+        if !is_skipped && parse_maze(&content).is_ok() {
             mazes.push(path.clone());
             files.insert(path, content);
         } else if is_about(&path) {
-            // A collection of mazes ignores files with this extension.
-            files.insert(if is_text(&path) { path } else { path + ".md" }, content);
+            // Listings of mazes skip files with this extension.
+            files.insert(if is_skipped { path } else { path + ".md" }, content);
         }
     }
     (files, mazes)
@@ -102,12 +104,6 @@ fn select(mut all: Files) -> (Files, Vec<String>) {
 /// Returns true if a file is hidden or in `__MACOSX`, where macOS stores metadata.
 fn is_hidden(path: &str) -> bool {
     path.split('/').any(|name| name.starts_with('.') || name == "__MACOSX")
-}
-
-/// Returns true if a collection of mazes ignores files with this extension.
-fn is_text(path: &str) -> bool {
-    let extension = Path::new(path).extension().unwrap_or_default();
-    ["md", "json"].iter().any(|text| extension.eq_ignore_ascii_case(text))
 }
 
 /// Returns the length of the common top folder of all files, including the `/`, or 0 without one.

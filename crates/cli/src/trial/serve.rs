@@ -27,7 +27,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
         return Err(not_one("maze", paths).into());
     };
     let watch = &args.watch;
-    // A maze that is not a file is a bundled one.
+    // If the path is not a file, the maze is a bundled one.
     let collection = Collection::at(Some(&*selected.path).filter(|path| path.exists()))?;
     let viewer = (!watch.once).then_some(&watch.viewer);
     let (server, interrupt) = local_server::start(

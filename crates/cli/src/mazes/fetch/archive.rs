@@ -87,7 +87,8 @@ impl Contents {
         let archive = ZipArchive::from_slice(zip).map_err(damaged)?;
         for entry in archive.entries() {
             let entry = entry.map_err(damaged)?;
-            // The Unix mode, whatever system the entry claims to come from; not every tool sets it.
+            // The Unix mode, or 0 from tools that do not set the mode. The originating system is
+            // ignored.
             let kind = match (entry.external_attributes() >> 16) & 0o170_000 {
                 0 | 0o100_000 => EntryType::Regular,
                 0o040_000 => EntryType::Directory,
