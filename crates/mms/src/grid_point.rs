@@ -96,7 +96,7 @@ impl CompassDirection {
         CLOCKWISE[self.eighths as usize / 2 % 4]
     }
 
-    /// Returns the length of half a step to the east and to the north, in half cells.
+    /// Returns the east and north components of half a step, in half cells.
     const fn half_step(self) -> (i8, i8) {
         match self.eighths {
             0 => (0, 1),

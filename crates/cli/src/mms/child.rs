@@ -48,7 +48,7 @@ impl Child {
     /// Starts a program with its arguments. The program inherits stderr.
     pub(crate) fn start(command: &[OsString]) -> Result<Self, String> {
         let [program, arguments @ ..] = command else {
-            return Err("no program after --".into());
+            return Err("no program given after --".into());
         };
         let mut mouse = Command::new(program);
         // The mouse gets a process group, so its child processes can be killed too.

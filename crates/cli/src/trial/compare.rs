@@ -55,8 +55,8 @@ fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
     ]
 }
 
-/// Runs all trials and prints the tables. Succeeds even if a robot does not score, because the
-/// tables show missing scores.
+/// Runs all trials and prints the tables. A robot without a score is shown in the tables and is not
+/// an error.
 pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     let tables = comparisons(args);
     let trials = Trials::run(&tables, mazes);

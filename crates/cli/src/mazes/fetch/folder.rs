@@ -156,7 +156,7 @@ fn check_owned(parent: &Path) -> Result<(), String> {
     }
 }
 
-/// Waits until no other fetch has locked the folder. Some file systems have no locks.
+/// Waits until no other fetch has locked the folder. Does not wait on file systems without locks.
 fn lock(parent: &Path) -> io::Result<File> {
     let lock = File::options().create(true).append(true).open(parent.join(LOCK))?;
     let _ = lock.lock();
