@@ -72,10 +72,7 @@ fn default_folder_is_searched_for_mazes() {
     let from = home.write("a.tar.gz", tar_gz(&[("one.txt", MAZE), ("two/three.txt", MAZE)]));
     let fetched = home.run(&["mazes", "fetch", "--from", from.to_str().unwrap()]);
     assert_eq!(fetched.code, Some(0), "{fetched:?}");
-    assert!(
-        fetched.stdout.contains("serve a maze with `mmsim --maze \"one\"`"),
-        "{fetched:?}"
-    );
+    assert!(fetched.stdout.contains("serve a maze with `mmsim --maze \"one\"`"), "{fetched:?}");
     let list = home.run(&["mazes", "list", "--json"]).json();
     assert_eq!(list.as_array().unwrap().len(), 2);
     assert!(list[0]["path"].as_str().unwrap().contains(".mmsim"), "{list}");
