@@ -108,7 +108,7 @@ fn is_hidden(path: &str) -> bool {
 
 /// Returns the length of the common top folder of all files, including the `/`, or 0 without one.
 fn top_folder_bytes(files: &Files) -> usize {
-    let first = files.keys().next().map_or("", |path| path);
+    let first = files.keys().next().map_or("", String::as_str);
     let top = first.find('/').map_or(0, |slash| slash + 1);
     if files.keys().all(|path| path.starts_with(&first[..top])) { top } else { 0 }
 }

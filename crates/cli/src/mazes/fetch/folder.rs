@@ -142,8 +142,8 @@ fn check_owned(parent: &Path) -> Result<(), String> {
     let [folder, lock] = [FOLDER, LOCK].map(|name| parent.join(name));
     let is_foreign = folder.exists() && !folder.join(MANIFEST).is_file();
     let is_old = parent.join(MANIFEST).exists();
-    let problems = [
-        (folder.is_symlink(), &*folder, "is a link"),
+    let problems: [(bool, &Path, &str); 5] = [
+        (folder.is_symlink(), &folder, "is a link"),
         (folder.exists() && !folder.is_dir(), &folder, "is a file"),
         (is_foreign, &folder, "was not created by mmsim"),
         (lock.is_symlink() || lock.exists() && !lock.is_file(), &lock, "is not a regular file"),
