@@ -5,7 +5,7 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::thread;
 
-use mmsim_client::{Zmq, ask_info, search_run};
+use mmsim_client::{Exchange, Zmq, search_run};
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, KnownMaze, Maze, Unknown};
 use mmsim_protocol::{MazeSize, Request};

@@ -1,6 +1,6 @@
 //! Connecting a mouse to a simulator.
 
-use mmsim_client::{RunError, TransportError, Waiting, Zmq, ask_info};
+use mmsim_client::{Exchange, RunError, TransportError, Waiting, Zmq};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 
 use crate::args::KnownMazeArgs;
@@ -42,7 +42,7 @@ pub(crate) fn ask_maze(
     transport: &mut Zmq<'_>,
     size: Option<MazeSize>,
 ) -> Result<(KnownMaze, Pose), String> {
-    let info = ask_info(transport).map_err(|error| error.to_string())?;
+    let info = Exchange::new(transport).info().map_err(|error| error.to_string())?;
     let (Some(map), Some(start)) = (info.known_maze(), info.start_pose()) else {
         return Err(format!("expected a maze of 1x1 to 32x32 cells, found {info:?}"));
     };

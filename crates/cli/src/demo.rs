@@ -3,9 +3,7 @@
 pub(crate) mod args;
 
 use std::error::Error;
-use std::io::{self, IsTerminal};
 use std::ops::ControlFlow;
-use std::time::Duration;
 
 use mmsim_client::{BrokenRun, RunError, Zmq, search_run};
 use mmsim_solvers::{BundledStrategy, Mouse};
@@ -15,7 +13,7 @@ use crate::connection::{ask_maze, report_waiting};
 use crate::interrupt::Interrupt;
 use crate::local_server;
 use crate::output::{note, own_command, warn};
-use crate::screen::{DEFAULT_PACE_MS, Screen, ending};
+use crate::screen::{Screen, ending, pace};
 use crate::selection::Collection;
 use crate::usage::CommandResult;
 use args::DemoArgs;
@@ -53,11 +51,11 @@ fn search(
     let (map, start) = ask_maze(&mut transport, None)?;
     let mut mouse = Mouse::new(STRATEGY.strategy(), map, start);
     let mut screen = Screen::new(STRATEGY, true);
-    let pace = args.pace.unwrap_or(if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 });
+    let pace = pace(args.pace);
     let (mut interrupted, mut shown) = (false, Ok(()));
     let result = search_run(&mut transport, &mut mouse, u32::MAX, |mouse, run| {
         shown = screen.show(mouse, run);
-        interrupted = interrupt.wait_for(Duration::from_millis(pace));
+        interrupted = interrupt.wait_for(pace);
         if interrupted || shown.is_err() {
             ControlFlow::Break(())
         } else {

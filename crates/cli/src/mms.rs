@@ -186,7 +186,7 @@ impl<T: Transport> Session<'_, T> {
     fn report_incomplete(&self, start: &[u8]) {
         if !start.is_empty() {
             let (line, start) = (self.lines + 1, excerpt(start));
-            warn(format_args!("mms: line {line}: no newline yet after {start}"));
+            warn(format_args!("mms: line {line}: waiting for a newline after {start}"));
         }
     }
 
@@ -222,11 +222,11 @@ impl<T: Transport> Session<'_, T> {
             Line::Whole(line) => Command::parse(line, self.mouse.map().size())
                 .map_err(|error: CommandError| error.to_string()),
             Line::TooLong(start) => Err(format!(
-                "expected at most {MAX_LINE_BYTES} bytes, found more, starting with {}",
+                "expected at most {MAX_LINE_BYTES} bytes, found a longer line that starts with {}",
                 excerpt(start)
             )),
             Line::Unfinished(line) => {
-                Err(format!("expected a newline, found end of output after {}", excerpt(line)))
+                Err(format!("expected a newline, found the end of output after {}", excerpt(line)))
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal};
+use std::time::Duration;
 
 use mmsim_client::SearchRun;
 use mmsim_maze::{Cell, KnownMaze, Pose};
@@ -25,6 +26,12 @@ pub(crate) struct Screen {
 /// Describes the end of a search for the summary line.
 pub(crate) fn ending(run: &SearchRun) -> &'static str {
     if run.stats.goal_reached() { "goal reached" } else { "goal not reached" }
+}
+
+/// Returns the time between two steps, which by default is visible on a terminal.
+pub(crate) fn pace(milliseconds: Option<u64>) -> Duration {
+    let default = if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 };
+    Duration::from_millis(milliseconds.unwrap_or(default))
 }
 
 impl Screen {

@@ -73,7 +73,7 @@ fn other_files_are_replaced_only_with_force() {
     let generate = ["mazes", "generate", "--size", "6x6", "--seed", "8", "-o", "mine.txt"];
     let refused = home.run(&generate);
     assert_eq!((refused.code, &refused.stdout[..]), (Some(1), ""));
-    insta::assert_snapshot!(refused.stderr, @"mmsim: mine.txt already exists with other content (use --force to replace it)");
+    insta::assert_snapshot!(refused.stderr, @"mmsim: mine.txt already exists with different content (use --force to replace it)");
     assert_eq!(fs::read(&path).unwrap(), b"my maze");
     assert_eq!(home.run(&[&generate[..], &["--force"]].concat()).code, Some(0));
     let printed = home.run(&generate[..6]).stdout;

@@ -1,4 +1,4 @@
-//! Single requests and their replies.
+//! Single requests to a simulator and their replies.
 
 use mmsim_maze::{Cell, Escaped, KnownMaze, Pose, WallsAround};
 use mmsim_protocol::{
@@ -8,8 +8,8 @@ use mmsim_protocol::{
 use crate::run::RunError;
 use crate::transport::Transport;
 
-/// Sends requests, decodes their replies and counts the requests. [`search_run`] uses it; so can a
-/// client with a search loop of its own.
+/// Sends requests, counts them, and decodes their replies. Clients with their own search loop can
+/// use `Exchange` instead of [`search_run`].
 ///
 /// ```
 /// use mmsim_client::{Exchange, InMemory};
@@ -42,24 +42,24 @@ impl<T: Transport> Exchange<T> {
         Self { transport, requests: 0, request: [0; MAX_STATE_BYTES], reply: Vec::new() }
     }
 
-    /// Returns the number of requests sent.
+    /// Returns the number of requests that were sent.
     pub const fn requests(&self) -> u32 {
         self.requests
     }
 
-    /// Deletes all states in the simulator and begins a new search.
+    /// Deletes all states in the simulator to begin a new search.
     ///
     /// # Errors
-    /// The simulator does not reply or refuses the request.
+    /// Returns an error if the simulator does not reply or refuses the request.
     pub fn reset(&mut self) -> Result<(), RunError> {
         self.ask("reset", |buffer| Request::Reset.encode(buffer), is_ok)
     }
 
-    /// Returns the walls around a mouse in this pose.
+    /// Requests the walls around a mouse in the given pose.
     ///
     /// # Errors
-    /// The simulator does not reply or refuses the request, for example because the cell is outside
-    /// its maze.
+    /// Returns an error if the simulator does not reply or refuses the request, for example because
+    /// the cell is outside the maze.
     pub fn walls(&mut self, pose: Pose) -> Result<WallsAround, RunError> {
         self.ask(
             "W",
@@ -71,11 +71,11 @@ impl<T: Transport> Exchange<T> {
         )
     }
 
-    /// Reports the pose of the mouse, the walls it knows, and a weight for each cell.
+    /// Sends the pose of the mouse, the known walls, and a weight for each cell.
     ///
     /// # Errors
-    /// The simulator does not reply or refuses the request, for example because its maze has another
-    /// size.
+    /// Returns an error if the simulator does not reply or refuses the request, for example because
+    /// its maze has a different size.
     pub fn state(
         &mut self,
         pose: Pose,
@@ -85,11 +85,11 @@ impl<T: Transport> Exchange<T> {
         self.ask("S", |buffer| MapState::new(pose, map, weight, Order::F).encode(buffer), is_ok)
     }
 
-    /// Returns what the simulator serves. Only this project's server replies; the reference simulator
-    /// never does.
+    /// Requests a description of the maze. Only mmsim replies to this request; the reference
+    /// simulator never replies.
     ///
     /// # Errors
-    /// The simulator does not reply or its reply is unexpected.
+    /// Returns an error if the simulator does not reply or sends an unexpected reply.
     pub fn info(&mut self) -> Result<Info, RunError> {
         let json = self.ask(
             "info",

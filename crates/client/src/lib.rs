@@ -1,8 +1,8 @@
 //! A micromouse's search run against a maze simulator.
 //!
-//! [`search_run`] drives a [`Mouse`](mmsim_solvers::Mouse) with any strategy through any
-//! [`Transport`]: over ZeroMQ ([`Zmq`]) to a server, or in memory ([`InMemory`]) to any
-//! function that handles requests, such as the simulation itself.
+//! [`search_run`] runs a [`Mouse`](mmsim_solvers::Mouse) with any strategy. A [`Transport`]
+//! connects the mouse to a simulator: [`Zmq`] to a server, or [`InMemory`] to a function that
+//! handles requests, such as the simulation itself.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -29,12 +29,12 @@ mod transport;
 mod zmq_transport;
 
 pub use exchange::Exchange;
-pub use run::{BrokenRun, RunError, SearchRun, ask_info, search_run};
+pub use run::{BrokenRun, RunError, SearchRun, search_run};
 pub use transport::{InMemory, Transport, TransportError};
 #[cfg(feature = "zmq")]
 pub use zmq_transport::{Waiting, Zmq};
 
-/// Tests the code in the README of this crate.
+/// Runs the code in the crate's README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,34 +1,34 @@
-//! The search run: the requests of a client and their order.
+//! The search run of a client.
 
 use std::ops::ControlFlow;
 
 use mmsim_maze::{Cell, Contradiction, Heading, MazeSize};
-use mmsim_protocol::{BufferTooSmall, Excerpt, Info, UnknownReply};
+use mmsim_protocol::{BufferTooSmall, Excerpt, UnknownReply};
 use mmsim_solvers::{Crash, DriveError, Mouse, SearchDriver, SearchError, SearchStats, Strategy};
 
 use crate::exchange::Exchange;
 use crate::transport::{Transport, TransportError};
 
-/// The weight sent for a cell without one.
+/// The value that is sent for a cell without a weight.
 const NO_WEIGHT: u16 = u16::MAX;
 
 /// The results of a search run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SearchRun {
-    /// Steps and turns of the mouse.
+    /// The steps and turns of the mouse.
     pub stats: SearchStats,
-    /// States sent: one at the start and one after each step.
+    /// The number of states sent: one at the start and one after each step.
     pub states: u32,
-    /// Requests sent.
+    /// The number of requests sent.
     pub requests: u32,
 }
 
-/// Why a search run failed. The mouse keeps what it has learned.
+/// The reason why a search run failed. The mouse keeps its map after a failure.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// There is no reply.
+    /// The request could not be sent, or has no reply.
     #[error(transparent)]
     Transport(#[from] TransportError),
     /// The simulator refused a request.
@@ -36,13 +36,13 @@ pub enum RunError {
     Refused {
         /// The name of the request.
         request: &'static str,
-        /// The message of the simulator.
+        /// The simulator's error message.
         reason: String,
     },
     /// The reply is not part of the protocol.
     #[error(transparent)]
     UnknownReply(#[from] UnknownReply),
-    /// The reply belongs to another kind of request.
+    /// The reply belongs to a different kind of request.
     #[error("expected the reply to {request}, found {found}")]
     WrongReply {
         /// The name of the request.
@@ -53,7 +53,7 @@ pub enum RunError {
     /// The reply to `info` is not the expected JSON object.
     #[error("invalid reply to info: {0}")]
     Info(#[from] serde_json::Error),
-    /// A reply contradicts an earlier one.
+    /// A reply contradicts an earlier reply.
     #[error(transparent)]
     Contradiction(#[from] Contradiction),
     /// A wall is missing at the edge of the maze, so the maze is larger than expected.
@@ -61,12 +61,12 @@ pub enum RunError {
     LargerMaze {
         /// The expected size.
         size: MazeSize,
-        /// The cell at the edge.
+        /// The cell at the edge of the maze.
         cell: Cell,
         /// The side of the cell without a wall.
         heading: Heading,
     },
-    /// The strategy cannot go on.
+    /// The strategy cannot continue.
     #[error(transparent)]
     Search(#[from] SearchError),
     /// The strategy chose a step through a side that is not known to be open.
@@ -78,8 +78,8 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// Converts a contradiction in a maze that should have this size. At the edge it means that the
-    /// maze is larger.
+    /// Converts a contradiction in a maze of the expected size. A contradiction at the edge means
+    /// that the maze is larger than expected.
     pub fn from_contradiction(error: Contradiction, size: MazeSize) -> Self {
         let Contradiction { cell, heading, .. } = error;
         match size.neighbour(cell, heading) {
@@ -102,23 +102,24 @@ impl RunError {
 #[derive(Debug, thiserror::Error)]
 #[error("{error}")]
 pub struct BrokenRun {
-    /// The results up to the failure.
+    /// The results before the failure.
     pub run: SearchRun,
     /// The cause.
     #[source]
     pub error: RunError,
 }
 
-/// Runs a search: sends `reset`, then in each cell reads the walls, lets the mouse decide, sends the
-/// state, and stops or takes a step. If the side behind the mouse is unknown at the start, it first
-/// reads the walls in the opposite heading.
+/// Runs a search, beginning with a `reset`. In each cell, the search requests the walls, lets the
+/// mouse choose a step, sends the state, and takes the step. If the side behind the mouse is
+/// unknown at the start, the search first requests the walls in the opposite heading.
 ///
-/// The search ends when the strategy stops or after `max_states` states. After each state it calls
-/// `observe` with the mouse and the results so far; [`ControlFlow::Break`] ends the search.
+/// The search ends when the strategy stops, or after `max_states` states. After each state,
+/// `observe` is called with the mouse and the current results; [`ControlFlow::Break`] ends the
+/// search.
 ///
 /// # Errors
-/// The simulator does not reply or refuses a request, or the strategy cannot go on. In the latter
-/// case the last state has been sent.
+/// Returns an error if the simulator does not reply or refuses a request, or if the strategy cannot
+/// continue. The last state is sent before an error of the strategy is returned.
 pub fn search_run<S: Strategy>(
     transport: &mut impl Transport,
     mouse: &mut Mouse<S>,
@@ -156,14 +157,6 @@ fn drive<S: Strategy>(
             return driver.decision().transpose().map(|_| ()).map_err(RunError::from);
         }
     }
-}
-
-/// Asks this project's server what it serves. The reference simulator never replies to this.
-///
-/// # Errors
-/// The server does not reply or its reply is unexpected.
-pub fn ask_info(transport: &mut impl Transport) -> Result<Info, RunError> {
-    Exchange::new(transport).info()
 }
 
 #[cfg(test)]
@@ -254,7 +247,7 @@ o---o---o---o
     }
 
     #[test]
-    fn a_start_open_only_behind_is_left() {
+    fn leaves_a_start_that_is_open_only_behind() {
         for &strategy in BundledStrategy::ALL {
             let maze: Maze = "o---o\n| S |\no   o\n| G |\no---o\n".parse().unwrap();
             let mut mouse =
@@ -326,8 +319,8 @@ o---o---o---o
     #[test]
     fn info_describes_the_maze() {
         let mut simulation = Simulation::new("small", MAZE.parse().unwrap());
-        let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
-        let info = ask_info(&mut transport).unwrap();
+        let transport = InMemory::new(|request, reply| simulation.handle(request, reply));
+        let info = Exchange::new(transport).info().unwrap();
         assert_eq!((info.name.as_str(), info.width, info.height), ("small", 3, 3));
     }
 }

@@ -1,4 +1,4 @@
-//! Transports: how requests reach a simulator.
+//! Transports for requests to a simulator.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ pub trait Transport {
     /// Sends `request` and replaces the contents of `reply` with the reply.
     ///
     /// # Errors
-    /// There is no reply.
+    /// Returns an error if there is no reply.
     fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError>;
 }
 
@@ -17,7 +17,7 @@ impl<T: Transport> Transport for &mut T {
     }
 }
 
-/// Why there is no reply.
+/// The reason why a request has no reply.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TransportError {
@@ -26,7 +26,7 @@ pub enum TransportError {
     NoReply {
         /// The endpoint of the simulator.
         endpoint: String,
-        /// The time waited.
+        /// The timeout.
         after: Duration,
     },
     /// The endpoint is invalid, or the socket failed.
@@ -34,13 +34,13 @@ pub enum TransportError {
     Failed {
         /// The endpoint of the simulator.
         endpoint: String,
-        /// The message of the transport.
+        /// The error message of the transport.
         reason: String,
     },
 }
 
 /// A simulator in the same process: a function that handles a request and writes the reply to a
-/// buffer. Its return value is ignored.
+/// buffer. The return value of the function is ignored.
 pub struct InMemory<F> {
     handle: F,
 }

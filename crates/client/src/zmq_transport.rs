@@ -7,10 +7,10 @@ use crate::transport::{Transport, TransportError};
 /// The time between two calls of `on_wait`.
 const NOTICE_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The default timeout of a simulator that has replied before.
+/// The default timeout for a simulator that has replied before.
 const DEFAULT_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// A ZeroMQ REQ socket, connected to a simulator that may start later.
+/// A ZeroMQ REQ socket that connects to a simulator.
 pub struct Zmq<'a> {
     socket: zmq::Socket,
     endpoint: String,
@@ -19,27 +19,29 @@ pub struct Zmq<'a> {
     on_wait: Box<dyn FnMut(Waiting<'_>) + 'a>,
 }
 
-/// A notice that there is no reply yet.
+/// A notice that the simulator has not replied yet.
 #[derive(Clone, Copy, Debug)]
 pub struct Waiting<'a> {
     /// The endpoint of the simulator.
     pub endpoint: &'a str,
-    /// The time waited for this reply.
+    /// The time since the request was sent.
     pub elapsed: Duration,
-    /// The number of notices for this reply, including this one.
+    /// The number of notices since the request was sent, including this notice.
     pub notices: u32,
-    /// Whether the simulator has replied to an earlier request.
+    /// True if the simulator has replied to an earlier request.
     pub answered: bool,
 }
 
 impl<'a> Zmq<'a> {
-    /// Connects to a simulator at `endpoint`, such as `tcp://127.0.0.1:6574`. It may start later.
+    /// Connects to a simulator at `endpoint`, such as `tcp://127.0.0.1:6574`. The simulator may
+    /// start later.
     ///
-    /// A request fails if there is no reply within `timeout`. The default is no limit for the first
-    /// reply and ten seconds for each later one. `on_wait` is called once a second while waiting.
+    /// A request fails if there is no reply within `timeout`. By default, the first reply has no
+    /// time limit, and each later reply has a limit of ten seconds. While a request waits for its
+    /// reply, `on_wait` is called once a second.
     ///
     /// # Errors
-    /// `endpoint` is not a valid ZeroMQ endpoint.
+    /// Returns an error if `endpoint` is not a valid ZeroMQ endpoint.
     pub fn connect(
         endpoint: &str,
         timeout: Option<Duration>,
@@ -63,7 +65,7 @@ impl<'a> Zmq<'a> {
         loop {
             let left =
                 timeout.map_or(NOTICE_INTERVAL, |timeout| timeout.saturating_sub(start.elapsed()));
-            // Round up: poll 0 ms would turn the last fraction of a millisecond into a busy loop.
+            // Round up, because polling for 0 ms would be a busy loop during the last millisecond.
             let wait = i64::try_from(left.min(NOTICE_INTERVAL).as_micros().div_ceil(1000))
                 .unwrap_or(i64::MAX);
             match self.socket.poll(zmq::POLLIN, wait) {
@@ -86,7 +88,7 @@ impl<'a> Zmq<'a> {
         let frames =
             self.socket.recv_multipart(0).map_err(|error| failed(&self.endpoint, &error))?;
         let [frame] = frames.as_slice() else {
-            let found = format!("expected a reply of one frame, found {}", frames.len());
+            let found = format!("expected a reply of one frame, found {} frames", frames.len());
             return Err(failed(&self.endpoint, &found));
         };
         reply.extend_from_slice(frame);

@@ -60,6 +60,12 @@ impl Catalogue {
         Ok(Self { entries })
     }
 
+    /// Returns true if [`Self::from_path`] skips files with the extension of `path`.
+    pub fn skips(path: &Path) -> bool {
+        let extension = path.extension().unwrap_or_default();
+        ["md", "json"].iter().any(|skipped| extension.eq_ignore_ascii_case(skipped))
+    }
+
     /// Returns all entries, including unreadable ones.
     pub fn entries(&self) -> &[Entry] {
         &self.entries
@@ -114,10 +120,6 @@ fn list_folder(folder: &Path) -> Vec<PathBuf> {
     let is_hidden = |entry: &DirEntry| {
         entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")
     };
-    let is_skipped = |path: &Path| {
-        let extension = path.extension().unwrap_or_default();
-        ["md", "json"].iter().any(|skipped| extension.eq_ignore_ascii_case(skipped))
-    };
     let mut paths: Vec<PathBuf> = WalkDir::new(folder)
         .follow_links(true)
         .into_iter()
@@ -128,7 +130,7 @@ fn list_folder(folder: &Path) -> Vec<PathBuf> {
             Err(error) if error.loop_ancestor().is_some() => None,
             Err(error) => error.path().map(Path::to_path_buf),
         })
-        .filter(|path| !is_skipped(path))
+        .filter(|path| !Catalogue::skips(path))
         .collect();
     paths.sort();
     paths

@@ -1,15 +1,15 @@
-//! Parsing of mouse commands.
+//! Parses the commands of a mouse.
 
 use mmsim_maze::{Cell, Excerpt, Heading, MazeSize};
 
 use crate::scores::Stat;
 
-/// A command, parsed from a line.
+/// A parsed command from a mouse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command<'a> {
-    /// Return the width of the maze in cells.
+    /// Report the width of the maze in cells.
     MazeWidth,
-    /// Return the height of the maze in cells.
+    /// Report the height of the maze in cells.
     MazeHeight,
     /// Check for a wall or post within a number of half steps.
     Wall {
@@ -20,28 +20,28 @@ pub enum Command<'a> {
     },
     /// Move forward.
     Forward {
-        /// The distance; 0 if the argument was less than 1 or not a number.
+        /// The distance, or 0 if the argument is less than 1 or not a number.
         half_steps: u64,
     },
     /// Turn in place.
     Turn {
-        /// Eighths of a turn, clockwise if positive.
+        /// The angle in eighths of a turn, clockwise if positive.
         eighths: i8,
     },
     /// Mark a wall as present or absent.
     MarkWall {
-        /// A cell beside the wall.
+        /// A cell next to the wall.
         cell: Cell,
-        /// The side of the cell.
+        /// The side of the cell that the wall is on.
         heading: Heading,
-        /// Whether the wall is present.
+        /// True if the wall is present.
         is_present: bool,
     },
     /// Set or clear the colour of a cell.
     Colour {
         /// The cell.
         cell: Cell,
-        /// The letter of the colour, one of `kbacgorwyBCAGRY`, or `None` to clear it.
+        /// The letter of the colour, one of `kbacgorwyBCAGRY`, or `None` to clear the colour.
         letter: Option<char>,
     },
     /// Clear the colours of all cells.
@@ -50,20 +50,20 @@ pub enum Command<'a> {
     Text {
         /// The cell.
         cell: Cell,
-        /// The text with its blanks; empty to clear it.
+        /// The text including its blanks, or an empty text to clear the cell.
         text: &'a [u8],
     },
     /// Clear the texts of all cells.
     ClearAllText,
-    /// Return whether the reset button was pressed.
+    /// Report whether the reset button was pressed.
     WasReset,
     /// Move the mouse back to the start.
     AckReset,
-    /// Return a statistic.
+    /// Report a statistic.
     GetStat(Stat),
 }
 
-/// An invalid line. mms ignores such lines and does not respond to them.
+/// An invalid line, which mms ignores without a response.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CommandError {
@@ -88,10 +88,10 @@ pub enum CommandError {
     },
 }
 
-/// Maximum length of an excerpt of a line in bytes.
+/// The maximum length of an excerpt from a line, in bytes.
 const MAX_EXCERPT: usize = 60;
 
-/// Returns the start of a line for an error, without trailing blanks.
+/// Returns the start of a line for an error message, without trailing blanks.
 pub fn excerpt(line: &[u8]) -> Excerpt<MAX_EXCERPT> {
     Excerpt::new(line.trim_ascii_end())
 }
@@ -100,10 +100,11 @@ pub fn excerpt(line: &[u8]) -> Excerpt<MAX_EXCERPT> {
 const COLOURS: &[u8] = b"kbacgorwyBCAGRY";
 
 impl<'a> Command<'a> {
-    /// Parses a line for a maze of the given size. The line may end with blanks and `\r\n`.
+    /// Parses a command from a mouse in a maze of the given size. The line may end with blanks and
+    /// `\r\n`.
     ///
-    /// Numbers that are too large saturate. The name of a [`Stat`] alone is accepted as well, because
-    /// the crate `mms-rs` omits `getStat`.
+    /// Numbers that are too large saturate. The name of a [`Stat`] is also accepted without
+    /// `getStat`, because the crate `mms-rs` omits `getStat`.
     ///
     /// # Errors
     /// Returns an error if the command is unknown, its arguments are invalid, or its cell is outside
@@ -119,54 +120,53 @@ impl<'a> Command<'a> {
     pub fn parse(line: &'a [u8], size: MazeSize) -> Result<Self, CommandError> {
         let mut words = Words(line.strip_suffix(b"\n").unwrap_or(line));
         let name = words.next().unwrap_or_default();
-        let name = str::from_utf8(name).unwrap_or_default();
         let parser = Parser { line, size };
         match name {
-            "mazeWidth" => parser.no_arguments(words, "mazeWidth", Self::MazeWidth),
-            "mazeHeight" => parser.no_arguments(words, "mazeHeight", Self::MazeHeight),
-            "wallFront" => parser.wall(words, 0),
-            "wallFrontRight" => parser.wall(words, 1),
-            "wallRight" => parser.wall(words, 2),
-            "wallBackRight" => parser.wall(words, 3),
-            "wallBack" => parser.wall(words, 4),
-            "wallBackLeft" => parser.wall(words, -3),
-            "wallLeft" => parser.wall(words, -2),
-            "wallFrontLeft" => parser.wall(words, -1),
-            "moveForward" => parser.forward(words, 2),
-            "moveForwardHalf" => parser.forward(words, 1),
-            "turnRight" | "turnRight90" => parser.turn(words, 2),
-            "turnLeft" | "turnLeft90" => parser.turn(words, -2),
-            "turnRight45" => parser.turn(words, 1),
-            "turnLeft45" => parser.turn(words, -1),
-            "setWall" => parser.mark_wall(words, "setWall X Y and one of nesw", true),
-            "clearWall" => parser.mark_wall(words, "clearWall X Y and one of nesw", false),
-            "setColor" => parser.colour(words),
-            "clearColor" => {
+            b"mazeWidth" => parser.no_arguments(words, "mazeWidth", Self::MazeWidth),
+            b"mazeHeight" => parser.no_arguments(words, "mazeHeight", Self::MazeHeight),
+            b"wallFront" => parser.wall(words, 0),
+            b"wallFrontRight" => parser.wall(words, 1),
+            b"wallRight" => parser.wall(words, 2),
+            b"wallBackRight" => parser.wall(words, 3),
+            b"wallBack" => parser.wall(words, 4),
+            b"wallBackLeft" => parser.wall(words, -3),
+            b"wallLeft" => parser.wall(words, -2),
+            b"wallFrontLeft" => parser.wall(words, -1),
+            b"moveForward" => parser.forward(words, 2),
+            b"moveForwardHalf" => parser.forward(words, 1),
+            b"turnRight" | b"turnRight90" => parser.turn(words, 2),
+            b"turnLeft" | b"turnLeft90" => parser.turn(words, -2),
+            b"turnRight45" => parser.turn(words, 1),
+            b"turnLeft45" => parser.turn(words, -1),
+            b"setWall" => parser.mark_wall(words, "setWall X Y n|e|s|w", true),
+            b"clearWall" => parser.mark_wall(words, "clearWall X Y n|e|s|w", false),
+            b"setColor" => parser.colour(words),
+            b"clearColor" => {
                 let cell = parser.only_cell(words, "clearColor X Y")?;
                 Ok(Self::Colour { cell, letter: None })
             }
-            "clearAllColor" => parser.no_arguments(words, "clearAllColor", Self::ClearAllColours),
-            "setText" => parser.text(words),
-            "clearText" => {
+            b"clearAllColor" => parser.no_arguments(words, "clearAllColor", Self::ClearAllColours),
+            b"setText" => parser.text(words),
+            b"clearText" => {
                 let cell = parser.only_cell(words, "clearText X Y")?;
                 Ok(Self::Text { cell, text: b"" })
             }
-            "clearAllText" => parser.no_arguments(words, "clearAllText", Self::ClearAllText),
-            "wasReset" => parser.no_arguments(words, "wasReset", Self::WasReset),
-            "ackReset" => parser.no_arguments(words, "ackReset", Self::AckReset),
-            "getStat" => parser.stat(words),
-            name => match name.parse() {
-                Ok(stat) => {
-                    let expected = "only the name of a statistic";
+            b"clearAllText" => parser.no_arguments(words, "clearAllText", Self::ClearAllText),
+            b"wasReset" => parser.no_arguments(words, "wasReset", Self::WasReset),
+            b"ackReset" => parser.no_arguments(words, "ackReset", Self::AckReset),
+            b"getStat" => parser.stat(words),
+            name => match Stat::from_name(name) {
+                Some(stat) => {
+                    let expected = "the name of a statistic without arguments";
                     parser.no_arguments(words, expected, Self::GetStat(stat))
                 }
-                Err(_) => Err(CommandError::Unknown(excerpt(parser.line))),
+                None => Err(CommandError::Unknown(excerpt(parser.line))),
             },
         }
     }
 }
 
-/// The context of a line's arguments: the line for error messages, and the size of the maze.
+/// The line and the maze size, which are needed to parse arguments and to report errors.
 #[derive(Clone, Copy)]
 struct Parser<'a> {
     line: &'a [u8],
@@ -187,17 +187,17 @@ impl<'a> Parser<'a> {
     }
 
     fn wall(self, words: Words<'_>, turn: i8) -> Result<Command<'a>, CommandError> {
-        let number = self.number(words, "wall… with at most one number")?;
+        let number = self.number(words, "a wall command with at most one number")?;
         Ok(Command::Wall { turn, half_steps: number.max(1) })
     }
 
     fn forward(self, words: Words<'_>, half_steps: u64) -> Result<Command<'a>, CommandError> {
-        let number = self.number(words, "moveForward… with at most one number")?;
+        let number = self.number(words, "a moveForward command with at most one number")?;
         Ok(Command::Forward { half_steps: number.saturating_mul(half_steps) })
     }
 
     fn turn(self, words: Words<'_>, eighths: i8) -> Result<Command<'a>, CommandError> {
-        self.no_arguments(words, "turn… without arguments", Command::Turn { eighths })
+        self.no_arguments(words, "a turn command without arguments", Command::Turn { eighths })
     }
 
     fn mark_wall(
@@ -218,7 +218,7 @@ impl<'a> Parser<'a> {
     }
 
     fn colour(self, mut words: Words<'_>) -> Result<Command<'a>, CommandError> {
-        let expected = "setColor X Y and one of kbacgorwyBCAGRY";
+        let expected = "setColor X Y C, where C is one of kbacgorwyBCAGRY";
         let cell = self.cell(&mut words, expected)?;
         match (words.next(), words.next()) {
             (Some(&[letter]), None) if COLOURS.contains(&letter) => {
@@ -237,21 +237,20 @@ impl<'a> Parser<'a> {
     }
 
     fn stat(self, mut words: Words<'_>) -> Result<Command<'a>, CommandError> {
-        let stat = words.next().and_then(|name| str::from_utf8(name).ok()?.parse().ok());
-        match (stat, words.next()) {
+        match (words.next().and_then(Stat::from_name), words.next()) {
             (Some(stat), None) => Ok(Command::GetStat(stat)),
             _ => Err(self.invalid_arguments("getStat and the name of a statistic, such as score")),
         }
     }
 
-    /// Parses a cell that is the only argument.
+    /// Parses a cell as the only argument of a command.
     fn only_cell(self, mut words: Words<'_>, expected: &'static str) -> Result<Cell, CommandError> {
         let cell = self.cell(&mut words, expected)?;
         if words.next().is_some() { Err(self.invalid_arguments(expected)) } else { cell }
     }
 
-    /// Parses a cell. The inner error means that the cell is outside the maze; callers report it only
-    /// if the rest of the line is valid.
+    /// Parses a cell. The inner error means that the cell is outside the maze. Callers report this
+    /// error only if all other arguments are valid.
     fn cell(
         self,
         words: &mut Words<'_>,
@@ -266,7 +265,7 @@ impl<'a> Parser<'a> {
         Ok(cell.ok_or_else(outside))
     }
 
-    /// Parses an optional number that defaults to 1. Negative numbers and other text become 0.
+    /// Parses an optional number that defaults to 1. Negative numbers and invalid numbers become 0.
     fn number(self, mut words: Words<'_>, expected: &'static str) -> Result<u64, CommandError> {
         match (words.next(), words.next()) {
             (None, _) => Ok(1),
@@ -282,7 +281,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// Parses an integer; values out of range saturate.
+/// Parses an integer. Values that are out of range saturate.
 fn parse_number(text: &[u8]) -> Option<i64> {
     let text = str::from_utf8(text).ok()?;
     let (is_negative, digits) = match text.strip_prefix('-') {
@@ -328,7 +327,7 @@ mod tests {
         {
             assert_eq!(parse(line), Ok(Command::Forward { half_steps: 6 }), "{line:?}");
         }
-        // As mms-rs sends it.
+        // The crate mms-rs sends this line.
         assert_eq!(parse("moveForward \n"), Ok(Command::Forward { half_steps: 2 }));
     }
 
@@ -392,19 +391,19 @@ mod tests {
         insta::assert_snapshot!(error(b"MoveForward"), @r#"unknown command "MoveForward""#);
         insta::assert_snapshot!(error(&[b'x'; 4096]), @r#"unknown command "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"… of 4096 bytes"#);
         insta::assert_snapshot!(error(b"mazeWidth 3"), @r#"expected mazeWidth, found "mazeWidth 3""#);
-        insta::assert_snapshot!(error(b"wallFront 1 2"), @r#"expected wall… with at most one number, found "wallFront 1 2""#);
-        insta::assert_snapshot!(error(b"moveForward 1 2"), @r#"expected moveForward… with at most one number, found "moveForward 1 2""#);
-        insta::assert_snapshot!(error(b"turnLeft45 2"), @r#"expected turn… without arguments, found "turnLeft45 2""#);
-        insta::assert_snapshot!(error(b"setWall 1 2"), @r#"expected setWall X Y and one of nesw, found "setWall 1 2""#);
-        insta::assert_snapshot!(error(b"clearWall 1 2 N"), @r#"expected clearWall X Y and one of nesw, found "clearWall 1 2 N""#);
+        insta::assert_snapshot!(error(b"wallFront 1 2"), @r#"expected a wall command with at most one number, found "wallFront 1 2""#);
+        insta::assert_snapshot!(error(b"moveForward 1 2"), @r#"expected a moveForward command with at most one number, found "moveForward 1 2""#);
+        insta::assert_snapshot!(error(b"turnLeft45 2"), @r#"expected a turn command without arguments, found "turnLeft45 2""#);
+        insta::assert_snapshot!(error(b"setWall 1 2"), @r#"expected setWall X Y n|e|s|w, found "setWall 1 2""#);
+        insta::assert_snapshot!(error(b"clearWall 1 2 N"), @r#"expected clearWall X Y n|e|s|w, found "clearWall 1 2 N""#);
         insta::assert_snapshot!(error(b"setWall 16 0 n"), @r#"expected a cell in a maze of 16x16 cells, found "setWall 16 0 n""#);
-        insta::assert_snapshot!(error(b"setWall 16 0 up"), @r#"expected setWall X Y and one of nesw, found "setWall 16 0 up""#);
-        insta::assert_snapshot!(error(b"setColor 0 0 x"), @r#"expected setColor X Y and one of kbacgorwyBCAGRY, found "setColor 0 0 x""#);
+        insta::assert_snapshot!(error(b"setWall 16 0 up"), @r#"expected setWall X Y n|e|s|w, found "setWall 16 0 up""#);
+        insta::assert_snapshot!(error(b"setColor 0 0 x"), @r#"expected setColor X Y C, where C is one of kbacgorwyBCAGRY, found "setColor 0 0 x""#);
         insta::assert_snapshot!(error(b"clearColor 0 0 r"), @r#"expected clearColor X Y, found "clearColor 0 0 r""#);
         insta::assert_snapshot!(error(b"setText 0 -1 a"), @r#"expected a cell in a maze of 16x16 cells, found "setText 0 -1 a""#);
         insta::assert_snapshot!(error(b"setText 0"), @r#"expected setText X Y TEXT, found "setText 0""#);
         insta::assert_snapshot!(error(b"getStat"), @r#"expected getStat and the name of a statistic, such as score, found "getStat""#);
-        insta::assert_snapshot!(error(b"score 1"), @r#"expected only the name of a statistic, found "score 1""#);
+        insta::assert_snapshot!(error(b"score 1"), @r#"expected the name of a statistic without arguments, found "score 1""#);
     }
 
     proptest! {

@@ -2,7 +2,7 @@
 
 use mmsim_maze::{Cell, Heading};
 
-/// A position in a maze, counted in half cells from its south-west post.
+/// A position in a maze, in half cells from the south-west corner of the maze.
 ///
 /// ```text
 ///   o-----1,2-----o-----3,2-----o
@@ -13,20 +13,20 @@ use mmsim_maze::{Cell, Heading};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GridPoint {
-    /// Half cells from the west edge.
+    /// The number of half cells from the west edge.
     pub x: u8,
-    /// Half cells from the south edge.
+    /// The number of half cells from the south edge.
     pub y: u8,
 }
 
-/// What a [`GridPoint`] is in the maze.
+/// The kind of a [`GridPoint`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GridPointKind {
     /// The centre of a cell.
     Centre,
     /// A post.
     Post,
-    /// The side of a cell, where a wall may be.
+    /// The side of a cell, which may have a wall.
     Side(Cell, Heading),
 }
 
@@ -37,14 +37,14 @@ impl GridPoint {
         Self { x: x.saturating_mul(2).saturating_add(1), y: y.saturating_mul(2).saturating_add(1) }
     }
 
-    /// Returns the cell that contains the point. Between two cells, that is the northern or eastern
-    /// one, as in mms.
+    /// Returns the cell that contains the point. A point between two cells belongs to the northern
+    /// or eastern cell, as in mms.
     pub const fn cell(self) -> Cell {
         Cell::new(self.x / 2, self.y / 2)
     }
 
-    /// Returns the point half a step ahead, or `None` if a coordinate would leave 0 to 255. On a
-    /// diagonal both coordinates change.
+    /// Returns the point half a step ahead, or `None` if a coordinate would be outside the range 0
+    /// to 255. On a diagonal, both coordinates change.
     pub fn ahead(self, direction: CompassDirection) -> Option<Self> {
         let (east, north) = direction.half_step();
         Some(Self { x: self.x.checked_add_signed(east)?, y: self.y.checked_add_signed(north)? })
@@ -68,20 +68,21 @@ impl GridPoint {
 /// One of eight directions: the four headings and the diagonals between them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CompassDirection {
-    /// Eighths of a turn clockwise from north, 0 to 7.
+    /// The angle in eighths of a turn clockwise from north, 0 to 7.
     eighths: u8,
 }
 
 impl CompassDirection {
-    /// North, the direction of a mouse at the start.
+    /// North, the initial direction of a mouse.
     pub const NORTH: Self = Self { eighths: 0 };
 
-    /// Returns the direction after a turn by the given eighths, clockwise if positive.
+    /// Returns the direction after a turn. The angle is in eighths of a turn, clockwise if
+    /// positive.
     pub const fn turned(self, eighths: i8) -> Self {
         Self { eighths: self.eighths.wrapping_add_signed(eighths) % 8 }
     }
 
-    /// Returns the heading; for a diagonal the heading an eighth to its left.
+    /// Returns the heading. For a diagonal, returns the next heading counterclockwise.
     ///
     /// ```
     /// use mmsim_maze::Heading;
@@ -95,7 +96,7 @@ impl CompassDirection {
         CLOCKWISE[self.eighths as usize / 2 % 4]
     }
 
-    /// Returns half a step as half cells to the east and to the north.
+    /// Returns the east and north components of half a step, in half cells.
     const fn half_step(self) -> (i8, i8) {
         match self.eighths {
             0 => (0, 1),

@@ -9,9 +9,9 @@
 //!    a Response, or none      └────────────────┘  the pose changed   └─────────────┘
 //! ```
 //!
-//! [`Command::parse`] parses a line, and [`SimulatedMouse::execute`] executes it and returns the
-//! [`Response`]. An [`Environment`] provides the walls; [`Walls`](mmsim_maze::Walls) implements it.
-//! The crate uses no processes, pipes or clocks.
+//! [`Command::parse`] parses a line, and [`SimulatedMouse::execute`] executes the command and
+//! returns the [`Response`]. An [`Environment`] provides the walls; [`Walls`](mmsim_maze::Walls)
+//! implements this trait. The crate uses no processes, pipes or clocks.
 //!
 //! ```
 //! use mmsim_maze::Maze;

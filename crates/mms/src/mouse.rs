@@ -9,19 +9,20 @@ use crate::grid_point::{CompassDirection, GridPoint, GridPointKind};
 use crate::response::Response;
 use crate::scores::Scores;
 
-/// The source of a mouse's walls, which is also notified of each change of its pose.
+/// The environment of a mouse, which provides the walls and is notified when the pose changes.
 pub trait Environment {
-    /// Why the walls are unavailable or the mouse must stop.
+    /// The reason why a wall is unavailable or the mouse must stop.
     type Error;
 
-    /// Returns whether there is a wall at this side of this cell. It is not called for outer walls.
+    /// Returns true if there is a wall on the given side of the cell. This method is not called for
+    /// outer walls.
     ///
     /// # Errors
     /// Returns an error if the wall cannot be determined.
     fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Self::Error>;
 
-    /// Called when the mouse enters a cell, also during a longer movement, when it turns, and when it
-    /// is moved back to the start.
+    /// Called when the mouse turns, is moved back to the start, or enters a cell. A movement over
+    /// several cells calls this method for each cell.
     ///
     /// # Errors
     /// Returns an error to stop the mouse.
@@ -39,16 +40,16 @@ impl Environment for Walls {
     }
 }
 
-/// A mouse in a maze, moved by its commands.
+/// A simulated mouse that executes commands.
 #[derive(Clone, Debug)]
 pub struct SimulatedMouse {
     point: GridPoint,
     direction: CompassDirection,
     /// The walls that were sensed or marked, and the visited cells.
     map: KnownMaze,
-    /// The walls that the mouse has marked. A marked wall is not overwritten by a sensed one.
+    /// The walls that the mouse has marked. A sensed wall does not overwrite a marked wall.
     marked: Walls,
-    /// The number in the text of each cell, row by row; 0 if there is none.
+    /// The number in the text of each cell, row by row, or 0 if the text is not a number.
     numbers: [u16; MazeSize::MAX_AREA],
     scores: Scores,
     is_reset_pressed: bool,
@@ -75,20 +76,19 @@ impl SimulatedMouse {
         self.point
     }
 
-    /// Returns the cell of the position ([`GridPoint::cell`]) and the heading
+    /// Returns the pose: the cell ([`GridPoint::cell`]) and the heading
     /// ([`CompassDirection::heading`]).
     pub const fn pose(&self) -> Pose {
         Pose::new(self.point.cell(), self.direction.heading())
     }
 
-    /// Returns the map to display: walls that the mouse has queried, passed or crashed into, walls
-    /// that it has marked, whether correctly or not, and visited cells.
+    /// Returns the map to display. The map contains the visited cells and the walls that the mouse
+    /// has queried, passed, crashed into or marked. Marked walls may be wrong.
     pub const fn map(&self) -> &KnownMaze {
         &self.map
     }
 
-    /// Returns the number that the mouse has set as the text of a cell, usually a distance; 0 for
-    /// other texts.
+    /// Returns the number in the text of a cell, usually a distance, or 0 for other texts.
     pub fn number(&self, cell: Cell) -> u16 {
         self.index(cell).map_or(0, |index| self.numbers[index])
     }
@@ -103,11 +103,11 @@ impl SimulatedMouse {
         self.is_reset_pressed = true;
     }
 
-    /// Executes a command and returns the response, or `None` for commands to which mms does not
-    /// respond.
+    /// Executes a command and returns the response, or `None` if mms does not respond to the
+    /// command.
     ///
     /// # Errors
-    /// Returns the error of the environment. A movement stops at once and is not scored.
+    /// Returns the error from the environment. An error stops a movement, which is then not scored.
     pub fn execute<E: Environment>(
         &mut self,
         command: Command<'_>,
@@ -228,7 +228,7 @@ impl SimulatedMouse {
         Ok(is_free.then_some(next))
     }
 
-    /// Returns whether there is a wall, and adds it to the map.
+    /// Returns true if there is a wall, and updates the map.
     fn sense_wall<E: Environment>(
         &mut self,
         cell: Cell,
@@ -256,7 +256,8 @@ const fn wall_state(is_present: bool) -> WallState {
     if is_present { WallState::Present } else { WallState::Absent }
 }
 
-/// Returns the number that a text consists of, saturated, or 0 for other texts.
+/// Parses a text as a number. Numbers that are too large saturate, and texts that are not numbers
+/// become 0.
 fn number_in(text: &[u8]) -> u16 {
     let digits = text.trim_ascii();
     if !digits.iter().all(u8::is_ascii_digit) {
@@ -282,7 +283,7 @@ o   o   o   o
 o---o---o---o
 ";
 
-    /// Walls, and a log of the mouse's poses.
+    /// An environment that logs the poses of the mouse.
     struct LoggedWalls {
         walls: Walls,
         poses: Vec<String>,
@@ -302,7 +303,7 @@ o---o---o---o
         }
     }
 
-    /// Executes these commands; returns the mouse and the log of its poses.
+    /// Executes the commands. Returns the mouse and the logged poses.
     fn execute(lines: &[&str]) -> (SimulatedMouse, Vec<String>) {
         let maze: mmsim_maze::Maze = MAZE.parse().unwrap();
         let mut mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals());

@@ -2,20 +2,21 @@
 
 use std::fmt;
 
-/// The response to a command. [`Display`](fmt::Display) writes it as mms does, without a newline.
+/// The response to a command. [`Display`](fmt::Display) formats the response as mms does, without a
+/// newline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Response {
     /// The movement is complete.
     Ack,
     /// The movement was blocked, or its distance was not positive.
     Crash,
-    /// A yes or no.
+    /// True or false.
     Bool(bool),
     /// A whole number.
     Count(u64),
-    /// A number with a fraction, written with [`GeneralFormat`].
+    /// A number that may have a fraction, written with [`GeneralFormat`].
     Number(f64),
-    /// A statistic without a value yet, written as -1.
+    /// A statistic that has no value yet, written as -1.
     NoValue,
 }
 

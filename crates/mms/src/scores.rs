@@ -1,7 +1,6 @@
-//! Scorekeeping, as specified in the README of mms.
+//! Scorekeeping, as specified in the mms README.
 
 use std::fmt;
-use std::str::FromStr;
 
 use crate::response::Response;
 
@@ -9,13 +8,13 @@ use crate::response::Response;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TravelStats {
     half_steps: u64,
-    /// The effective distance in quarters of a cell, which keeps it exact.
+    /// The effective distance in quarters of a cell, which is an exact integer.
     effective_quarters: u64,
     turns: u64,
 }
 
 impl TravelStats {
-    /// Returns the distance in cells. A half step counts 0.5, on a diagonal as well.
+    /// Returns the distance in cells. A half step counts 0.5, even on a diagonal.
     #[expect(clippy::cast_precision_loss, reason = "a mouse moves fewer than 2^52 half steps")]
     pub fn distance(&self) -> f64 {
         self.half_steps as f64 / 2.
@@ -28,12 +27,13 @@ impl TravelStats {
         self.effective_quarters as f64 / 4.
     }
 
-    /// Returns the number of turn commands; the angle does not matter.
+    /// Returns the number of turn commands of any angle.
     pub const fn turns(&self) -> u64 {
         self.turns
     }
 
-    /// Returns the sum of turns and effective distance, by which runs are compared and limited.
+    /// Returns the number of turns plus the effective distance. This sum is used to compare and
+    /// limit runs.
     #[expect(clippy::cast_precision_loss, reason = "a mouse makes fewer than 2^52 turns")]
     pub fn cost(&self) -> f64 {
         self.turns as f64 + self.effective_distance()
@@ -55,16 +55,16 @@ pub struct Scores {
     total: TravelStats,
     current_run: TravelStats,
     best_run: Option<TravelStats>,
-    /// Whether the current run has begun and is neither completed nor cancelled.
+    /// True if the current run is neither completed nor cancelled.
     is_running: bool,
-    /// Whether the next run starts with a penalty.
+    /// True if the next run starts with a penalty.
     has_penalty: bool,
 }
 
 impl Scores {
     /// The penalty for a reset, in cells of effective distance.
     pub const PENALTY: u64 = 15;
-    /// The score if the goal was not reached.
+    /// The score of a mouse that has not reached the goal.
     pub const UNSOLVED: f64 = 2000.;
 
     /// Returns the stats of all movements and turns.
@@ -72,24 +72,25 @@ impl Scores {
         &self.total
     }
 
-    /// Returns the stats of the most recent run, whether it has ended or not.
+    /// Returns the stats of the most recent run, which may have ended.
     pub const fn current_run(&self) -> &TravelStats {
         &self.current_run
     }
 
-    /// Returns the stats of the completed run with the lowest [`cost`](TravelStats::cost); of equal
-    /// ones, the first.
+    /// Returns the stats of the first completed run that has the lowest
+    /// [`cost`](TravelStats::cost).
     pub const fn best_run(&self) -> Option<&TravelStats> {
         self.best_run.as_ref()
     }
 
-    /// Returns the competition score, lower is better: the [`cost`](TravelStats::cost) of the best run
-    /// plus a tenth of the total cost.
+    /// Returns the competition score: the [`cost`](TravelStats::cost) of the best run plus a tenth
+    /// of the total cost. A lower score is better.
     pub fn score(&self) -> f64 {
         self.best_run.map_or(Self::UNSOLVED, |best| (10. * best.cost() + self.total.cost()) / 10.)
     }
 
-    /// Returns a statistic; [`Response::NoValue`] for the best run if there is none.
+    /// Returns a statistic, or [`Response::NoValue`] for a statistic of the best run if no run is
+    /// complete.
     pub fn stat(&self, stat: Stat) -> Response {
         let distance = |run: &TravelStats| Response::Count(run.whole_distance());
         let effective = |run: &TravelStats| Response::Number(run.effective_distance());
@@ -110,7 +111,8 @@ impl Scores {
         }
     }
 
-    /// Begins a run, with a penalty after a reset. Call it when a movement begins in the start cell.
+    /// Begins a run. A run after a reset begins with a penalty. Call this method when a movement
+    /// begins in the start cell.
     pub(crate) fn begin_run(&mut self) {
         self.current_run = TravelStats::default();
         self.is_running = true;
@@ -145,8 +147,8 @@ impl Scores {
         self.is_running = false;
     }
 
-    /// Cancels the current run and adds a penalty to the next one. Repeated resets before the next
-    /// run count once.
+    /// Cancels the current run and adds a penalty to the next run. Several resets before the next
+    /// run count as one.
     pub(crate) const fn reset(&mut self) {
         self.has_penalty = true;
         self.cancel_run();
@@ -188,7 +190,7 @@ pub enum Stat {
 }
 
 impl Stat {
-    /// All statistics, in the order of the README of mms.
+    /// All statistics, in the order of the mms README.
     pub const ALL: [Self; 10] = [
         Self::TotalDistance,
         Self::TotalTurns,
@@ -202,7 +204,7 @@ impl Stat {
         Self::Score,
     ];
 
-    /// The statistics that the program of the mms competitions records, in its order.
+    /// The statistics that mms competitions record, in the order in which they are recorded.
     pub const COMPETITION: [Self; 7] = [
         Self::Score,
         Self::BestRunDistance,
@@ -228,13 +230,10 @@ impl Stat {
             Self::Score => "score",
         }
     }
-}
 
-impl FromStr for Stat {
-    type Err = UnknownStat;
-
-    fn from_str(name: &str) -> Result<Self, UnknownStat> {
-        Self::ALL.into_iter().find(|stat| stat.name() == name).ok_or(UnknownStat)
+    /// Returns the statistic with this name.
+    pub(crate) fn from_name(name: &[u8]) -> Option<Self> {
+        Self::ALL.into_iter().find(|stat| stat.name().as_bytes() == name)
     }
 }
 
@@ -243,11 +242,6 @@ impl fmt::Display for Stat {
         f.pad(self.name())
     }
 }
-
-/// An unknown name of a [`Stat`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected the name of a statistic, such as score or total-distance")]
-pub struct UnknownStat;
 
 #[cfg(test)]
 #[allow(clippy::float_cmp)] // halves and quarters are exact
@@ -285,7 +279,7 @@ mod tests {
         // 3 turns, 1 cell and 10 cells: 3 + 1 + 6, plus a tenth of it.
         assert_eq!(scores.score(), 11.);
         run(&mut scores, 0, &[2; 20]);
-        assert_eq!(scores.best_run().unwrap().turns(), 3, "20 cells one by one cost more");
+        assert_eq!(scores.best_run().unwrap().turns(), 3, "20 movements of one cell cost more");
         // The total cost is 3 turns + 7 + 20.
         assert_eq!(scores.score(), 10. + 0.1 * 30.);
         run(&mut scores, 9, &[1]);
@@ -325,10 +319,10 @@ mod tests {
     #[test]
     fn names_round_trip() {
         for stat in Stat::ALL {
-            assert_eq!(stat.name().parse(), Ok(stat));
+            assert_eq!(Stat::from_name(stat.name().as_bytes()), Some(stat));
             assert_eq!(format!("{stat:32}").len(), 32);
         }
-        assert_eq!("Score".parse::<Stat>(), Err(UnknownStat));
+        assert_eq!(Stat::from_name(b"Score"), None);
         let scores = Scores::default();
         let absent = Stat::ALL.into_iter().filter(|&stat| scores.stat(stat) == Response::NoValue);
         assert!(absent.map(Stat::name).all(|name| name.starts_with("best-run")));

@@ -4,11 +4,11 @@ use mmsim_maze::{Cell, Heading, MazeSize, WallState, Walls};
 use mmsim_mms::{Command, GridPoint, SimulatedMouse};
 use proptest::prelude::*;
 
-/// Half a step to the east and to the north, in each direction clockwise from north.
+/// The east and north components of half a step in each direction, clockwise from north.
 const STEPS: [(i32, i32); 8] =
     [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)];
 
-/// Returns whether half a step from this position in this direction is blocked.
+/// Returns true if half a step from this position in this direction is blocked.
 fn is_blocked(walls: &Walls, (x, y): (i32, i32), eighths: usize) -> bool {
     let (east, north) = STEPS[eighths];
     let has_wall = |x: i32, y: i32, heading| {
@@ -47,7 +47,7 @@ fn free_half_steps(walls: &Walls, mut at: (i32, i32), eighths: usize, limit: u64
 
 fn mazes() -> impl Strategy<Value = Walls> {
     let rows = || prop::array::uniform32(any::<u32>());
-    // A quarter or an eighth of the walls: with more, the mouse could hardly move.
+    // Use a quarter or an eighth of the walls. With more walls, the mouse could hardly move.
     (1usize..=6, 1usize..=6, rows(), rows(), rows(), rows(), any::<bool>()).prop_map(
         |(width, height, north, east, mask, sparse_mask, is_sparse)| {
             let size = MazeSize::new(width, height).unwrap();
@@ -120,7 +120,7 @@ proptest! {
         #[expect(clippy::cast_precision_loss, reason = "the distances are small")]
         let distance = half_steps as f64 / 2.;
         prop_assert!((mouse.scores().total().distance() - distance).abs() < 1e-9);
-        // It has marked no walls, so its map is correct.
+        // The mouse has marked no walls, so its map is correct.
         for cell in size.cells() {
             for heading in Heading::ALL {
                 match mouse.map().wall(cell, heading) {

@@ -1,4 +1,5 @@
-//! Transcripts of all commands: each line is `command -> response`, or a command without a response.
+//! Transcripts of all commands. Each line is `command -> response`, or a command that has no
+//! response.
 
 use mmsim_maze::Maze;
 use mmsim_mms::{Command, SimulatedMouse};
@@ -13,7 +14,7 @@ o   o---o   o   o
 o---o---o---o---o
 ";
 
-/// A diagonal path from the lower left to the upper right.
+/// A maze with a diagonal path from the lower left to the upper right.
 const STAIRCASE: &str = "\
 o---o---o---o---o
 |       |     G |
@@ -388,7 +389,7 @@ fn returning_to_the_start_cancels_the_run() {
 
 #[test]
 fn only_the_end_of_a_movement_counts() {
-    // The mouse passes the goal, turns round, and stops at it.
+    // The mouse passes the goal, turns around, and stops at the goal.
     let mut fixture = Fixture::new("o---o---o---o---o\n| S       G     |\no---o---o---o---o\n");
     fixture.check(
         "turnRight -> ack

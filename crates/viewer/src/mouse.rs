@@ -6,7 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use mmsim_client::{Zmq, ask_info, search_run};
+use mmsim_client::{Exchange, Zmq, search_run};
 use mmsim_solvers::{BundledStrategy, Mouse};
 use serde::Serialize;
 
@@ -139,7 +139,7 @@ impl RunControl {
     ) -> Result<String, String> {
         let mut transport = Zmq::connect(endpoint, Some(REPLY_TIMEOUT), |_| {})
             .map_err(|error| error.to_string())?;
-        let info = ask_info(&mut transport).map_err(|error| error.to_string())?;
+        let info = Exchange::new(&mut transport).info().map_err(|error| error.to_string())?;
         let start = info.start_pose().ok_or("expected a start")?;
         let map = info.known_maze().ok_or("expected a maze")?;
         let (mut mouse, mut stopped) = (Mouse::new(strategy.strategy(), map, start), false);

@@ -32,7 +32,8 @@ pub(crate) enum MazesCommand {
         /// Maze file, or words from the path of a maze
         #[arg(required = true)]
         name: Vec<String>,
-        /// Where to look for the maze [default: ~/.mmsim if it exists, else the bundled mazes]
+        /// Where to look for the maze [default: ~/.mmsim if it exists, else the bundled
+        /// mazes]
         #[arg(long, value_name = "PATH")]
         mazes: Option<PathBuf>,
         /// Format of the maze file NAME [default: detected from its content]
@@ -44,9 +45,9 @@ pub(crate) enum MazesCommand {
     },
     /// Check maze files for errors, and print their size, goals and shortest path
     ///
-    /// Errors set exit code 1: unreadable files, contradictory cells, gaps in the outer wall, an
-    /// unreachable goal. Warnings: posts without a wall, unreachable cells, unknown walls, ambiguous
-    /// hex digits, and mazes that are in another file too.
+    /// The exit code is 1 if there are errors: unreadable files, contradictory cells, gaps in the
+    /// outer wall, or an unreachable goal. Warnings report posts without a wall, unreachable cells,
+    /// unknown walls, ambiguous hex digits, and duplicate mazes.
     Check {
         /// Maze files, and folders to search recursively, skipping hidden, .md and .json files
         #[arg(required = true, value_name = "PATH")]
@@ -72,8 +73,8 @@ pub(crate) struct ConvertArgs {
     /// Maze file; - for stdin
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
-    /// File to write; - for stdout. The extension .txt, .trial, .maz or .num selects the format, unless
-    /// --to is set. An existing file is replaced
+    /// File to write; - for stdout. The extension .txt, .trial, .maz or .num selects the format,
+    /// unless --to is set. Existing files are replaced
     #[arg(value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Format of IN [default: detected from its content]
@@ -90,11 +91,13 @@ pub(crate) struct ConvertArgs {
 const FETCH: &str = "\
 Download a public collection of real contest mazes: the maze files of micromouseonline.
 
-The collection has no licence: the mazes belong to their authors, and you download them for your own use.
+The collection has no licence: the mazes belong to their authors, and you download them for your \
+own use.
 
-The mazes are stored in the subfolder `fetched`. Fetching again replaces mazes that have changed in the \
-collection, removes those that are gone, and keeps files that you have added or changed. Nothing outside \
-the subfolder is touched. The environment variables HTTPS_PROXY, HTTP_PROXY and NO_PROXY apply.";
+The mazes are stored in the subfolder `fetched`. Fetching again replaces mazes that have changed in \
+the collection, removes mazes that were deleted from it, and keeps files that you have added or \
+changed. Nothing outside the subfolder is touched. The environment variables HTTPS_PROXY, HTTP_PROXY \
+and NO_PROXY apply.";
 
 #[derive(Debug, Args)]
 pub(crate) struct FetchArgs {
@@ -109,7 +112,7 @@ pub(crate) struct FetchArgs {
     pub(crate) json: bool,
 }
 
-/// The archive of the newest version of the collection.
+/// The URL of the latest version of the maze collection.
 const COLLECTION: &str =
     "https://github.com/micromouseonline/mazefiles/archive/refs/heads/master.tar.gz";
 
@@ -124,15 +127,16 @@ pub(crate) struct GenerateArgs {
     /// Style of the maze
     #[arg(long, default_value = Style::Contest.name(), value_parser = styles())]
     pub(crate) style: Style,
-    /// Number of mazes; each further maze uses the next seed
+    /// Number of mazes; each maze after the first uses the next seed
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) count: u32,
-    /// File to write; the extension .trial, .maz or .num selects the format, else it is text. An
-    /// existing folder, a path ending in a separator, or the output of several mazes is a folder for
-    /// files such as contest-16x16-1.txt [default: print the mazes, separated by blank lines]
+    /// File to write. The extension .trial, .maz or .num selects the format; all other files are
+    /// text. If the path is a folder or ends in a separator, or if --count is above 1, write a file
+    /// such as contest-16x16-1.txt for each maze to this folder [default: print the mazes,
+    /// separated by blank lines]
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Replace files with other content
+    /// Replace existing files that have different content
     #[arg(long, requires = "output")]
     pub(crate) force: bool,
     /// Print a JSON array
@@ -144,7 +148,7 @@ fn styles() -> impl TypedValueParser<Value = Style> {
     one_of(Style::ALL.iter().copied(), |style| PossibleValue::new(style.name()).help(style.about()))
 }
 
-/// Returns a parser for the names of the formats that `accepts` returns `true` for.
+/// Returns a parser for the names of all formats that satisfy `accepts`.
 fn format(accepts: fn(Format) -> bool) -> impl TypedValueParser<Value = Format> {
     let formats = Format::ALL.into_iter().filter(move |&format| accepts(format));
     one_of(formats, |format| format.name().into())

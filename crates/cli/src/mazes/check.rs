@@ -13,7 +13,7 @@ use super::row::MazeRow;
 use crate::output::{print, print_pretty_json};
 use crate::usage::CommandResult;
 
-/// A file and its problems. The field names are JSON keys.
+/// A maze file and the problems found in it. The field names are JSON keys.
 #[derive(Serialize)]
 struct Checked {
     #[serde(flatten)]
@@ -47,7 +47,7 @@ pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> Comm
 }
 
 impl Checked {
-    /// Checks a file. `seen` has the first path of each maze.
+    /// Checks a file. `seen` maps each maze to the path where it was found first.
     fn new(entry: &Entry, format: Option<Format>, seen: &mut HashMap<Maze, PathBuf>) -> Self {
         let path = entry.path();
         let content = match entry.content() {
@@ -74,20 +74,21 @@ impl Checked {
         Self { row, format: Some(format.name()), findings }
     }
 
-    /// Returns the result for an unreadable file or folder, which the error names.
+    /// Returns the result for a file or folder that cannot be read. `error` must contain the path.
     fn unread(path: &Path, error: &impl Display) -> Self {
         let findings = vec![Finding::unreadable(error.to_string())];
         Self { row: MazeRow::from_error(path, error), format: None, findings }
     }
 
-    /// Formats a line with the first error or the facts of the maze, and one per kind of finding.
+    /// Formats the first error or the facts of the maze as a line, followed by a line for each kind
+    /// of finding.
     fn text(&self) -> String {
         let printed = usize::from(self.row.error.is_some()).min(self.findings.len());
         format!("{}\n{}", self.row.line(), lines(&self.findings[printed..]))
     }
 }
 
-/// Whether two paths lead to the same file, as through a link.
+/// Returns true if two paths refer to the same file, for example through a link.
 fn is_same_file(one: &Path, other: &Path) -> bool {
     one == other
         || one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|it| one == it))

@@ -11,7 +11,7 @@ use super::finding::ambiguity;
 use crate::output::{counted, note, print, replace, warn};
 use crate::usage::{CommandResult, UsageError};
 
-/// The path that stands for stdin or stdout.
+/// The path argument for stdin or stdout.
 const STANDARD: &str = "-";
 
 pub(super) fn run(args: &ConvertArgs) -> CommandResult {
@@ -42,7 +42,7 @@ pub(super) fn run(args: &ConvertArgs) -> CommandResult {
     Ok(true)
 }
 
-/// Returns the format for the extension of a path; text for stdout.
+/// Returns the format for the extension of a path, or the text format for stdout.
 pub(super) fn format_from_extension(path: &Path) -> Option<Format> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match &ending[..] {
@@ -61,7 +61,7 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
     let content = if is_standard {
         read_content_from(io::stdin().lock(), path)?
     } else if path.is_dir() {
-        return Err(format!("{}: is a folder, not a maze file", path.display()).into());
+        return Err(format!("{} is a folder, not a maze file", path.display()).into());
     } else {
         read_content(path)?
     };
@@ -80,19 +80,19 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
     Ok(reading.maze)
 }
 
-/// Describes the start and goal that `bare` lacks.
+/// Describes the start and goal of `maze` that are missing from `bare`.
 fn omitted(maze: &Maze, bare: &Maze) -> String {
     let mut marks = Vec::new();
     if maze.start() != bare.start() {
         let (found, assumed) = (maze.start().cell, bare.start().cell);
-        marks.push(format!("start {found}, which reads back as {assumed}"));
+        marks.push(format!("start {found}, which will be read as {assumed}"));
     }
     if maze.goals() != bare.goals() {
         let list = |goals: &CellSet| {
             goals.iter().map(|cell| cell.to_string()).collect::<Vec<_>>().join(" ")
         };
         let (found, assumed) = (list(maze.goals()), list(bare.goals()));
-        marks.push(format!("goal {found}, which reads back as {assumed}"));
+        marks.push(format!("goal {found}, which will be read as {assumed}"));
     }
     marks.join("; ")
 }

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use archive::{Contents, Files};
 use folder::Changes;
+use mmsim_formats::{Catalogue, parse_maze};
 use mmsim_maze::Escaped;
 use serde::Serialize;
 
@@ -17,7 +18,7 @@ use crate::output::{counted, note, own_command, print, print_pretty_json};
 use crate::selection::home_folder;
 use crate::usage::CommandResult;
 
-/// The output of `--json`. The field names are JSON keys.
+/// The output of `mazes fetch --json`. The field names are JSON keys.
 #[derive(Serialize)]
 struct FetchReport<'a> {
     from: &'a str,
@@ -35,19 +36,20 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
         return Err(format!("cannot find the home folder (name a folder with {fetch})").into());
     };
     let from = &args.from;
-    let Contents { files, invalid_names, .. } = archive::unpack(&source::read(from)?)
-        .map_err(|error| format!("cannot fetch {from}: {error}; nothing was changed"))?;
+    let cannot_fetch = |why: String| format!("cannot fetch {from}: {why}; nothing was changed");
+    let Contents { files, invalid_names, .. } =
+        archive::unpack(&source::read(from)?).map_err(cannot_fetch)?;
     let all = files.len() + invalid_names.len();
     let (files, mazes) = select(files);
     let Some(example) = mazes.first() else {
         let all = counted(all as u64, "file");
-        return Err(
-            format!("cannot fetch {from}: no mazes in its {all}; nothing was changed").into()
-        );
+        return Err(cannot_fetch(format!("no mazes found in {all}")).into());
     };
     let changes = folder::replace(&parent, &files)?;
-    note_files("skipped", "with names that are not valid on every system", &invalid_names);
-    note_files("kept", "that you have changed", &changes.kept);
+    note_files(&invalid_names, |count| {
+        format!("skipped {count} with names that are not valid on every system")
+    });
+    note_files(&changes.kept, |count| format!("kept {count} that you have changed"));
     let (folder, skipped) = (parent.join(folder::FOLDER).display().to_string(), all - files.len());
     let report = FetchReport { from, folder, mazes: mazes.len(), changes, skipped };
     if args.json {
@@ -62,67 +64,56 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
         let place = args.folder.as_ref().map(|folder| format!("{} ", folder.display()));
         let words = Path::new(example).file_stem().unwrap_or_default().display();
         let serve = own_command(&format!("{}--maze \"{words}\"", place.unwrap_or_default()));
-        print(&format!("serve one of them with {serve}\n"))?;
+        print(&format!("serve a maze with {serve}\n"))?;
     }
     Ok(true)
 }
 
-/// Reports what was done with some files, and names the first ones.
-fn note_files(done: &str, which: &str, files: &[String]) {
+/// Prints a message about some files, with the names of the first three.
+fn note_files(files: &[String], message: fn(&str) -> String) {
     if !files.is_empty() {
-        let count = counted(files.len() as u64, "file");
-        let (first, more) =
-            (files[..files.len().min(3)].join(", "), if files.len() > 3 { ", …" } else { "" });
-        note(format_args!("{done} {count} {which}: {first}{more}"));
+        let message = message(&counted(files.len() as u64, "file"));
+        let names = files[..files.len().min(3)].join(", ");
+        let more = if files.len() > 3 { ", …" } else { "" };
+        note(format_args!("{message}: {names}{more}"));
     }
 }
 
-/// Selects the files to install: mazes, and files about them such as licences. The top folder is
-/// stripped. Also returns the paths of the mazes.
+/// Selects the mazes and the files that describe them, such as licences. Strips the top folder from
+/// all paths. Also returns the paths of the mazes.
 fn select(mut all: Files) -> (Files, Vec<String>) {
-    // The top folder may be hidden, such as in an archive of ~/.mmsim.
-    let has_top = strip_top_folder(&mut all);
-    all.retain(|path, _| !is_hidden(path));
-    if !has_top {
-        strip_top_folder(&mut all);
-    }
+    // The top folder itself may be hidden, such as in an archive of ~/.mmsim.
+    let top = top_folder_bytes(&all);
+    all.retain(|path, _| !is_hidden(&path[top..]));
+    let top = top_folder_bytes(&all);
     let (mut files, mut mazes) = (Files::new(), Vec::new());
     for (path, content) in all {
-        if !is_text(&path) && mmsim_formats::parse_maze(&content).is_ok() {
+        let path = path[top..].to_string();
+        let is_skipped = Catalogue::skips(Path::new(&path));
+        if !is_skipped && parse_maze(&content).is_ok() {
             mazes.push(path.clone());
             files.insert(path, content);
         } else if is_about(&path) {
-            // A collection of mazes ignores files with this extension.
-            files.insert(if is_text(&path) { path } else { path + ".md" }, content);
+            // Listings of mazes skip files with this extension.
+            files.insert(if is_skipped { path } else { path + ".md" }, content);
         }
     }
     (files, mazes)
 }
 
-/// Whether a file is hidden. macOS puts metadata into `__MACOSX`.
+/// Returns true if a file is hidden or in `__MACOSX`, where macOS stores metadata.
 fn is_hidden(path: &str) -> bool {
     path.split('/').any(|name| name.starts_with('.') || name == "__MACOSX")
 }
 
-/// Whether a collection of mazes ignores this file, whatever its content.
-fn is_text(path: &str) -> bool {
-    let extension = Path::new(path).extension().unwrap_or_default();
-    ["md", "json"].iter().any(|text| extension.eq_ignore_ascii_case(text))
+/// Returns the length of the common top folder of all files, including the `/`, or 0 without one.
+fn top_folder_bytes(files: &Files) -> usize {
+    let first = files.keys().next().map_or("", String::as_str);
+    let top = first.find('/').map_or(0, |slash| slash + 1);
+    if files.keys().all(|path| path.starts_with(&first[..top])) { top } else { 0 }
 }
 
-/// Strips the top folder if all files are in the same one. Returns whether they are.
-fn strip_top_folder(files: &mut Files) -> bool {
-    let first = files.keys().next().and_then(|path| path.split_once('/'));
-    let top = first.map(|(top, _)| format!("{top}/"));
-    let Some(top) = top.filter(|top| files.keys().all(|path| path.starts_with(top))) else {
-        return false;
-    };
-    let strip = |(path, content): (String, _)| (path[top.len()..].to_string(), content);
-    *files = std::mem::take(files).into_iter().map(strip).collect();
-    true
-}
-
-/// Whether a file is about the collection.
+/// Returns true if a file describes the collection.
 fn is_about(path: &str) -> bool {
     let name = path.rsplit('/').next().unwrap_or(path).to_lowercase();
     ["readme", "license", "licence", "copying"].iter().any(|start| name.starts_with(start))

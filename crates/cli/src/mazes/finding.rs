@@ -17,12 +17,12 @@ pub(super) struct Finding {
     column: Option<usize>,
     byte: Option<usize>,
     cell: Option<[u8; 2]>,
-    /// The position in a summary of several findings.
+    /// The position as text, for a summary of several findings.
     #[serde(skip)]
     place: String,
 }
 
-/// The kinds of findings, in the order in which they are printed: errors, then warnings.
+/// The kind of a finding. Findings are printed in this order, errors before warnings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum FindingKind {
@@ -69,13 +69,13 @@ impl Finding {
         Self { cell, ..Self::new(kind, error.to_string()).at_place(error.location) }
     }
 
-    /// Returns the finding for a maze that an earlier file contains too.
+    /// Returns the finding for a maze that is also in an earlier file.
     pub(super) fn duplicate(path: &str) -> Self {
         let message = format!("the same walls, start and goal as {path}");
         Self::new(FindingKind::Duplicate, message)
     }
 
-    /// Returns the problems of a maze and the assumptions made to read it.
+    /// Returns the problems of a maze and the assumptions made when reading the maze.
     pub(super) fn from_reading(reading: &ParsedMaze) -> Vec<Self> {
         let ParsedMaze { maze, unknown_walls, ambiguous_encoding, .. } = reading;
         let start = maze.start().cell;
@@ -121,12 +121,12 @@ impl Finding {
     }
 }
 
-/// Returns the message that a file was read in one of several possible ways.
+/// Returns the message for a file whose encoding is ambiguous.
 pub(super) fn ambiguity(way: &str) -> String {
-    format!("ambiguous digits, which fit other mazes too; read as: {way}")
+    format!("ambiguous digits, which also fit other mazes; read as: {way}")
 }
 
-/// Formats the findings, one line per kind.
+/// Formats the findings as one line for each kind.
 pub(super) fn lines(findings: &[Finding]) -> String {
     let mut findings = findings.to_vec();
     findings.sort_by_key(|finding| finding.kind);
@@ -139,7 +139,7 @@ pub(super) fn lines(findings: &[Finding]) -> String {
     findings.chunk_by(same_kind).map(line).collect()
 }
 
-/// Formats findings of one kind: their number and the first positions.
+/// Formats the number of findings of one kind, and the positions of the first three.
 fn summary(group: &[Finding], kind: FindingKind) -> String {
     const SHOWN: usize = 3;
     let count = group.len();

@@ -76,7 +76,8 @@ impl Generated {
     }
 }
 
-/// Writes each maze to a file. A file with other content is not replaced without `--force`.
+/// Writes each maze to a file. Without `--force`, returns an error if a file already exists with
+/// different content.
 fn write(
     mazes: impl Iterator<Item = Generated>,
     output: &Path,
@@ -95,13 +96,13 @@ fn write(
         let content = format
             .write(&generated.maze)
             .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-        // An unreadable target fails on write.
+        // If the file is unreadable, writing it fails.
         match is_file(&path).then(|| fs::read(&path)) {
             Some(Ok(old)) if old == content => {}
             Some(Ok(_)) if !args.force => {
                 let path = path.display();
                 return Err(format!(
-                    "{path} already exists with other content (use --force to replace it)"
+                    "{path} already exists with different content (use --force to replace it)"
                 ));
             }
             _ => replace(&path, &content)?,

@@ -1,4 +1,4 @@
-//! A maze file in one line.
+//! The facts of a maze file in one line.
 
 use std::fmt::Display;
 use std::io;
@@ -48,7 +48,7 @@ impl MazeRow {
         Self { path: path.display().to_string(), error: Some(error.to_string()), ..Self::default() }
     }
 
-    /// Formats the row as escaped text. An error names the file itself.
+    /// Formats the facts or the error as escaped text. An error message already contains the path.
     pub(super) fn line(&self) -> String {
         let Self { path, width: Some(width), height: Some(height), goals: Some(goals), .. } = self
         else {

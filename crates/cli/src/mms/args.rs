@@ -27,7 +27,7 @@ pub(crate) struct MmsArgs {
     /// mazes]
     #[arg(conflicts_with = "connect")]
     pub(crate) mazes: Option<PathBuf>,
-    /// Program of the mouse and its arguments
+    /// Program to run as the mouse, and its arguments
     #[arg(last = true, required = true, value_name = "COMMAND")]
     pub(crate) command: Vec<OsString>,
     /// Print the scores when the mouse exits
@@ -36,7 +36,7 @@ pub(crate) struct MmsArgs {
     /// Print a JSON object when the mouse exits
     #[arg(long, conflicts_with = "score")]
     pub(crate) json: bool,
-    /// Stop the mouse when its turns plus its effective distance exceed N
+    /// Stop the mouse when its number of turns plus its effective distance exceeds N
     #[arg(long, value_name = "N")]
     pub(crate) limit: Option<u32>,
     /// Wait MS milliseconds after each cell and each turn
@@ -55,7 +55,7 @@ pub(crate) struct MmsArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Options for --connect")]
 pub(crate) struct RemoteArgs {
-    /// Run the mouse in the maze of a running simulator, at tcp://HOST:PORT, instead of serving one
+    /// Run the mouse in the maze of a simulator at tcp://HOST:PORT instead of serving a maze
     #[arg(
         long,
         value_name = "ENDPOINT",
@@ -67,7 +67,7 @@ pub(crate) struct RemoteArgs {
 }
 
 impl MmsArgs {
-    /// Whether to keep serving after the mouse exits.
+    /// Returns true if the server keeps running after the mouse exits.
     pub(crate) const fn stays(&self) -> bool {
         self.stay || self.server.viewer.open
     }

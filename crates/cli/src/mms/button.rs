@@ -7,7 +7,7 @@ use std::thread;
 
 use crate::output::note;
 
-/// The reset button. Each line on stdin presses it.
+/// The reset button, which each line on stdin presses.
 pub(super) struct Button(Arc<AtomicBool>);
 
 impl Button {
@@ -30,13 +30,14 @@ impl Button {
         Self(pressed)
     }
 
-    /// Whether the button was pressed since the last call.
+    /// Returns true if the button was pressed since the previous call.
     pub(super) fn was_pressed(&self) -> bool {
         self.0.load(Ordering::Relaxed) && self.0.swap(false, Ordering::Relaxed)
     }
 }
 
-/// Whether this process may read the terminal: a terminal stops background processes that read.
+/// Returns true if this process may read from the terminal. Background processes that read from a
+/// terminal are stopped.
 #[cfg(unix)]
 fn is_in_foreground() -> bool {
     let foreground = rustix::termios::tcgetpgrp(rustix::stdio::stdin());
@@ -48,7 +49,7 @@ const fn is_in_foreground() -> bool {
     true
 }
 
-/// Waits until there is input for this process. Returns `false` if there never will be.
+/// Waits until there is input for this process. Returns false if no input can arrive.
 #[cfg(unix)]
 fn wait_for_line() -> bool {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};

@@ -11,47 +11,47 @@ use std::time::Duration;
 
 use mmsim_mms::Response;
 
-/// The maximum length of a line in bytes, with its newline.
+/// The maximum length of a line in bytes, including the newline.
 pub(crate) const MAX_LINE_BYTES: usize = 4096;
 
-/// How many bytes of a longer line are kept.
+/// The maximum length of an excerpt from a line, in bytes.
 const START_BYTES: usize = 40;
 
-/// The maximum number of lines read ahead.
+/// The maximum number of lines that are queued for execution.
 const MAX_LINES_AHEAD: usize = 256;
 
-/// The maximum number of replies that a mouse has not read, about 10 MB.
+/// The maximum number of unread replies, which take about 10 MB.
 const MAX_UNREAD_REPLIES: usize = 1 << 20;
 
-/// A mouse in a process of its own, which is killed on drop.
+/// The process of a mouse, which is killed on drop.
 pub(crate) struct Child {
     process: process::Child,
     lines: Receiver<Line>,
-    /// `None` once there are no more replies.
+    /// The channel to the thread that writes replies, or `None` after [`Self::end_replies`].
     replies: Option<Sender<Response>>,
     unread: Arc<AtomicUsize>,
     incomplete_line: Arc<Mutex<Vec<u8>>>,
 }
 
-/// A line that a mouse has written.
+/// A line of output from a mouse.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Line {
-    /// A line with its newline.
+    /// A complete line, including the newline.
     Whole(Vec<u8>),
-    /// The start of a line over the maximum length.
+    /// The start of a line that exceeds the maximum length.
     TooLong(Vec<u8>),
-    /// The last line, without a newline.
+    /// The last line of the output if it has no newline.
     Unfinished(Vec<u8>),
 }
 
 impl Child {
-    /// Starts a program with its arguments. It shares this process's stderr.
+    /// Starts a program with its arguments. The program inherits stderr.
     pub(crate) fn start(command: &[OsString]) -> Result<Self, String> {
         let [program, arguments @ ..] = command else {
-            return Err("no program after --".into());
+            return Err("no program given after --".into());
         };
         let mut mouse = Command::new(program);
-        // A process group, to kill the mouse with its child processes.
+        // The mouse gets a process group, so its child processes can be killed too.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut mouse, 0);
         let pipes = mouse.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -61,7 +61,7 @@ impl Child {
             format!("cannot start the mouse {}: {error}{hint}", program.display())
         })?;
         let (Some(stdin), Some(stdout)) = (process.stdin.take(), process.stdout.take()) else {
-            return Err("the mouse has no pipes".into());
+            return Err("cannot open the pipes of the mouse".into());
         };
         // Commands are read and replies are written on threads of their own, so a mouse may write
         // before it reads.
@@ -76,12 +76,12 @@ impl Child {
         Ok(Self { process, lines, replies: Some(replies), unread, incomplete_line })
     }
 
-    /// Waits for the next line of the mouse.
+    /// Waits for the next line from the mouse.
     pub(crate) fn next_line(&self, timeout: Duration) -> Result<Line, RecvTimeoutError> {
         self.lines.recv_timeout(timeout)
     }
 
-    /// Replies to the mouse. Does nothing if the mouse has closed its stdin.
+    /// Sends a reply to the mouse. Does nothing if the mouse has closed its stdin.
     pub(crate) fn reply(&self, reply: Response) -> Result<(), String> {
         let unread = self.unread.fetch_add(1, Ordering::Relaxed);
         if unread >= MAX_UNREAD_REPLIES {
@@ -93,12 +93,12 @@ impl Child {
         Ok(())
     }
 
-    /// Returns the start of the incomplete line, empty if there is none.
+    /// Returns the start of the mouse's incomplete line, which may be empty.
     pub(crate) fn incomplete_line(&self) -> Vec<u8> {
         self.incomplete_line.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Closes the mouse's stdin once all replies are written.
+    /// Closes the mouse's stdin after all replies are written.
     pub(crate) fn end_replies(&mut self) {
         self.replies = None;
     }
@@ -121,7 +121,7 @@ impl Drop for Child {
     }
 }
 
-/// A pipe from the mouse that keeps the start of the incomplete line.
+/// A pipe from the mouse that stores the start of an incomplete line.
 struct LineTracker<R> {
     pipe: R,
     incomplete_line: Arc<Mutex<Vec<u8>>>,
@@ -154,7 +154,7 @@ fn read_lines(mut stdout: impl BufRead, lines: &SyncSender<Line>) {
     }
 }
 
-/// Reads the next line, `None` at the end. Overlong lines are truncated.
+/// Reads the next line, or returns `None` at the end of output. Truncates overlong lines.
 fn read_line(stdout: &mut impl BufRead) -> io::Result<Option<Line>> {
     let mut line = Vec::new();
     stdout.by_ref().take(MAX_LINE_BYTES as u64).read_until(b'\n', &mut line)?;
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn overlong_and_unfinished_lines_are_told_apart() {
+    fn overlong_and_unfinished_lines_are_distinguished() {
         let long = vec![b'x'; 3 * MAX_LINE_BYTES];
         let longest = [&long[..MAX_LINE_BYTES - 1], b"\n"].concat();
         let text = [&b"one\n\ntwo\r\n"[..], &longest, &long, b"\nthree"].concat();

@@ -1,4 +1,4 @@
-//! How a mouse exited, and its scores.
+//! The exit and the scores of a mouse.
 
 use std::fmt::Write as _;
 use std::process::ExitStatus;
@@ -13,13 +13,13 @@ use crate::interrupt::Interrupt;
 pub(crate) struct MouseExit {
     pub(crate) mouse: SimulatedMouse,
     pub(crate) cause: ExitCause,
-    /// The number of movements replied to with `crash`.
+    /// The number of movements with the reply `crash`.
     pub(crate) crashes: u64,
-    /// The number of lines that are not commands.
+    /// The number of lines that are invalid commands.
     pub(crate) refused: u64,
 }
 
-/// Why a mouse is no longer running.
+/// The reason why a mouse is no longer running.
 pub(crate) enum ExitCause {
     Exited(ExitStatus),
     Limit(u32),
@@ -30,7 +30,7 @@ pub(crate) enum ExitCause {
 }
 
 impl MouseExit {
-    /// Returns the exit code: that of the mouse if it exited by itself.
+    /// Returns the mouse's exit code if the mouse exited by itself, else an exit code of mmsim.
     pub(crate) fn code(&self) -> i32 {
         match &self.cause {
             ExitCause::Exited(status) => {
@@ -72,7 +72,7 @@ impl MouseExit {
         })
     }
 
-    /// Returns the output of `--json`.
+    /// Returns the output of `mms --json`.
     pub(crate) fn report(&self) -> MouseReport {
         let scores = self.mouse.scores();
         let (total, best) = (scores.total(), scores.best_run());
@@ -105,7 +105,7 @@ impl MouseExit {
     }
 }
 
-/// The output of `--json`.
+/// The output of `mms --json`.
 #[derive(Serialize)]
 pub(crate) struct MouseReport {
     goal_reached: bool,

@@ -1,4 +1,4 @@
-//! The surroundings of a mouse: a simulator that reports walls and receives the mouse's state.
+//! The environment of a mouse: a simulator that reports walls and receives the mouse's states.
 
 use std::time::Duration;
 
@@ -9,19 +9,19 @@ use mmsim_mms::{Environment, SimulatedMouse};
 use super::exit::ExitCause;
 use crate::interrupt::Interrupt;
 
-/// A simulator, asked for each wall once.
+/// A connection to a simulator that requests each wall only once.
 pub(crate) struct Simulator<'a, T> {
     exchange: Exchange<T>,
-    /// The walls that it has reported.
+    /// The walls that the simulator has reported.
     reported: KnownMaze,
     interrupt: &'a Interrupt,
     pace: Duration,
-    /// The mouse in the last state that was sent.
+    /// A copy of the mouse whose state was sent last.
     last: Option<SimulatedMouse>,
 }
 
 impl<'a, T: Transport> Simulator<'a, T> {
-    /// Resets a simulator whose maze has this size.
+    /// Resets the simulator, whose maze must have the given size.
     pub(crate) fn new(
         transport: T,
         size: MazeSize,
@@ -34,7 +34,7 @@ impl<'a, T: Transport> Simulator<'a, T> {
         Ok(Self { exchange, reported, interrupt, pace, last: None })
     }
 
-    /// Sends the state of the mouse if it has changed.
+    /// Sends the state of the mouse if the state has changed.
     pub(crate) fn update(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
         let is_sent = self.last.as_ref().is_some_and(|last| is_same_state(last, mouse));
         if is_sent { Ok(()) } else { self.send(mouse) }

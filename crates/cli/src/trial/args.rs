@@ -24,37 +24,37 @@ without --once, it is 0 after Ctrl-C.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct TrialArgs {
-    /// Maze files, folders to search recursively, and words from the path of a maze in ~/.mmsim or of a
-    /// bundled maze
+    /// Maze files, folders to search recursively, or words from the path of a maze in ~/.mmsim or
+    /// of a bundled maze
     #[arg(required = true, value_name = "MAZE")]
     pub(crate) mazes: Vec<PathBuf>,
-    /// Robot; may be repeated
+    /// Robot to run; may be repeated
     #[arg(long, value_name = "NAME", default_value = BundledRobot::Champion.name(), value_parser = robots())]
     robot: Vec<Option<BundledRobot>>,
-    /// Random seed, for robots and noisy sensors
+    /// Random seed for robots and noisy sensors
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Probability, 0 to 1, that a sensor reading is wrong by one cell
+    /// Probability from 0 to 1 that a sensor reading is off by one cell
     #[arg(long, value_name = "P", default_value_t = 0., value_parser = parse_probability)]
     noise: f64,
-    /// Number of corners that swing and swing-timed visit, 0 to 3
+    /// Number of corners to visit, 0 to 3, for the robots swing and swing-timed
     #[arg(long, value_name = "N", default_value_t)]
     key_points: KeyPoints,
-    /// How far swing and swing-timed explore
+    /// How far to explore, for the robots swing and swing-timed
     #[arg(long, default_value_t, value_parser = variants())]
     variant: Variant,
-    /// Draw the explored maze and the race: U, R, D or L where a step starts, lowercase in the cells
-    /// it crosses, and X where it reaches the goal
+    /// Draw the explored maze and the race. A step is drawn as U, R, D or L in its first cell and
+    /// as a lowercase letter in the following cells. X marks the goal
     #[arg(long)]
     pub(crate) path: bool,
     /// Print a JSON array
     #[arg(long)]
     pub(crate) json: bool,
-    /// Print comparison tables: benchmarks, variants and key points of swing, and all robots. With more
-    /// than 6 mazes, print means only
+    /// Print tables that compare benchmarks, variants of swing, key points of swing, and all
+    /// robots. With more than 6 mazes, print only means
     #[arg(long, conflicts_with_all = ["robot", "key_points", "variant", "path", "serve"])]
     pub(crate) compare: bool,
-    /// Draw a bar chart of each table as an SVG file in DIR
+    /// Draw each table as a bar chart in an SVG file in DIR
     #[arg(long, value_name = "DIR", requires = "compare")]
     pub(crate) charts: Option<PathBuf>,
     /// Show the trial of one robot in one maze in a browser until Ctrl-C
@@ -84,20 +84,20 @@ pub(crate) struct WatchArgs {
 }
 
 impl WatchArgs {
-    /// Whether an option for recording, the history or the viewer page is set.
+    /// Returns true if an option for recording, the history or the viewer page is set.
     pub(crate) fn is_set(&self) -> bool {
         self.retention != RetentionArgs::default() || self.viewer != ViewerArgs::default()
     }
 }
 
 impl TrialArgs {
-    /// Returns the selected robots with their settings.
+    /// Returns the selected robots with the settings from the command line.
     pub(crate) fn contenders(&self) -> Vec<Contender> {
         let robots = each_once(&self.robot, BundledRobot::ALL);
         robots.into_iter().map(|robot| self.contender(robot)).collect()
     }
 
-    /// Returns a robot with its settings.
+    /// Returns a robot with the settings from the command line.
     pub(crate) const fn contender(&self, robot: BundledRobot) -> Contender {
         let Self { seed, noise, key_points, variant, .. } = *self;
         Contender { robot, settings: Settings { seed, key_points, variant, noise } }

@@ -1,4 +1,4 @@
-//! `mmsim trial --compare`: the tables of the published report, and one of all robots.
+//! `mmsim trial --compare`: print the tables of the published report and a table of all robots.
 
 use std::fs;
 use std::io::{self, IsTerminal};
@@ -17,13 +17,14 @@ use crate::output::{counted, note, print, print_pretty_json, replace};
 use crate::selection::Selected;
 use crate::usage::CommandResult;
 
-/// With more mazes than this, tables have means only.
+/// The maximum number of mazes for which a table has columns. With more mazes, tables have only
+/// means.
 const MAX_COLUMNS: usize = 6;
 
-/// The number of trials of the random robot, each with its own seed.
+/// The number of trials of the random robot. Each trial has a different seed.
 const RANDOM_TRIALS: u64 = 6;
 
-/// A comparison of robots, or of settings of one robot.
+/// A comparison of several robots, or of several settings of one robot.
 struct Comparison {
     title: &'static str,
     /// The name of the chart file.
@@ -54,7 +55,8 @@ fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
     ]
 }
 
-/// Runs all trials of the tables. A robot without a score is not a failure here: the tables show it.
+/// Runs all trials and prints the tables. A robot without a score is shown in the tables and is not
+/// an error.
 pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     let tables = comparisons(args);
     let trials = Trials::run(&tables, mazes);
@@ -80,14 +82,15 @@ fn draw(folder: &Path, tables: &[Comparison], trials: &Trials<'_>) -> Result<(),
     Ok(())
 }
 
-/// The outcomes of all trials of the comparisons.
+/// The outcomes of all trials in the comparisons.
 struct Trials<'a> {
     mazes: &'a [Selected],
-    /// The outcomes of each contender in all mazes. A contender in two tables runs once.
+    /// The outcomes of each contender in all mazes. A contender that is in two tables runs only
+    /// once.
     outcomes: Vec<(&'a Contender, Vec<TrialResult>)>,
 }
 
-/// A trial as JSON.
+/// A trial in a comparison, as JSON.
 #[derive(Serialize)]
 struct ComparisonRow<'a> {
     table: &'a str,
@@ -158,7 +161,7 @@ impl<'a> Trials<'a> {
         .collect()
     }
 
-    /// Draws a table as a bar chart, with a group for each maze or one of means.
+    /// Draws a table as a bar chart, with a group of bars for each maze or a single group of means.
     fn chart(&self, table: &Comparison) -> BarChart {
         let rows = || table.rows.iter().map(|(name, one)| (name.clone(), self.outcomes_of(one)));
         let group = |(index, maze): (usize, &Selected)| BarGroup {
@@ -182,7 +185,8 @@ impl<'a> Trials<'a> {
     }
 }
 
-/// Returns the result of a robot in each maze, and the sum of its scores if it scored in all.
+/// Returns a robot's result in each maze, and the sum of the scores if the robot scored in every
+/// maze.
 fn each(outcomes: &[TrialResult]) -> Vec<String> {
     let scores: Option<Vec<Score>> = outcomes.iter().map(TrialResult::score).collect();
     let sum = scores.map(|scores| scores.into_iter().map(Score::value).sum::<f64>());
@@ -190,8 +194,8 @@ fn each(outcomes: &[TrialResult]) -> Vec<String> {
     outcomes.iter().map(result).chain([sum]).collect()
 }
 
-/// Returns the number of mazes in which a robot scored, correctly reported an unreachable goal, and
-/// failed, and the means over the mazes in which it scored.
+/// Returns how often a robot scored, correctly reported an unreachable goal, and failed. If the
+/// robot scored, also returns the means over the scored mazes.
 fn means(outcomes: &[TrialResult]) -> Vec<String> {
     let Means { scored, explore_steps, race_steps, score, excess } = Means::new(outcomes.iter());
     let unreachable = outcomes.iter().filter(|outcome| outcome.is_correctly_given_up()).count();

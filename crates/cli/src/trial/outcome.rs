@@ -12,7 +12,7 @@ use mmsim_trial::{
 use crate::parallel::map_each;
 use crate::selection::Selected;
 
-/// A maze and the robot to run in it.
+/// A maze and a robot to run in this maze.
 pub(crate) type Job<'a> = (&'a Selected, &'a Contender);
 
 /// Runs trials on all processors. Returns the outcomes in the order of the jobs.
@@ -34,9 +34,9 @@ pub(crate) struct TrialResult {
     pub(crate) race_steps: u32,
     /// The minimum number of steps of a race in this maze; `None` if the goal is unreachable.
     pub(crate) race_optimum: Option<u16>,
-    /// What the robot could know about the maze when its race started.
+    /// The part of the maze that the robot had seen when the race started.
     explored: KnownMaze,
-    /// The cells of the race in order, each with its letter in the drawing.
+    /// The cells of the race in order, each with a letter for the drawing.
     race: Vec<(Cell, char)>,
 }
 
@@ -47,11 +47,11 @@ impl Contender {
         outcome
     }
 
-    /// Runs the robot and calls `watch` before each step and at the end, with the trial and what the
-    /// robot could see so far. An error stops the trial.
+    /// Runs the robot. Calls `watch` before each step and at the end, with the trial and the part
+    /// of the maze that the robot has seen. An error from `watch` stops the trial.
     ///
     /// # Errors
-    /// Those of `watch`.
+    /// Returns the error from `watch`.
     pub(crate) fn run_watched<E>(
         &self,
         maze: &Maze,
@@ -102,18 +102,19 @@ impl TrialResult {
         }
     }
 
-    /// Whether the robot scored or correctly reported an unreachable goal.
+    /// Returns true if the robot scored or correctly reported an unreachable goal.
     pub(crate) const fn succeeded(&self) -> bool {
         self.score().is_some() || self.is_correctly_given_up()
     }
 
-    /// Whether the robot correctly reported an unreachable goal.
+    /// Returns true if the robot correctly reported an unreachable goal.
     pub(crate) const fn is_correctly_given_up(&self) -> bool {
         matches!(self.ending, TrialOutcome::GaveUp) && self.race_optimum.is_none()
     }
 
-    /// Returns the score of a robot that knows the maze: it explores as fast as it races, with one more
-    /// step for the reset. `None` if the goal is unreachable.
+    /// Returns the score of a robot that knows the maze, or `None` if the goal is unreachable. A
+    /// robot that knows the maze explores and races in the minimum number of steps, and needs one
+    /// more step for the reset.
     pub(crate) fn bound(&self) -> Option<Score> {
         let optimum = u32::from(self.race_optimum?);
         Some(Score { explore_steps: optimum + 1, race_steps: optimum })
@@ -125,7 +126,7 @@ impl TrialResult {
         Some((score.race_steps - bound.race_steps, score.value() - bound.value()))
     }
 
-    /// Draws the explored maze and the race as text, wide and compact.
+    /// Draws the explored maze and the race as text, in a wide and a compact form.
     pub(crate) fn drawings(&self) -> [String; 2] {
         let letter = |cell| {
             let latest = self.race.iter().rfind(|(passed, _)| *passed == cell);
@@ -136,7 +137,8 @@ impl TrialResult {
     }
 }
 
-/// Returns the cells that a step leaves and their letters: uppercase in the first one.
+/// Returns the cells that a step crosses, each with its letter in the drawing. The letter of the
+/// first cell is uppercase.
 fn letters(from: Cell, to: Cell) -> impl Iterator<Item = (Cell, char)> {
     let (heading, letter) = match (to.x.cmp(&from.x), to.y.cmp(&from.y)) {
         (_, Ordering::Greater) => (Heading::North, 'U'),

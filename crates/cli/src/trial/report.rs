@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::outcome::{Contender, TrialResult};
 use crate::selection::Selected;
 
-/// A trial. The field names are JSON keys.
+/// The result of a trial. The field names are JSON keys.
 #[derive(Serialize)]
 pub(crate) struct TrialReport {
     maze: String,
@@ -14,9 +14,9 @@ pub(crate) struct TrialReport {
     ending: &'static str,
     explore_steps: u32,
     race_steps: u32,
-    /// Rounded to three decimals; null if the robot did not score.
+    /// The score, rounded to three decimals, or null if the robot did not score.
     score: Option<f64>,
-    /// Null if the goal is unreachable.
+    /// The minimum number of race steps, or null if the goal is unreachable.
     race_optimum: Option<u16>,
     seed: u64,
     noise: f64,

@@ -1,4 +1,4 @@
-//! Printing the outcomes of trials as text or JSON.
+//! Prints the outcomes of trials as text or JSON.
 
 use std::io;
 use std::mem;
@@ -11,8 +11,8 @@ use crate::output::{print, print_pretty_json};
 use crate::screen::wide_or_compact;
 use crate::usage::CommandResult;
 
-/// Prints the outcomes of trials. Lines of the table are printed at once, or after all drawings with
-/// `--path`. JSON is printed at the end.
+/// A printer for the outcomes of trials. Table lines are printed immediately, or after all drawings
+/// if `--path` is set. JSON is printed at the end.
 pub(crate) struct Results<'a> {
     jobs: &'a [Job<'a>],
     args: &'a TrialArgs,
@@ -22,7 +22,7 @@ pub(crate) struct Results<'a> {
 }
 
 impl<'a> Results<'a> {
-    /// Prepares the table for these trials.
+    /// Creates a printer for the outcomes of `jobs`.
     pub(crate) fn new(jobs: &'a [Job<'a>], args: &'a TrialArgs) -> Self {
         let table = ResultTable::new(jobs);
         Self { jobs, args, lines: table.head(), table, outcomes: Vec::new() }
@@ -42,7 +42,7 @@ impl<'a> Results<'a> {
         if self.args.path || self.args.json { Ok(()) } else { print(&mem::take(&mut self.lines)) }
     }
 
-    /// Prints the rest. Returns whether all trials succeeded.
+    /// Prints the remaining output. Returns true if all trials succeeded.
     pub(crate) fn finish(self) -> CommandResult {
         let Self { jobs, args, lines, outcomes, .. } = self;
         if args.json {

@@ -1,8 +1,7 @@
-//! `mmsim trial --serve`: a trial in a browser. The robot is a client that sends states to a simulator.
+//! `mmsim trial --serve`: show a trial in a browser. The robot is a client that sends states to a
+//! simulator.
 
 use std::error::Error;
-use std::io::{self, IsTerminal};
-use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Zmq};
 use mmsim_maze::Unknown;
@@ -14,7 +13,7 @@ use super::results::Results;
 use crate::connection::report_waiting;
 use crate::local_server;
 use crate::output::note;
-use crate::screen::DEFAULT_PACE_MS;
+use crate::screen::pace;
 use crate::selection::{Collection, Selected};
 use crate::usage::{CommandResult, UsageError};
 
@@ -28,7 +27,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
         return Err(not_one("maze", paths).into());
     };
     let watch = &args.watch;
-    // A maze that is not a file is a bundled one.
+    // If the path is not a file, the maze is a bundled one.
     let collection = Collection::at(Some(&*selected.path).filter(|path| path.exists()))?;
     let viewer = (!watch.once).then_some(&watch.viewer);
     let (server, interrupt) = local_server::start(
@@ -38,8 +37,8 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
         &watch.retention,
         viewer,
     )?;
-    let pace = watch.pace.unwrap_or(if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 });
-    let pause = || interrupt.wait_for(Duration::from_millis(pace));
+    let pace = pace(watch.pace);
+    let pause = || interrupt.wait_for(pace);
     let outcome = run_trial(server.address(), contender, &selected, pause);
     let mut succeeded = true;
     if let Some(outcome) = outcome? {
@@ -56,9 +55,9 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     Ok(succeeded || !watch.once)
 }
 
-/// Runs a robot and sends each state to the simulator: its pose, what it has seen, and each cell's
-/// lower bound of race steps to the goal. Returns `None` if `pause`, called after each state, returns
-/// `true`.
+/// Runs a robot and sends its states to the simulator. A state contains the pose, the walls that
+/// the robot has seen, and for each cell a lower bound on the race steps to the goal. Calls `pause`
+/// after each state, and returns `None` if `pause` returns true.
 fn run_trial(
     address: &str,
     contender: &Contender,

@@ -1,4 +1,4 @@
-//! The outcomes of trials as a table.
+//! Formats the outcomes of trials as a table.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use mmsim_trial::{BundledRobot, TrialOutcome};
 
 use super::outcome::{Job, TrialResult};
 
-/// A table whose column widths are known beforehand, so that its lines can be printed one by one.
+/// A table with fixed column widths, so each line can be printed before the next line is known.
 pub(crate) struct ResultTable {
     maze_width: usize,
     robot_width: usize,
@@ -55,7 +55,7 @@ fn failure(outcome: &TrialResult) -> &'static str {
     }
 }
 
-/// Returns a line for each robot that ran in several mazes.
+/// Returns a summary line for each robot that ran in several mazes.
 pub(crate) fn summary(jobs: &[Job<'_>], outcomes: &[TrialResult]) -> String {
     let mut robots: Vec<BundledRobot> = jobs.iter().map(|(_, contender)| contender.robot).collect();
     robots.sort_by_key(|robot| BundledRobot::ALL.iter().position(|other| other == robot));
@@ -89,14 +89,14 @@ fn sum_up<'a>(
     text + "\n"
 }
 
-/// Means over the trials that scored.
+/// The means over all trials with a score.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Means {
     pub(crate) scored: usize,
     pub(crate) explore_steps: f64,
     pub(crate) race_steps: f64,
     pub(crate) score: f64,
-    /// How far the score exceeds that of a robot that knows the maze.
+    /// The mean difference between the score and the score of a robot that knows the maze.
     pub(crate) excess: f64,
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::Duration;
 use std::{fs, thread};
 
-use mmsim_client::{InMemory, SearchRun, Transport, Zmq, ask_info, search_run};
+use mmsim_client::{Exchange, InMemory, SearchRun, Transport, Zmq, search_run};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_server::Simulation;
 use mmsim_solvers::{FloodFill, Mouse};
@@ -71,7 +71,7 @@ fn search_on(address: &str, searches: &AtomicU32, enough: &AtomicBool) {
     let mut transport = Zmq::connect(address, Some(TIMEOUT), |_| {}).unwrap();
     while !enough.load(Ordering::Acquire) {
         assert_eq!(search(&mut transport, &maze), in_memory);
-        let kept = ask_info(&mut transport).unwrap().states;
+        let kept = Exchange::new(&mut transport).info().unwrap().states;
         assert_eq!(kept, simulation.history().len(), "states that the server has kept");
         searches.fetch_add(1, Ordering::AcqRel);
     }

@@ -85,7 +85,7 @@ fn mazes_of_unreleased_versions_are_not_fetched_again() {
     home.write("mazes/same.txt", MAZE);
     home.write("mazes/.mmsim-fetched", "00000000 same.txt\n");
     home.write("new.tar.gz", tar_gz(&[("same.txt", MAZE)]));
-    insta::assert_snapshot!(fetch_fails(&home, "new.tar.gz"), @"mmsim: mazes has mazes of an unreleased version of mmsim (move it away or fetch into another folder)");
+    insta::assert_snapshot!(fetch_fails(&home, "new.tar.gz"), @"mmsim: mazes contains mazes from an unreleased version of mmsim (move it away or fetch into another folder)");
 }
 
 #[test]

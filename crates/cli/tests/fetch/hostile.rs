@@ -115,7 +115,7 @@ fn wrong_headers_are_refused() {
     let less = Zipped { bytes: 5, ..file() };
     insta::assert_snapshot!(refusal(&zip_of(&[less])), @r#"entry "liar.txt" is damaged: Invalid size: expected 5, got 30"#);
     insta::assert_snapshot!(refusal(&zip_of(&[Zipped { checksum: 1, ..file() }])), @r#"entry "liar.txt" is damaged: Invalid checksum: expected 0x00000001, got 0xed69a67b"#);
-    insta::assert_snapshot!(refusal(&zip_of(&[Zipped { method: 14, ..file() }])), @r#"entry "liar.txt" is compressed by another method than deflate"#);
+    insta::assert_snapshot!(refusal(&zip_of(&[Zipped { method: 14, ..file() }])), @r#"entry "liar.txt" is compressed with a method other than deflate"#);
     insta::assert_snapshot!(refusal(&zip_of(&[Zipped { data: vec![7; 9], ..file() }])), @r#"entry "liar.txt" is damaged: corrupt deflate stream"#);
 }
 
@@ -124,8 +124,8 @@ fn other_files_and_archives_without_mazes_are_refused() {
     insta::assert_snapshot!(refusal(b""), @"expected a .tar.gz, .zip or .tar archive, found an empty file");
     insta::assert_snapshot!(refusal(b"<!DOCTYPE html><p>Please log in"), @r#"expected a .tar.gz, .zip or .tar archive, found "<!DOCTYPE html><p>Please log in""#);
     insta::assert_snapshot!(refusal(MAZE.as_bytes()), @r#"expected a .tar.gz, .zip or .tar archive, found "o---o---o\n| S   G |\no---o---o\n""#);
-    insta::assert_snapshot!(refusal(&tar_gz(&[("top/readme.txt", "no maze"), (".a.txt", MAZE)])), @"no mazes in its 2 files");
-    insta::assert_snapshot!(refusal(&zip(&[])), @"no mazes in its 0 files");
+    insta::assert_snapshot!(refusal(&tar_gz(&[("top/readme.txt", "no maze"), (".a.txt", MAZE)])), @"no mazes found in 2 files");
+    insta::assert_snapshot!(refusal(&zip(&[])), @"no mazes found in 0 files");
     insta::assert_snapshot!(refusal(&gz(b"no tar")), @"damaged archive: failed to read entire block");
 }
 

@@ -268,10 +268,10 @@ os._exit(3)
     let messages: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
     insta::assert_snapshot!(messages.join("\n"), @r#"
     mms: line 1: unknown command "\xff\xfe"
-    mms: line 3: expected at most 4096 bytes, found more, starting with "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
+    mms: line 3: expected at most 4096 bytes, found a longer line that starts with "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
     mms: line 5: expected a cell in a maze of 16x16 cells, found "setWall 99 0 n"
     mms: line 6: unknown command "Starting up... \x1b[2J"
-    mms: line 8: expected a newline, found end of output after "moveFor"
+    mms: line 8: expected a newline, found the end of output after "moveFor"
     "#);
 }
 

@@ -1,44 +1,47 @@
-//! The folder of fetched mazes, which mmsim owns, inside a folder of the user's choice.
+//! Updates the folder of fetched mazes, which mmsim owns, inside a folder that the user chooses.
 //!
-//! A fetch builds the new folder next to the old one, copies the files that the user has added or
-//! changed, and renames it into place. A manifest distinguishes fetched files from the user's.
+//! A fetch builds a new folder next to the old one, copies files that the user has added or
+//! changed, and renames the new folder. A manifest lists the fetched files.
 
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{MAIN_SEPARATOR, Path};
 
 use serde::Serialize;
 use walkdir::WalkDir;
 
 use super::archive::Files;
 
-/// The name of the folder.
+/// The name of the folder of fetched mazes.
 pub(super) const FOLDER: &str = "fetched";
-/// The manifest: a line for each fetched file, its CRC-32 in hexadecimal and its path.
+/// The name of the manifest, which contains the CRC-32 in hexadecimal and the path of each fetched
+/// file.
 const MANIFEST: &str = ".mmsim-fetched";
-/// The file that is locked during a fetch.
+/// The name of the file that a fetch locks.
 const LOCK: &str = ".mmsim-fetching";
-/// The name of the new folder until it is complete.
+/// The temporary name of the new folder.
 const NEW: &str = ".mmsim-fetching-new";
-/// The name of the old folder between the two renames.
+/// The temporary name of the old folder.
 const OLD: &str = ".mmsim-fetching-old";
 
-/// What a fetch has changed, in numbers of files. The field names are JSON keys.
+/// The numbers of files that a fetch has added, replaced, left unchanged and removed. The field
+/// names are JSON keys.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Changes {
     pub(super) new: usize,
     pub(super) replaced: usize,
     pub(super) unchanged: usize,
     pub(super) removed: usize,
-    /// The user's versions of fetched files, which stay.
+    /// The paths of fetched files that are kept because the user has changed them.
     pub(super) kept: Vec<String>,
 }
 
-/// Replaces the fetched files in `parent` by `files`.
+/// Replaces the fetched files in `parent` with `files`.
 ///
 /// # Errors
-/// A file cannot be written, or the folder is not one of mmsim's. Nothing is changed then.
+/// Returns an error if a file cannot be written or if mmsim did not create the folder. After an
+/// error, the folder is unchanged.
 pub(super) fn replace(parent: &Path, files: &Files) -> Result<Changes, String> {
     check_owned(parent)?;
     let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
@@ -46,13 +49,14 @@ pub(super) fn replace(parent: &Path, files: &Files) -> Result<Changes, String> {
     let changes = fs::create_dir_all(parent)
         .and_then(|()| lock(parent))
         .map_err(cannot("write", parent))
-        .and_then(|_lock| replace_locked(parent, files));
-    if changes.is_err() {
-        let _ = fs::remove_dir_all(parent.join(NEW));
-        if !missing.is_empty() {
-            let _ = fs::remove_file(parent.join(LOCK));
-        }
-        // Fails for folders that are in use by now.
+        .and_then(|_lock| {
+            let changes = replace_locked(parent, files);
+            let _ = fs::remove_dir_all(parent.join(NEW));
+            changes
+        });
+    if changes.is_err() && !missing.is_empty() {
+        let _ = fs::remove_file(parent.join(LOCK));
+        // Folders that are in use now are not empty and cannot be removed.
         for folder in missing {
             let _ = fs::remove_dir(folder);
         }
@@ -62,18 +66,19 @@ pub(super) fn replace(parent: &Path, files: &Files) -> Result<Changes, String> {
 
 fn replace_locked(parent: &Path, files: &Files) -> Result<Changes, String> {
     let [folder, new, old] = [FOLDER, NEW, OLD].map(|name| parent.join(name));
-    // A fetch may have been killed.
-    if !folder.exists() {
-        let _ = fs::rename(&old, &folder);
-    }
+    // Clean up after a killed fetch. The rename fails unless the folder is missing.
+    let _ = fs::rename(&old, &folder);
     let _ = fs::remove_dir_all(&old);
     let _ = fs::remove_dir_all(&new);
     let mut manifest = String::new();
     for (path, content) in files {
-        write(&new.join(path), content).map_err(cannot("write", &folder.join(path)))?;
+        let to = new.join(path);
+        create_parent(&to)
+            .and_then(|()| fs::write(&to, content))
+            .map_err(cannot("write", &folder.join(path)))?;
         manifest.extend([&checksum(content), " ", path, "\n"]);
     }
-    write(&new.join(MANIFEST), manifest.as_bytes()).map_err(cannot("write", &folder))?;
+    fs::write(new.join(MANIFEST), manifest).map_err(cannot("write", &folder))?;
     let changes = carry_over(&folder, &new, files)?;
     if folder.exists() {
         fs::rename(&folder, &old).map_err(cannot("write", &folder))?;
@@ -82,12 +87,13 @@ fn replace_locked(parent: &Path, files: &Files) -> Result<Changes, String> {
         let _ = fs::rename(&old, &folder);
         return Err(cannot("write", &folder)(error));
     }
-    // The mazes are in place. What cannot be removed now is removed by the next fetch.
+    // If this fails, the next fetch removes the old folder.
     let _ = fs::remove_dir_all(&old);
     Ok(changes)
 }
 
-/// Compares the old folder, if there is one, with the new files, and copies the user's files to the new folder.
+/// Copies the user's files from the old folder, if it exists, to the new folder. Counts the changes
+/// to all other files.
 fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, String> {
     let mut changes = Changes { new: files.len(), ..Changes::default() };
     if !folder.exists() {
@@ -100,8 +106,8 @@ fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, Strin
     for entry in WalkDir::new(folder) {
         let entry = entry.map_err(|error| cannot("read", folder)(error.into()))?;
         let (from, kind) = (entry.path(), entry.file_type());
-        let names: Vec<_> = from.iter().skip(folder.iter().count()).collect();
-        let path = names.join("/".as_ref()).to_string_lossy().into_owned();
+        let relative = from.strip_prefix(folder).unwrap_or(from);
+        let path = relative.to_string_lossy().replace(MAIN_SEPARATOR, "/");
         if kind.is_dir() || path == MANIFEST {
             continue;
         }
@@ -117,8 +123,8 @@ fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, Strin
             Some(_) if is_fetched => changes.replaced += 1,
             None if is_fetched => changes.removed += 1,
             _ => {
-                let to = new.join(names.iter().collect::<PathBuf>());
-                fs::create_dir_all(to.parent().unwrap_or(new))
+                let to = new.join(relative);
+                create_parent(&to)
                     .and_then(|()| fs::copy(from, &to))
                     .map_err(|error| in_the_way(from, &format!("cannot be kept: {error}")))?;
                 if new_content.is_some() || fetched.contains_key(&*path) {
@@ -131,37 +137,34 @@ fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, Strin
     Ok(changes)
 }
 
-/// Checks that a fetch created the folder and the lock, if they exist.
+/// Checks that a fetch created the folder and the lock file, if they exist.
 fn check_owned(parent: &Path) -> Result<(), String> {
     let [folder, lock] = [FOLDER, LOCK].map(|name| parent.join(name));
-    let kind = |path| fs::symlink_metadata(path).ok().map(|found| found.file_type());
-    match kind(&folder) {
-        Some(kind) if kind.is_symlink() => Err(in_the_way(&folder, "is a link")),
-        Some(kind) if !kind.is_dir() => Err(in_the_way(&folder, "is a file")),
-        Some(_) if !folder.join(MANIFEST).is_file() => {
-            Err(in_the_way(&folder, "was not created by mmsim"))
-        }
-        _ if kind(&lock).is_some_and(|kind| !kind.is_file()) => {
-            Err(in_the_way(&lock, "is not a regular file"))
-        }
-        // They would be there twice.
-        _ if parent.join(MANIFEST).exists() => {
-            Err(in_the_way(parent, "has mazes of an unreleased version of mmsim"))
-        }
-        _ => Ok(()),
+    let is_foreign = folder.exists() && !folder.join(MANIFEST).is_file();
+    let is_old = parent.join(MANIFEST).exists();
+    let problems: [(bool, &Path, &str); 5] = [
+        (folder.is_symlink(), &folder, "is a link"),
+        (folder.exists() && !folder.is_dir(), &folder, "is a file"),
+        (is_foreign, &folder, "was not created by mmsim"),
+        (lock.is_symlink() || lock.exists() && !lock.is_file(), &lock, "is not a regular file"),
+        // Each maze would be listed twice.
+        (is_old, parent, "contains mazes from an unreleased version of mmsim"),
+    ];
+    match problems.iter().find(|(is_present, ..)| *is_present) {
+        Some((_, path, problem)) => Err(in_the_way(path, problem)),
+        None => Ok(()),
     }
 }
 
-/// Waits for other fetches, but not on file systems without locks.
+/// Waits until no other fetch has locked the folder. Does not wait on file systems without locks.
 fn lock(parent: &Path) -> io::Result<File> {
     let lock = File::options().create(true).append(true).open(parent.join(LOCK))?;
     let _ = lock.lock();
     Ok(lock)
 }
 
-fn write(path: &Path, content: &[u8]) -> io::Result<()> {
-    path.parent().map_or(Ok(()), fs::create_dir_all)?;
-    fs::write(path, content)
+fn create_parent(path: &Path) -> io::Result<()> {
+    path.parent().map_or(Ok(()), fs::create_dir_all)
 }
 
 fn checksum(content: &[u8]) -> String {

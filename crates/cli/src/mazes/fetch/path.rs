@@ -1,15 +1,15 @@
-//! Paths in an archive.
+//! Validates paths in an archive.
 
-/// The maximum length of a path in bytes, short enough for every system.
+/// The maximum length of a path in bytes, which every system supports.
 const MAX_PATH_BYTES: usize = 200;
 
-/// Device names on Windows, in any folder and with any extension, besides COM1, LPT1 and so on.
+/// The names that Windows reserves for devices, in addition to numbered ports such as `COM1`.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
-/// Returns the path separated by `/`, or `None` if it is not valid on every system.
+/// Returns the path with `/` as separator, or `None` if the path is not valid on every system.
 ///
 /// # Errors
-/// On some system the path leads outside of the archive.
+/// Returns an error if the path leads outside the target folder on some system.
 pub(super) fn inside(path: &[u8]) -> Result<Option<String>, &'static str> {
     if path.starts_with(b"/") || path.starts_with(b"\\") {
         return Err("has an absolute path");

@@ -1,4 +1,4 @@
-//! Reading an archive from a URL or a file.
+//! Reads an archive from a URL or a file.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -13,7 +13,7 @@ use url::Url;
 use super::archive::MAX_ARCHIVE_BYTES;
 use crate::output::{own_command, progress};
 
-/// The timeout for connecting, for the response and for each read.
+/// The timeout for the connection, for the response and for each read.
 const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// The maximum duration of a download in minutes.
@@ -22,7 +22,7 @@ const MAX_MINUTES: u64 = 10;
 /// Reads the archive at a URL or in a file.
 ///
 /// # Errors
-/// The archive cannot be read completely or is too large.
+/// Returns an error if the archive cannot be read completely or is too large.
 pub(super) fn read(from: &str) -> Result<Vec<u8>, String> {
     let path = match scheme(from).as_deref() {
         Some("https" | "http") => {
@@ -47,9 +47,9 @@ fn scheme(address: &str) -> Option<String> {
 }
 
 fn download(address: &str) -> Result<Vec<u8>, String> {
-    // The system's certificates, which may include those of a school or company.
+    // The system's certificates may include those of a school or company.
     match download_from_trusted(address, RootCerts::PlatformVerifier) {
-        // A small system, such as a container, may have none. Then use Mozilla's.
+        // A small system, such as a container, may have no certificates. Use Mozilla's.
         Err(error) if error.contains("No CA certificates") => {
             download_from_trusted(address, RootCerts::WebPki).map_err(|error| {
                 let is_untrusted = error.contains("certificate");
@@ -93,7 +93,8 @@ fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, Str
     })
 }
 
-/// Reads to the end unless there is too much, whose length may be known.
+/// Reads all bytes, or returns an error if there are more than [`MAX_ARCHIVE_BYTES`]. `bytes` is
+/// the number of bytes if it is known in advance.
 fn read_whole(from: impl Read, bytes: Option<u64>) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
     if bytes.is_none_or(|bytes| bytes <= MAX_ARCHIVE_BYTES) {
