@@ -86,13 +86,11 @@ pub(crate) struct Sink<S> {
     torn: u64,
 }
 
-impl<S> Sink<S> {
+impl<S: Storage> Sink<S> {
     pub(crate) const fn new(storage: S) -> Self {
         Self { storage, whole: 0, buffer: Vec::new(), torn: 0 }
     }
-}
 
-impl<S: Storage> Sink<S> {
     fn append(&mut self) -> io::Result<()> {
         let mut rest = &self.buffer[..];
         while !rest.is_empty() {
