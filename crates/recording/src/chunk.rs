@@ -51,7 +51,8 @@ fn split(chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
     Some((u64::from_le_bytes(*length), u32::from_le_bytes(*checksum), name, packed))
 }
 
-/// Removes the first record and returns its kind and body. Returns `None` if it exceeds the chunk.
+/// Removes the first record and returns its kind and body. Returns `None` if the record is too
+/// long.
 pub(crate) fn take_record<'c>(records: &mut &'c [u8]) -> Option<(u8, &'c [u8])> {
     let (&kind, rest) = records.split_first()?;
     let (length, rest) = rest.split_first_chunk()?;

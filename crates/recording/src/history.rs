@@ -255,8 +255,8 @@ pub struct HistoryReader<'h> {
 }
 
 impl HistoryReader<'_> {
-    /// Returns the state with this index, counted from 0. Returns `None` if the state does not exist
-    /// or memory runs out.
+    /// Returns the state with this index, counted from 0. Returns `None` if the state does not
+    /// exist or memory runs out.
     pub fn get(&mut self, index: usize) -> Option<&[u8]> {
         let block = index / Block::STATES;
         if self.block.as_ref().is_none_or(|states| states.first != block * Block::STATES) {

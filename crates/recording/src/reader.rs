@@ -220,7 +220,7 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
 }
 
 /// Returns `None` if a string in a metadata or channel record does not end inside the record. For
-/// such a string, mcap would reserve up to 4 GiB of memory before it reports an error.
+/// a string that is too long, mcap would reserve up to 4 GiB of memory before it reports an error.
 fn check_strings(opcode: u8, body: &[u8]) -> Option<()> {
     let rest = match opcode {
         op::METADATA => after_string(body)?,

@@ -64,7 +64,7 @@ impl<W: Write + Seek> RecordWriter<W> {
         Ok(())
     }
 
-    /// Writes all records to the file. With chunks, this also ends the current chunk.
+    /// Writes all records to the file, and ends the current chunk if chunks are enabled.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
         self.mcap.flush().map_err(io_error)
     }

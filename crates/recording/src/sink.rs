@@ -147,7 +147,8 @@ impl<S: Storage> Write for Sink<S> {
 }
 
 impl<S> Seek for Sink<S> {
-    /// Returns the current position. The MCAP writer uses no other seeks, so they are unsupported.
+    /// Returns the current position. No other seek is supported, because the MCAP writer needs
+    /// none.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
             SeekFrom::Current(0) => Ok(self.whole + self.buffer.len() as u64),

@@ -60,7 +60,7 @@ impl Slabs {
     }
 }
 
-/// Allocates a slab of at least `least` bytes. If memory is short, the slab is smaller.
+/// Allocates a slab of at least `least` bytes. If memory is short, the slab is smaller than usual.
 fn new_slab(least: usize) -> Result<Vec<u8>, TryReserveError> {
     let mut slab = Vec::new();
     let sizes = iter::successors(Some(SLAB_BYTES), |size| Some(size / 2));
