@@ -26,7 +26,7 @@ fn flood_fill_reaches_every_reachable_goal() {
     for (name, maze) in mazes() {
         let server = serve(maze.clone());
         let mut transport = Zmq::connect(server.address(), Some(TIMEOUT), |_| {}).unwrap();
-        let info = ask_info(&mut transport).unwrap();
+        let info = Exchange::new(&mut transport).info().unwrap();
         let (size, start) = (info.size().unwrap(), info.start_pose().unwrap());
         let map = KnownMaze::new(size, start.cell, info.goal_cells());
         assert_eq!(map, KnownMaze::unexplored(&maze), "{name}");

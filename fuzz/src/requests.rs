@@ -199,7 +199,7 @@ impl<'a> Observed<'a> {
                     panic!("unexpected reply to info: {reply:?}")
                 };
                 let info: Info = serde_json::from_str(json).expect("the info is JSON");
-                let name = simulation.name();
+                let name = &simulation.info().name;
                 let expected =
                     Info::new(name, maze.size(), maze.start(), maze.goals(), states.len());
                 assert_eq!(info, expected);

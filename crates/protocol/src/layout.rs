@@ -33,7 +33,7 @@ pub(crate) const fn walls(area: usize) -> Range<usize> {
     start..start + area
 }
 
-/// The length of a walls request in bytes. The pose has the same position as in a state.
+/// The length of a walls request in bytes. Walls requests and states begin with the same fields.
 pub(crate) const WALLS_REQUEST_BYTES: usize = HEADING + 1;
 
 #[cfg(test)]

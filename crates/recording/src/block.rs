@@ -7,7 +7,7 @@ use zstd::bulk::Decompressor;
 use crate::memory::reserve;
 use crate::motion_count::MotionCount;
 
-/// A usually compressed copy of up to 256 consecutive states of a [`History`](crate::History).
+/// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
 #[derive(Clone, Debug)]
 pub struct Block {
     /// The states, whose bytes are compressed if `packed` is true.

@@ -15,7 +15,7 @@ pub(crate) fn unpack(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> 
     let length = usize::try_from(length)
         .ok()
         .filter(|&length| length <= max)
-        .ok_or_else(|| format!("a chunk of {length} bytes, which exceeds the limit of {max} bytes"))?;
+        .ok_or_else(|| format!("a chunk of {length} bytes, which exceeds the limit of {max}"))?;
     let records = match compression {
         b"" => Cow::Borrowed(packed),
         b"zstd" => zstd::bulk::decompress(packed, length)
@@ -51,26 +51,14 @@ fn split(chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
     Some((u64::from_le_bytes(*length), u32::from_le_bytes(*checksum), name, packed))
 }
 
-/// Iterates over the kind and body of each record. The last item is an error if a record exceeds
-/// the chunk.
-pub(crate) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8]), String>> {
-    std::iter::from_fn(move || {
-        if bytes.is_empty() {
-            return None;
-        }
-        let record = record(bytes);
-        bytes = record.map_or(&[], |(_, _, rest)| rest);
-        let too_long = || "a record that exceeds its chunk".to_string();
-        Some(record.map(|(kind, body, _)| (kind, body)).ok_or_else(too_long))
-    })
-}
-
-/// Returns the kind and body of the first record, and the bytes after that record.
-fn record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
-    let (&kind, rest) = bytes.split_first()?;
+/// Removes the first record and returns its kind and body. Returns `None` if the record is too
+/// long.
+pub(crate) fn take_record<'c>(records: &mut &'c [u8]) -> Option<(u8, &'c [u8])> {
+    let (&kind, rest) = records.split_first()?;
     let (length, rest) = rest.split_first_chunk()?;
     let (body, rest) = rest.split_at_checked(u64::from_le_bytes(*length).try_into().ok()?)?;
-    Some((kind, body, rest))
+    *records = rest;
+    Some((kind, body))
 }
 
 #[cfg(test)]
@@ -103,8 +91,10 @@ mod tests {
             chunk(length, checksum, b"zstd", &zstd),
         ] {
             let unpacked = unpack(&chunk, 100).unwrap();
-            let records: Result<Vec<_>, _> = records(&unpacked).collect();
-            assert_eq!(records.unwrap(), [(5, &b"abc"[..]), (6, b"")]);
+            let mut records = &*unpacked;
+            assert_eq!(take_record(&mut records), Some((5, &b"abc"[..])));
+            assert_eq!(take_record(&mut records), Some((6, &b""[..])));
+            assert!(records.is_empty());
         }
     }
 
@@ -113,16 +103,17 @@ mod tests {
         let error = |chunk: &[u8]| unpack(chunk, 100).unwrap_err();
         insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk of 21 bytes whose header says 99 bytes");
         insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with the checksum 910bc603 whose header says 00000007");
-        insta::assert_snapshot!(error(&chunk(101, 0, b"", RECORDS)), @"a chunk of 101 bytes, which exceeds the limit of 100 bytes");
+        insta::assert_snapshot!(error(&chunk(101, 0, b"", RECORDS)), @"a chunk of 101 bytes, which exceeds the limit of 100");
         insta::assert_snapshot!(error(&chunk(21, 0, b"lz4\x1b", RECORDS)), @r#"a chunk with the unknown compression "lz4\x1b""#);
         insta::assert_snapshot!(error(&chunk(21, 0, b"zstd", RECORDS)), @"a chunk that cannot be decompressed: Unknown frame descriptor");
         let whole = chunk(21, 0, b"", RECORDS);
         for length in 0..whole.len() {
             assert_eq!(error(&whole[..length]), "a length field that exceeds its chunk");
         }
-        for length in 1..RECORDS.len() {
-            let last = records(&RECORDS[..length]).last().unwrap();
-            assert_eq!(last.is_ok(), length == 12, "{length}: {last:?}");
+        for length in 0..RECORDS.len() {
+            let mut records = &RECORDS[..length];
+            assert_eq!(take_record(&mut records).is_some(), length >= 12, "{length}");
+            assert_eq!(take_record(&mut records), None, "{length}");
         }
     }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 
 use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::{StateMessage, state_bytes};
-use zstd::bulk::{Compressor, Decompressor};
+use zstd::bulk::Compressor;
 
 use crate::block::{Block, States};
 use crate::memory::reserve;
@@ -34,8 +34,6 @@ const LEVEL: i32 = 1;
 /// ```
 pub struct History {
     size: MazeSize,
-    /// The length of every state in bytes.
-    state_bytes: usize,
     /// The maximum memory in bytes.
     limit: usize,
     /// Compressed blocks of 256 states. Incompressible blocks are stored uncompressed.
@@ -101,7 +99,6 @@ impl History {
     pub fn with_limit(size: MazeSize, limit: usize) -> Self {
         Self {
             size,
-            state_bytes: state_bytes(size),
             limit,
             packed: Slabs::default(),
             open: Vec::new(),
@@ -114,7 +111,7 @@ impl History {
 
     /// Returns the number of states.
     pub const fn len(&self) -> usize {
-        self.packed.len() * Block::STATES + self.open.len() / self.state_bytes
+        self.packed.len() * Block::STATES + self.open.len() / state_bytes(self.size)
     }
 
     /// Returns true if there are no states.
@@ -138,8 +135,9 @@ impl History {
     /// The length of the message does not fit the size of the maze, or there is no memory for
     /// another state. The states in the history stay the same.
     pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
-        if state.len() != self.state_bytes {
-            return Err(PushError::Length { expected: self.state_bytes, found: state.len() });
+        let (expected, found) = (state_bytes(self.size), state.len());
+        if found != expected {
+            return Err(PushError::Length { expected, found });
         }
         let states = self.len();
         let out_of_memory = |_: TryReserveError| PushError::OutOfMemory { states };
@@ -170,7 +168,7 @@ impl History {
     /// Removes the newest state, as if it had never been added. `undo_push` works only once after
     /// each [`push`](Self::push), because older states may be compressed.
     pub fn undo_push(&mut self) {
-        self.open.truncate(self.open.len().saturating_sub(self.state_bytes));
+        self.open.truncate(self.open.len().saturating_sub(state_bytes(self.size)));
         self.motions.truncate(self.len().div_ceil(Block::STATES));
         self.newest = self.previous;
     }
@@ -199,7 +197,7 @@ impl History {
 
     /// Returns a reader for many states. Reading states in order decompresses each block only once.
     pub const fn reader(&self) -> HistoryReader<'_> {
-        HistoryReader { history: self, unpacker: None, block: None, states: Vec::new() }
+        HistoryReader { history: self, block: None }
     }
 
     /// Iterates over all states from the oldest to the newest.
@@ -215,7 +213,7 @@ impl History {
     }
 
     const fn block_bytes(&self) -> usize {
-        Block::STATES * self.state_bytes
+        Block::STATES * state_bytes(self.size)
     }
 
     /// Compresses the open states into a block. If compression fails or saves no memory, the block
@@ -253,41 +251,18 @@ fn compress<'p>(
 /// Reads states of a history and caches one decompressed block.
 pub struct HistoryReader<'h> {
     history: &'h History,
-    unpacker: Option<Decompressor<'static>>,
-    /// The index of the block that `states` contains.
-    block: Option<usize>,
-    states: Vec<u8>,
+    block: Option<States>,
 }
 
 impl HistoryReader<'_> {
     /// Returns the state with this index, counted from 0. Returns `None` if the state does not
     /// exist or memory runs out.
     pub fn get(&mut self, index: usize) -> Option<&[u8]> {
-        let (block, History { state_bytes, packed, open, .. }) =
-            (index / Block::STATES, self.history);
-        let start = index % Block::STATES * state_bytes;
-        let states: &[u8] = match packed.get(block) {
-            Some(packed) if packed.len() == self.history.block_bytes() => packed,
-            Some(packed) => {
-                if self.block != Some(block) {
-                    self.unpack(packed)?;
-                    self.block = Some(block);
-                }
-                &self.states
-            }
-            None if block == packed.len() => open,
-            None => return None,
-        };
-        states.get(start..start + state_bytes)
-    }
-
-    fn unpack(&mut self, packed: &[u8]) -> Option<()> {
-        self.block = None;
-        if self.unpacker.is_none() {
-            reserve(&mut self.states, self.history.block_bytes()).ok()?;
-            self.unpacker = Some(Decompressor::new().ok()?);
+        let block = index / Block::STATES;
+        if self.block.as_ref().is_none_or(|states| states.first != block * Block::STATES) {
+            self.block = Some(self.history.block(block)?.unpack()?);
         }
-        self.unpacker.as_mut()?.decompress_to_buffer(packed, &mut self.states).ok().map(|_| ())
+        self.block.as_ref()?.get(index)
     }
 }
 

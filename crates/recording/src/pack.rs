@@ -5,7 +5,7 @@
 
 use std::ffi::OsStr;
 use std::fs::{self, File, FileTimes};
-use std::io::{self, BufReader, BufWriter};
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
@@ -16,10 +16,9 @@ use std::time::Duration;
 use tempfile::{Builder, NamedTempFile};
 use tracing::debug;
 
-use crate::error::ReadError;
 use crate::memory;
-use crate::reader::{Description, Integrity, STEP_BYTES, read_states};
-use crate::save::{RecordWriter, compressed, io_error};
+use crate::reader::{Description, Integrity, read_states};
+use crate::save::{RecordWriter, compressed};
 use crate::sink::{Identity, identity};
 
 /// The data that the packer shares with a server that is shutting down.
@@ -55,8 +54,7 @@ impl Packing {
     }
 }
 
-/// The minimum number of states in a compressed recording. Shorter recordings fit into one file
-/// system block.
+/// The minimum number of states for compression. Shorter recordings fit into one disk block.
 const MIN_STATES: u32 = 8;
 
 /// The approximate memory that compression needs, in bytes.
@@ -102,23 +100,16 @@ impl Unpacked {
         // The lock keeps another server that starts in this folder from removing the file.
         target.as_file().try_lock()?;
         let mut writer = None;
-        let original = BufReader::with_capacity(STEP_BYTES, original);
         let read = read_states(original, |description, state, time| {
             packing.check()?;
-            let writer = match &mut writer {
-                Some(writer) => writer,
-                none => {
-                    let Description { info, maze, .. } = description;
-                    let to = BufWriter::new(target.as_file());
-                    none.insert(RecordWriter::new(compressed(), to, info, maze.as_ref(), time)?)
-                }
-            };
-            Ok(writer.write(time, state).map_err(io_error)?)
+            if writer.is_none() {
+                let Description { info, maze, .. } = description;
+                let to = BufWriter::new(target.as_file());
+                writer = Some(RecordWriter::new(compressed(), to, info, maze.as_ref(), time)?);
+            }
+            Ok(writer.as_mut().map_or(Ok(()), |writer| writer.write(time, state))?)
         });
-        let (_, integrity) = read.map_err(|error| match error {
-            ReadError::Io(error) => error,
-            error => io::Error::other(error),
-        })?;
+        let (_, integrity) = read.map_err(io::Error::other)?;
         let found = writer.as_ref().map_or(0, |writer| writer.states);
         let is_complete = found == *states && !matches!(integrity, Integrity::Damaged { .. });
         let Some(writer) = writer.filter(|_| is_complete) else {
@@ -139,8 +130,7 @@ impl Unpacked {
     }
 }
 
-/// A background thread that compresses one recording at a time. On Linux the thread has a low
-/// priority.
+/// A background thread that compresses recordings one at a time, at a low priority on Linux.
 pub(crate) struct Packer {
     queue: SyncSender<Unpacked>,
     packing: Arc<Packing>,
@@ -180,8 +170,7 @@ impl Packer {
         }
     }
 
-    /// Waits up to one second for queued recordings to be compressed, and cancels the remaining
-    /// ones.
+    /// Waits up to one second for queued recordings. The remaining recordings stay uncompressed.
     pub(crate) fn finish(self) {
         let Self { queue, packing, done } = self;
         drop(queue);

@@ -1,7 +1,7 @@
 //! Reads a recording up to its last intact record.
 
 use std::collections::BTreeSet;
-use std::io::Read;
+use std::io::{BufReader, Read};
 
 use mcap::McapError;
 use mcap::records::{Record, op};
@@ -34,7 +34,7 @@ const MAX_DESCRIPTION_BYTES: usize = 64 << 10;
 
 /// The maximum number of bytes per read, because a record may be shorter than its length field
 /// says.
-pub(crate) const STEP_BYTES: usize = 64 * 1024;
+const STEP_BYTES: usize = 64 * 1024;
 
 /// The integrity of a recording's file, which is complete or intact up to a known byte.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ pub(crate) struct Description {
 /// Calls `on_state` with each state and its time in nanoseconds since 1970 (UTC). Returns
 /// early if `on_state` returns an error.
 pub(crate) fn read_states(
-    mut source: impl Read,
+    source: impl Read,
     on_state: impl FnMut(&Description, &[u8], u64) -> Result<(), ReadError>,
 ) -> Result<(Description, Integrity), ReadError> {
     let options = LinearReaderOptions::default()
@@ -80,6 +80,7 @@ pub(crate) fn read_states(
         .with_emit_chunks(true)
         .with_validate_data_section_crc(true);
     let mut reader = LinearReader::new_with_options(options);
+    let mut source = BufReader::with_capacity(STEP_BYTES, source);
     let mut records = Records {
         description: None,
         states: BTreeSet::new(),
@@ -88,8 +89,8 @@ pub(crate) fn read_states(
         read: 0,
         on_state,
     };
-    // The number of bytes read, and of bytes in intact records. Reading stops after each record.
-    let (mut length, mut intact) = (0, 0);
+    // The number of bytes in intact records. Reading stops after each record.
+    let mut intact = 0;
     let integrity = loop {
         match reader.next_event() {
             None => break Integrity::Closed,
@@ -100,16 +101,17 @@ pub(crate) fn read_states(
                 }
                 let count = source.read(reader.insert(need.min(STEP_BYTES)))?;
                 reader.notify_read(count);
-                length += count as u64;
-                records.read = length;
+                records.read += count as u64;
             }
             Some(Ok(LinearReadEvent::Record { opcode, data })) => {
                 if let Err(reason) = records.add(opcode, data)? {
                     break Integrity::Damaged { intact, reason };
                 }
-                intact = length;
+                intact = records.read;
             }
-            Some(Err(McapError::UnexpectedEof)) => break Integrity::Truncated { intact, length },
+            Some(Err(McapError::UnexpectedEof)) => {
+                break Integrity::Truncated { intact, length: records.read };
+            }
             Some(Err(McapError::BadMagic)) if intact == 0 => return Err(ReadError::NotMcap),
             Some(Err(error)) => {
                 break Integrity::Damaged { intact, reason: Escaped(error).to_string() };
@@ -119,7 +121,7 @@ pub(crate) fn read_states(
     let Some(description) = records.description else {
         let (at, found) = match integrity {
             Integrity::Damaged { intact, reason } => (intact, reason),
-            _ => (length, "the end of the file".into()),
+            _ => (records.read, "the end of the file".into()),
         };
         return Err(ReadError::MissingDescription { at, found });
     };
@@ -158,11 +160,13 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
         if self.unpacked > max {
             return Ok(Err(format!("chunks that decompress to more than {max} bytes")));
         }
-        for record in chunk::records(&records) {
-            match record.map(|(opcode, body)| self.add_plain(opcode, body)) {
-                Ok(Ok(Ok(()))) => {}
-                Ok(result) => return result,
-                Err(reason) => return Ok(Err(reason)),
+        let mut rest = &*records;
+        while !rest.is_empty() {
+            let Some((opcode, body)) = chunk::take_record(&mut rest) else {
+                return Ok(Err("a record that exceeds its chunk".into()));
+            };
+            if let Err(reason) = self.add_plain(opcode, body)? {
+                return Ok(Err(reason));
             }
         }
         Ok(Ok(()))
@@ -170,15 +174,12 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
 
     /// Adds a record that is not a chunk.
     fn add_plain(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
-        let max = match opcode {
-            op::METADATA | op::CHANNEL => MAX_DESCRIPTION_BYTES,
-            op::MESSAGE => MAX_CHUNK_BYTES,
+        match opcode {
+            op::MESSAGE => {}
+            op::METADATA | op::CHANNEL if body.len() <= MAX_DESCRIPTION_BYTES => {}
             _ => return Ok(Ok(())),
-        };
-        if body.len() > max {
-            return Ok(Ok(()));
         }
-        if !strings_fit(opcode, body) {
+        if check_strings(opcode, body).is_none() {
             return Ok(Err("a length field that exceeds its record".into()));
         }
         match (mcap::parse_record(opcode, body), &mut self.description) {
@@ -218,24 +219,21 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
     }
 }
 
-/// Returns true if every string in a metadata or channel record ends inside the record. For a
-/// longer string, mcap would reserve up to 4 GiB of memory before it reports an error.
-fn strings_fit(opcode: u8, body: &[u8]) -> bool {
-    let fit = || {
-        let rest = match opcode {
-            op::METADATA => after_string(body)?,
-            // The strings follow two numbers of two bytes each.
-            op::CHANNEL => after_string(after_string(body.get(4..)?)?)?,
-            _ => return Some(()),
-        };
-        let (length, map) = rest.split_first_chunk()?;
-        let mut map = map.get(..usize::try_from(u32::from_le_bytes(*length)).ok()?)?;
-        while !map.is_empty() {
-            map = after_string(after_string(map)?)?;
-        }
-        Some(())
+/// Returns `None` if a string in a metadata or channel record does not end inside the record. For
+/// a string that is too long, mcap would reserve up to 4 GiB of memory before it reports an error.
+fn check_strings(opcode: u8, body: &[u8]) -> Option<()> {
+    let rest = match opcode {
+        op::METADATA => after_string(body)?,
+        // The strings follow two numbers of two bytes each.
+        op::CHANNEL => after_string(after_string(body.get(4..)?)?)?,
+        _ => return Some(()),
     };
-    fit().is_some()
+    let (length, map) = rest.split_first_chunk()?;
+    let mut map = map.get(..usize::try_from(u32::from_le_bytes(*length)).ok()?)?;
+    while !map.is_empty() {
+        map = after_string(after_string(map)?)?;
+    }
+    Some(())
 }
 
 /// Skips a string, which is preceded by its length in four bytes.
@@ -246,13 +244,13 @@ fn after_string(bytes: &[u8]) -> Option<&[u8]> {
 
 /// Parses the description of the simulation.
 fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadError> {
-    let invalid = |what: String| ReadError::InvalidDescription(what);
+    let invalid = ReadError::InvalidDescription;
     let info = info.ok_or_else(|| invalid("info is missing".into()))?;
     let mut info: Info = serde_json::from_str(info)
         .map_err(|error| invalid(format!("info is not valid JSON: {error}")))?;
-    let sides = (info.width, info.height);
+    let Info { width, height, .. } = info;
     let size = info.size().ok_or_else(|| {
-        invalid(format!("the maze has {}x{} cells, but only 1x1 to 32x32 are supported", sides.0, sides.1))
+        invalid(format!("the maze has {width}x{height} cells, but only 1x1 to 32x32 are supported"))
     })?;
     if info.start_pose().is_none_or(|start| !size.contains(start.cell)) {
         return Err(invalid(format!("the start is outside the maze of {size} cells")));
@@ -264,14 +262,13 @@ fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadE
 
 /// Parses the text of a maze, which must have the same size as the maze of the states.
 fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> {
-    let invalid = |what: String| ReadError::InvalidDescription(what);
+    let invalid = ReadError::InvalidDescription;
     let maze =
         parse_maze(text).map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
-    if maze.size() != size {
-        let other = maze.size();
-        return Err(invalid(format!("the maze has {other} cells, but the states are for {size} cells")));
+    match maze.size() {
+        found if found == size => Ok(maze),
+        found => Err(invalid(format!("the maze has {found} cells, but the states have {size}"))),
     }
-    Ok(maze)
 }
 
 #[cfg(test)]
@@ -438,7 +435,7 @@ mod tests {
         insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
         insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
         insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
-        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states are for 3x1 cells");
+        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states have 3x1");
     }
 
     #[test]

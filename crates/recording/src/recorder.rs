@@ -85,9 +85,7 @@ impl Recorder {
         let Some(current) = self.current.take() else { return Ok(()) };
         let (unpacked, closed) = current.close_unpacked();
         self.reserve_descriptor();
-        if self.packer.is_none() {
-            self.packer = Packer::start().ok();
-        }
+        self.packer = self.packer.take().or_else(|| Packer::start().ok());
         if let Some(packer) = &self.packer {
             packer.pack(unpacked);
         }

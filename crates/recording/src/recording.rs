@@ -1,7 +1,7 @@
 //! Reads a recording into memory.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,9 +9,9 @@ use mmsim_maze::Maze;
 use mmsim_protocol::{Info, MazeSize};
 
 use crate::error::{OpenError, ReadError};
-use crate::history::{History, PushError};
+use crate::history::History;
 use crate::memory::{MemoryBudget, Share};
-use crate::reader::{Description, Integrity, STEP_BYTES, read_states};
+use crate::reader::{Description, Integrity, read_states};
 use crate::times::Times;
 
 /// A recording that has been read into memory.
@@ -64,12 +64,11 @@ impl Recording {
     /// recording is never opened partially.
     pub fn open_within(path: &Path, budget: &Arc<MemoryBudget>) -> Result<Self, OpenError> {
         let file = File::open(path).map_err(ReadError::Io);
-        file.and_then(|file| Self::read_within(BufReader::with_capacity(STEP_BYTES, file), budget))
+        file.and_then(|file| Self::read_within(file, budget))
             .map_err(|source| OpenError { path: path.into(), source })
     }
 
-    /// Reads a recording from bytes, without a memory limit. The source should be buffered, because
-    /// many reads are small.
+    /// Reads a recording from bytes, without a memory limit.
     ///
     /// # Errors
     /// See [`open`](Self::open).
@@ -77,8 +76,7 @@ impl Recording {
         Self::read_within(source, &Arc::default())
     }
 
-    /// Reads a recording from bytes, using only the remaining memory of the budget. The source
-    /// should be buffered, because many reads are small.
+    /// Reads a recording from bytes, using only the remaining memory of the budget.
     ///
     /// # Errors
     /// See [`open_within`](Self::open_within).
@@ -88,11 +86,8 @@ impl Recording {
             let (history, times) =
                 kept.get_or_insert_with(|| (History::new(description.size), Times::new(1)));
             let states = history.len();
-            history.push(state).map_err(|error| match error {
-                PushError::OutOfMemory { .. } => ReadError::OutOfMemory,
-                // This cannot happen: the reader checked the length, and the history has no limit.
-                error => ReadError::InvalidDescription(error.to_string()),
-            })?;
+            // Nothing else can fail: the reader checked the length, and the history has no limit.
+            history.push(state).map_err(|_| ReadError::OutOfMemory)?;
             times.push(time).map_err(|_| ReadError::OutOfMemory)?;
             if !share.grow_to(history.bytes() + times.bytes()) {
                 let (limit, others) = (budget.limit(), share.others());

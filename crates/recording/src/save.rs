@@ -17,8 +17,7 @@ const CHUNK_BYTES: u64 = 1 << 20;
 /// slower and save little.
 const LEVEL: u32 = 8;
 
-/// A writer for the records of a recording. If chunks are disabled, `mcap.flush` writes all
-/// records.
+/// A writer for the records of a recording.
 pub(crate) struct RecordWriter<W: Write + Seek> {
     pub(crate) mcap: mcap::Writer<W>,
     channel_id: u16,
@@ -58,11 +57,16 @@ impl<W: Write + Seek> RecordWriter<W> {
     }
 
     /// Appends a state that was received at `time`, in nanoseconds since 1970 (UTC).
-    pub(crate) fn write(&mut self, time: u64, state: &[u8]) -> Result<(), McapError> {
+    pub(crate) fn write(&mut self, time: u64, state: &[u8]) -> io::Result<()> {
         let header = header(self.channel_id, self.states, time);
-        self.mcap.write_to_known_channel(&header, state)?;
+        self.mcap.write_to_known_channel(&header, state).map_err(io_error)?;
         self.states = self.states.wrapping_add(1);
         Ok(())
+    }
+
+    /// Writes all records to the file, and ends the current chunk if chunks are enabled.
+    pub(crate) fn flush(&mut self) -> io::Result<()> {
+        self.mcap.flush().map_err(io_error)
     }
 
     /// Writes the summary.
@@ -93,7 +97,7 @@ pub fn save<S: AsRef<[u8]>>(
     let start = states.peek().map_or(0, |&(time, _)| time);
     let mut writer = RecordWriter::new(compressed(), to, info, maze, start)?;
     for (time, state) in states {
-        writer.write(time, state.as_ref()).map_err(io_error)?;
+        writer.write(time, state.as_ref())?;
     }
     writer.finish()
 }
@@ -114,7 +118,7 @@ pub(crate) fn compressed() -> WriteOptions {
 }
 
 /// Converts an MCAP error to an I/O error.
-pub(crate) fn io_error(error: McapError) -> io::Error {
+fn io_error(error: McapError) -> io::Error {
     match error {
         McapError::Io(error) => error,
         error => io::Error::other(error),

@@ -86,13 +86,11 @@ pub(crate) struct Sink<S> {
     torn: u64,
 }
 
-impl<S> Sink<S> {
+impl<S: Storage> Sink<S> {
     pub(crate) const fn new(storage: S) -> Self {
         Self { storage, whole: 0, buffer: Vec::new(), torn: 0 }
     }
-}
 
-impl<S: Storage> Sink<S> {
     fn append(&mut self) -> io::Result<()> {
         let mut rest = &self.buffer[..];
         while !rest.is_empty() {
@@ -149,7 +147,8 @@ impl<S: Storage> Write for Sink<S> {
 }
 
 impl<S> Seek for Sink<S> {
-    /// Returns the current position. The MCAP writer uses no other seeks, so they are unsupported.
+    /// Returns the current position. No other seek is supported, because the MCAP writer needs
+    /// none.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
             SeekFrom::Current(0) => Ok(self.whole + self.buffer.len() as u64),

@@ -2,6 +2,7 @@
 
 use std::collections::TryReserveError;
 use std::iter;
+use std::ops::Range;
 
 use crate::memory::reserve;
 
@@ -24,13 +25,8 @@ pub(crate) struct Slabs {
     pub(crate) bytes: usize,
 }
 
-/// The location of a string.
-#[derive(Clone, Copy, Debug)]
-struct Location {
-    slab: usize,
-    start: usize,
-    length: usize,
-}
+/// The location of a string: the index of its slab, and its bytes in the slab.
+type Location = (usize, Range<usize>);
 
 impl Slabs {
     /// Returns the number of strings.
@@ -50,7 +46,7 @@ impl Slabs {
         }
         let slab = self.buffers.len() - 1;
         if let Some(last) = self.buffers.last_mut() {
-            self.locations.push(Location { slab, start: last.len(), length: bytes.len() });
+            self.locations.push((slab, last.len()..last.len() + bytes.len()));
             last.extend_from_slice(bytes);
         }
         self.bytes += bytes.len() + size_of::<Location>();
@@ -59,12 +55,12 @@ impl Slabs {
 
     /// Returns the string with this index.
     pub(crate) fn get(&self, index: usize) -> Option<&[u8]> {
-        let &Location { slab, start, length } = self.locations.get(index)?;
-        self.buffers.get(slab)?.get(start..start + length)
+        let (slab, bytes) = self.locations.get(index)?;
+        self.buffers.get(*slab)?.get(bytes.clone())
     }
 }
 
-/// Allocates a slab of at least `least` bytes. If memory is short, the slab is smaller.
+/// Allocates a slab of at least `least` bytes. If memory is short, the slab is smaller than usual.
 fn new_slab(least: usize) -> Result<Vec<u8>, TryReserveError> {
     let mut slab = Vec::new();
     let sizes = iter::successors(Some(SLAB_BYTES), |size| Some(size / 2));

@@ -11,7 +11,7 @@ use tracing::debug;
 
 use crate::error::RecordError;
 use crate::pack::{Packing, Unpacked};
-use crate::save::{RecordWriter, io_error};
+use crate::save::RecordWriter;
 use crate::sink::{Identity, RecordingFile, Sink};
 use crate::times::Clock;
 
@@ -46,10 +46,7 @@ impl RecordingWriter {
         // A chunk would stay in memory until it is full.
         let options = WriteOptions::new().use_chunks(false).compression(None);
         let started = RecordWriter::new(options, Sink::new(file), info, maze, clock.now());
-        let flushed = started.and_then(|mut records| {
-            records.mcap.flush().map_err(io_error)?;
-            Ok(records)
-        });
+        let flushed = started.and_then(|mut records| records.flush().map(|()| records));
         let records = flushed.map_err(|error| {
             let _ = fs::remove_file(path);
             failed(error)
@@ -65,10 +62,10 @@ impl RecordingWriter {
     pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
         let Some(records) = &mut self.records else { return Ok(()) };
         let sequence = records.states;
-        let written = records.write(self.clock.now(), state).and_then(|()| records.mcap.flush());
+        let written = records.write(self.clock.now(), state).and_then(|()| records.flush());
         written.map_err(|error| {
             (self.has_failed, records.states) = (true, sequence);
-            RecordError::new(&self.path, io_error(error))
+            RecordError::new(&self.path, error)
         })
     }
 
@@ -93,15 +90,13 @@ impl RecordingWriter {
     }
 
     fn finish(&mut self) -> io::Result<()> {
-        match self.records.take() {
-            Some(records) if !self.has_failed => records.finish(),
+        let Some(records) = self.records.take() else { return Ok(()) };
+        if self.has_failed {
             // Dropping the MCAP writer would write the summary.
-            Some(records) => {
-                records.mcap.into_inner();
-                Ok(())
-            }
-            None => Ok(()),
+            records.mcap.into_inner();
+            return Ok(());
         }
+        records.finish()
     }
 }
 

@@ -31,11 +31,6 @@ impl Simulation {
         self
     }
 
-    /// Returns the name of the maze.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
     /// Returns the true maze.
     pub const fn maze(&self) -> &Maze {
         &self.maze
