@@ -1,6 +1,6 @@
 //! A pseudorandom number generator that gives the same numbers on every machine.
 
-/// SplitMix64, the pseudorandom number generator of Steele, Lea and Flood ("Fast splittable
+/// `SplitMix64`, the pseudorandom number generator of Steele, Lea and Flood ("Fast splittable
 /// pseudorandom number generators", OOPSLA 2014), which mixes the bits of a counter. The algorithm
 /// is implemented here because the maze for a seed must never change.
 #[derive(Clone, Debug)]

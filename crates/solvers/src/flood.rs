@@ -207,7 +207,7 @@ impl Distances {
 
 impl SmallSteps {
     #[inline(always)]
-    fn from_flooded<const N: usize, H: ParityPlane<N>>(flooded: &Flooded<H>) -> Self {
+    fn from_flooded<H: ParityPlane>(flooded: &Flooded<H>) -> Self {
         let mut lines = [[[0; SMALL_SIDE]; 8]; SMALL_SIDE / 8];
         bytes::write(flooded, 0, &mut lines);
         Self { lines, all_reached: flooded.is_full() }
@@ -236,7 +236,7 @@ struct FloodTask<'a> {
 
 impl FloodTask<'_> {
     #[inline(always)]
-    fn waves<const N: usize, H: ParityPlane<N>>(&self) -> Flooded<H> {
+    fn waves<H: ParityPlane>(&self) -> Flooded<H> {
         let targets = CellPlanes::from_cells(self.targets).inside(self.walls.size());
         waves::flood(&Bitboard::from_walls(self.walls), targets)
     }
@@ -246,9 +246,9 @@ impl Task for FloodTask<'_> {
     type Output = Distances;
 
     #[inline(always)]
-    fn run<const N: usize, H: ParityPlane<N>>(self) -> Distances {
-        let flooded = self.waves::<N, H>();
-        let steps = if N == 2 {
+    fn run<H: ParityPlane>(self) -> Distances {
+        let flooded = self.waves::<H>();
+        let steps = if H::IS_SMALL {
             Steps::Small(SmallSteps::from_flooded(&flooded))
         } else {
             Steps::Large(large_steps(&flooded))
@@ -267,8 +267,8 @@ impl Task for RefloodTask<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<const N: usize, H: ParityPlane<N>>(self) {
-        let flooded = self.flood.waves::<N, H>();
+    fn run<H: ParityPlane>(self) {
+        let flooded = self.flood.waves::<H>();
         match self.steps {
             Steps::Small(steps) => *steps = SmallSteps::from_flooded(&flooded),
             Steps::Large(steps) => *steps = large_steps(&flooded),
@@ -277,9 +277,7 @@ impl Task for RefloodTask<'_> {
 }
 
 #[inline(always)]
-fn large_steps<const N: usize, H: ParityPlane<N>>(
-    flooded: &Flooded<H>,
-) -> [u16; MazeSize::MAX_AREA] {
+fn large_steps<H: ParityPlane>(flooded: &Flooded<H>) -> [u16; MazeSize::MAX_AREA] {
     let lines: [[Line; 8]; MazeSize::MAX_AREA / 128] = [[[0; 16]; 8]; MazeSize::MAX_AREA / 128];
     let (mut low, mut high) = (lines, lines);
     bytes::write(flooded, 0, &mut low);

@@ -123,6 +123,7 @@ o---o---o---o
             (None, None, false),
             (Some(0), None, false),
             (Some(3), Some(4), false),
+            (Some(5), Some(4), false),
             (Some(4), Some(4), true),
             (Some(0), Some(0), true),
         ] {

@@ -8,70 +8,67 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
-use super::plane::{BitOps, Line, ParityPlane, to_words};
+use super::plane::{BitOps, Line, ParityPlane, Words, to_words};
 use super::task::Task;
 use super::x86::{Sse2, simd};
 
 /// A vector of 128 bits with three-operand logic, which needs the AVX-512 features F and VL.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-struct Avx512Small(Sse2);
+pub(super) struct Avx512Small(Sse2<1>);
 
 /// A vector of 512 bits, which needs the AVX-512 features F and BW.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-struct Avx512Large(__m512i);
+pub(super) struct Avx512Large(__m512i);
 
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,bmi1,popcnt")]
-pub(super) unsafe fn small_avx512<T: Task>(task: T) -> T::Output {
-    task.run::<2, Avx512Small>()
+pub(super) unsafe fn run_avx512<H: ParityPlane, T: Task>(task: T) -> T::Output {
+    task.run::<H>()
 }
 
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,bmi1,popcnt")]
-pub(super) unsafe fn large_avx512<T: Task>(task: T) -> T::Output {
-    task.run::<8, Avx512Large>()
-}
+impl ParityPlane for Avx512Small {
+    type Words = [u64; 2];
 
-impl ParityPlane<2> for Avx512Small {
     #[inline(always)]
-    fn from_words(words: [u64; 2]) -> Self {
+    fn from_words(words: Self::Words) -> Self {
         Self(Sse2::from_words(words))
     }
 
     #[inline(always)]
-    fn to_words(self) -> [u64; 2] {
+    fn to_words(self) -> Self::Words {
         self.0.to_words()
     }
 
     #[inline(always)]
     fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
-        spread_by_masks(&to_words(&even), &to_words(&odd), lines);
+        spread_by_masks(&even, &odd, lines);
     }
+}
+
+impl Avx512Small {
+    #[inline(always)]
+    fn ternary<const TABLE: i32>(self, b: Self, c: Self) -> Self {
+        let (Sse2([a]), Sse2([b]), Sse2([c])) = (self.0, b.0, c.0);
+        Self(Sse2([simd!(_mm_ternarylogic_epi64::<TABLE>(a, b, c))]))
+    }
+}
+
+/// Implements operations by those of SSE2.
+macro_rules! forward {
+    ($($operation:ident($($other:ident)?)),*) => { $(
+        #[inline(always)]
+        fn $operation(self $(, $other: Self)?) -> Self {
+            Self(self.0.$operation($($other.0)?))
+        }
+    )* };
 }
 
 impl BitOps for Avx512Small {
     const NONE: Self = Self(Sse2::NONE);
     const ALL: Self = Self(Sse2::ALL);
 
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        Self(self.0.and(other.0))
-    }
-
-    #[inline(always)]
-    fn or(self, other: Self) -> Self {
-        Self(self.0.or(other.0))
-    }
-
-    #[inline(always)]
-    fn xor(self, other: Self) -> Self {
-        Self(self.0.xor(other.0))
-    }
-
-    #[inline(always)]
-    fn without(self, other: Self) -> Self {
-        Self(self.0.without(other.0))
-    }
+    forward!(and(other), or(other), xor(other), without(other), north(), south());
 
     #[inline(always)]
     fn up<const BITS: i32>(self) -> Self {
@@ -84,51 +81,38 @@ impl BitOps for Avx512Small {
     }
 
     #[inline(always)]
-    fn north(self) -> Self {
-        Self(self.0.north())
-    }
-
-    #[inline(always)]
-    fn south(self) -> Self {
-        Self(self.0.south())
-    }
-
-    #[inline(always)]
     fn is_empty(self) -> bool {
         self.0.is_empty()
     }
 
     #[inline(always)]
     fn and_or(self, mask: Self, others: Self) -> Self {
-        Self(Sse2(simd!(_mm_ternarylogic_epi64::<AND_OR>(self.0.0, mask.0.0, others.0.0))))
+        self.ternary::<AND_OR>(mask, others)
     }
 
     #[inline(always)]
     fn or_and(self, others: Self, mask: Self) -> Self {
-        Self(Sse2(simd!(_mm_ternarylogic_epi64::<OR_AND>(self.0.0, others.0.0, mask.0.0))))
+        self.ternary::<OR_AND>(others, mask)
     }
 
     #[inline(always)]
     fn or_without(self, others: Self, mask: Self) -> Self {
-        Self(Sse2(simd!(_mm_ternarylogic_epi64::<OR_WITHOUT>(self.0.0, others.0.0, mask.0.0))))
+        self.ternary::<OR_WITHOUT>(others, mask)
     }
 }
 
 /// Does the same as [`ParityPlane::spread`], but uses each word of a plane as a mask for 64
 /// bytes.
 #[inline(always)]
-fn spread_by_masks<const N: usize>(
-    even: &[[u64; N]; 8],
-    odd: &[[u64; N]; 8],
-    lines: &mut [[Line; 8]],
-) {
+fn spread_by_masks<H: ParityPlane>(even: &[H; 8], odd: &[H; 8], lines: &mut [[Line; 8]]) {
+    let (even, odd) = (to_words(even), to_words(odd));
     // Restores the order of the lines after unpacking.
     let order = simd!([
         _mm512_set_epi64(11, 10, 3, 2, 9, 8, 1, 0),
         _mm512_set_epi64(15, 14, 7, 6, 13, 12, 5, 4),
     ]);
     for (word, lines) in lines.iter_mut().enumerate() {
-        let (even, odd) = (bytes_of(even, word), bytes_of(odd, word));
+        let (even, odd) = (bytes_of(&even, word), bytes_of(&odd, word));
         let first = simd!(_mm512_unpacklo_epi8(even, odd));
         let second = simd!(_mm512_unpackhi_epi8(even, odd));
         let south = simd!(_mm512_permutex2var_epi64(first, order[0], second));
@@ -139,11 +123,11 @@ fn spread_by_masks<const N: usize>(
 
 /// Returns 64 bytes. Bit i of byte j is bit j of `planes[i][word]`.
 #[inline(always)]
-fn bytes_of<const N: usize>(planes: &[[u64; N]; 8], word: usize) -> __m512i {
+fn bytes_of<W: Words>(planes: &[W; 8], word: usize) -> __m512i {
     let mut bytes = simd!(_mm512_setzero_si512());
     for (i, plane) in planes.iter().enumerate() {
         let bit = simd!(_mm512_set1_epi8(1 << i));
-        bytes = simd!(_mm512_mask_add_epi8(bytes, plane[word], bytes, bit));
+        bytes = simd!(_mm512_mask_add_epi8(bytes, plane.as_ref()[word], bytes, bit));
     }
     bytes
 }
@@ -164,20 +148,22 @@ const fn neighbour_rows(further: u16) -> [u16; 32] {
     rows
 }
 
-impl ParityPlane<8> for Avx512Large {
+impl ParityPlane for Avx512Large {
+    type Words = [u64; 8];
+
     #[inline(always)]
-    fn from_words(words: [u64; 8]) -> Self {
-        Self(simd!(transmute::<[u64; 8], __m512i>(words)))
+    fn from_words(words: Self::Words) -> Self {
+        Self(simd!(transmute::<Self::Words, __m512i>(words)))
     }
 
     #[inline(always)]
-    fn to_words(self) -> [u64; 8] {
-        simd!(transmute::<__m512i, [u64; 8]>(self.0))
+    fn to_words(self) -> Self::Words {
+        simd!(transmute::<__m512i, Self::Words>(self.0))
     }
 
     #[inline(always)]
     fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
-        spread_by_masks(&to_words(&even), &to_words(&odd), lines);
+        spread_by_masks(&even, &odd, lines);
     }
 }
 

@@ -2,14 +2,20 @@
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
-use super::plane::{BitOps, ParityPlane, SIDE, row_bits};
+use super::plane::{BitOps, ParityPlane, SIDE, Words};
 
-/// A set of cells, stored as one plane for each colour. (0, 0) is dark, like a1 on a chessboard.
+/// A value for each colour. The cell (0, 0) is dark, like a1 on a chessboard.
 #[derive(Clone, Copy)]
-pub(super) struct CellPlanes<B> {
-    pub(super) dark: B,
-    pub(super) light: B,
+pub(super) struct ByColour<T> {
+    pub(super) dark: T,
+    pub(super) light: T,
 }
+
+/// A set of cells, stored as one plane for each colour.
+pub(super) type CellPlanes<H> = ByColour<H>;
+
+/// The openings of a maze into the cells of each colour.
+pub(super) type Bitboard<H> = ByColour<Openings<H>>;
 
 /// The openings through which cells of one colour can be entered from cells of the other colour.
 #[derive(Clone, Copy)]
@@ -25,13 +31,6 @@ pub(super) struct Openings<B> {
     north: B,
     /// The cells that can be entered by a step south.
     south: B,
-}
-
-/// The openings of a maze.
-#[derive(Clone, Copy)]
-pub(super) struct Bitboard<B> {
-    pub(super) into_dark: Openings<B>,
-    pub(super) into_light: Openings<B>,
 }
 
 impl<B: BitOps> Openings<B> {
@@ -76,28 +75,25 @@ impl<B: BitOps> Openings<B> {
     }
 }
 
-impl<H> Bitboard<H> {
+impl<H: ParityPlane> Bitboard<H> {
     #[inline(always)]
-    pub(super) fn from_walls<const N: usize>(walls: &Walls) -> Self
-    where
-        H: ParityPlane<N>,
-    {
+    pub(super) fn from_walls(walls: &Walls) -> Self {
         let (width, height) = (walls.size().width(), usize::from(walls.size().height()));
         let columns = u32::MAX >> (u32::BITS - u32::from(width));
-        let [inner, between]: [H; 2] = split(&open::<N>(walls.east_rows(), columns >> 1, height));
+        let [inner, between]: [H; 2] = split(&open::<H>(walls.east_rows(), columns >> 1, height));
         let north: CellPlanes<H> =
-            by_colour(split(&open::<N>(walls.north_rows(), columns, height - 1)));
-        let even = H::from_words(even_rows());
+            by_colour(split(&open::<H>(walls.north_rows(), columns, height - 1)));
+        let even: H = even_rows();
         let (from_light, from_dark) = (between.and(even), between.without(even));
         Self {
-            into_light: Openings {
+            light: Openings {
                 same: inner,
                 west: from_light,
                 east: from_dark.up::<1>(),
                 north: north.dark.north(),
                 south: north.light,
             },
-            into_dark: Openings {
+            dark: Openings {
                 same: inner,
                 east: from_light.up::<1>(),
                 west: from_dark,
@@ -108,51 +104,38 @@ impl<H> Bitboard<H> {
     }
 }
 
-impl<B> Bitboard<B> {
-    /// Returns the openings into cells of the near colour and into cells of the far colour.
+impl<T> ByColour<T> {
+    /// Returns the values of the near colour and of the far colour.
     #[inline(always)]
-    pub(super) fn near_and_far(self, near_is_dark: bool) -> [Openings<B>; 2] {
-        let (dark, light) = (self.into_dark, self.into_light);
-        if near_is_dark { [dark, light] } else { [light, dark] }
-    }
-}
-
-impl<B> CellPlanes<B> {
-    /// Returns the plane of the near colour and the plane of the far colour.
-    #[inline(always)]
-    pub(super) fn near_and_far(self, near_is_dark: bool) -> [B; 2] {
+    pub(super) fn near_and_far(self, near_is_dark: bool) -> [T; 2] {
         let Self { dark, light } = self;
         if near_is_dark { [dark, light] } else { [light, dark] }
     }
 
-    /// Combines a near and a far plane, the inverse of [`near_and_far`](Self::near_and_far).
+    /// Combines the values of the near and the far colour, the inverse of
+    /// [`near_and_far`](Self::near_and_far).
     #[inline(always)]
-    pub(super) fn from_near_and_far([near, far]: [B; 2], near_is_dark: bool) -> Self {
+    pub(super) fn from_near_and_far([near, far]: [T; 2], near_is_dark: bool) -> Self {
         let (dark, light) = if near_is_dark { (near, far) } else { (far, near) };
         Self { dark, light }
     }
 }
 
-impl<H> CellPlanes<H> {
+impl<H: ParityPlane> CellPlanes<H> {
     #[inline(always)]
-    pub(super) fn from_cells<const N: usize>(cells: &CellSet) -> Self
-    where
-        H: ParityPlane<N>,
-    {
+    pub(super) fn from_cells(cells: &CellSet) -> Self {
         by_colour(split(cells.rows()))
     }
 
     /// Creates a set of one cell. The plane of the opposite colour is empty.
     #[inline(always)]
-    pub(super) fn from_cell<const N: usize>(cell: Cell) -> Self
-    where
-        H: ParityPlane<N>,
-    {
-        let mut words = [0; N];
-        if let Some((place, bit)) = place::<N>(cell) {
+    pub(super) fn from_cell(cell: Cell) -> Self {
+        let mut words = H::Words::repeat(0);
+        let bit = usize::from(cell.y) * H::ROW_BITS + usize::from(cell.x / 2);
+        if usize::from(cell.x / 2) < H::ROW_BITS {
             // Each word is written whole, so that the plane can be loaded at once.
-            for (i, word) in words.iter_mut().enumerate() {
-                *word = u64::from(i == place) << bit;
+            for (i, word) in words.as_mut().iter_mut().enumerate() {
+                *word = u64::from(i == bit / 64) << (bit % 64);
             }
         }
         let (plane, none) = (H::from_words(words), H::NONE);
@@ -169,24 +152,12 @@ pub(super) const fn is_dark(cell: Cell) -> bool {
     (cell.x ^ cell.y) & 1 == 0
 }
 
-/// Returns the indices of the word and the bit that hold a cell in a plane, or `None` if the plane
-/// is too small for the cell.
-#[inline(always)]
-pub(super) fn place<const N: usize>(cell: Cell) -> Option<(usize, usize)> {
-    let bit = usize::from(cell.y) * row_bits(N) as usize + usize::from(cell.x / 2);
-    let is_inside = u32::from(cell.x / 2) < row_bits(N);
-    Some((bit / 64, bit % 64)).filter(|&(word, _)| is_inside && word < N)
-}
-
-impl<H> CellPlanes<H> {
+impl<H: ParityPlane> CellPlanes<H> {
     /// Removes the cells outside a maze of the given size.
     #[inline(always)]
-    pub(super) fn inside<const N: usize>(self, size: MazeSize) -> Self
-    where
-        H: ParityPlane<N>,
-    {
+    pub(super) fn inside(self, size: MazeSize) -> Self {
         let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
-        let cells = open::<N>(&[0; SIDE], columns, size.height().into());
+        let cells = open::<H>(&[0; SIDE], columns, size.height().into());
         let Self { dark, light } = by_colour(split(&cells));
         Self { dark: self.dark.and(dark), light: self.light.and(light) }
     }
@@ -195,12 +166,10 @@ impl<H> CellPlanes<H> {
     /// light cells. Cells of one colour are ordered from south to north, and in each row from west
     /// to east.
     #[inline(always)]
-    pub(super) fn first_cell<const N: usize>(self) -> Option<Cell>
-    where
-        H: ParityPlane<N>,
-    {
+    pub(super) fn first_cell(self) -> Option<Cell> {
         let first = |plane: H| {
             let words = plane.to_words();
+            let words = words.as_ref();
             let word = words.iter().position(|&word| word != 0)?;
             Some(64 * word + words[word].trailing_zeros() as usize)
         };
@@ -208,8 +177,7 @@ impl<H> CellPlanes<H> {
             Some(bit) => (bit, 0),
             None => (first(self.light)?, 1),
         };
-        let row = row_bits(N) as usize;
-        let (y, half_x) = (bit / row, bit % row);
+        let (y, half_x) = (bit / H::ROW_BITS, bit % H::ROW_BITS);
         // At most 31.
         #[allow(clippy::cast_possible_truncation)]
         Some(Cell::new((2 * half_x + ((y + light) & 1)) as u8, y as u8))
@@ -217,32 +185,30 @@ impl<H> CellPlanes<H> {
 
     /// Returns the cells in even columns and the cells in odd columns.
     #[inline(always)]
-    pub(super) fn columns<const N: usize>(self) -> [H; 2]
-    where
-        H: ParityPlane<N>,
-    {
+    pub(super) fn columns(self) -> [H; 2] {
         // The exchange is its own inverse.
         let CellPlanes { dark, light } = by_colour([self.dark, self.light]);
         [dark, light]
     }
 }
 
-/// Returns the words of a plane in which all bits of even rows are set.
+/// Returns a plane in which all bits of even rows are set.
 #[inline(always)]
-pub(super) fn even_rows<const N: usize>() -> [u64; N] {
-    [if N == 2 { 0x00ff_00ff_00ff_00ff } else { 0x0000_ffff_0000_ffff }; N]
+pub(super) fn even_rows<H: ParityPlane>() -> H {
+    let word = if H::IS_SMALL { 0x00ff_00ff_00ff_00ff } else { 0x0000_ffff_0000_ffff };
+    H::from_words(H::Words::repeat(word))
 }
 
 /// Converts even and odd columns to dark and light cells.
 #[inline(always)]
-fn by_colour<const N: usize, H: ParityPlane<N>>([even, odd]: [H; 2]) -> CellPlanes<H> {
-    let swapped = even.xor(odd).without(H::from_words(even_rows()));
+fn by_colour<H: ParityPlane>([even, odd]: [H; 2]) -> CellPlanes<H> {
+    let swapped = even.xor(odd).without(even_rows());
     CellPlanes { dark: even.xor(swapped), light: odd.xor(swapped) }
 }
 
 /// Returns the sides without a wall in the first `height` rows, masked by `columns`.
 #[inline(always)]
-fn open<const N: usize>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u32; SIDE] {
+fn open<H: ParityPlane>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u32; SIDE] {
     // Full rows, followed by empty rows. The offset selects the number of full rows.
     static ROWS: [u32; 2 * SIDE] = {
         let mut rows = [0; 2 * SIDE];
@@ -255,23 +221,18 @@ fn open<const N: usize>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u3
     };
     let rows = &ROWS[SIDE - height.min(SIDE)..][..SIDE];
     let mut open = [0; SIDE];
-    for y in 0..row_count(N) {
+    for y in 0..H::ROWS {
         open[y] = !walls[y] & columns & rows[y];
     }
     open
 }
 
-/// Returns the number of rows in a plane of `words` words.
-const fn row_count(words: usize) -> usize {
-    if words == 2 { 16 } else { SIDE }
-}
-
 /// Splits rows of bits into even and odd columns. Bit x of row y is the cell (x, y).
 #[inline(always)]
-fn split<const N: usize, H: ParityPlane<N>>(rows: &[u32; SIDE]) -> [H; 2] {
-    let mut planes = [[0; N]; 2];
+fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
+    let mut planes = [H::Words::repeat(0); 2];
     // The compiler turns these loops over rows into vector instructions. `zip` is not always inlined.
-    if N == 2 {
+    if H::IS_SMALL {
         let mut columns = [[[0; 8]; 2]; 2];
         let [even, odd] = &mut columns;
         let (even, odd) = (even.as_flattened_mut(), odd.as_flattened_mut());
@@ -282,7 +243,7 @@ fn split<const N: usize, H: ParityPlane<N>>(rows: &[u32; SIDE]) -> [H; 2] {
         }
         for (i, columns) in columns.iter().enumerate() {
             for (word, rows) in columns.iter().enumerate() {
-                planes[i][word] = u64::from_le_bytes(*rows);
+                planes[i].as_mut()[word] = u64::from_le_bytes(*rows);
             }
         }
     } else {
@@ -297,7 +258,7 @@ fn split<const N: usize, H: ParityPlane<N>>(rows: &[u32; SIDE]) -> [H; 2] {
         for (i, columns) in columns.iter().enumerate() {
             for (word, &[a, b, c, d]) in columns.iter().enumerate() {
                 let [a, b, c, d] = [u64::from(a), u64::from(b), u64::from(c), u64::from(d)];
-                planes[i][word] = a | b << 16 | c << 32 | d << 48;
+                planes[i].as_mut()[word] = a | b << 16 | c << 32 | d << 48;
             }
         }
     }
@@ -307,13 +268,13 @@ fn split<const N: usize, H: ParityPlane<N>>(rows: &[u32; SIDE]) -> [H; 2] {
 
 /// Merges even and odd columns into rows of bits, the inverse of [`split`].
 #[inline(always)]
-pub(super) fn rows<const N: usize, H: ParityPlane<N>>([even, odd]: [H; 2]) -> [u32; SIDE] {
+pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [u32; SIDE] {
     let (even, odd) = (even.to_words(), odd.to_words());
     let mut rows = [0; SIDE];
-    if N == 2 {
+    if H::IS_SMALL {
         let mut columns = [[[0; 8]; 2]; 2];
         for (columns, plane) in columns.iter_mut().zip([even, odd]) {
-            for (rows, word) in columns.iter_mut().zip(plane) {
+            for (rows, word) in columns.iter_mut().zip(plane.as_ref()) {
                 *rows = word.to_le_bytes();
             }
         }
@@ -325,7 +286,7 @@ pub(super) fn rows<const N: usize, H: ParityPlane<N>>([even, odd]: [H; 2]) -> [u
     } else {
         let mut columns = [[[0; 4]; SIDE / 4]; 2];
         for (columns, plane) in columns.iter_mut().zip([even, odd]) {
-            for (rows, word) in columns.iter_mut().zip(plane) {
+            for (rows, &word) in columns.iter_mut().zip(plane.as_ref()) {
                 *rows = [word, word >> 16, word >> 32, word >> 48].map(|row| (row & 0xffff) as u16);
             }
         }

@@ -7,11 +7,7 @@ use super::waves::{Flooded, Marks};
 /// ordered from south to north, and the cells of each row from west to east. The bytes of unvisited
 /// cells have all bits set.
 #[inline(always)]
-pub(super) fn write<const N: usize, H: ParityPlane<N>>(
-    flooded: &Flooded<H>,
-    first: usize,
-    lines: &mut [[Line; 8]],
-) {
+pub(super) fn write<H: ParityPlane>(flooded: &Flooded<H>, first: usize, lines: &mut [[Line; 8]]) {
     let (mut even, mut odd) = ([H::NONE; 8], [H::NONE; 8]);
     for i in 0..8 {
         let plane = |marks: &Marks<H>| match marks.planes.get(first + i) {

@@ -3,12 +3,12 @@
 use mmsim_maze::MazeSize;
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "avx512"))]
-use super::avx512::{large_avx512, small_avx512};
+use super::avx512::{Avx512Large, Avx512Small, run_avx512};
 use super::plane::is_small;
 use super::processor::Instructions;
 use super::task::Task;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-use super::x86::{self, Sse2Large, large_avx2, small_avx2};
+use super::x86::{self, run_avx2};
 
 /// Runs a task with the best available instructions.
 pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
@@ -19,7 +19,7 @@ pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
 /// instructions are not available.
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
 pub(super) fn run_with<T: Task>(_: Instructions, task: T, size: MazeSize) -> T::Output {
-    if is_small(size) { small(task) } else { large(task) }
+    if is_small(size) { task.run::<[u64; 2]>() } else { task.run::<[u64; 8]>() }
 }
 
 /// Runs a task with the given instructions. Falls back to a lesser instruction set if the given
@@ -31,30 +31,20 @@ pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeS
     let is_available = |some: Instructions| some.is_available();
     // A single call, so that the result is written in place.
     let run: unsafe fn(T) -> T::Output = match (instructions, is_small(size)) {
-        (Portable, true) => small,
-        (Portable, false) => large,
+        (Portable, true) => T::run::<[u64; 2]>,
+        (Portable, false) => T::run::<[u64; 8]>,
         #[cfg(feature = "avx512")]
-        (Avx512, true) if is_available(Avx512) => small_avx512,
+        (Avx512, true) if is_available(Avx512) => run_avx512::<Avx512Small, T>,
         #[cfg(feature = "avx512")]
-        (Avx512, false) if is_available(Avx512) => large_avx512,
-        (Avx512 | Avx2, true) if is_available(Avx2) => small_avx2,
-        (Avx512 | Avx2, false) if is_available(Avx2) => large_avx2,
-        (Avx512 | Avx2 | Sse2, true) => T::run::<2, x86::Sse2>,
-        (Avx512 | Avx2 | Sse2, false) => T::run::<8, Sse2Large>,
+        (Avx512, false) if is_available(Avx512) => run_avx512::<Avx512Large, T>,
+        (Avx512 | Avx2, true) if is_available(Avx2) => run_avx2::<x86::Sse2<1>, T>,
+        (Avx512 | Avx2, false) if is_available(Avx2) => run_avx2::<x86::Sse2<4>, T>,
+        (Avx512 | Avx2 | Sse2, true) => T::run::<x86::Sse2<1>>,
+        (Avx512 | Avx2 | Sse2, false) => T::run::<x86::Sse2<4>>,
     };
     // SAFETY: the processor supports the features of `run`. `is_available` has checked all of them
     // except SSE2.
     unsafe { run(task) }
-}
-
-/// Runs a task without vector instructions in a maze of up to 16×16 cells.
-fn small<T: Task>(task: T) -> T::Output {
-    task.run::<2, [u64; 2]>()
-}
-
-/// Runs a task without vector instructions in a larger maze.
-fn large<T: Task>(task: T) -> T::Output {
-    task.run::<8, [u64; 8]>()
 }
 
 /// Runs a task with each available instruction set and checks each result.

@@ -36,15 +36,15 @@ impl Task for StepsBetweenTask<'_> {
     type Output = Option<u16>;
 
     #[inline(always)]
-    fn run<const N: usize, H: ParityPlane<N>>(self) -> Option<u16> {
+    fn run<H: ParityPlane>(self) -> Option<u16> {
         let Self { walls, from, targets } = self;
         let board = Bitboard::<H>::from_walls(walls);
         let (from, targets) =
             (CellPlanes::<H>::from_cell(from), CellPlanes::<H>::from_cells(targets));
         let (into, from, targets) = if from.light.is_empty() {
-            ([&board.into_light, &board.into_dark], from.dark, [targets.dark, targets.light])
+            ([&board.light, &board.dark], from.dark, [targets.dark, targets.light])
         } else {
-            ([&board.into_dark, &board.into_light], from.light, [targets.light, targets.dark])
+            ([&board.dark, &board.light], from.light, [targets.light, targets.dark])
         };
         waves::first_targets(into, from, targets).map(|(_, steps)| steps)
     }

@@ -56,7 +56,7 @@ impl Task for DownhillTask<'_> {
     type Output = Downhill;
 
     #[inline(always)]
-    fn run<const N: usize, H: ParityPlane<N>>(self) -> Downhill {
+    fn run<H: ParityPlane>(self) -> Downhill {
         let Self { walls, targets } = self;
         let flooded = waves::flood(
             &Bitboard::<H>::from_walls(walls),

@@ -4,7 +4,7 @@ use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown};
 
 use super::bitboard::{Bitboard, CellPlanes, Openings, is_dark, rows};
 use super::dispatch::run;
-use super::plane::{BitOps, ParityPlane};
+use super::plane::ParityPlane;
 use super::task::Task;
 use super::waves::first_targets;
 
@@ -41,12 +41,12 @@ impl Task for FindTarget<'_> {
     type Output = Option<ExplorationTarget>;
 
     #[inline(always)]
-    fn run<const N: usize, H: ParityPlane<N>>(self) -> Option<ExplorationTarget> {
+    fn run<H: ParityPlane>(self) -> Option<ExplorationTarget> {
         let shortest = ShortestPaths::<H>::find(self.map)?;
         let found = shortest.cells()?;
         let candidates = shortest.candidates(&found);
         let (colour, nearest) = shortest.nearest(self.mouse, candidates)?;
-        let is_one = count::<N, H>(nearest) == 1;
+        let is_one = count(nearest) == 1;
         let target = if is_one { nearest } else { shortest.first_layer_with(colour, nearest) };
         let mut planes = [H::NONE; 2];
         planes[colour] = target;
@@ -96,13 +96,10 @@ struct ShortestPaths<B> {
     length: usize,
 }
 
-impl<B: BitOps> ShortestPaths<B> {
+impl<B: ParityPlane> ShortestPaths<B> {
     /// Sends waves from the start until one reaches a goal cell.
     #[inline(always)]
-    fn find<const N: usize>(map: &KnownMaze) -> Option<Self>
-    where
-        B: ParityPlane<N>,
-    {
+    fn find(map: &KnownMaze) -> Option<Self> {
         let start = CellPlanes::<B>::from_cell(map.start().cell);
         let start_is_dark = start.light.is_empty();
         let start = start.dark.or(start.light);
@@ -173,10 +170,7 @@ impl<B: BitOps> ShortestPaths<B> {
 
     /// Returns the cells on the paths, or `None` if one of the paths is known to be open.
     #[inline(always)]
-    fn cells<const N: usize>(&self) -> Option<[PathCells<B>; 2]>
-    where
-        B: ParityPlane<N>,
-    {
+    fn cells(&self) -> Option<[PathCells<B>; 2]> {
         if self.length == 0 {
             return None;
         }
@@ -205,10 +199,7 @@ impl<B: BitOps> ShortestPaths<B> {
 
     /// Returns the candidates for exploration, see [`ExplorationTarget::find`].
     #[inline(always)]
-    fn candidates<const N: usize>(&self, found: &[PathCells<B>; 2]) -> [B; 2]
-    where
-        B: ParityPlane<N>,
-    {
+    fn candidates(&self, found: &[PathCells<B>; 2]) -> [B; 2] {
         let mut unexplored = [B::NONE; 2];
         for i in [0, 1] {
             let Colour { optimistic, known, visited } = &self.colours[i];
@@ -225,10 +216,7 @@ impl<B: BitOps> ShortestPaths<B> {
     /// Returns the cells of `unexplored` in the narrowest layers that contain unexplored cells but
     /// no visited cell. If there is no such layer, returns all unexplored cells.
     #[inline(always)]
-    fn narrowest<const N: usize>(&self, unexplored: [B; 2]) -> [B; 2]
-    where
-        B: ParityPlane<N>,
-    {
+    fn narrowest(&self, unexplored: [B; 2]) -> [B; 2] {
         let mut narrowest = Narrowest::NONE;
         self.for_each_layer(|colour, layer| {
             let cells = layer.and(unexplored[colour]);
@@ -243,10 +231,7 @@ impl<B: BitOps> ShortestPaths<B> {
     /// Returns the candidates nearest to the mouse, which all have the same colour, and the index
     /// of this colour.
     #[inline(always)]
-    fn nearest<const N: usize>(&self, mouse: Cell, candidates: [B; 2]) -> Option<(usize, B)>
-    where
-        B: ParityPlane<N>,
-    {
+    fn nearest(&self, mouse: Cell, candidates: [B; 2]) -> Option<(usize, B)> {
         let near = usize::from(is_dark(mouse) != self.ends_are_dark);
         let far = 1 - near;
         let into = [&self.colours[far].optimistic, &self.colours[near].optimistic];
@@ -277,15 +262,12 @@ struct Narrowest<B> {
     cells: [B; 2],
 }
 
-impl<B: BitOps> Narrowest<B> {
+impl<B: ParityPlane> Narrowest<B> {
     const NONE: Self = Self { width: u32::MAX, cells: [B::NONE; 2] };
 
     /// Adds `cells` of a layer, unless the layer is empty or wider than an earlier layer.
     #[inline(always)]
-    fn add<const N: usize>(&mut self, colour: usize, layer: B, cells: B)
-    where
-        B: ParityPlane<N>,
-    {
+    fn add(&mut self, colour: usize, layer: B, cells: B) {
         let width = count(layer);
         if width < self.width && width > 0 {
             *self = Self { width, ..Self::NONE };
@@ -297,8 +279,8 @@ impl<B: BitOps> Narrowest<B> {
 }
 
 #[inline(always)]
-fn count<const N: usize, H: ParityPlane<N>>(cells: H) -> u32 {
-    cells.to_words().into_iter().map(u64::count_ones).sum()
+fn count<H: ParityPlane>(cells: H) -> u32 {
+    cells.to_words().as_ref().iter().map(|word| word.count_ones()).sum()
 }
 
 #[cfg(test)]

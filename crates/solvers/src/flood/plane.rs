@@ -27,15 +27,24 @@ pub(super) const fn is_small(size: MazeSize) -> bool {
 /// ```
 ///
 /// Rows are stored from south to north. Bit x / 2 of a row is the cell in column x. In mazes of up
-/// to 16×16 cells, a row takes 8 bits and a plane takes `N` = 2 words. In larger mazes, a row takes
-/// 16 bits and a plane takes 8 words.
+/// to 16×16 cells, a row takes 8 bits and a plane takes 2 words. In larger mazes, a row takes 16
+/// bits and a plane takes 8 words.
 ///
 /// Shifts may carry bits into another row, but the masks of a bitboard remove such bits.
-pub(super) trait ParityPlane<const N: usize>: BitOps {
-    /// Creates a plane from words in the order from south to north.
-    fn from_words(words: [u64; N]) -> Self;
+pub(super) trait ParityPlane: BitOps {
+    /// The words of a plane, in the order from south to north.
+    type Words: Words;
 
-    fn to_words(self) -> [u64; N];
+    /// True for planes of two words.
+    const IS_SMALL: bool = size_of::<Self::Words>() == size_of::<[u64; 2]>();
+    /// The number of rows.
+    const ROWS: usize = if Self::IS_SMALL { SMALL_SIDE } else { SIDE };
+    /// The number of bits per row.
+    const ROW_BITS: usize = Self::ROWS / 2;
+
+    fn from_words(words: Self::Words) -> Self;
+
+    fn to_words(self) -> Self::Words;
 
     /// Writes one byte per cell. Bit i of a byte comes from plane i of the even or odd columns.
     #[inline(always)]
@@ -51,7 +60,7 @@ pub(super) trait ParityPlane<const N: usize>: BitOps {
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
         let (even, odd) = (to_words(even), to_words(odd));
         for (word, lines) in lines.iter_mut().enumerate() {
-            let pair = |i: usize| [even[i][word], odd[i][word]];
+            let pair = |i: usize| [even[i].as_ref()[word], odd[i].as_ref()[word]];
             let ([a, b], [c, d], [e, f], [g, h]) = (pair(0), pair(1), pair(2), pair(3));
             let west = transposed_bytes([a, b, c, d, e, f, g, h]);
             let ([a, b], [c, d], [e, f], [g, h]) = (pair(4), pair(5), pair(6), pair(7));
@@ -60,6 +69,19 @@ pub(super) trait ParityPlane<const N: usize>: BitOps {
                 *line = (u128::from(west) | u128::from(east) << 64).to_le_bytes();
             }
         }
+    }
+}
+
+/// An array of words.
+pub(super) trait Words: Copy + AsRef<[u64]> + AsMut<[u64]> {
+    /// Creates an array that holds the same word everywhere.
+    fn repeat(word: u64) -> Self;
+}
+
+impl<const N: usize> Words for [u64; N] {
+    #[inline(always)]
+    fn repeat(word: u64) -> Self {
+        [word; N]
     }
 }
 
@@ -112,16 +134,11 @@ pub(super) trait BitOps: Copy {
     }
 }
 
-/// Returns the number of bits per row in a plane of `words` words.
-pub(super) const fn row_bits(words: usize) -> u32 {
-    if words == 2 { 8 } else { 16 }
-}
-
 /// Returns the words of each plane.
 #[inline(always)]
-pub(super) fn to_words<const N: usize, H: ParityPlane<N>>(planes: &[H; 8]) -> [[u64; N]; 8] {
+pub(super) fn to_words<H: ParityPlane>(planes: &[H; 8]) -> [H::Words; 8] {
     // `map` of arrays and `zip` are not always inlined.
-    let mut words = [[0; N]; 8];
+    let mut words = [H::Words::repeat(0); 8];
     for (i, plane) in planes.iter().enumerate() {
         words[i] = plane.to_words();
     }
@@ -130,11 +147,11 @@ pub(super) fn to_words<const N: usize, H: ParityPlane<N>>(planes: &[H; 8]) -> [[
 
 /// Moves bit i of byte j of plane k to bit k of byte j of plane i.
 #[inline(always)]
-fn transpose_bits<const N: usize, H: ParityPlane<N>>(planes: &mut [H; 8]) {
+fn transpose_bits<H: ParityPlane>(planes: &mut [H; 8]) {
     macro_rules! swap {
         ($bits:literal, $mask:literal, $($low:literal $high:literal),*) => { $(
-            let differing =
-                planes[$low].down::<$bits>().xor(planes[$high]).and(H::from_words([$mask; N]));
+            let mask = H::from_words(H::Words::repeat($mask));
+            let differing = planes[$low].down::<$bits>().xor(planes[$high]).and(mask);
             planes[$high] = planes[$high].xor(differing);
             planes[$low] = planes[$low].xor(differing.up::<$bits>());
         )* };

@@ -1,15 +1,17 @@
 //! Floods without vector instructions.
 
-use super::plane::{BitOps, ParityPlane, row_bits};
+use super::plane::{BitOps, ParityPlane};
 
-impl<const N: usize> ParityPlane<N> for [u64; N] {
+impl<const N: usize> ParityPlane for [u64; N] {
+    type Words = Self;
+
     #[inline(always)]
-    fn from_words(words: [u64; N]) -> Self {
+    fn from_words(words: Self) -> Self {
         words
     }
 
     #[inline(always)]
-    fn to_words(self) -> [u64; N] {
+    fn to_words(self) -> Self {
         self
     }
 }
@@ -50,7 +52,7 @@ impl<const N: usize> BitOps for [u64; N] {
 
     #[inline(always)]
     fn north(self) -> Self {
-        let row = row_bits(N);
+        let row = Self::ROW_BITS;
         let mut moved = [0; N];
         for (i, moved) in moved.iter_mut().enumerate() {
             *moved = self[i] << row | if i > 0 { self[i - 1] >> (64 - row) } else { 0 };
@@ -60,7 +62,7 @@ impl<const N: usize> BitOps for [u64; N] {
 
     #[inline(always)]
     fn south(self) -> Self {
-        let row = row_bits(N);
+        let row = Self::ROW_BITS;
         let mut moved = [0; N];
         for (i, moved) in moved.iter_mut().enumerate() {
             *moved = self[i] >> row | if i + 1 < N { self[i + 1] << (64 - row) } else { 0 };

@@ -6,7 +6,6 @@ use super::plane::ParityPlane;
 pub(super) trait Task {
     type Output;
 
-    /// Runs the task on planes of `N` words. `N` is 2 in mazes of up to 16×16 cells and 8 in larger
-    /// mazes.
-    fn run<const N: usize, H: ParityPlane<N>>(self) -> Self::Output;
+    /// Runs the task on planes of the type that suits the size of the maze.
+    fn run<H: ParityPlane>(self) -> Self::Output;
 }

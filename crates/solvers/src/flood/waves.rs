@@ -66,8 +66,8 @@ pub(super) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> F
     // Waves begin at targets with an open neighbour. If all of these have the same colour, each
     // wave contains cells of only one colour.
     let edge = CellPlanes {
-        dark: board.into_dark.from(unvisited.light, targets.dark),
-        light: board.into_light.from(unvisited.dark, targets.light),
+        dark: board.dark.from(unvisited.light, targets.dark),
+        light: board.light.from(unvisited.dark, targets.light),
     };
     let is_dark = edge.light.is_empty();
     if !is_dark && !edge.dark.is_empty() {
@@ -75,8 +75,7 @@ pub(super) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> F
     }
     // Indexed instead of branched, because the colour is unpredictable.
     let (near, far) = (usize::from(!is_dark), usize::from(is_dark));
-    let (into, unvisited) =
-        ([board.into_dark, board.into_light], [unvisited.dark, unvisited.light]);
+    let (into, unvisited) = ([board.dark, board.light], [unvisited.dark, unvisited.light]);
     let edge = [edge.dark, edge.light][near];
     let [near, far] =
         waves_of_one_colour([&into[far], &into[near]], edge, [unvisited[near], unvisited[far]]);
@@ -127,8 +126,8 @@ fn waves_of_both_colours<B: BitOps>(
             dark.add(count, unvisited.dark);
             light.add(count, unvisited.light);
             wave = CellPlanes {
-                dark: board.into_dark.from(wave.light, unvisited.dark),
-                light: board.into_light.from(wave.dark, unvisited.light),
+                dark: board.dark.from(wave.light, unvisited.dark),
+                light: board.light.from(wave.dark, unvisited.light),
             };
             unvisited.dark = unvisited.dark.without(wave.dark);
             unvisited.light = unvisited.light.without(wave.light);
@@ -142,14 +141,11 @@ fn waves_of_both_colours<B: BitOps>(
     Flooded { near, far, near_is_dark: true }
 }
 
-impl<B: BitOps> Flooded<B> {
+impl<B: ParityPlane> Flooded<B> {
     /// Converts a plane of each colour to the bits of even columns and of odd columns.
     #[inline(always)]
-    pub(super) fn columns<const N: usize>(&self, plane: impl Fn(&Marks<B>) -> B) -> [B; 2]
-    where
-        B: ParityPlane<N>,
-    {
-        let even = B::from_words(even_rows());
+    pub(super) fn columns(&self, plane: impl Fn(&Marks<B>) -> B) -> [B; 2] {
+        let even: B = even_rows();
         let odd = B::ALL.without(even);
         let (near, far) = (plane(&self.near), plane(&self.far));
         let swapped = near.xor(far).and(if self.near_is_dark { odd } else { even });

@@ -17,25 +17,15 @@ use core::mem::transmute;
 use super::plane::{BitOps, Line, ParityPlane};
 use super::task::Task;
 
-/// A vector of 128 bits.
+/// A plane of 128 bits per vector: one vector in mazes of up to 16×16 cells, otherwise four.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-pub(super) struct Sse2(pub(super) __m128i);
-
-/// Four vectors of 128 bits.
-#[derive(Clone, Copy)]
-#[repr(transparent)]
-pub(super) struct Sse2Large([__m128i; 4]);
+pub(super) struct Sse2<const VECTORS: usize>(pub(super) [__m128i; VECTORS]);
 
 /// Runs a task on SSE2 planes, for which the compiler selects AVX2 instructions.
 #[target_feature(enable = "avx2,bmi1,popcnt")]
-pub(super) unsafe fn small_avx2<T: Task>(task: T) -> T::Output {
-    task.run::<2, Sse2>()
-}
-
-#[target_feature(enable = "avx2,bmi1,popcnt")]
-pub(super) unsafe fn large_avx2<T: Task>(task: T) -> T::Output {
-    task.run::<8, Sse2Large>()
+pub(super) unsafe fn run_avx2<H: ParityPlane, T: Task>(task: T) -> T::Output {
+    task.run::<H>()
 }
 
 /// Calls an intrinsic. The safety rules are at the top of this file.
@@ -47,36 +37,43 @@ macro_rules! simd {
 #[cfg(feature = "avx512")]
 pub(super) use simd;
 
-impl ParityPlane<2> for Sse2 {
-    #[inline(always)]
-    fn from_words(words: [u64; 2]) -> Self {
-        Self(simd!(transmute::<[u64; 2], __m128i>(words)))
-    }
+macro_rules! parity_plane {
+    ($words:literal, $vectors:literal) => {
+        impl ParityPlane for Sse2<$vectors> {
+            type Words = [u64; $words];
 
-    #[inline(always)]
-    fn to_words(self) -> [u64; 2] {
-        simd!(transmute::<__m128i, [u64; 2]>(self.0))
-    }
+            #[inline(always)]
+            fn from_words(words: Self::Words) -> Self {
+                Self(simd!(transmute::<Self::Words, [__m128i; $vectors]>(words)))
+            }
 
-    #[inline(always)]
-    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
-        let parts = |planes| simd!(transmute::<[Self; 8], [[__m128i; 1]; 8]>(planes));
-        interleave(&parts(*even), &parts(*odd), lines);
-    }
+            #[inline(always)]
+            fn to_words(self) -> Self::Words {
+                simd!(transmute::<[__m128i; $vectors], Self::Words>(self.0))
+            }
+
+            #[inline(always)]
+            fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
+                interleave(even, odd, lines);
+            }
+        }
+    };
 }
+parity_plane!(2, 1);
+parity_plane!(8, 4);
 
 /// Does the same as [`ParityPlane::interleave`], 16 lines at a time.
 #[inline(always)]
-fn interleave<const PARTS: usize>(
-    even: &[[__m128i; PARTS]; 8],
-    odd: &[[__m128i; PARTS]; 8],
+fn interleave<const VECTORS: usize>(
+    even: &[Sse2<VECTORS>; 8],
+    odd: &[Sse2<VECTORS>; 8],
     lines: &mut [[Line; 8]],
 ) {
-    for (part, lines) in lines.chunks_exact_mut(2).enumerate() {
-        let mut pairs = [[Sse2::NONE.0; 8]; 2];
+    for (vector, lines) in lines.chunks_exact_mut(2).enumerate() {
+        let mut pairs = [[NONE; 8]; 2];
         for (i, (even, odd)) in even.iter().zip(odd).enumerate() {
-            pairs[0][i] = simd!(_mm_unpacklo_epi8(even[part], odd[part]));
-            pairs[1][i] = simd!(_mm_unpackhi_epi8(even[part], odd[part]));
+            pairs[0][i] = simd!(_mm_unpacklo_epi8(even.0[vector], odd.0[vector]));
+            pairs[1][i] = simd!(_mm_unpackhi_epi8(even.0[vector], odd.0[vector]));
         }
         for (lines, pairs) in lines.iter_mut().zip(pairs) {
             *lines = simd!(transmute::<[__m128i; 8], [Line; 8]>(transposed_pairs(pairs)));
@@ -101,76 +98,10 @@ fn transposed_pairs([a, b, c, d, e, f, g, h]: [__m128i; 8]) -> [__m128i; 8] {
     [a, b, c, d, e, f, g, h]
 }
 
-impl BitOps for Sse2 {
-    const NONE: Self = Self(simd!(transmute::<[u64; 2], __m128i>([0; 2])));
-    const ALL: Self = Self(simd!(transmute::<[u64; 2], __m128i>([u64::MAX; 2])));
+const NONE: __m128i = simd!(transmute::<[u64; 2], __m128i>([0; 2]));
+const ALL: __m128i = simd!(transmute::<[u64; 2], __m128i>([u64::MAX; 2]));
 
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        Self(simd!(_mm_and_si128(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn or(self, other: Self) -> Self {
-        Self(simd!(_mm_or_si128(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn xor(self, other: Self) -> Self {
-        Self(simd!(_mm_xor_si128(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn without(self, other: Self) -> Self {
-        Self(simd!(_mm_andnot_si128(other.0, self.0)))
-    }
-
-    #[inline(always)]
-    fn up<const BITS: i32>(self) -> Self {
-        Self(simd!(_mm_slli_epi64::<BITS>(self.0)))
-    }
-
-    #[inline(always)]
-    fn down<const BITS: i32>(self) -> Self {
-        Self(simd!(_mm_srli_epi64::<BITS>(self.0)))
-    }
-
-    #[inline(always)]
-    fn north(self) -> Self {
-        Self(simd!(_mm_slli_si128::<1>(self.0)))
-    }
-
-    #[inline(always)]
-    fn south(self) -> Self {
-        Self(simd!(_mm_srli_si128::<1>(self.0)))
-    }
-
-    #[inline(always)]
-    fn is_empty(self) -> bool {
-        let bytes = simd!(_mm_cmpeq_epi8(self.0, _mm_setzero_si128()));
-        simd!(_mm_movemask_epi8(bytes)) == 0xffff
-    }
-}
-
-impl ParityPlane<8> for Sse2Large {
-    #[inline(always)]
-    fn from_words(words: [u64; 8]) -> Self {
-        Self(simd!(transmute::<[u64; 8], [__m128i; 4]>(words)))
-    }
-
-    #[inline(always)]
-    fn to_words(self) -> [u64; 8] {
-        simd!(transmute::<[__m128i; 4], [u64; 8]>(self.0))
-    }
-
-    #[inline(always)]
-    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
-        let parts = |planes| simd!(transmute::<[Self; 8], [[__m128i; 4]; 8]>(planes));
-        interleave(&parts(*even), &parts(*odd), lines);
-    }
-}
-
-impl Sse2Large {
+impl<const VECTORS: usize> Sse2<VECTORS> {
     #[inline(always)]
     fn zip(mut self, other: Self, both: impl Fn(__m128i, __m128i) -> __m128i) -> Self {
         for (one, other) in self.0.iter_mut().zip(other.0) {
@@ -180,9 +111,9 @@ impl Sse2Large {
     }
 }
 
-impl BitOps for Sse2Large {
-    const NONE: Self = Self([Sse2::NONE.0; 4]);
-    const ALL: Self = Self([Sse2::ALL.0; 4]);
+impl<const VECTORS: usize> BitOps for Sse2<VECTORS> {
+    const NONE: Self = Self([NONE; VECTORS]);
+    const ALL: Self = Self([ALL; VECTORS]);
 
     #[inline(always)]
     fn and(self, other: Self) -> Self {
@@ -215,26 +146,39 @@ impl BitOps for Sse2Large {
     }
 
     #[inline(always)]
-    fn north(self) -> Self {
-        let [a, b, c, _] = self.0;
-        let from_south = Self([Sse2::NONE.0, a, b, c]);
-        self.zip(from_south, |row, south| {
-            simd!(_mm_or_si128(_mm_slli_si128::<2>(row), _mm_srli_si128::<14>(south)))
-        })
+    fn north(mut self) -> Self {
+        let mut from_south = NONE;
+        for vector in &mut self.0 {
+            let (row, rows) = (simd!(_mm_srli_si128::<14>(*vector)), *vector);
+            *vector = if VECTORS == 1 {
+                simd!(_mm_slli_si128::<1>(rows))
+            } else {
+                simd!(_mm_or_si128(_mm_slli_si128::<2>(rows), from_south))
+            };
+            from_south = row;
+        }
+        self
     }
 
     #[inline(always)]
-    fn south(self) -> Self {
-        let [_, b, c, d] = self.0;
-        let from_north = Self([b, c, d, Sse2::NONE.0]);
-        self.zip(from_north, |row, north| {
-            simd!(_mm_or_si128(_mm_srli_si128::<2>(row), _mm_slli_si128::<14>(north)))
-        })
+    fn south(mut self) -> Self {
+        let mut from_north = NONE;
+        for vector in self.0.iter_mut().rev() {
+            let (row, rows) = (simd!(_mm_slli_si128::<14>(*vector)), *vector);
+            *vector = if VECTORS == 1 {
+                simd!(_mm_srli_si128::<1>(rows))
+            } else {
+                simd!(_mm_or_si128(_mm_srli_si128::<2>(rows), from_north))
+            };
+            from_north = row;
+        }
+        self
     }
 
     #[inline(always)]
     fn is_empty(self) -> bool {
-        let [a, b, c, d] = self.0.map(Sse2);
-        a.or(b).or(c.or(d)).is_empty()
+        let all = self.0.into_iter().fold(NONE, |all, vector| simd!(_mm_or_si128(all, vector)));
+        let bytes = simd!(_mm_cmpeq_epi8(all, NONE));
+        simd!(_mm_movemask_epi8(bytes)) == 0xffff
     }
 }
