@@ -12,8 +12,8 @@ use mmsim_client::{Zmq, search_run};
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_solvers::{Mouse, Move, SearchError, Strategy, open_steps};
 
-/// Goes to the least visited neighbour. On a tie, it chooses the neighbour nearest to the goal,
-/// ignoring walls.
+/// Goes to the least visited neighbour. If several neighbours qualify, the strategy chooses the
+/// neighbour nearest to the goal, ignoring walls.
 #[derive(Default)]
 struct Explorer {
     visits: [[u16; 32]; 32],

@@ -198,12 +198,7 @@ impl<'a> Observed<'a> {
                 let Reply::Info(json) = reply else {
                     panic!("unexpected reply to info: {reply:?}")
                 };
-<<<<<<< HEAD
                 let info: Info = serde_json::from_str(json).expect("the info is JSON");
-                let name = &simulation.info().name;
-=======
-                let info: Info = serde_json::from_str(json).expect("info as JSON");
->>>>>>> h6
                 let expected =
                     Info::new("fuzz", maze.size(), maze.start(), maze.goals(), states.len());
                 assert_eq!(info, expected);

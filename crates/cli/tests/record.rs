@@ -224,7 +224,7 @@ fn truncated_recordings_show_their_intact_states() {
     for (name, content, found) in [
         ("empty.mcap", &b""[..], "found the end of the file at byte 0"),
         ("head.mcap", &bytes[..40], "found the end of the file at byte 40"),
-        ("text.mcap", b"o---o---o", "found something else at byte 0"),
+        ("text.mcap", b"o---o---o", "found other data at byte 0"),
     ] {
         home.write(name, content);
         let ended = home.run(&["replay", name]);

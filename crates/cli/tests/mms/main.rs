@@ -240,7 +240,7 @@ fn incomplete_lines_are_reported() {
         mouse.replace("ask('')", "sys.stdout.flush()\nsys.stdin.readline(), sys.stdin.readline()");
     let Some(command) = command(&home, &QUIET, &mouse) else { return };
     let mut hanging = Serving::start(command, "mms: line 2: ");
-    let expected = "mms: line 2: no newline yet after \"mazeWidth\"\n";
+    let expected = "mms: line 2: waiting for a newline after \"mazeWidth\"\n";
     assert!(hanging.messages.ends_with(expected), "{}", hanging.messages);
     hanging.kill();
     hanging.wait();
