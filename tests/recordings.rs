@@ -12,11 +12,11 @@ use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_tests::bundled_mazes;
 
-/// The maximum size of a file in bytes per state.
+/// The maximum mean number of bytes that a recording may take per state.
 const MAX_STATE_BYTES: usize = 40;
 
-/// The minimum number of states for which the size is checked. In shorter recordings, the maze and
-/// the summary take most of the space.
+/// The minimum number of states of a recording for its size to be checked. In shorter recordings,
+/// the maze and the summary take most of the space.
 const MIN_STATES: usize = 170;
 
 #[test]

@@ -1,4 +1,5 @@
-//! Helpers for integration tests: shared mazes and transcripts, and a running server.
+//! Helpers for integration tests, which find shared mazes and transcripts, run servers, and wait
+//! with a timeout.
 #![forbid(unsafe_code)]
 
 mod malformed;
@@ -36,7 +37,7 @@ pub fn bundled_mazes() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../mazes")
 }
 
-/// Reads a file with a JSON value on each line.
+/// Reads a file that contains one JSON value per line.
 ///
 /// # Panics
 /// Panics if the file cannot be read or parsed.
