@@ -17,14 +17,14 @@ use mmsim_benches::{bundled_maze, median, serve};
 /// The numbers of simultaneous clients to measure.
 const CLIENTS: [usize; 3] = [1, 2, 10];
 
-/// In each round, both servers are measured.
+/// The number of rounds. Each round measures both servers.
 const ROUNDS: usize = 15;
 /// The total number of requests that the clients send to each server in a round.
 const REQUESTS: usize = 6000;
 
 /// The ZMTP 3.1 greeting without the trailing zeros.
 const GREETING: &[u8] = b"\xff\0\0\0\0\0\0\0\0\x7f\x03\x01NULL";
-/// The length of the greeting with the trailing zeros.
+/// The length in bytes of the greeting with the trailing zeros.
 const GREETING_BYTES: usize = 64;
 
 /// The READY command of a REQ socket.

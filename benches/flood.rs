@@ -272,7 +272,7 @@ fn sum_of_cells(distances: &Distances, size: MazeSize) -> u32 {
     sum
 }
 
-/// Returns benchmark rows that flood a maze, most of which also read all distances.
+/// Returns benchmark rows that flood a maze and, except for the first row, read all distances.
 fn floods_and_reads() -> [Row<'static, Prepared>; 4] {
     let flood = |maze: &Maze| Distances::flood(maze.walls(), maze.goals());
     [

@@ -157,7 +157,7 @@ impl<'a, T> Row<'a, T> {
     }
 }
 
-/// In each round, every row is measured.
+/// The number of rounds. Each round measures every row.
 const ROUNDS: usize = 51;
 /// The number of inputs for each row in a round.
 const INPUTS: u32 = 1000;

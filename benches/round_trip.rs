@@ -13,7 +13,7 @@ use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Server, Simulation};
 
-/// In each round, both servers are measured.
+/// The number of rounds. Each round measures both servers.
 const ROUNDS: usize = 15;
 /// The number of round trips to each server in a round.
 const TRIPS: u32 = 4000;
@@ -45,8 +45,8 @@ fn connect(address: &str) -> zmq::Socket {
     socket
 }
 
-/// Starts a bare REP socket that always sends the same reply and stops at an empty message. Returns
-/// a REQ socket that is connected to the REP socket.
+/// Starts a bare REP socket that always sends the same reply, and exits when it receives an empty
+/// message. Returns a REQ socket that is connected to the REP socket.
 fn connect_to_bare_rep(reply: &'static [u8]) -> zmq::Socket {
     let socket = zmq::Context::new().socket(zmq::REP).unwrap();
     socket.bind("tcp://127.0.0.1:*").unwrap();

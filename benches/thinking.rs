@@ -1,6 +1,6 @@
 //! Measures the time of a request and the processor time of the server. Before each request, the
-//! clients wait, as real mice do while they compute. For comparison, the same run measures a bare
-//! REP socket of libzmq.
+//! clients keep the processor busy for a while, like real mice that compute their next step. For
+//! comparison, the same run measures a bare REP socket of libzmq.
 //!
 //! The two servers are measured alternately in each round. Each row of the output shows the median
 //! and the slowest round. On Linux, run the command with `taskset -c 0` to measure on a single
@@ -14,7 +14,7 @@ use mmsim_benches::{bundled_maze, median};
 use mmsim_server::{Server, Simulation, StopHandle};
 use rustix::time::{ClockId, clock_gettime};
 
-/// The waiting times before each request, in microseconds.
+/// The times for which the clients are busy before each request, in microseconds.
 const THINKING_US: [u64; 6] = [0, 5, 20, 60, 100, 200];
 
 const ROUNDS: usize = 5;
@@ -62,8 +62,8 @@ impl TimedServer {
         Self { address, stop, thread }
     }
 
-    /// Starts a bare REP socket that stops at an empty message. The processor time of libzmq's I/O
-    /// thread is not included.
+    /// Starts a bare REP socket that exits when it receives an empty message. The processor time of
+    /// libzmq's I/O thread is not included.
     fn libzmq() -> Self {
         let socket = zmq::Context::new().socket(zmq::REP).unwrap();
         socket.bind("tcp://127.0.0.1:*").unwrap();

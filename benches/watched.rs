@@ -16,9 +16,9 @@ use mmsim_server::{Server, Simulation};
 use mmsim_viewer::{Viewer, ViewerConfig};
 use serde_json::Value;
 
-/// The number of rounds. Each round is measured both without and with a load.
+/// The number of rounds. Each round is one measurement without a load and one with a load.
 const ROUNDS: usize = 61;
-/// The number of round trips in each half of a round.
+/// The number of round trips in each measurement.
 const TRIPS: usize = 2_000;
 
 /// The time between two frames of a page.

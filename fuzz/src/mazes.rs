@@ -56,8 +56,8 @@ fn check_maze(maze: &Maze) {
 }
 
 /// Checks that the error message is a single line and that its location is inside the file or just
-/// after the end. In formats that draw the maze, every line counts as long as the longest line,
-/// because trailing blanks may be missing.
+/// after the end. In formats that draw the maze, columns up to the end of the longest line are
+/// allowed in every line, because trailing blanks may be missing.
 fn check_error(format: Format, error: &ParseError, text: &str) {
     assert!(!error.to_string().contains(char::is_control), "not a single line: {error:?}");
     let (line, column) = match error.location {

@@ -30,8 +30,8 @@ pub const CUT: [u8; 2] = [0xa5, 0x5a];
 /// array. If the length of the array is added to the index, the history is limited.
 pub const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
 
-/// The size in bytes of a limited history. It has space for one state of the largest maze or for
-/// several blocks of states of the smallest maze.
+/// The size in bytes of a limited history. This size is enough for one state of the largest maze or
+/// for several blocks of states of the smallest maze.
 const LIMIT: usize = 4096;
 
 /// The maximum number of requests in one input. This number is enough to fill several blocks of the
@@ -245,7 +245,8 @@ fn check_state(simulation: &Simulation, states: &[Vec<u8>], index: usize) {
     assert_eq!(kept.as_deref(), states.get(index).map(Vec::as_slice), "state {index}");
 }
 
-/// Counts requests, and prints their number after every [`PRINT_INTERVAL`].
+/// Adds to the total number of requests, and prints the total after every [`PRINT_INTERVAL`]
+/// requests.
 fn count_requests(count: usize) {
     let before = REQUESTS.fetch_add(count as u64, Ordering::Relaxed);
     let after = before + count as u64;

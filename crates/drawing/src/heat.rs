@@ -1,11 +1,10 @@
 //! Heat map colours for weights.
 //!
 //! A colour ramp is a sequence of colours from cool to warm. It follows straight line segments in
-//! the colour space `OKLab` (<https://bottosson.github.io/posts/oklab/>). All colours of the ramp
-//! are equally far from the next colour, so equal differences in weight look equal. The lightness
+//! the colour space `OKLab` (<https://bottosson.github.io/posts/oklab/>). Neighbouring colours of
+//! the ramp are equally far apart, so equal differences in weight look equal. The lightness
 //! decreases steadily (in the dark theme, it increases), so colour-blind users can read the ramp.
-//! The range of lightness is limited to keep the numbers legible that are drawn on top of the
-//! colours.
+//! The range of lightness is limited, so that numbers drawn on top of the colours are legible.
 
 use crate::theme::Theme;
 

@@ -11,8 +11,8 @@ use crate::theme::Theme;
 /// {"advance": 5, "digits": ["m…", … 10], "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
 /// ```
 ///
-/// The path of a number is the concatenation of its digits: `M{x} 0`, followed by the path of the
-/// digit. For digit i of n, counted from 0, x is (i − n/2) · advance, rounded to two decimals (see
+/// To draw a number, concatenate for each digit `M{x} 0` and the path of the digit. For digit i of
+/// n, counted from 0, x is (i − n/2) · advance, rounded to two decimals (see
 /// [`digits`](crate::digits)). The colour of a weight w has the index round(63 · w / max(1, the
 /// largest weight)).
 ///

@@ -40,7 +40,7 @@ pub enum PictureError {
     OtherFrame {
         /// The size of the maze in the first frame.
         expected: MazeSize,
-        /// The size of the maze in the other frame.
+        /// The size of the maze in the new frame.
         found: MazeSize,
     },
 }

@@ -379,7 +379,7 @@ mod tests {
         assert_eq!(svg.matches(") scale(0.75)\"").count(), 4);
     }
 
-    /// Returns each wall of a drawing and its classes.
+    /// Returns the walls of a drawing, each with its classes.
     fn walls_of(svg: &str) -> Vec<(String, String)> {
         let attribute = |line: &str, name: &str| {
             let (_, rest) = line.split_once(&format!(" {name}=\"")).unwrap();

@@ -196,8 +196,8 @@ impl RaceBounds {
     }
 
     /// Returns the nearest cell at the edge of the explored area through which a race of fewer than
-    /// `upper` steps may be possible. If there is no such cell, returns the nearest cell for
-    /// exactly `upper` steps.
+    /// `upper` steps may be possible. If there is no such cell, returns the nearest cell through
+    /// which a race of exactly `upper` steps may be possible.
     fn nearest_improving(&self, map: &KnownMaze, upper: u16) -> Option<Cell> {
         let from_start = RaceSteps::flood_from(map.walls(Unknown::Open), map.start().cell);
         let key = |cell| {

@@ -91,8 +91,8 @@ impl Swing {
         Self::with_cost(PathCost::Cells, unexplored, variant, key_points)
     }
 
-    /// Creates the improved robot that the published report suggests. It minimizes the number of
-    /// time steps in a path; a straight move of up to 3 cells takes one time step.
+    /// Creates the improved robot that the published report suggests. The improved robot minimizes
+    /// the number of time steps in a path. A straight move of up to 3 cells takes one time step.
     pub fn timed(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
         Self::with_cost(PathCost::TimeSteps, unexplored, variant, key_points)
     }
@@ -147,8 +147,8 @@ impl Swing {
         self.follow()
     }
 
-    /// Returns a plan. If path costs are in cells, the plan is a shortest path to `cell`; if they
-    /// are in time steps, it is a fastest path to any cell of `targets`.
+    /// Returns a plan. If path costs are in cells, the plan is a shortest path to `cell`. If path
+    /// costs are in time steps, the plan is a fastest path to any cell of `targets`.
     fn plan(&self, walls: &Walls, cell: Cell, targets: CellSet) -> Option<SwingPlan> {
         let path = match self.cost {
             PathCost::Cells => PlannedPath::Cells(

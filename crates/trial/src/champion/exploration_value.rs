@@ -14,7 +14,7 @@ pub(super) struct ExplorationValue {
     /// The known walls at the time when the samples were drawn, first with all unknown walls open
     /// and then with all unknown walls closed.
     known: [Walls; 2],
-    /// The number of samples since the known walls last changed.
+    /// The number of samples drawn since the known walls last changed.
     count: usize,
     /// The unknown stretches of the fastest races, one for each sample with a race that is faster
     /// than the fastest known race.
@@ -24,7 +24,7 @@ pub(super) struct ExplorationValue {
 /// When this number of samples is reached, no more are drawn until the known walls change.
 const MAX_SAMPLES: usize = 1024;
 
-/// A group of unknown stretches whose nearer end, as seen from the robot, is the same cell.
+/// A group of unknown stretches that have the same end cell nearer to the robot.
 struct Candidate {
     /// The nearer end of all stretches in the group.
     end: Cell,
@@ -42,7 +42,8 @@ impl ExplorationValue {
         Self { samples, known: known(map), count: 0, stretches: Vec::new() }
     }
 
-    /// Adds samples. Discards earlier samples if the known walls have changed since.
+    /// Adds samples. If the known walls have changed since the last call, discards the earlier
+    /// samples.
     fn add_samples(&mut self, map: &KnownMaze, prior: &WallPrior, upper: u16) {
         let known = known(map);
         if self.known != known {

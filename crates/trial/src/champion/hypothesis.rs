@@ -15,8 +15,8 @@ pub(super) const MAX_HYPOTHESES: usize = 8;
 /// open.
 ///
 /// A reading is the number of open cells up to the next wall. The probability of a reading follows
-/// from the probabilities of the walls in its direction and from the sensor noise. Each reading
-/// updates these wall probabilities by Bayes' rule.
+/// from the probabilities of the walls in front of the sensor and from the sensor noise. Each
+/// reading updates these wall probabilities by Bayes' rule.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
     /// The pose, and the walls as a map in which each wall is present, absent or unknown.
@@ -35,12 +35,12 @@ pub(super) struct Hypothesis {
 
 /// A side counts as open or as closed if the probability of this state is at least this value.
 const CERTAIN: f32 = 0.9;
-/// With noisy sensors, the maximum probability that a side is open, and also that a side is closed.
-/// The value is below 1 so that later readings can still change the probability.
+/// With noisy sensors, the maximum probability of either state of a side, open or closed. The value
+/// is below 1 so that later readings can still change the probability.
 const MAX_PROBABILITY: f32 = 0.999;
-/// The minimum likelihood of a sensor reading with unknown walls in its direction. Without this
-/// limit, long corridors would be considered too unlikely, because the walls are treated as
-/// independent.
+/// The minimum likelihood of a sensor reading if any wall up to the measured distance is unknown.
+/// Without this limit, long corridors would be considered too unlikely, because the walls are
+/// treated as independent.
 const MIN_UNKNOWN_LIKELIHOOD: f64 = 0.05;
 
 impl Hypothesis {

@@ -21,9 +21,9 @@ use super::maze_batch::{MazeBatch, WallSite};
 ///        o---7---o
 /// ```
 ///
-/// The prior captures typical properties of contest mazes. For example, each post has a wall, and
-/// corridors are more frequent than open areas and crossings. In statistical terms, the prior is a
-/// Markov random field over the walls, fitted by pseudo-likelihood (Besag, 1975).
+/// The prior captures typical properties of contest mazes. For example, each post has a wall,
+/// crossings are rare, and corridors are more frequent than open areas. In statistical terms, the
+/// prior is a Markov random field over the walls, fitted by pseudo-likelihood (Besag, 1975).
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct WallPrior {
     /// The probabilities in units of 1/256. Bit i - 1 of the index is set if the site with the
@@ -66,7 +66,7 @@ impl WallPrior {
     }
 }
 
-/// Returns the index of the given neighbouring walls, and their indices after mirroring them
+/// Returns the index of some neighbouring walls, and the indices after mirroring these walls
 /// horizontally, vertically and both ways.
 fn mirrored(neighbours: usize) -> [usize; 4] {
     let permuted =
