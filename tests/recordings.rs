@@ -33,7 +33,7 @@ fn a_recorded_search_takes_at_most_forty_bytes_per_state() {
                 searches += 1;
                 assert!(bytes <= MAX_STATE_BYTES * states, "{path:?}: {states} in {bytes} bytes");
             }
-            // Endless searches are excluded, because they compress too well.
+            // Searches that never end are excluded, because their states compress unusually well.
             if states < MAX_STATES {
                 (all_states, all_bytes) = (all_states + states, all_bytes + bytes);
             }

@@ -136,7 +136,7 @@ fn swing_reaches_every_goal_of_the_shared_mazes() {
 }
 
 #[test]
-fn shortest_path_search_proves_the_shortest_paths_of_the_shared_mazes() {
+fn shortest_path_search_proves_that_paths_in_the_shared_mazes_are_shortest() {
     let Some(folder) = shared("mazes") else { return };
     let facts: HashMap<String, Facts> =
         serde_json::from_str(&fs::read_to_string(folder.join("facts.json")).unwrap()).unwrap();

@@ -186,7 +186,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(24))]
         /// Compares the canvas with a naive implementation that redraws the whole scene.
         #[test]
-        fn a_picture_is_the_same_as_if_all_of_it_were_drawn(
+        fn partial_updates_match_a_full_redraw(
             (width, height) in (1usize..=8, 1usize..=8),
             width_px in 16u32..400,
             changes in prop::collection::vec(change(), 1..6),

@@ -34,7 +34,7 @@ impl Palette {
     /// everything that a scene can contain, so the palette suits all frames of the animation.
     pub(crate) fn like(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
         let size = MazeSize::CLASSIC;
-        // The scale of the scene, within limits for the size of the sheet.
+        // Draw the sample at the scale of the scene, but limit its size.
         let side_px = (width_px * units(size).0 / units(scene.size).0).clamp(64, 768);
         let sheet = Sheet::new(size);
         let mut areas = BTreeMap::new();

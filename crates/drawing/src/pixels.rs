@@ -167,7 +167,10 @@ mod tests {
             assert_eq!(at(&scene, 10, 30), colours.start.0, "{theme:?}");
             assert_eq!(at(&scene, 30, 10), colours.goal.0, "{theme:?}");
             let pale = at(&scene, 30, 20);
-            assert!(pale != colours.wall && pale != colours.floor, "{theme:?}: the mouse's secret");
+            assert!(
+                pale != colours.wall && pale != colours.floor,
+                "{theme:?}: unknown to the mouse"
+            );
             assert_eq!(at(&Scene::from_maze(&maze).with_theme(theme), 30, 20), colours.wall);
             let heat = scene.with_weights(|cell| cell.x + cell.y).with_layers(Layers {
                 numbers: false,
@@ -220,7 +223,7 @@ mod tests {
         assert_eq!(scene.png(15).unwrap_err(), PictureError::Size { width: 15, height: 403 });
         assert!(scene.png(u32::MAX).is_err());
         assert_eq!(scene.width_within(640), 23);
-        assert_eq!(scene.width_within(u32::MAX), 152, "as high as can be");
+        assert_eq!(scene.width_within(u32::MAX), 152, "the maximum height");
         assert!(scene.png(scene.width_within(u32::MAX)).is_ok());
     }
 }

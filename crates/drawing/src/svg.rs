@@ -391,7 +391,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn each_wall_has_the_classes_of_the_rule(
+        fn walls_have_the_expected_classes(
             (width, height) in (1usize..=9, 1usize..=9),
             stands in prop::collection::vec(any::<bool>(), 2 * 81),
             believed in prop::collection::vec(0u8..3, 2 * 81),

@@ -36,7 +36,7 @@ struct Candidate {
 
 impl ExplorationValue {
     pub(super) fn new(map: &KnownMaze, prior: &WallPrior, seed: u64) -> Self {
-        // Samples of larger mazes take longer.
+        // Sampling larger mazes takes longer, so draw fewer samples.
         let (len, sweeps) = if map.size().area() > 256 { (32, 4) } else { (128, 8) };
         let samples = MazeSamples::new(map, prior, len, sweeps, seed);
         Self { samples, known: known(map), count: 0, stretches: Vec::new() }
