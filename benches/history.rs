@@ -22,9 +22,9 @@ fn hash(state: &[u8]) -> u64 {
     hasher.finish()
 }
 
-/// Runs searches until `count` different states have occurred. Returns one flag per state, which is
-/// true if the state had not occurred before, and the hashes of the different states. The flags
-/// allow a later run to skip duplicates without a hash set.
+/// Runs searches until `count` different states have occurred. Returns a flag for each state of the
+/// searches and the hashes of the different states. A flag is true if its state had not occurred
+/// before. The flags allow a later run to skip duplicates without a hash set.
 fn new_states(mazes: &[Maze], count: usize) -> (Vec<bool>, Vec<u64>) {
     let (mut seen, mut is_new, mut hashes) = (HashSet::new(), Vec::new(), Vec::new());
     let mut searches = Searches::new(mazes);

@@ -17,7 +17,7 @@ use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 /// circles forever.
 const MAX_STATES: u32 = 400;
 
-/// Reads the classic mazes for the benchmarks: the bundled mazes and, if it is available, the
+/// Reads the classic mazes for the benchmarks from the bundled mazes and, if available, from the
 /// shared collection.
 ///
 /// # Panics
@@ -124,7 +124,7 @@ impl<'m> Searches<'m> {
     }
 }
 
-/// Reads the mazes of 32×32 cells: the bundled mazes and, if it is available, the shared
+/// Reads the mazes of 32×32 cells from the bundled mazes and, if available, from the shared
 /// collection.
 ///
 /// # Panics
@@ -144,7 +144,7 @@ pub fn sensor_poses(maze: &Maze, strategy: impl Strategy) -> Vec<Pose> {
     poses
 }
 
-/// A row of a comparison: a named function to measure. `T` is the type of its input.
+/// A row of a comparison: a named function to measure. `T` is the type of the function's input.
 pub struct Row<'a, T> {
     name: String,
     run: Box<dyn Fn(&T) + 'a>,

@@ -1,4 +1,4 @@
-//! Measures round trips over ZeroMQ on loopback: `W` and `S` requests to mmsim, with and without
+//! Measures the time of `W` and `S` requests to mmsim over ZeroMQ on loopback, with and without
 //! recording. For comparison, a bare REP socket sends replies of the same sizes without parsing the
 //! requests.
 

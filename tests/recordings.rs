@@ -12,7 +12,7 @@ use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_tests::bundled_mazes;
 
-/// The maximum mean number of bytes that a recording may take per state.
+/// The maximum size of a recording, in bytes per state.
 const MAX_STATE_BYTES: usize = 40;
 
 /// The minimum number of states of a recording for its size to be checked. In shorter recordings,

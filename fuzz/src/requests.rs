@@ -7,11 +7,11 @@
 //! maze  piece CUT count  piece CUT count  …
 //! ```
 //!
-//! With a count of 0, a piece is one request. Pieces end with a separator instead of beginning with
+//! A piece with a count of 0 is one request. Pieces end with a separator instead of beginning with
 //! their length, so that an inserted or deleted byte changes only one request.
 //!
-//! With a count of n > 0, a piece of at least six bytes that begins with `S` becomes n different
-//! states. The piece is stretched to the length of a state (see `stretched`). Six bytes are
+//! A piece with a count of n > 0 becomes n different states if it begins with `S` and has at least
+//! six bytes. The piece is stretched to the length of a state (see `stretched`). Six bytes are
 //! therefore enough for a state of any maze, and a short input can fill several blocks of the
 //! history.
 

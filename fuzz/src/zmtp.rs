@@ -4,8 +4,8 @@
 //! highest bit is set, a valid handshake precedes the rest of the input.
 //!
 //! The target checks that the output does not depend on how many bytes are read at a time. The
-//! output must consist of the greeting and complete frames, with exactly one reply for each call of
-//! the service.
+//! output must consist of the greeting and complete frames, with exactly one reply for each
+//! request.
 
 use std::io::{self, ErrorKind, Read, Write};
 

@@ -50,7 +50,7 @@ struct Begun {
     encoder: Encoder<Vec<u8>>,
     canvas: Canvas,
     /// The newest frame and its display time in milliseconds. The frame is not yet written, because
-    /// its display time is longer if no other frame follows.
+    /// its display time depends on whether another frame follows.
     last: Option<(Frame<'static>, u32)>,
 }
 

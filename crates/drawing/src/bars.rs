@@ -117,7 +117,7 @@ impl BarChart {
 /// The origin and the scale of the bars.
 struct Scale {
     left: f64,
-    /// The length in the picture of a bar with the value 1.
+    /// The number of picture units that represent a value of 1.
     unit: f64,
 }
 

@@ -38,9 +38,9 @@ pub use wall_prior::WallPrior;
 /// exploring if no stretch has more than the minimum gain or if no faster race is possible.
 ///
 /// The champion assumes that the maze is similar to a contest maze, in which the goal cells form a
-/// room with one entrance. In other mazes, the champion may explore too little or too much. But it
-/// never relies on the sampled mazes when it moves: with noise-free sensors, it crosses only sides
-/// that it has seen to be open.
+/// room with one entrance. In other mazes, the champion may explore too little or too much. But the
+/// champion never relies on sampled walls when it moves: with noise-free sensors, it crosses only
+/// sides that it has seen to be open.
 ///
 /// With noisy sensors the champion keeps a probability for each wall and repeats uncertain
 /// readings. The champion also tracks several hypotheses about its position, because a wall that it

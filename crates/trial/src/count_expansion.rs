@@ -72,8 +72,8 @@ impl CountExpansion {
         next.filter(|_| !self.walls[place].contains(cell))
     }
 
-    /// Floods the maze from `from`. Returns, for each cell that was reached, the number of cells
-    /// that were reached earlier.
+    /// Floods the maze from the cell `from`. Returns, for each cell that was reached, the number of
+    /// cells that were reached earlier.
     fn counts(&self, from: Cell) -> [Option<u16>; MazeSize::MAX_AREA] {
         let mut counts = [None; MazeSize::MAX_AREA];
         let mut open = BinaryHeap::from([Reverse((0_u16, from.x, from.y))]);

@@ -25,8 +25,8 @@ pub(super) struct Hypothesis {
     pub(super) has_visited_goal: bool,
     /// True if the robot is in the second run.
     pub(super) is_racing: bool,
-    /// True if a step of the second run has ended in the goal. Such a hypothesis is wrong if the
-    /// trial continues.
+    /// True if a step of the second run has ended in the goal. If the trial continues nevertheless,
+    /// the hypothesis is wrong.
     pub(super) has_finished: bool,
     pub(super) weight: f64,
     /// The probability that a side is open, as `[y][x][side]`. Side 0 is north and side 1 is east.
@@ -35,8 +35,9 @@ pub(super) struct Hypothesis {
 
 /// A side counts as open or as closed if the probability of this state is at least this value.
 const CERTAIN: f32 = 0.9;
-/// With noisy sensors, the maximum probability of either state of a side, open or closed. The value
-/// is below 1 so that later readings can still change the probability.
+/// With noisy sensors, the probability that a side is open never exceeds this value, nor does the
+/// probability that the side is closed. The value is below 1 so that later readings can still
+/// change the probability.
 const MAX_PROBABILITY: f32 = 0.999;
 /// The minimum likelihood of a sensor reading if any wall up to the measured distance is unknown.
 /// Without this limit, long corridors would be considered too unlikely, because the walls are
