@@ -38,7 +38,7 @@ const FAR: u16 = u16::MAX;
 /// A maze as firmware stores it: four bits per cell, one for each open side.
 struct Nibbles {
     /// The open sides of each cell, row by row. Bit i is set if the side in direction
-    /// [`Heading::ALL`]`[i]` is open.
+    /// `Heading::ALL[i]` is open.
     open: Vec<u8>,
     goals: Vec<usize>,
     width: usize,
