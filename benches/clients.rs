@@ -1,8 +1,8 @@
-//! Latency and throughput with several simultaneous clients. The same run measures a plain event
-//! loop for comparison, which sends replies of the same sizes without parsing the requests.
+//! Latency and throughput with several simultaneous clients. For comparison, the same run measures
+//! a plain event loop that sends replies of the same sizes without parsing the requests.
 //!
-//! The clients use ZMTP on plain TCP sockets, which keeps their overhead small. Like a mouse, each
-//! client waits for the reply before it sends the next request.
+//! To keep the overhead of the clients small, they speak ZMTP over plain TCP sockets. Like a mouse,
+//! each client waits for the reply before it sends the next request.
 
 use std::collections::HashMap;
 use std::io::{ErrorKind, Read, Write};
@@ -17,20 +17,20 @@ use mmsim_benches::{bundled_maze, median, serve};
 /// The numbers of simultaneous clients to measure.
 const CLIENTS: [usize; 3] = [1, 2, 10];
 
-/// The number of rounds. The two servers alternate in each round.
+/// The number of rounds. Each round measures both servers.
 const ROUNDS: usize = 15;
-/// The number of requests in a round.
+/// The total number of requests that the clients send to each server in a round.
 const REQUESTS: usize = 6000;
 
 /// The ZMTP 3.1 greeting without the trailing zeros.
 const GREETING: &[u8] = b"\xff\0\0\0\0\0\0\0\0\x7f\x03\x01NULL";
-/// The length of the greeting with the trailing zeros.
+/// The length in bytes of the greeting with the trailing zeros.
 const GREETING_BYTES: usize = 64;
 
 /// The READY command of a REQ socket.
 const READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
-/// A `W` request at the start, as bytes on the wire.
+/// A `W` request from the start cell, as bytes on the wire.
 const REQUEST: &[u8] = b"\x01\0\0\x04W\0\0N";
 /// The reply to [`REQUEST`], as bytes on the wire.
 const REPLY: &[u8] = b"\x01\0\0\x03\x01\0\x01";
@@ -80,26 +80,25 @@ fn connect_zmtp(address: &str) -> TcpStream {
     into_mio(stream)
 }
 
-/// Converts a connection to a type that works with [`Poll`].
+/// Converts a blocking connection to a non-blocking one that works with [`Poll`].
 fn into_mio(stream: net::TcpStream) -> TcpStream {
     stream.set_nodelay(true).unwrap();
     stream.set_nonblocking(true).unwrap();
     TcpStream::from_std(stream)
 }
 
-/// The measurements of a round.
 #[derive(Clone, Copy)]
 struct RoundStats {
     /// The median latency in microseconds.
     p50: f64,
     /// The 99th percentile of the latency in microseconds.
     p99: f64,
-    /// The total number of requests per second of all clients.
+    /// The number of requests per second, summed over all clients.
     rate: f64,
 }
 
-/// Sends a total of `requests` requests from all clients. One thread runs all clients, so that the
-/// scheduler does not affect the result.
+/// Sends `requests` requests, distributed over the clients. All clients run on one thread, so that
+/// the scheduler does not affect the result.
 fn round(clients: &mut [TcpStream], requests: usize) -> RoundStats {
     let (mut poll, mut events) = (Poll::new().unwrap(), Events::with_capacity(clients.len()));
     let (mut times, mut reply) = (Vec::with_capacity(requests), [0; REPLY.len()]);

@@ -1,6 +1,6 @@
-//! The time of floods, compared with other implementations, with mazes in random order and with one
-//! maze repeatedly. Further benchmarks measure updates during a search and the distance from the
-//! start to the goal.
+//! Compares the time of a flood with that of other implementations, both for mazes in random order
+//! and for a single maze. Further benchmarks measure how long it takes to update the distances
+//! during a search and to compute the distance from the start to the goal.
 
 use std::collections::VecDeque;
 use std::hint::black_box;
@@ -13,7 +13,7 @@ use pathfinding::prelude::bfs;
 use petgraph::graph::{NodeIndex, UnGraph};
 use petgraph::visit::{Bfs, Walker};
 
-/// Floods a maze with a growing queue, as in a textbook.
+/// Floods a maze with a textbook breadth-first search.
 fn textbook(walls: &Walls, targets: &CellSet) -> Vec<u16> {
     let mut distances = vec![FAR; SIDE * SIDE];
     let mut queue = VecDeque::new();
@@ -37,8 +37,8 @@ const FAR: u16 = u16::MAX;
 
 /// A maze as firmware stores it: four bits per cell, one for each open side.
 struct Nibbles {
-    /// The open sides of the cells, row by row. Bit i is set if the side towards the i-th heading
-    /// is open.
+    /// The open sides of each cell, row by row. Bit i is set if the side in direction
+    /// `Heading::ALL[i]` is open.
     open: Vec<u8>,
     goals: Vec<usize>,
     width: usize,
@@ -57,7 +57,8 @@ impl Nibbles {
         Self { open, goals: maze.goals().iter().map(index).collect(), width }
     }
 
-    /// Floods the maze with an array of fixed size as the queue. `S` is a byte if `AREA` is 256.
+    /// Floods the maze with a fixed-size array as the queue. `AREA` is the number of cells, and `S`
+    /// is `u8` for 256 cells.
     fn flood<const AREA: usize, S: Steps>(&self) -> [S; AREA] {
         let mut distances = [S::FAR; AREA];
         let mut queue = [0_u16; AREA];
@@ -86,7 +87,7 @@ impl Nibbles {
     }
 }
 
-/// A distance in steps, stored in one byte or in two bytes.
+/// A number of steps, stored in one or two bytes.
 trait Steps: Copy + PartialEq {
     const ZERO: Self;
     const FAR: Self;
@@ -116,7 +117,7 @@ fn index(cell: Cell) -> usize {
     usize::from(cell.y) * SIDE + usize::from(cell.x)
 }
 
-/// A maze as a graph of `petgraph`, with an extra node connected to all goal cells.
+/// A maze as a `petgraph` graph, with an extra node that is connected to all goal cells.
 struct Graph {
     graph: UnGraph<(), ()>,
     goal: NodeIndex,
@@ -159,7 +160,7 @@ impl Graph {
     }
 }
 
-/// A maze in the representations of all implementations, prepared before the measurement.
+/// A maze in the representation of each implementation, converted before the measurement.
 struct Prepared {
     maze: Maze,
     nibbles: Nibbles,
@@ -217,7 +218,7 @@ impl Prepared {
     }
 }
 
-/// Returns a row for each instruction set that is available to mmsim, the fastest first.
+/// Returns a benchmark row for each available instruction set, fastest first.
 fn ours() -> impl Iterator<Item = Row<'static, Prepared>> {
     let available =
         Instructions::ALL.iter().rev().filter(|instructions| instructions.is_available());
@@ -249,7 +250,7 @@ fn peers() -> [Row<'static, Prepared>; 4] {
     ]
 }
 
-/// Sums up all distances, row by row.
+/// Adds up all distances, which are read with [`Distances::rows`].
 fn sum_of_rows(distances: &Distances) -> u32 {
     let mut sum = 0;
     for row in distances.rows() {
@@ -260,7 +261,7 @@ fn sum_of_rows(distances: &Distances) -> u32 {
     sum
 }
 
-/// Sums up all distances, cell by cell.
+/// Adds up all distances, which are read with [`Distances::at`].
 fn sum_of_cells(distances: &Distances, size: MazeSize) -> u32 {
     let mut sum = 0;
     for y in 0..size.height() {
@@ -271,7 +272,7 @@ fn sum_of_cells(distances: &Distances, size: MazeSize) -> u32 {
     sum
 }
 
-/// Returns rows for floods with and without reading all distances.
+/// Returns benchmark rows that flood a maze and, except for the first row, read all distances.
 fn floods_and_reads() -> [Row<'static, Prepared>; 4] {
     let flood = |maze: &Maze| Distances::flood(maze.walls(), maze.goals());
     [
@@ -291,7 +292,7 @@ fn floods_and_reads() -> [Row<'static, Prepared>; 4] {
     ]
 }
 
-/// A search, recorded as the poses in which the mouse read the walls.
+/// A recorded search: the maze and the poses in which the mouse read the walls.
 struct Trace {
     maze: Maze,
     poses: Vec<mmsim_maze::Pose>,
@@ -302,7 +303,7 @@ impl Trace {
         Self { maze: maze.clone(), poses: sensor_poses(maze, FloodFill::new()) }
     }
 
-    /// Replays the search and calls `update` after each wall reading to update the distances.
+    /// Replays the search, and calls `update` after each wall reading to update the distances.
     fn replay(&self, mut update: impl FnMut(&mut Distances, &KnownMaze, Cell)) -> Distances {
         let (maze, mut map) = (&self.maze, KnownMaze::unexplored(&self.maze));
         let mut distances = Distances::flood(map.walls(Unknown::Open), maze.goals());

@@ -1,5 +1,5 @@
-//! The time to generate a maze of each style, and the mean and maximum time for 10,000 contest
-//! mazes.
+//! Measures the time to generate a maze of each style, and the mean and maximum time over 10,000
+//! contest mazes.
 
 use std::collections::HashSet;
 use std::hint::black_box;
@@ -28,7 +28,7 @@ fn styles(criterion: &mut Criterion) {
     }
 }
 
-/// Measures the time to generate each maze. Takes the fastest of three runs, so that interruptions
+/// Measures the time to generate each maze. The fastest of three runs counts, so that interruptions
 /// by the system do not matter. Asserts that all mazes are different and that all cells are
 /// reachable.
 fn ten_thousand(_: &mut Criterion) {

@@ -1,5 +1,5 @@
-//! The memory of a history with a million states of real searches, the time to add a state, and the
-//! time to read states in random and sequential order.
+//! Measures a history with a million states of real searches: its memory, the time to add a state,
+//! and the time to read states in random and sequential order.
 
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hasher};
@@ -11,10 +11,9 @@ use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::state_bytes;
 use mmsim_recording::History;
 
-/// The number of states in a block. Every 256th push compresses a block.
+/// The number of states in a block of the history. When a block is full, the history compresses it.
 const BLOCK_STATES: usize = 256;
 
-/// The number of random reads.
 const READS: usize = 10_000;
 
 fn hash(state: &[u8]) -> u64 {
@@ -23,9 +22,9 @@ fn hash(state: &[u8]) -> u64 {
     hasher.finish()
 }
 
-/// Finds `count` different states in the searches. Returns a flag for each state that is true if
-/// the state is new, and the hashes of the new states. With the flags, later runs need no set of
-/// seen states.
+/// Runs searches until `count` different states have occurred. Returns a flag for each state of the
+/// searches and the hashes of the different states. A flag is true if its state had not occurred
+/// before. The flags allow a later run to skip duplicates without a hash set.
 fn new_states(mazes: &[Maze], count: usize) -> (Vec<bool>, Vec<u64>) {
     let (mut seen, mut is_new, mut hashes) = (HashSet::new(), Vec::new(), Vec::new());
     let mut searches = Searches::new(mazes);

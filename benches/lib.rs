@@ -1,4 +1,4 @@
-//! Helpers for benchmarks: mazes, a server, searches, and a comparison of alternating rows.
+//! Shared code of the benchmarks.
 #![forbid(unsafe_code)]
 
 use std::hint::black_box;
@@ -13,10 +13,11 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 
-/// The maximum number of states in a search, because wall followers may run in circles forever.
+/// The maximum number of states in a search. Without this limit, wall followers could run in
+/// circles forever.
 const MAX_STATES: u32 = 400;
 
-/// Reads the classic mazes for the benchmarks: the bundled mazes and, if it is available, the
+/// Reads the classic mazes for the benchmarks from the bundled mazes and, if available, from the
 /// shared collection.
 ///
 /// # Panics
@@ -36,7 +37,7 @@ fn mazes_in(folders: &[&str], has_size: fn(MazeSize) -> bool) -> Vec<Maze> {
     mazes
 }
 
-/// Reads a bundled maze, given its file name without the extension.
+/// Reads the bundled maze with this file name (without the extension).
 ///
 /// # Panics
 /// Panics if there is no such maze.
@@ -71,8 +72,8 @@ impl Noise {
     }
 }
 
-/// A reproducible sequence of searches with all strategies in turn, in mazes in random order, and
-/// with random start and goal cells.
+/// A reproducible sequence of searches. The strategies take turns; the maze, the start cell and the
+/// goal cell of each search are random.
 pub struct Searches<'m> {
     mazes: &'m [Maze],
     noise: Noise,
@@ -83,12 +84,12 @@ impl<'m> Searches<'m> {
     /// The number of strategies.
     pub const STRATEGIES: usize = BundledStrategy::ALL.len();
 
-    /// Returns the number of searches that have run.
+    /// Returns the number of searches run so far.
     pub const fn count(&self) -> usize {
         self.count
     }
 
-    /// Creates the sequence of searches in these mazes.
+    /// Creates a sequence of searches in these mazes.
     pub const fn new(mazes: &'m [Maze]) -> Self {
         Self { mazes, noise: Noise::new(1), count: 0 }
     }
@@ -123,7 +124,7 @@ impl<'m> Searches<'m> {
     }
 }
 
-/// Reads the mazes of 32×32 cells: the bundled mazes and, if it is available, the shared
+/// Reads the mazes of 32×32 cells from the bundled mazes and, if available, from the shared
 /// collection.
 ///
 /// # Panics
@@ -132,7 +133,7 @@ pub fn large_mazes() -> Vec<Maze> {
     mazes_in(&["mazes", "../shared/mazes/halfsize"], |size| size == MazeSize::HALF_SIZE)
 }
 
-/// Searches a maze and returns the poses in which the mouse read the walls, in order.
+/// Searches a maze and returns, in order, the poses in which the mouse read the walls.
 pub fn sensor_poses(maze: &Maze, strategy: impl Strategy) -> Vec<Pose> {
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
     let mut driver = SearchDriver::new(&mut mouse, MAX_STATES);
@@ -143,7 +144,7 @@ pub fn sensor_poses(maze: &Maze, strategy: impl Strategy) -> Vec<Pose> {
     poses
 }
 
-/// A named function to measure, generic over its input.
+/// A row of a comparison: a named function to measure. `T` is the type of the function's input.
 pub struct Row<'a, T> {
     name: String,
     run: Box<dyn Fn(&T) + 'a>,
@@ -156,14 +157,14 @@ impl<'a, T> Row<'a, T> {
     }
 }
 
-/// The number of rounds. The rows alternate in each round.
+/// The number of rounds. Each round measures every row.
 const ROUNDS: usize = 51;
-/// The number of inputs in a round.
+/// The number of inputs for each row in a round.
 const INPUTS: u32 = 1000;
 
-/// Measures each row with criterion. Then measures the rows alternately, so that changes in the
-/// machine's speed affect all rows, and prints the median time of each row and its ratio to the
-/// first row. The inputs are in random order.
+/// Measures each row with criterion, with inputs in random order. Then measures the rows
+/// alternately, so that changes in the machine's speed affect all rows, and prints the median time
+/// of each row and its median ratio to the first row.
 ///
 /// # Panics
 /// Panics if there are no inputs or no rows.
@@ -209,10 +210,10 @@ fn compare_alternately<T>(name: &str, inputs: &[T], rows: &[Row<'_, T>]) {
     }
 }
 
-/// Returns the median of the figures.
+/// Returns the median of the numbers.
 ///
 /// # Panics
-/// Panics if there are no figures.
+/// Panics if there are no numbers.
 pub fn median(figures: &[f64]) -> f64 {
     let mut sorted = figures.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -1,6 +1,6 @@
-//! The time to plan a path from the start to the goal of classic mazes in random order, compared
-//! with the crate `pathfinding`. The plans are the shortest path in cells and the race with the
-//! fewest time steps.
+//! Compares how long mmsim and the crate `pathfinding` take to plan a path from the start to the
+//! goal. The mazes are classic mazes in random order. One benchmark plans the path with the fewest
+//! cells; the other finds the minimum number of time steps of a race.
 
 use std::hint::black_box;
 

@@ -1,5 +1,5 @@
-//! The time to read maze files with hex digits, whose orientation and bit order must be inferred,
-//! compared with text files.
+//! Compares the time to read hex maze files, whose orientation and bit order must be inferred, with
+//! the time to read text files.
 
 use std::hint::black_box;
 
@@ -9,8 +9,8 @@ use mmsim_formats::parse_maze;
 use mmsim_generator::{Style, generate};
 use mmsim_maze::{Cell, Heading, Maze, MazeSize};
 
-/// Formats a maze as hex digits with the northern row first. `bits` contains the headings for the
-/// bits 1, 2, 4 and 8.
+/// Formats a maze as hex digits, with the northernmost row first. `bits` contains the headings that
+/// the bits 1, 2, 4 and 8 stand for.
 fn hex(maze: &Maze, bits: [Heading; 4]) -> String {
     let digit = |x, y| {
         let sides = maze.walls().sides(Cell::new(x, y));

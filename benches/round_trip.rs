@@ -1,6 +1,6 @@
-//! The time of round trips over ZeroMQ on loopback. `W` and `S` requests to mmsim, with and without
-//! recording, are compared with a bare REP socket that sends replies of the same sizes without
-//! parsing the requests.
+//! Measures the time of `W` and `S` requests to mmsim over ZeroMQ on loopback, with and without
+//! recording. For comparison, a bare REP socket sends replies of the same sizes without parsing the
+//! requests.
 
 use std::hint::black_box;
 use std::thread;
@@ -13,9 +13,9 @@ use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Server, Simulation};
 
-/// The number of rounds. The two servers alternate in each round.
+/// The number of rounds. Each round measures both servers.
 const ROUNDS: usize = 15;
-/// The number of round trips in a round.
+/// The number of round trips to each server in a round.
 const TRIPS: u32 = 4000;
 
 /// A request and the expected reply.
@@ -36,7 +36,7 @@ fn exchanges() -> [SampleExchange; 2] {
     ]
 }
 
-/// Returns a connected REQ socket, which keeps its context alive.
+/// Returns a connected REQ socket. The socket keeps its ZeroMQ context alive.
 fn connect(address: &str) -> zmq::Socket {
     let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
     socket.set_linger(0).unwrap();
@@ -45,8 +45,8 @@ fn connect(address: &str) -> zmq::Socket {
     socket
 }
 
-/// Starts a bare REP socket that always sends the same reply and stops at an empty message. Returns
-/// a REQ socket that is connected to the REP socket.
+/// Starts a bare REP socket that always sends the same reply, and exits when it receives an empty
+/// message. Returns a REQ socket that is connected to the REP socket.
 fn connect_to_bare_rep(reply: &'static [u8]) -> zmq::Socket {
     let socket = zmq::Context::new().socket(zmq::REP).unwrap();
     socket.bind("tcp://127.0.0.1:*").unwrap();
@@ -82,8 +82,8 @@ fn time(socket: &zmq::Socket, exchange: &SampleExchange, trips: u64) -> Duration
     start.elapsed()
 }
 
-/// Prints the rate of mmsim relative to the bare socket. The two servers alternate in each round,
-/// so that changes in the machine's speed affect both.
+/// Prints the request rate of mmsim relative to that of the bare socket. The servers are measured
+/// alternately, so that changes in the machine's speed affect both servers.
 fn compare(name: &str, exchange: &SampleExchange, ours: &zmq::Socket, bare: &zmq::Socket) {
     let mut ratios: Vec<f64> = (0..ROUNDS)
         .map(|_| {

@@ -1,6 +1,6 @@
-//! The time of complete searches with a simulator in memory, with a simulator over ZeroMQ on
-//! loopback, and without a simulator. The searches without a simulator use each bundled strategy in
-//! classic mazes in random order.
+//! Measures complete searches with a simulator in memory, with a simulator over ZeroMQ on loopback,
+//! and without a simulator. The searches without a simulator use every bundled strategy, in classic
+//! mazes in random order.
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -15,7 +15,7 @@ use mmsim_solvers::{
     ShortestPathSearch, Strategy,
 };
 
-/// The name of a maze and the number of steps of the search.
+/// The name of a bundled maze and the number of steps that a flood-fill search of this maze takes.
 const MAZE: (&str, u32) = ("06-mirage", 220);
 
 fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
@@ -37,7 +37,7 @@ fn searches(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Returns a mouse after the search run and the return run, and the total number of steps.
+/// Runs a search run and a return run. Returns the mouse and the total number of steps.
 fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>, u32) {
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
     let mut driver = SearchDriver::new(&mut mouse, max_states);
@@ -46,8 +46,8 @@ fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>
     (mouse, steps)
 }
 
-/// Asserts that shortest-path-search proves the shortest path in each maze and prints the mean
-/// number of steps. Then measures the time of complete searches.
+/// Asserts that shortest-path-search finds a path that is proven to be shortest in each maze, and
+/// prints the mean number of steps. Then measures the time of complete searches.
 fn whole_searches(criterion: &mut Criterion) {
     let mut mazes = classic_mazes();
     mazes.retain(|maze| MazeFacts::new(maze).shortest_path.is_some());

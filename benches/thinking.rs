@@ -1,9 +1,10 @@
-//! The time of a request and the processor time of the server for clients that wait before each
-//! request, as real mice do while they compute. The same run measures a bare REP socket of libzmq
-//! for comparison.
+//! Measures the time of a request and the processor time of the server. Before each request, the
+//! clients keep the processor busy for a while, like real mice that compute their next step. For
+//! comparison, the same run measures a bare REP socket of libzmq.
 //!
-//! The two servers alternate in each round. Each row shows the median and the slowest round. On
-//! Linux, run the command with `taskset -c 0` to measure on a single processor.
+//! The two servers are measured alternately in each round. Each row of the output shows the median
+//! and the slowest round. On Linux, run the command with `taskset -c 0` to measure on a single
+//! processor.
 
 use std::process::{Child, Command, Stdio};
 use std::thread::{self, JoinHandle};
@@ -13,12 +14,11 @@ use mmsim_benches::{bundled_maze, median};
 use mmsim_server::{Server, Simulation, StopHandle};
 use rustix::time::{ClockId, clock_gettime};
 
-/// The waiting times before each request, in microseconds.
+/// The times for which the clients are busy before each request, in microseconds.
 const THINKING_US: [u64; 6] = [0, 5, 20, 60, 100, 200];
 
-/// The number of rounds of each row.
 const ROUNDS: usize = 5;
-/// The number of requests in a round.
+/// The number of requests to each server in a round.
 const REQUESTS: u32 = 1000;
 
 const REQUEST: &[u8] = b"W\0\0N";
@@ -62,8 +62,8 @@ impl TimedServer {
         Self { address, stop, thread }
     }
 
-    /// Starts a bare REP socket that stops at an empty message. The processor time of libzmq's I/O
-    /// thread is not included.
+    /// Starts a bare REP socket that exits when it receives an empty message. The processor time of
+    /// libzmq's I/O thread is not included.
     fn libzmq() -> Self {
         let socket = zmq::Context::new().socket(zmq::REP).unwrap();
         socket.bind("tcp://127.0.0.1:*").unwrap();

@@ -1,6 +1,7 @@
-//! The cost of the viewer page for a search, measured without a browser. One client follows the
-//! search at sixty frames per second, and other clients wait for GIFs. Another benchmark measures
-//! the time to open a page with a million states and to show any of them.
+//! Measures how much the viewer page slows down a search, without a browser. In the first
+//! measurement, a client follows the search at sixty frames per second; in the second, two clients
+//! request GIFs. Another benchmark measures the time to open a page with a million states and to
+//! fetch randomly chosen states.
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -15,9 +16,9 @@ use mmsim_server::{Server, Simulation};
 use mmsim_viewer::{Viewer, ViewerConfig};
 use serde_json::Value;
 
-/// The number of rounds with and without load.
+/// The number of rounds. Each round is one measurement without a load and one with a load.
 const ROUNDS: usize = 61;
-/// The number of round trips in a round.
+/// The number of round trips in each measurement.
 const TRIPS: usize = 2_000;
 
 /// The time between two frames of a page.
@@ -63,7 +64,8 @@ impl PageClient {
     }
 }
 
-/// Draws the newest states until `stop` is set. Returns the number of drawn states.
+/// Requests the newest state for every frame until `stop` is set. Returns the number of requested
+/// states.
 fn follow(address: &str, monitor: &mmsim_server::Monitor, stop: &AtomicBool) -> usize {
     let (mut page, mut drawn) = (PageClient::open(address), 0);
     while !stop.load(Ordering::Relaxed) {
@@ -110,8 +112,8 @@ fn request_gifs(address: &str, monitor: &mmsim_server::Monitor, stop: &AtomicBoo
     })
 }
 
-/// A load that runs during a measurement until the flag is set, and returns its number of
-/// iterations.
+/// A function that puts load on the viewer until the flag is set. Returns the number of states or
+/// GIFs that it requested.
 type Load = fn(&str, &mmsim_server::Monitor, &AtomicBool) -> usize;
 
 /// Returns the median, the minimum and the maximum.
@@ -120,7 +122,8 @@ fn summarize(mut values: Vec<f64>) -> (f64, f64, f64) {
     (values[values.len() / 2], values[0], values[values.len() - 1])
 }
 
-/// Returns the rate of `S` requests under a load relative to the rate without it.
+/// Returns the median, minimum and maximum over all rounds of the rate of `S` requests under a
+/// load, relative to the rate without the load.
 fn compare(trips: usize, rounds: usize, load: Load) -> (f64, f64, f64) {
     let maze = bundled_maze("01-harbour");
     let (map, start) = (KnownMaze::unexplored(&maze), maze.start());
@@ -180,7 +183,7 @@ fn simulation_of_searches(mazes: &[Maze], count: usize) -> Simulation {
     simulation
 }
 
-/// Prints the time to open a page with a long history and the time to draw any state of this
+/// Prints the time to open a page with a long history, and the time to fetch a random state of this
 /// history.
 fn scrub(mazes: &[Maze], count: usize) {
     let simulation = simulation_of_searches(mazes, count);

@@ -1,4 +1,4 @@
-//! Compares the bundled mazes with the table in their README.
+//! Compares the bundled mazes with the table in `mazes/README.md`.
 
 use std::fs;
 

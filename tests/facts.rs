@@ -1,4 +1,5 @@
-//! Reads every maze of the shared collection and compares it with the recorded facts.
+//! Reads every maze of the shared collection and compares its properties with those in
+//! `facts.json`.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,5 +1,5 @@
-//! Compares every kind of flood with a flood that uses a plain queue, in real mazes and in 10,000
-//! generated mazes.
+//! Compares every flood implementation with a simple flood that uses a queue, in real mazes and in
+//! 10,000 generated mazes.
 
 use std::collections::VecDeque;
 
@@ -33,7 +33,8 @@ fn index(cell: Cell) -> usize {
     32 * usize::from(cell.y) + usize::from(cell.x)
 }
 
-/// Compares every kind of flood with the reference implementation. Returns the longest distance.
+/// Compares every flood implementation with the reference implementation. Returns the longest
+/// distance in steps.
 fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
     let expected = flood_with_queue(walls, targets);
     let downhill = Downhill::flood(walls, targets);
@@ -85,8 +86,8 @@ impl MazeNoise {
         usize::try_from(self.0 >> 33).unwrap() % count
     }
 
-    /// Returns a maze with long paths, dead ends and a few loops, as in contest mazes. The maze is
-    /// a spanning tree with some walls added or removed.
+    /// Returns a maze with long paths, dead ends and a few loops, like a contest maze. The maze is
+    /// made from a spanning tree by adding or removing some walls.
     fn maze(&mut self) -> Walls {
         let mut random_side = |is_small: bool| 1 + self.below(if is_small { 16 } else { 32 });
         let is_small = random_side(false) % 2 == 0;

@@ -9,7 +9,7 @@ use mmsim_formats::{Catalogue, Format, parse_maze};
 use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_tests::{bundled_mazes, shared};
 
-/// Returns the mazes of a folder that are not in the format of the trial.
+/// Returns the mazes of a folder that are in the text format, with their paths.
 fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
     let catalogue = Catalogue::from_path(folder).unwrap();
     let entries = catalogue.entries().iter();
@@ -17,8 +17,8 @@ fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
     texts.map(|entry| (entry.path().display().to_string(), entry.maze().unwrap())).collect()
 }
 
-/// Writes each maze in each format that can hold the maze, and reads it again. Returns the number
-/// of mazes per format.
+/// Writes each maze in every format that can hold it, and checks that reading the file gives the
+/// same maze. Returns the number of mazes for each format.
 fn round_trips(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
     let mut counts = BTreeMap::new();
     for (path, maze) in mazes {
@@ -60,7 +60,7 @@ fn real_mazes_parse_from_csv() {
 }
 
 /// Checks that hex rows in a usual bit order parse to the same maze. Rows in another bit order give
-/// an error or a maze whose start is in another corner.
+/// an error or a different maze, with the start in another corner.
 #[test]
 fn real_mazes_parse_from_hex_rows() {
     const USUAL: [[usize; 4]; 2] = [[0, 1, 2, 3], [1, 0, 3, 2]];
@@ -99,7 +99,7 @@ fn real_mazes_parse_from_hex_rows() {
     assert_eq!((errors, others), (5204, 296), "of 22 * 250");
 }
 
-/// Returns all orders of the headings, as indices in [`Heading::ALL`].
+/// Returns all permutations of the headings, as indices into [`Heading::ALL`].
 fn orders() -> impl Iterator<Item = [usize; 4]> {
     let all = (0..256).map(|number| [number & 3, number >> 2 & 3, number >> 4 & 3, number >> 6]);
     all.filter(|order| (0..4).all(|heading| order.contains(&heading)))
@@ -114,8 +114,8 @@ fn csv(maze: &Maze) -> String {
     rows.collect::<Vec<_>>().join("\n")
 }
 
-/// Formats a maze as lines of hex digits, in which the bits 1, 2, 4 and 8 stand for these headings.
-/// `cell` returns the cell for a line number and a position in the line.
+/// Formats a maze as lines of hex digits. `order` contains the headings that the bits 1, 2, 4 and 8
+/// stand for. `cell` returns the cell for a line number and a position in the line.
 fn hex_rows(
     maze: &Maze,
     order: [usize; 4],
@@ -133,14 +133,14 @@ fn hex_rows(
     (0..side).flat_map(|line| (0..side).map(move |at| digit(line, at)).chain(['\n'])).collect()
 }
 
-/// Returns the walls of a cell as bits: 1 north, 2 east, 4 south, 8 west.
+/// Returns the walls of a cell as bits: 1 for north, 2 for east, 4 for south and 8 for west.
 fn bits(maze: &Maze, cell: Cell) -> u8 {
     let sides = maze.walls().sides(cell);
     Heading::ALL.into_iter().map(|heading| u8::from(sides.has(heading)) << heading as u8).sum()
 }
 
-/// Checks that all examples in docs/formats.md parse to the same maze, each in the format that the
-/// heading names.
+/// Checks that all examples in docs/formats.md parse to the same maze, and that the format of each
+/// example is the one in its section heading.
 #[test]
 fn the_documented_examples_parse() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/formats.md");

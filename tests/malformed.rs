@@ -12,7 +12,7 @@ fn open_maze(cells: usize) -> Maze {
     Maze::new(Walls::open(size), Cell::new(0, 0), size.central_cells()).unwrap()
 }
 
-/// Checks that valid requests succeed on both sockets and that the history has not changed.
+/// Checks that valid requests still succeed on both sockets and that the history is unchanged.
 fn check_unaffected(same: &zmq::Socket, other: &zmq::Socket, after: &str) {
     for socket in [same, other] {
         assert_eq!(ask(socket, b"ping"), b"pong", "after {after}");

@@ -12,11 +12,11 @@ use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_tests::bundled_mazes;
 
-/// The maximum size of a file in bytes per state.
+/// The maximum size of a recording, in bytes per state.
 const MAX_STATE_BYTES: usize = 40;
 
-/// The minimum number of states for which the size is checked. In shorter recordings, the maze and
-/// the summary take most of the space.
+/// The minimum number of states of a recording for its size to be checked. In shorter recordings,
+/// the maze and the summary take most of the space.
 const MIN_STATES: usize = 170;
 
 #[test]
@@ -33,7 +33,7 @@ fn a_recorded_search_takes_at_most_forty_bytes_per_state() {
                 searches += 1;
                 assert!(bytes <= MAX_STATE_BYTES * states, "{path:?}: {states} in {bytes} bytes");
             }
-            // Endless searches are excluded, because they compress too well.
+            // Searches that never end are excluded, because their states compress unusually well.
             if states < MAX_STATES {
                 (all_states, all_bytes) = (all_states + states, all_bytes + bytes);
             }

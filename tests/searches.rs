@@ -136,7 +136,7 @@ fn swing_reaches_every_goal_of_the_shared_mazes() {
 }
 
 #[test]
-fn shortest_path_search_proves_the_shortest_paths_of_the_shared_mazes() {
+fn shortest_path_search_proves_that_paths_in_the_shared_mazes_are_shortest() {
     let Some(folder) = shared("mazes") else { return };
     let facts: HashMap<String, Facts> =
         serde_json::from_str(&fs::read_to_string(folder.join("facts.json")).unwrap()).unwrap();
@@ -179,7 +179,7 @@ struct Facts {
 /// The results of a shortest-path search in memory.
 struct ShortestPathRun {
     result: Result<Move, SearchError>,
-    /// The number of steps until the mouse is back at the start.
+    /// The number of steps until the mouse is back at the start for the fast run.
     steps: u32,
     back_at: Cell,
     /// The length of the shortest known path from the start to the goal.
@@ -189,7 +189,7 @@ struct ShortestPathRun {
 
 impl ShortestPathRun {
     /// Searches the maze. Checks that the mouse returns to the start as soon as it has reached the
-    /// goal and proven the shortest path.
+    /// goal and has proven that a known path is shortest.
     fn new(maze: &Maze) -> Self {
         let start = maze.start().cell;
         let home = [start].into_iter().collect();

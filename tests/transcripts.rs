@@ -1,5 +1,6 @@
-//! Compares mmsim with recorded exchanges between the reference server and its example clients. The
-//! server must send the same replies, and the strategies must send the same requests.
+//! Compares mmsim with transcripts: recorded requests of the example clients and the replies of the
+//! reference server. The server must send the same replies, and the strategies must send the same
+//! requests.
 
 use std::ops::ControlFlow;
 use std::path::Path;

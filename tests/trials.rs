@@ -1,5 +1,5 @@
-//! Compares the trial with recorded runs of the published tester, and compares the robots with
-//! published figures.
+//! Compares trials with recorded runs of the published tester, and the steps of the robots with
+//! published numbers.
 
 use std::fs;
 
@@ -88,7 +88,7 @@ fn race_optima_match_the_published_ones() {
     }
 }
 
-/// The exploration steps and race steps in each of the three published mazes.
+/// The numbers of exploration steps and race steps in each of the three published mazes.
 type PublishedMazeSteps = [(u32, u32); 3];
 
 fn steps(robot: BundledRobot, settings: &Settings) -> Option<PublishedMazeSteps> {
@@ -196,7 +196,8 @@ fn every_robot_finishes_in_unusual_mazes() {
     }
 }
 
-/// Returns all robots except the random robot, each with all settings.
+/// Returns all robots except the random robot, each with every combination of variant and number of
+/// key points.
 fn robots() -> impl Iterator<Item = (BundledRobot, Settings)> {
     let settings = Variant::ALL.iter().flat_map(|&variant| {
         let settings = move |&key_points| Settings { key_points, variant, ..Settings::default() };

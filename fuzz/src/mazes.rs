@@ -3,8 +3,8 @@
 use mmsim_formats::{Format, Location, ParseError, parse_maze};
 use mmsim_maze::Maze;
 
-/// Reads the content in the detected format, then after the title line of another format, then in
-/// each format. Checks each maze or error.
+/// Reads the content as a maze file: in the detected format, with the title line of the OSHWDEM
+/// format added, and in every format. Checks each resulting maze or error.
 pub fn run(content: &[u8]) {
     read(content);
     read(&[b"OSHWDEM\n", content].concat());
@@ -39,8 +39,8 @@ fn read_as(format: Format, content: &[u8]) {
     }
 }
 
-/// Checks that the maze is unchanged after a conversion to its picture and to every format that can
-/// hold it, and back.
+/// Checks that converting the maze to text and parsing it gives the same maze, and likewise for
+/// every format that can hold the maze.
 fn check_maze(maze: &Maze) {
     let size = maze.size();
     assert!(size.contains(maze.start().cell));
@@ -55,9 +55,9 @@ fn check_maze(maze: &Maze) {
     }
 }
 
-/// Checks that the error is a single line and that its location is inside the file or just after
-/// the end. In a drawing, every line counts as long as the longest line, because trailing blanks
-/// may be missing.
+/// Checks that the error message is a single line and that its location is inside the file or just
+/// after the end. In formats that draw the maze, columns up to the end of the longest line are
+/// allowed in every line, because trailing blanks may be missing.
 fn check_error(format: Format, error: &ParseError, text: &str) {
     assert!(!error.to_string().contains(char::is_control), "not a single line: {error:?}");
     let (line, column) = match error.location {

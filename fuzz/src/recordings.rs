@@ -1,19 +1,18 @@
-//! The fuzz target for recordings, with truncated files, damaged files and other files.
+//! The fuzz target for recordings, including truncated and damaged files.
 
 use std::io::{self, Read};
 
 use mmsim_protocol::Request;
 use mmsim_recording::{Integrity, ReadError, Recording};
 
-/// The length of the magic bytes before the first record.
+/// The number of magic bytes before the first record.
 const MAGIC_BYTES: usize = mcap::MAGIC.len();
 
-/// Reads the content of a file. Checks that the recording is consistent, and that reading the bytes
-/// in small pieces gives the same recording.
+/// Reads the content as a recording. Checks that the recording is consistent, and that reading the
+/// same bytes in small pieces gives the same recording.
 ///
-/// Also checks that bytes after the last intact record do not matter. This is not checked for files
-/// with chunks, because states before the damaged part of a chunk are read, although the chunk is
-/// not intact.
+/// Also checks that bytes after the last intact record do not matter, unless the file has chunks.
+/// In a damaged chunk, the states before the damage are read although the chunk is not intact.
 pub fn run(content: &[u8]) {
     let at_once = Recording::read(content);
     let piecewise = Recording::read(Trickle(content));
@@ -54,8 +53,8 @@ fn has_chunks(content: &[u8]) -> bool {
     false
 }
 
-/// Checks that the recording is consistent and that all states are valid, or that the error is a
-/// single line.
+/// Checks that the recording is consistent and that all its states are valid. For an error, checks
+/// that the message is a single line.
 fn check(result: &Result<Recording, ReadError>, length: usize) {
     let recording = match result {
         Ok(recording) => recording,
@@ -87,7 +86,7 @@ fn check(result: &Result<Recording, ReadError>, length: usize) {
     }
 }
 
-/// Checks that two recordings are equal except for their integrity.
+/// Checks that two recordings have the same contents. Does not compare their [`Integrity`].
 fn check_alike(recording: &Recording, other: &Recording) {
     assert_eq!(recording.info(), other.info());
     assert_eq!(recording.maze(), other.maze());

@@ -1,18 +1,19 @@
 //! The fuzz target for sequences of requests to a simulation.
 //!
-//! The first byte of an input selects the size of the maze ([`SIZES`]) and a limited or unlimited
-//! history. The rest of the input consists of pieces, each followed by [`CUT`] and a count:
+//! The first byte of an input selects the size of the maze ([`SIZES`]) and whether the history is
+//! limited. The rest of the input consists of pieces, each followed by [`CUT`] and a count:
 //!
 //! ```text
 //! maze  piece CUT count  piece CUT count  …
 //! ```
 //!
-//! With a count of 0, the piece is one request. A separator follows each piece instead of a length
-//! before it, so that an inserted or deleted byte changes only one request.
+//! A piece with a count of 0 is one request. Pieces end with a separator instead of beginning with
+//! their length, so that an inserted or deleted byte changes only one request.
 //!
-//! With a count of n, the piece becomes n different states. A piece of at least six bytes that
-//! begins with `S` is stretched to the length of a state (see `stretched`). So six bytes are enough
-//! for a state of any maze, and a short input can fill several blocks of the history.
+//! A piece with a count of n > 0 becomes n different states if it begins with `S` and has at least
+//! six bytes. The piece is stretched to the length of a state (see `stretched`). Six bytes are
+//! therefore enough for a state of any maze, and a short input can fill several blocks of the
+//! history.
 
 use std::collections::VecDeque;
 use std::sync::LazyLock;
@@ -26,28 +27,29 @@ use mmsim_server::{Change, ReplyBuffer, Simulation};
 pub const CUT: [u8; 2] = [0xa5, 0x5a];
 
 /// The widths and heights of the mazes in cells. The first byte of an input is an index into this
-/// array; an index increased by the length of the array selects a limited history.
+/// array. If the length of the array is added to the index, the history is limited.
 pub const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
 
-/// The limit of a limited history in bytes. This limit is enough for one state of the largest maze
-/// or for several blocks of states of the smallest maze.
+/// The size in bytes of a limited history. This size is enough for one state of the largest maze or
+/// for several blocks of states of the smallest maze.
 const LIMIT: usize = 4096;
 
-/// The maximum number of requests in one input. The requests can fill several blocks of the history
-/// with at most 2 MiB of states.
+/// The maximum number of requests in one input. This number is enough to fill several blocks of the
+/// history, and limits the states to about 2 MiB.
 const MAX_REQUESTS: usize = 1 << 10;
 
-/// The number of bytes before the weights of a state: `S`, x, y, the heading and the order.
+/// The number of bytes before the weights in a state message: `S`, x, y, the heading and the order
+/// of the weights.
 const HEAD_BYTES: usize = 5;
 
-/// The interval at which the number of requests is printed.
+/// The number of requests after which the total is printed.
 const PRINT_INTERVAL: u64 = 1_000_000;
 
-/// The total number of requests that have been sent.
+/// The total number of requests sent so far.
 static REQUESTS: AtomicU64 = AtomicU64::new(0);
 
-/// A maze of each size. The walls are pseudorandom, so that all eight replies to a walls request
-/// occur.
+/// One maze for each size. The walls are pseudorandom, so that all eight possible replies to a `W`
+/// request occur.
 static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
     SIZES.map(|(width, height)| {
         let size = MazeSize::new(width.into(), height.into()).expect("each side has 1 to 32 cells");
@@ -63,7 +65,7 @@ static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
     })
 });
 
-/// Sends the requests of an input to a new simulation. Checks each reply and the history.
+/// Sends the requests of an input to a new simulation. Checks each reply and the stored states.
 pub fn run(input: &[u8]) {
     let Some((&first, mut pieces)) = input.split_first() else { return };
     let (choice, first) = (usize::from(first) / SIZES.len(), usize::from(first) % SIZES.len());
@@ -100,9 +102,10 @@ fn cut(pieces: &[u8]) -> (&[u8], usize, &[u8]) {
     }
 }
 
-/// Stretches a piece to the length of a state. The first five bytes stay at the start, the last
-/// byte becomes the order of the walls, and the bytes in between are repeated to fill both
-/// matrices. Returns `None` if the piece does not begin with `S` or has fewer than six bytes.
+/// Stretches a piece to the length of a state. The first five bytes stay at the start, and the last
+/// byte becomes the order of the walls. The bytes in between are repeated to fill the matrices of
+/// weights and walls. Returns `None` if the piece does not begin with `S` or has fewer than six
+/// bytes.
 ///
 /// ```text
 /// S x y N C  7 9  F     stretched for a maze of 2x2 cells:     S x y N C  7 9 7 9  F  7 9 7 9
@@ -159,7 +162,7 @@ impl<'a> Observed<'a> {
         Self { maze, simulation, limit, reply: ReplyBuffer::new(), states: Vec::new() }
     }
 
-    /// Sends a request and checks the reply and the change of the history.
+    /// Sends a request. Checks the reply and how the request changes the history.
     fn ask(&mut self, request: &[u8]) {
         let Self { maze, simulation, limit, reply, states } = self;
         let decoded = Request::decode(request, maze.size());
@@ -241,7 +244,8 @@ fn check_state(simulation: &Simulation, states: &[Vec<u8>], index: usize) {
     assert_eq!(kept.as_deref(), states.get(index).map(Vec::as_slice), "state {index}");
 }
 
-/// Counts requests, and prints their number after every [`PRINT_INTERVAL`].
+/// Adds to the total number of requests, and prints the total after every [`PRINT_INTERVAL`]
+/// requests.
 fn count_requests(count: usize) {
     let before = REQUESTS.fetch_add(count as u64, Ordering::Relaxed);
     let after = before + count as u64;

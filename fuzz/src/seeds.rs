@@ -1,7 +1,8 @@
 //! Writes the seed corpus of the fuzz targets. Run `seeds CORPUS` in the project's folder.
 //!
-//! The seeds are based on the mazes in `mazes` and, if available, on the mazes and recorded
-//! exchanges in `../shared`.
+//! The seeds are made from the mazes in `mazes` and, if available, from the mazes and transcripts
+//! in `../shared`. A transcript is a recording of the requests that a client sent to a server, and
+//! of the replies.
 
 use std::ffi::OsStr;
 use std::io::{self, Cursor};
@@ -22,13 +23,14 @@ use walkdir::WalkDir;
 // The compiler flags of the targets require this runtime.
 use libfuzzer_sys as _;
 
-/// The number of requests in an input from a recorded exchange.
+/// The number of successive requests of a transcript that form one input.
 const REQUESTS_PER_INPUT: usize = 8;
 
-/// The maximum number of inputs from a recorded exchange. The inputs are spread over the exchange.
+/// The maximum number of inputs from one transcript. The inputs are taken from the transcript at
+/// even intervals.
 const INPUTS_PER_EXCHANGE: usize = 16;
 
-/// Mazes in the formats that no bundled file has, and edge cases of the text format.
+/// Mazes in formats that none of the bundled files has, and edge cases of the text format.
 const MAZES: [&str; 14] = [
     "o---o\n| S |\no---o\n",
     "o---o\n|SG |\no---o\n",
@@ -76,16 +78,16 @@ fn main() -> io::Result<()> {
     write_recordings(&mut SeedFolder::create(&corpus.join("recordings"))?)
 }
 
-/// Returns the files with this extension in a folder and its subfolders, or no files if the folder
-/// does not exist.
+/// Returns all files with this extension in a folder and its subfolders. Returns no files if the
+/// folder does not exist.
 fn files(folder: &Path, extension: &str) -> impl Iterator<Item = PathBuf> {
     let files = WalkDir::new(folder).sort_by_file_name().into_iter().flatten();
     let extension = OsStr::new(extension).to_owned();
     files.map(walkdir::DirEntry::into_path).filter(move |path| path.extension() == Some(&extension))
 }
 
-/// Writes valid and malformed requests of every kind and a history longer than a block. Writes
-/// these inputs for each maze size, with a limited and an unlimited history.
+/// Writes inputs for each maze size, with a limited and an unlimited history. The inputs contain
+/// valid and malformed requests of every kind, and more states than a block of the history holds.
 fn write_generated_requests(seeds: &mut SeedFolder) -> io::Result<()> {
     let short: [&[u8]; 10] =
         [b"", b"ping", b"PING", b"info", b"reset", b"W", b"W\0", b"W\0\0", b"W\0\0N", b"W\0\0NN"];
@@ -116,8 +118,8 @@ fn write_generated_requests(seeds: &mut SeedFolder) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes parts of a recorded exchange. Each line of an exchange is a JSON object with the request
-/// in hex as `req`. Lines without a request, such as lines of a trial, are skipped.
+/// Writes inputs from a transcript. Each line of a transcript is a JSON object whose member `req`
+/// is a request in hex. Lines without `req`, such as those of a recorded trial, are skipped.
 fn write_exchange(seeds: &mut SeedFolder, lines: &str) -> io::Result<()> {
     let requests: Vec<Vec<u8>> = lines.lines().filter_map(parse_request).collect();
     let inputs = requests.chunks(REQUESTS_PER_INPUT);
@@ -137,8 +139,8 @@ fn parse_request(line: &str) -> Option<Vec<u8>> {
         .collect()
 }
 
-/// Writes byte streams of ZMTP 2 and ZMTP 3 clients with requests, commands, and frames over the
-/// limits.
+/// Writes byte streams of ZMTP 2 and ZMTP 3 clients. The streams contain requests, commands, and
+/// frames that exceed the limits.
 fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
     let oversized = [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; 65_537]].concat();
     let streams: [(u8, &[u8]); 6] = [
@@ -155,8 +157,8 @@ fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes closed, truncated and chunked recordings of a search in a small maze, with and without
-/// the maze. Chunks are included because other tools write them.
+/// Writes recordings of a search in a small maze: closed, truncated and chunked ones, both with and
+/// without the maze. Chunked recordings are included because other tools write them.
 fn write_recordings(seeds: &mut SeedFolder) -> io::Result<()> {
     let maze = mmsim_formats::parse_maze(MAZES[0].as_bytes()).map_err(io::Error::other)?;
     let simulation = Simulation::new("small", maze);
@@ -180,7 +182,7 @@ fn write_recordings(seeds: &mut SeedFolder) -> io::Result<()> {
     Ok(())
 }
 
-/// Rewrites a recording with its messages in chunks.
+/// Returns a copy of a recording in which the messages are in chunks.
 fn in_chunks(recording: &[u8], compression: Option<Compression>) -> Result<Vec<u8>, McapError> {
     let mut chunked = Vec::new();
     let options = WriteOptions::new().use_chunks(true).compression(compression);

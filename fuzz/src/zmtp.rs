@@ -1,10 +1,11 @@
-//! The fuzz target for bytes that a connection of the ZMTP server receives.
+//! The fuzz target for the bytes that a ZMTP connection of the server receives.
 //!
-//! The lower seven bits of the first byte are the maximum number of bytes per read. If the highest
-//! bit is set, a valid handshake precedes the rest of the input.
+//! The lower seven bits of the first byte, plus 1, are the maximum number of bytes per read. If the
+//! highest bit is set, a valid handshake precedes the rest of the input.
 //!
-//! The target checks that the output does not depend on the lengths of the reads. The output must
-//! be the greeting and complete frames, with exactly one reply for each call of the service.
+//! The target checks that the output does not depend on how many bytes are read at a time. The
+//! output must consist of the greeting and complete frames, with exactly one reply for each
+//! request.
 
 use std::io::{self, ErrorKind, Read, Write};
 
@@ -19,10 +20,11 @@ const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 /// The bit of the first byte that adds a handshake before the rest of the input.
 pub const WITH_HANDSHAKE: u8 = 0x80;
 
-/// The maximum number of times that one connection is served.
+/// The maximum number of turns of one connection, which detects endless loops.
 const MAX_TURNS: usize = 1 << 20;
 
-/// Serves a connection with this input in several ways and checks the properties.
+/// Serves a connection with this input twice, with long and with short reads, and checks the
+/// output.
 pub fn run(input: &[u8]) {
     let Some((&choice, bytes)) = input.split_first() else { return };
     let handshake: &[&[u8]] =
@@ -35,7 +37,6 @@ pub fn run(input: &[u8]) {
     check_output(&whole);
 }
 
-/// The outcome of a connection.
 #[derive(PartialEq, Eq)]
 struct Outcome {
     output: Vec<u8>,
@@ -62,7 +63,8 @@ fn serve(incoming: &[u8], max_read: usize) -> Outcome {
     Outcome { output: connection.into_stream().outgoing, replies: counter.replies, error }
 }
 
-/// Checks that the output is a greeting and complete frames, with one reply for each request.
+/// Checks that the output consists of a greeting and complete frames, with one reply for each
+/// request.
 fn check_output(Outcome { output, replies, .. }: &Outcome) {
     let common = output.len().min(GREETING.len());
     let (greeting, mut rest) = output.split_at(common);
@@ -87,7 +89,7 @@ fn check_output(Outcome { output, replies, .. }: &Outcome) {
         frames = body.get(length..).expect("the frame is complete");
         last_frames += usize::from(flags & 5 == 0);
     }
-    assert_eq!(last_frames, *replies, "the number of replies and requests differs");
+    assert_eq!(last_frames, *replies, "the numbers of replies and requests differ");
 }
 
 /// A service that replies with the length of each request and counts the replies.

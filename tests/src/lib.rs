@@ -1,4 +1,5 @@
-//! Helpers for integration tests: shared mazes and transcripts, and a running server.
+//! Helpers for integration tests, which find shared mazes and transcripts, run servers, and wait
+//! with a timeout.
 #![forbid(unsafe_code)]
 
 mod malformed;
@@ -18,9 +19,9 @@ pub use wait::{
     TIMEOUT, TIMEOUT_MS, output, stop, wait_for, wait_for_exit, wait_with_output, within,
 };
 
-/// Returns a path in the folder of shared mazes and transcripts next to the project. The project
-/// does not include these files because they have no licence. If the path does not exist, prints a
-/// message to stderr and returns `None`, so that the test is skipped.
+/// Returns a path in `../shared`, the folder of shared mazes and transcripts. The project does not
+/// include these files because they have no licence. If the path does not exist, prints a message
+/// to stderr and returns `None`, so that the test is skipped.
 pub fn shared(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared").join(name);
     if path.exists() {
@@ -36,7 +37,7 @@ pub fn bundled_mazes() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../mazes")
 }
 
-/// Reads a file with a JSON value on each line.
+/// Reads a file that contains one JSON value per line.
 ///
 /// # Panics
 /// Panics if the file cannot be read or parsed.
@@ -67,7 +68,7 @@ pub fn serve(maze: Maze) -> Background {
     server.spawn(Simulation::new("served", maze))
 }
 
-/// Returns a socket of the given kind, connected to the server, with [`TIMEOUT`] as timeout.
+/// Returns a socket of the given kind that is connected to the server and uses [`TIMEOUT`].
 ///
 /// # Panics
 /// Panics if `ZeroMQ` cannot create the socket.
@@ -75,7 +76,7 @@ pub fn connect(server: &Background, kind: zmq::SocketType) -> zmq::Socket {
     connect_to(server.address(), kind)
 }
 
-/// Returns a socket of the given kind, connected to the given address, with [`TIMEOUT`] as timeout.
+/// Returns a socket of the given kind that is connected to the given address and uses [`TIMEOUT`].
 ///
 /// # Panics
 /// Panics if `ZeroMQ` cannot create the socket.

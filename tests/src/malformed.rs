@@ -22,7 +22,8 @@ fn changed(index: usize, byte: u8) -> Vec<u8> {
     state
 }
 
-/// Returns a malformed single-frame request of every kind in docs/protocol.md, for a classic maze.
+/// Returns malformed requests for a classic maze. They cover every kind of malformed request in
+/// docs/protocol.md that consists of a single frame.
 ///
 /// # Panics
 /// Never.

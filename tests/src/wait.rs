@@ -20,7 +20,8 @@ const COMMAND_TIMEOUT: Duration = Duration::from_secs(600);
 
 /// Polls until `poll` returns a value.
 ///
-/// # Panics Panics if `poll` returns no value within [`TIMEOUT`].
+/// # Panics
+/// Panics if `poll` returns no value within [`TIMEOUT`].
 #[track_caller]
 pub fn wait_for<T>(what: &str, poll: impl FnMut() -> Option<T>) -> T {
     let Some(found) = poll_for(TIMEOUT, poll) else { panic!("waited {TIMEOUT:?} for {what}") };
@@ -40,7 +41,7 @@ fn poll_for<T>(timeout: Duration, mut poll: impl FnMut() -> Option<T>) -> Option
     }
 }
 
-/// Runs a function that might block forever, on a separate thread.
+/// Runs a function on a separate thread, because the function might block forever.
 ///
 /// # Panics
 /// Panics if the function panics or takes longer than [`TIMEOUT`].
@@ -61,7 +62,8 @@ pub fn within<T: Send + 'static>(what: &str, run: impl FnOnce() -> T + Send + 's
 
 /// Stops a server and returns its simulation.
 ///
-/// # Panics Panics if the server does not stop or has failed.
+/// # Panics
+/// Panics if the server does not stop or has failed.
 #[track_caller]
 pub fn stop(server: Background) -> Simulation {
     within("the server to stop", || server.stop()).unwrap()
@@ -80,7 +82,8 @@ pub fn output(command: &mut Command) -> Output {
 /// Waits for a process to exit and captures its output.
 ///
 /// # Panics
-/// Panics if the process takes longer than ten minutes, or if another process keeps its pipes open.
+/// Panics if the process takes longer than ten minutes, or if another process keeps the output
+/// pipes open.
 #[track_caller]
 pub fn wait_with_output(mut child: Child) -> Output {
     drop(child.stdin.take());
@@ -92,7 +95,8 @@ pub fn wait_with_output(mut child: Child) -> Output {
 
 /// Waits for a process to exit.
 ///
-/// # Panics Panics if the process takes longer than ten minutes, and kills it.
+/// # Panics
+/// Kills the process and panics if it takes longer than ten minutes.
 #[track_caller]
 pub fn wait_for_exit(child: &mut Child) -> ExitStatus {
     let status = poll_for(COMMAND_TIMEOUT, || child.try_wait().unwrap());

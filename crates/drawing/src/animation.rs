@@ -13,7 +13,7 @@ use crate::scene::Scene;
 /// The minimum display time of the last frame, in milliseconds.
 const LAST_MS: u32 = 2500;
 
-/// The maximum number of frames in the animation of a search, which keeps the file small.
+/// The maximum number of frames in the animation of a search. The limit keeps the file small.
 pub const MAX_FRAMES: usize = 400;
 
 /// The display time of each frame in the animation of a search, in milliseconds.
@@ -49,8 +49,8 @@ struct Begun {
     palette: Palette,
     encoder: Encoder<Vec<u8>>,
     canvas: Canvas,
-    /// The newest frame and its display time in milliseconds. The newest frame is written later,
-    /// because the last frame gets a longer display time.
+    /// The newest frame and its display time in milliseconds. The frame is not yet written, because
+    /// its display time depends on whether another frame follows.
     last: Option<(Frame<'static>, u32)>,
 }
 
@@ -61,13 +61,14 @@ impl std::fmt::Debug for Animation {
 }
 
 impl Animation {
-    /// Creates an animation of this width in pixels; the height follows from the maze.
+    /// Creates an animation of this width in pixels. The height follows from the size of the maze.
     pub const fn new(width_px: u32) -> Self {
         Self { width_px, begun: None }
     }
 
-    /// Adds a frame that is shown for `delay_ms` milliseconds. The display time is rounded up to
-    /// hundredths of a second, the unit of a GIF, and is at least 20 ms, the minimum in browsers.
+    /// Adds a frame that is shown for `delay_ms` milliseconds. The display time is rounded up to a
+    /// hundredth of a second, the time unit of GIF. It is at least 20 ms, the minimum that browsers
+    /// support.
     ///
     /// # Errors
     /// Returns an error if the width is out of range (see [`Scene::png`]) or if the size of the
@@ -110,7 +111,7 @@ impl Begun {
         Ok(Self { palette, encoder, canvas, last: Some((frame, delay_ms)) })
     }
 
-    /// Returns the frame that turns the previous picture into the picture on the canvas.
+    /// Returns a frame that, drawn over the previous picture, gives the picture on the canvas.
     fn change(&mut self, shown: &Pixmap) -> Frame<'static> {
         let (old, new) = (shown.pixels(), self.canvas.pixmap().pixels());
         let width = shown.width() as usize;
@@ -153,13 +154,13 @@ fn frame((left, top): (u16, u16), (width, height): (u16, u16), pixels: Vec<u8>) 
     }
 }
 
-/// Converts a number of pixels, which is at most 4096.
 fn px(pixels: usize) -> u16 {
     u16::try_from(pixels).unwrap_or(u16::MAX)
 }
 
-/// Selects at most `max_frames` of `states` states for an animation. The selected states are evenly
-/// spaced and include the last state and, if `max_frames` is at least 2, the first state.
+/// Selects states for an animation: returns the indices of at most `max_frames` of `states` states.
+/// The selected states are evenly spaced and include the last state. If `max_frames` is at least 2,
+/// they also include the first state.
 ///
 /// ```
 /// use mmsim_drawing::frame_indices;
@@ -185,8 +186,8 @@ mod tests {
     use crate::scene::Layers;
     use crate::theme::Theme;
 
-    /// Returns the final picture of a GIF and the display times of its frames in hundredths of a
-    /// second.
+    /// Decodes a GIF. Returns the final picture and the display times of the frames in hundredths
+    /// of a second.
     fn played(gif: &[u8]) -> (Pixmap, Vec<u16>) {
         let mut options = DecodeOptions::new();
         options.set_color_output(ColorOutput::RGBA);

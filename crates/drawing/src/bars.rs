@@ -14,14 +14,15 @@ const BAR: f64 = 18.0;
 const PITCH: f64 = 25.0;
 /// The height of a line of text, such as the title, the legend or a group name.
 const LINE: f64 = 28.0;
-/// An upper estimate of the width of a character, because the reader's font is unknown.
+/// An upper estimate of the mean width of a character. The actual width depends on the reader's
+/// font.
 const LETTER: f64 = 7.6;
-/// The space between a bar and the texts beside it.
+/// The space between a bar and the text beside it.
 const GAP: f64 = 8.0;
 
 /// A horizontal bar chart with groups of bars. Each bar has two stacked parts.
 ///
-/// All bars share one scale that begins at 0. The value of each bar is written beside the bar.
+/// All bars share one scale that begins at 0. Each bar has its value written beside it.
 ///
 /// ```
 /// use mmsim_drawing::{Bar, BarChart, BarGroup};
@@ -116,12 +117,12 @@ impl BarChart {
 /// The origin and the scale of the bars.
 struct Scale {
     left: f64,
-    /// The number of picture units for each unit of the values.
+    /// The number of picture units that represent a value of 1.
     unit: f64,
 }
 
 impl Scale {
-    /// Chooses the largest scale that leaves room for the texts.
+    /// Chooses the largest scale that leaves enough space for the text beside the bars.
     fn for_chart(chart: &BarChart) -> Self {
         let bars = || chart.groups.iter().flat_map(|group| &group.bars);
         let widest = bars().map(|bar| LETTER * count(bar.name.chars())).fold(0.0, f64::max);
@@ -178,7 +179,8 @@ fn text(svg: &mut String, class: &str, x: f64, y: f64, text: &str) {
     let _ = writeln!(svg, "<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{text}</text>");
 }
 
-/// Escapes text for XML, including control characters, which XML cannot represent.
+/// Escapes text for XML. Control characters, which XML cannot represent, are replaced by visible
+/// escape sequences.
 fn escaped(text: &str) -> String {
     let text = Escaped(text).to_string();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

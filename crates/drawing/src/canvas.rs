@@ -10,9 +10,9 @@ use crate::pixels::{PictureError, paint};
 use crate::scene::Scene;
 use crate::svg::{Part, Svg, View};
 
-/// The minimum scale in pixels per unit for partial updates. Below this scale, the line of the
-/// trail is thinner than a pixel and each pixel depends on the whole trail, so the picture is
-/// redrawn completely.
+/// The minimum scale in pixels per unit for partial updates. Below this scale, the whole picture is
+/// redrawn, because the line of the trail is thinner than a pixel, and each of its pixels may
+/// depend on the whole trail.
 const THIN: f64 = 0.5;
 
 /// A picture that redraws only the tiles in which something changed. The result is the same as if
@@ -66,13 +66,13 @@ impl Canvas {
     }
 }
 
-/// Returns the text of a drawing before the first part, which contains the style and the hidden
-/// layers.
+/// Returns the beginning of a drawing, up to its first part. The beginning contains the styles and
+/// the names of the hidden layers.
 fn head<'a>(drawing: &'a str, parts: &[Part]) -> &'a str {
     &drawing[..parts.first().map_or(drawing.len(), |part| part.text.start)]
 }
 
-/// Returns the areas of the parts that occur in only one of two drawings.
+/// Returns the areas of all parts that occur in one of the two drawings but not in the other.
 fn changes(old: (&str, &[Part]), new: (&str, &[Part])) -> Vec<Area> {
     let (old, new) = (keys(old), keys(new));
     old.symmetric_difference(&new).map(|(_, area)| *area).collect()
@@ -82,7 +82,7 @@ fn keys<'a>((drawing, parts): (&'a str, &[Part])) -> HashSet<(&'a str, Area)> {
     parts.iter().map(|part| (&drawing[part.text.clone()], part.area)).collect()
 }
 
-/// Returns the drawing without its unwanted parts.
+/// Returns the drawing without the parts for which `is_wanted` returns false.
 fn only(drawing: &str, parts: &[Part], is_wanted: impl Fn(&&Part) -> bool) -> String {
     let mut text = String::with_capacity(drawing.len());
     let mut done = 0;
@@ -93,8 +93,8 @@ fn only(drawing: &str, parts: &[Part], is_wanted: impl Fn(&&Part) -> bool) -> St
     text + &drawing[done..]
 }
 
-/// The division of a picture into tiles of the size of a cell. The tiles are offset from the cells
-/// by the margin, to the north-west.
+/// A grid of cell-sized tiles that covers a picture. The grid begins at the north-west corner of
+/// the picture, so the margin shifts the tiles relative to the cells.
 struct Tiles {
     columns: usize,
     rows: usize,
@@ -115,7 +115,7 @@ impl Tiles {
         }
     }
 
-    /// Returns, for each tile, true if one of these areas touches the tile.
+    /// Returns a flag for each tile, which is true if one of these areas touches the tile.
     fn touched(&self, areas: Vec<Area>) -> Vec<bool> {
         let mut touched = vec![false; self.columns * self.rows];
         for tile in areas.into_iter().flat_map(|area| self.indices(area)) {
@@ -166,7 +166,7 @@ mod tests {
     use crate::scene::Layers;
     use crate::theme::Theme;
 
-    /// A change from one picture to the next.
+    /// A random change to the scene between two updates of the canvas.
     #[derive(Clone, Debug)]
     struct Change {
         walls: Vec<(u8, u8, bool)>,
@@ -186,7 +186,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(24))]
         /// Compares the canvas with a naive implementation that redraws the whole scene.
         #[test]
-        fn a_picture_is_the_same_as_if_all_of_it_were_drawn(
+        fn partial_updates_match_a_full_redraw(
             (width, height) in (1usize..=8, 1usize..=8),
             width_px in 16u32..400,
             changes in prop::collection::vec(change(), 1..6),

@@ -8,9 +8,9 @@ pub(crate) const ADVANCE: f64 = 5.0;
 /// The stroke width of a digit, in units.
 pub(crate) const STROKE: f64 = 0.95;
 
-/// The path of each digit. A path starts with a move from the middle of the left edge of the
-/// digit's box. The box is [`ADVANCE`] units wide; a digit is 3.4 units wide (the 1 is narrower)
-/// and 6.8 units high.
+/// The path of each digit. A path is relative to the middle of the left edge of the digit's box,
+/// and begins with a move from there. The box is [`ADVANCE`] units wide; a digit is 3.4 units wide
+/// (the 1 is narrower) and 6.8 units high.
 pub(crate) const DIGITS: [&str; 10] = [
     "m2.5-3.4c1.2 0 1.75 1.4 1.75 3.4s-.55 3.4-1.75 3.4-1.75-1.4-1.75-3.4.55-3.4 1.75-3.4z",
     "m1.15-2.2 1.75-1.2v6.8",
@@ -24,8 +24,8 @@ pub(crate) const DIGITS: [&str; 10] = [
     "m1.25 3.05c.3.25.6.35 1 .35 1.3 0 2-1.6 2-3.9 0-1.85-.65-2.9-1.75-2.9-1.05 0-1.75.85-1.75 2.1s.65 2 1.65 2c.95 0 1.7-.65 1.85-1.7",
 ];
 
-/// Returns the path data of a number, centred on (0, 0), in units of 1/20 cell. Stroke the path
-/// with round caps and joins. Up to three digits fit between the walls of a cell.
+/// Returns the SVG path of a number, centred on (0, 0). The unit is 1/20 of a cell. Draw the path
+/// with a stroke that has round caps and joins. Up to three digits fit between the walls of a cell.
 ///
 /// ```
 /// assert_eq!(mmsim_drawing::digits(1), "M-2.5 0m1.15-2.2 1.75-1.2v6.8");

@@ -1,10 +1,10 @@
 //! Heat map colours for weights.
 //!
-//! A colour ramp runs from cool to warm along straight lines in `OKLab`
-//! (<https://bottosson.github.io/posts/oklab/>). The steps of the ramp have equal length, so equal
-//! differences in weight look equal. The lightness decreases steadily (in the dark theme it
-//! increases), so the ramp is readable without distinguishing hues. The range of lightness keeps
-//! the numbers on top of the colours legible.
+//! A colour ramp is a sequence of colours from cool to warm. It follows straight line segments in
+//! the colour space `OKLab` (<https://bottosson.github.io/posts/oklab/>). Neighbouring colours of
+//! the ramp are equally far apart, so equal differences in weight look equal. The lightness
+//! decreases steadily (in the dark theme, it increases), so colour-blind users can read the ramp.
+//! The range of lightness is limited, so that numbers drawn on top of the colours are legible.
 
 use crate::theme::Theme;
 
@@ -35,13 +35,14 @@ pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
     (0..STEPS).map(|step| srgb(along(&corners, &lengths, at(step)))).collect()
 }
 
-/// Returns the index of a weight's colour in the colour ramp, given the largest weight.
+/// Returns the index in the colour ramp for a weight, given the largest weight.
 pub(crate) fn step(weight: u16, largest: u16) -> usize {
     let (weight, largest) = (usize::from(weight), usize::from(largest).max(1));
     ((2 * weight * (STEPS - 1) + largest) / (2 * largest)).min(STEPS - 1)
 }
 
-/// The lightness, chroma and hue (in degrees) of a corner of the colour ramp.
+/// The lightness, chroma and hue (in degrees) of a colour. The line segments of a colour ramp
+/// connect such colours.
 type Lch = (f64, f64, f64);
 const LIGHT: [Lch; 5] = [
     (0.955, 0.025, 230.0),
@@ -64,7 +65,7 @@ fn distance(from: Lab, to: Lab) -> f64 {
     from.iter().zip(to).map(|(from, to)| (to - from).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Returns the colour at this distance along the path through all corners.
+/// Returns the colour at this distance along the line segments that connect `corners`.
 fn along(corners: &[Lab], lengths: &[f64], mut way: f64) -> Lab {
     let mut leg = 0;
     while leg + 1 < lengths.len() && way > lengths[leg] {

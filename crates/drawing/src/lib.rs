@@ -1,4 +1,4 @@
-//! Pictures of mazes and of the maps that mice build: SVG for web pages and files, PNG, animated
+//! Pictures of mazes and of the maps that mice build, as SVG for web pages and files, PNG, animated
 //! GIF and thumbnails.
 //!
 //! ```text

@@ -4,15 +4,15 @@ use crate::digits::{ADVANCE, DIGITS, decimals};
 use crate::heat::ramp;
 use crate::theme::Theme;
 
-/// Returns, as JSON, the tables that a web page needs to draw numbers and heat colours like this
-/// crate:
+/// Returns JSON with the tables that a web page needs to draw numbers and heat colours in the same
+/// way as this crate:
 ///
 /// ```json
 /// {"advance": 5, "digits": ["m…", … 10], "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
 /// ```
 ///
-/// The path of a number with n digits consists of `M{x} 0` and the path of the digit for each digit
-/// i, counted from 0. The number x is (i − n/2) · advance with at most two decimals (see
+/// To draw a number, concatenate for each digit `M{x} 0` and the path of the digit. For digit i of
+/// n, counted from 0, x is (i − n/2) · advance, rounded to two decimals (see
 /// [`digits`](crate::digits)). The colour of a weight w has the index round(63 · w / max(1, the
 /// largest weight)).
 ///
@@ -30,7 +30,8 @@ pub fn page_json() -> String {
     )
 }
 
-/// Formats texts as a JSON array. The texts must not contain characters that JSON escapes.
+/// Formats strings as a JSON array. The strings must not contain characters that need escaping in
+/// JSON.
 fn list(texts: impl Iterator<Item = String>) -> String {
     format!("[{}]", texts.map(|text| format!("\"{text}\"")).collect::<Vec<_>>().join(","))
 }

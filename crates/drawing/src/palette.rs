@@ -13,8 +13,8 @@ use crate::scene::Scene;
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
 const MAX_COLOURS: usize = 255;
 
-/// The number of exact colours in a palette: the colours of the theme and the colours that cover
-/// the largest areas.
+/// The number of colours that a palette reproduces exactly: the colours of the theme and the
+/// colours that cover the largest areas. The rest of the palette approximates all other colours.
 const EXACT: usize = 112;
 
 /// A set of colours with a cached lookup of the nearest colour.
@@ -29,12 +29,12 @@ impl Palette {
     #[expect(clippy::cast_possible_truncation, reason = "255")]
     pub(crate) const UNCHANGED: u8 = MAX_COLOURS as u8;
 
-    /// Builds a palette for an animation of this width in pixels whose scenes have the same theme
-    /// and layers as `scene`. The colours come from a sample sheet that shows everything a scene
-    /// can contain, so the palette suits all frames of the animation.
+    /// Builds a palette for an animation of this width in pixels. All scenes of the animation must
+    /// have the same theme and layers as `scene`. The colours come from a sample scene with
+    /// everything that a scene can contain, so the palette suits all frames of the animation.
     pub(crate) fn like(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
         let size = MazeSize::CLASSIC;
-        // The scale of the scene, within limits for the size of the sheet.
+        // Draw the sample at the scale of the scene, but limit its size.
         let side_px = (width_px * units(size).0 / units(scene.size).0).clamp(64, 768);
         let sheet = Sheet::new(size);
         let mut areas = BTreeMap::new();
@@ -52,7 +52,7 @@ impl Palette {
         Ok(Self { colours: choose(chosen, areas.into_iter().collect()), nearest: HashMap::new() })
     }
 
-    /// Returns the colours as bytes, three for each colour, padded to 256 colours.
+    /// Returns the colours as bytes, padded to 256 colours of three bytes each.
     pub(crate) fn bytes(&self) -> Vec<u8> {
         let colours = self.colours.iter().flat_map(|colour| [colour.0, colour.1, colour.2]);
         colours.chain(std::iter::repeat(0)).take(3 * (MAX_COLOURS + 1)).collect()
@@ -68,7 +68,7 @@ impl Palette {
     }
 }
 
-/// Returns the colour of an opaque pixel.
+/// Returns the colour of a pixel, which must be opaque.
 pub(crate) fn rgb(pixel: PremultipliedColorU8) -> Rgb {
     Rgb(pixel.red(), pixel.green(), pixel.blue())
 }
@@ -80,9 +80,9 @@ fn distance(one: Rgb, other: Rgb) -> u32 {
     2 * square(one.0, other.0) + 4 * square(one.1, other.1) + square(one.2, other.2)
 }
 
-/// Adds to the chosen colours the colours of the largest areas, and then repeatedly the colour
-/// farthest from all chosen colours. Flat areas get their exact colours, and blends at the edges of
-/// areas get similar colours.
+/// Adds the colours of the largest areas to `chosen`. Then repeatedly adds the colour that is
+/// farthest from all chosen colours. Flat areas therefore keep their exact colours, and blends at
+/// the edges of areas get similar colours.
 fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     areas.retain(|(colour, _)| !chosen.contains(colour));
     areas.sort_by_key(|&(_, area)| std::cmp::Reverse(area));
@@ -101,7 +101,7 @@ fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     chosen
 }
 
-/// A sample maze with a map and a trail that together show all kinds of walls and cells.
+/// The contents of a sample scene: a maze, a map and a trail with all kinds of walls and cells.
 struct Sheet {
     maze: Maze,
     map: KnownMaze,
@@ -135,7 +135,7 @@ impl Sheet {
         Self { maze: maze.unwrap(), map, trail: trail.collect() }
     }
 
-    /// Returns a scene of the sheet with the theme and the layers of the scene `like`.
+    /// Returns the sample scene with the theme and the layers of the scene `like`.
     fn scene(&self, like: &Scene<'_>, heading: Heading) -> Scene<'_> {
         Scene::from_map(&self.map)
             .with_truth(Some(&self.maze))

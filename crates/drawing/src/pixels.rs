@@ -14,13 +14,13 @@ pub const WIDTH_PX: std::ops::RangeInclusive<u32> = 16..=4096;
 /// The maximum height of a picture, in pixels.
 pub const MAX_HEIGHT_PX: u32 = 4096;
 
-/// A failure to draw a picture.
+/// The error for a picture or an animation that cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureError {
     /// The picture would be too small or too large.
     #[error(
-        "cannot draw a picture of {width}x{height} pixels: the width must be {} to {}, the height at most {MAX_HEIGHT_PX}",
+        "cannot draw a picture of {width}x{height} pixels: the width must be {} to {} and the height at most {MAX_HEIGHT_PX}",
         WIDTH_PX.start(), WIDTH_PX.end()
     )]
     Size {
@@ -29,18 +29,18 @@ pub enum PictureError {
         /// The height that follows from the width, in pixels.
         height: u64,
     },
-    /// Drawing or encoding failed, which no scene is expected to cause.
+    /// Drawing or encoding failed. This error is not expected for any scene.
     #[error("cannot draw the picture: {0}")]
     Drawing(String),
     /// The animation has no frame.
     #[error("cannot write an animation without frames")]
     NoFrame,
-    /// The size of the maze in a frame differs from that in the first frame.
+    /// A frame has a maze of a different size than the first frame.
     #[error("cannot add a frame of {found} cells to an animation of {expected} cells")]
     OtherFrame {
         /// The size of the maze in the first frame.
         expected: MazeSize,
-        /// The size of the maze in the rejected frame.
+        /// The size of the maze in the new frame.
         found: MazeSize,
     },
 }
@@ -64,8 +64,8 @@ impl Scene<'_> {
         self.pixmap(width_px)?.encode_png().map_err(failed)
     }
 
-    /// Returns the largest width at which neither side of the picture exceeds `side_px` pixels, but
-    /// at least the minimum width of a picture.
+    /// Returns the largest picture width at which both the width and the height are at most
+    /// `side_px` pixels. The result is never less than the minimum width of a picture.
     ///
     /// ```
     /// use mmsim_drawing::Scene;
@@ -167,7 +167,10 @@ mod tests {
             assert_eq!(at(&scene, 10, 30), colours.start.0, "{theme:?}");
             assert_eq!(at(&scene, 30, 10), colours.goal.0, "{theme:?}");
             let pale = at(&scene, 30, 20);
-            assert!(pale != colours.wall && pale != colours.floor, "{theme:?}: the mouse's secret");
+            assert!(
+                pale != colours.wall && pale != colours.floor,
+                "{theme:?}: unknown to the mouse"
+            );
             assert_eq!(at(&Scene::from_maze(&maze).with_theme(theme), 30, 20), colours.wall);
             let heat = scene.with_weights(|cell| cell.x + cell.y).with_layers(Layers {
                 numbers: false,
@@ -215,12 +218,12 @@ mod tests {
         let scene = Scene::from_maze(&tall);
         assert_eq!(
             scene.png(640).unwrap_err().to_string(),
-            "cannot draw a picture of 640x17173 pixels: the width must be 16 to 4096, the height at most 4096"
+            "cannot draw a picture of 640x17173 pixels: the width must be 16 to 4096 and the height at most 4096"
         );
         assert_eq!(scene.png(15).unwrap_err(), PictureError::Size { width: 15, height: 403 });
         assert!(scene.png(u32::MAX).is_err());
         assert_eq!(scene.width_within(640), 23);
-        assert_eq!(scene.width_within(u32::MAX), 152, "as high as can be");
+        assert_eq!(scene.width_within(u32::MAX), 152, "the maximum height");
         assert!(scene.png(scene.width_within(u32::MAX)).is_ok());
     }
 }

@@ -11,8 +11,8 @@ pub const TRAIL_CELLS: usize = 500;
 /// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
 /// scene borrows the mazes and the trail. Nothing is drawn until an output is requested.
 ///
-/// If a scene contains only the true maze, a page shows all walls pale, because the page adds a
-/// client's map later. A file shows all walls at full strength.
+/// If a scene has no client's map, a page shows all walls pale, because the page adds a map later.
+/// A file shows all walls at full strength.
 ///
 /// ```
 /// use mmsim_drawing::{Layers, Scene, Theme};
@@ -43,8 +43,8 @@ pub struct Scene<'a> {
     pub(crate) theme: Theme,
 }
 
-/// The layers of a scene that a file shows. A page contains all layers and hides layers with
-/// classes on the `<svg>` element.
+/// The layers of a scene that are visible in a file. A page contains all layers, and hides some of
+/// them with classes on the `<svg>` element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Layers {
     /// The numbers in the cells.
@@ -61,21 +61,21 @@ impl Layers {
 }
 
 impl Default for Layers {
-    /// Returns the numbers and the trail, without the heat colours.
+    /// Selects the numbers and the trail, but not the heat colours.
     fn default() -> Self {
         Self { numbers: true, heat: false, trail: true }
     }
 }
 
 impl<'a> Scene<'a> {
-    /// Creates a scene of the true maze without a client's map.
+    /// Creates a scene that shows the true maze, without a client's map.
     pub fn from_maze(maze: &'a Maze) -> Self {
         let scene = Self::empty(maze.size(), maze.start().cell, maze.goals());
         Self { truth: Some(maze), ..scene }
     }
 
-    /// Creates a scene of a client's map. Walls on the map count as real unless a [true
-    /// maze](Self::with_truth) contradicts them.
+    /// Creates a scene that shows a client's map. All walls on the map are drawn as existing walls
+    /// unless a [true maze](Self::with_truth) is added that contradicts them.
     pub fn from_map(map: &'a KnownMaze) -> Self {
         let scene = Self::empty(map.size(), map.start().cell, map.goals());
         Self { map: Some(map), ..scene }
@@ -132,21 +132,23 @@ impl<'a> Scene<'a> {
         self
     }
 
-    /// Sets the layers that a file shows.
+    /// Sets the layers that are visible in a file.
     pub const fn with_layers(mut self, layers: Layers) -> Self {
         self.layers = layers;
         self
     }
 
-    /// Sets the theme of a file.
+    /// Sets the theme of a file. In a page, the theme affects only the heat colours, because the
+    /// [`stylesheet`](crate::stylesheet) sets all other colours.
     pub const fn with_theme(mut self, theme: Theme) -> Self {
         self.theme = theme;
         self
     }
 
     /// Returns the drawing for a page that uses the [`stylesheet`](crate::stylesheet). The drawing
-    /// has all layers, but no styles and no size. Each element that can change has a class and an
-    /// attribute with its cell or wall, so a page can update the element in place:
+    /// contains all layers, but no styles and no size in pixels. Each element that can change has a
+    /// class, and an attribute that identifies its cell or wall. A page can therefore update the
+    /// element in place:
     ///
     /// ```text
     /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer
@@ -162,12 +164,12 @@ impl<'a> Scene<'a> {
     /// </svg>
     /// ```
     ///
-    /// Cells are ordered row by row from the south. Every place where a wall can be has an element.
-    /// The wall elements are ordered as follows: first the north and the east side of each cell,
-    /// then the south sides of the south row, then the west sides of the west column. The class
-    /// `true` marks a wall of the true maze, `known` marks a wall on the client's map, and
-    /// `mistaken` marks a wall on the client's map that does not exist. An element with none of
-    /// these classes is invisible.
+    /// Cells are ordered row by row from the south. Each place where a wall can be has a wall
+    /// element. These elements are ordered as follows: first the north and the east side of each
+    /// cell, then the south sides of the southernmost row, then the west sides of the westernmost
+    /// column. The class `true` marks a wall of the true maze, `known` marks a wall on the client's
+    /// map, and `mistaken` marks a wall on the client's map that does not exist. An element with
+    /// none of these classes is invisible.
     pub fn page_svg(&self) -> String {
         Svg::draw(self, View::Page)
     }

@@ -13,14 +13,14 @@ use crate::scene::{Layers, Scene};
 use crate::theme::file_style;
 use crate::walls::{self, INVISIBLE};
 
-/// The purpose of a drawing.
+/// What a drawing is used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum View {
-    /// A page that has the stylesheet and updates the drawing.
+    /// A web page, which contains the stylesheet and updates the drawing.
     Page,
-    /// A file with its own style.
+    /// A standalone file, which contains its style.
     File,
-    /// A file for rasterization, without invisible elements.
+    /// An input of the rasterizer, without invisible elements.
     Pixels,
 }
 
@@ -32,15 +32,14 @@ pub(crate) struct Svg<'a> {
     parts: Vec<Part>,
 }
 
-/// A part of a drawing that is visible only in one area.
+/// A part of a drawing, and the area in which this part is visible.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
     /// The byte range of the part in the text.
     pub(crate) text: Range<usize>,
-    /// The area in which the part is visible.
     pub(crate) area: Area,
-    /// True if the part is an element, which can be omitted. A piece of the trail is only a part of
-    /// an element and cannot be omitted.
+    /// True if the part is a complete element, so that it can be omitted. A piece of the trail is
+    /// only a part of an element and cannot be omitted.
     pub(crate) is_element: bool,
 }
 
@@ -70,7 +69,8 @@ impl<'a> Svg<'a> {
         let _ = write!(self.text, "{text}");
     }
 
-    /// Writes an element that is visible only in this area. Pictures omit invisible elements.
+    /// Writes an element whose visible part lies in this area. With [`View::Pixels`], invisible
+    /// elements are omitted.
     fn put_part(&mut self, area: Area, is_visible: bool, element: impl std::fmt::Display) {
         if self.view == View::Pixels && !is_visible {
             return;
@@ -80,7 +80,7 @@ impl<'a> Svg<'a> {
         self.parts.push(Part { text: start..self.text.len(), area, is_element: true });
     }
 
-    /// Returns true if a layer is written.
+    /// Returns true if the drawing contains this layer.
     fn has(&self, layer: impl Fn(Layers) -> bool) -> bool {
         self.view != View::Pixels || layer(self.scene.layers)
     }
@@ -152,8 +152,8 @@ impl<'a> Svg<'a> {
         self.put("</g>\n");
     }
 
-    /// Draws a frame around the start and a frame around the goals, each with a badge (S or G). The
-    /// frames and badges are drawn on top of the heat colours.
+    /// Draws a frame around the start cell with the badge S, and a frame around the goal cells with
+    /// the badge G. The frames and badges are drawn on top of the heat colours.
     fn marks(&mut self) {
         let Scene { size, start, goals, .. } = *self.scene;
         self.put("<g class=\"marks\">\n");
@@ -379,7 +379,7 @@ mod tests {
         assert_eq!(svg.matches(") scale(0.75)\"").count(), 4);
     }
 
-    /// Returns each wall of a drawing and its classes.
+    /// Returns the walls of a drawing, each with its classes.
     fn walls_of(svg: &str) -> Vec<(String, String)> {
         let attribute = |line: &str, name: &str| {
             let (_, rest) = line.split_once(&format!(" {name}=\"")).unwrap();
@@ -391,7 +391,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn each_wall_has_the_classes_of_the_rule(
+        fn walls_have_the_expected_classes(
             (width, height) in (1usize..=9, 1usize..=9),
             stands in prop::collection::vec(any::<bool>(), 2 * 81),
             believed in prop::collection::vec(0u8..3, 2 * 81),

@@ -32,7 +32,7 @@ pub(crate) struct Colours {
     pub(crate) mouse: Rgb,
     /// The colour of the mouse's outline.
     pub(crate) rim: Rgb,
-    /// The opacity of walls that the client does not know.
+    /// The opacity of walls that are not on the client's map.
     pub(crate) unknown_opacity: &'static str,
     pub(crate) post_opacity: &'static str,
     pub(crate) trail_opacity: &'static str,
@@ -89,8 +89,8 @@ impl Colours {
     }
 }
 
-/// Returns the style rules shared by both themes. The rules use classes but no variables or
-/// calculations, so that simple SVG renderers understand the rules.
+/// Returns the style rules shared by both themes. The rules contain no variables or calculations,
+/// so that simple SVG renderers support them.
 fn shapes() -> String {
     format!(
         "\
@@ -112,7 +112,7 @@ fn shapes() -> String {
     )
 }
 
-/// Returns the style rules of one theme, which set only colours.
+/// Returns the style rules that set the colours of a theme.
 fn colours(theme: Theme) -> String {
     let Colours { floor, visited, wall, mistaken, start, goal, trail, number, mouse, rim, .. } =
         theme.colours();
@@ -141,8 +141,9 @@ fn colours(theme: Theme) -> String {
     rules
 }
 
-/// Returns the stylesheet of a page with drawings ([`Scene::page_svg`](crate::Scene::page_svg)).
-/// The stylesheet contains the light theme, and the dark theme for users who prefer dark colours.
+/// Returns the stylesheet for a page that contains drawings
+/// ([`Scene::page_svg`](crate::Scene::page_svg)). The stylesheet uses the dark theme for users who
+/// prefer dark colours, and the light theme otherwise.
 ///
 /// ```
 /// let css = mmsim_drawing::stylesheet();
@@ -153,8 +154,8 @@ pub fn stylesheet() -> String {
     format!("{}{light}@media (prefers-color-scheme:dark){{\n{dark}}}\n", shapes())
 }
 
-/// Returns the style of a file in one theme. If `is_truth_alone` is true, the scene has no client's
-/// map, so all walls are drawn at full strength.
+/// Returns the style rules of a standalone file with this theme. If `is_truth_alone` is true, the
+/// scene has no client's map, so all walls are drawn at full strength.
 pub(crate) fn file_style(theme: Theme, is_truth_alone: bool) -> String {
     let strong = ".maze .wall.true{stroke-linecap:square;stroke-opacity:1}\n";
     let strong = if is_truth_alone { strong } else { "" };

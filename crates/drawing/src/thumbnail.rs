@@ -30,7 +30,7 @@ pub fn thumbnail(maze: &Maze) -> String {
     )
 }
 
-/// A grey that is visible on both black and white.
+/// A grey that is visible both on black and on white.
 const WALL: &str = "#7b8794";
 const GOAL: &str = "#b46be0";
 
@@ -69,7 +69,7 @@ fn walls(maze: &Maze) -> String {
     path
 }
 
-/// Returns the start and the length of each run of walls in a line.
+/// Returns the start and the length of each run of consecutive walls in a row or column.
 fn runs(cells: u8, has: impl Fn(u8) -> bool) -> Vec<(u8, u8)> {
     let mut runs: Vec<(u8, u8)> = Vec::new();
     for cell in (0..cells).filter(|&cell| has(cell)) {
@@ -90,10 +90,11 @@ mod tests {
 
     use super::*;
 
-    /// A wall of one cell: the position of its start, and true if it runs east instead of south.
+    /// The position of a wall segment's start, and a flag that is true if the segment runs east and
+    /// false if it runs south.
     type Piece = (i32, i32, bool);
 
-    /// Parses the path back into walls.
+    /// Parses a path into wall segments of one cell.
     fn pieces(path: &str) -> BTreeSet<Piece> {
         let mut pieces = BTreeSet::new();
         let (mut x, mut y) = (0, 0);

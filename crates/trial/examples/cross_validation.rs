@@ -1,9 +1,10 @@
 //! Evaluates the champion on mazes outside its training set.
 //!
-//! The mazes are divided into two halves in blocks of eight, because mazes of the same contest are
-//! adjacent in the list. A wall prior is learnt from one half and the champion runs in the other
-//! half with several seeds, and vice versa. For comparison, the robot `proven` explores until no
-//! faster race is possible.
+//! The mazes are divided into two halves. Blocks of eight successive mazes stay together, because
+//! mazes of the same contest are adjacent in the list. A wall prior is learnt from one half, and
+//! the champion with this prior runs in the mazes of the other half with several seeds. The same is
+//! done with the halves swapped. For comparison, the robot `proven` explores until no faster race
+//! is possible.
 //!
 //! ```sh
 //! cargo run --release -p mmsim-trial --example cross_validation -- MAZES...
@@ -30,12 +31,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     mazes.retain(|maze| race_optimum(maze.walls(), maze.start().cell, maze.goals()).is_some());
     if mazes.len() <= BLOCK {
-        return Err(format!(
-            "not enough solvable mazes: {}, at least {} needed",
-            mazes.len(),
-            BLOCK + 1
-        )
-        .into());
+        return Err(
+            format!("found {} solvable mazes, need at least {}", mazes.len(), BLOCK + 1).into()
+        );
     }
     let priors = [0, 1].map(|test_half| {
         let training = mazes.iter().enumerate().filter(|&(index, _)| half(index) != test_half);
@@ -66,8 +64,8 @@ const fn half(index: usize) -> usize {
     index / BLOCK % 2
 }
 
-/// Returns the mean score over all mazes. For each maze the champion uses the prior learnt from the
-/// half that does not contain the maze. A trial without a score makes the mean infinite.
+/// Returns the mean score over all mazes. In each maze, the champion uses the prior that was learnt
+/// from the other half. A trial without a score makes the mean infinite.
 fn mean(mazes: &[Maze], priors: &[WallPrior; 2], rule: StoppingRule, seed: u64) -> f64 {
     let score = |(index, maze): (usize, &Maze)| {
         let prior = priors[half(index)].clone();

@@ -7,7 +7,7 @@ use mmsim_maze::Heading;
 /// The action of a robot in one time step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
-    /// A turn on the spot, followed by a straight move.
+    /// A turn on the spot (or none), followed by a straight move.
     Move {
         /// The turn.
         rotation: Rotation,
@@ -16,8 +16,8 @@ pub enum Action {
         /// wall.
         cells: i8,
     },
-    /// A reset, which ends the first run if the robot has visited the goal and only wastes a step
-    /// otherwise.
+    /// A reset, which ends the first run if the robot has visited the goal. Otherwise, the reset
+    /// only costs a step.
     Reset,
     /// A report that the goal is unreachable, which ends the trial without a score. The published
     /// tester has no such action: its robots keep moving until they run out of steps.
@@ -43,7 +43,7 @@ impl Action {
     pub const STAY: Self = Self::Move { rotation: Rotation::None, cells: 0 };
 
     /// Creates a move from the two numbers that a published robot returns: a rotation in degrees
-    /// and a movement in cells. Rotations other than -90 and 90 mean no turn.
+    /// and a movement in cells. All rotations other than -90 and 90 are treated as 0.
     ///
     /// ```
     /// use mmsim_trial::{Action, Rotation};

@@ -41,9 +41,9 @@ pub enum BundledRobot {
 pub struct Settings {
     /// The random seed.
     pub seed: u64,
-    /// The number of corners to visit.
+    /// The number of maze corners that [`Swing`] visits.
     pub key_points: KeyPoints,
-    /// The part of the key point route to follow.
+    /// The part of the key point route that [`Swing`] follows.
     pub variant: Variant,
     /// The probability, from 0 to 1, that a sensor reading is wrong by one cell.
     pub noise: f64,

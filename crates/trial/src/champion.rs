@@ -24,27 +24,27 @@ pub use wall_prior::WallPrior;
 /// races along the fastest known path.
 ///
 /// **On the way to the goal** the champion plans optimistically: it treats unknown walls as open.
-/// The champion heads for the cell at the edge of the explored area that lies on the fastest
-/// possible path to the goal.
+/// The champion follows the path that is fastest under this assumption, to the point where the path
+/// leaves the explored area.
 ///
 /// **After reaching the goal** the champion samples random mazes that agree with the known walls; a
-/// [`WallPrior`] gives the probabilities of the unknown walls. In each sample the champion finds
-/// the fastest path from the start to the goal and the stretch of this path that has unknown walls.
-/// The champion computes how many race steps the path would save and how many steps the exploration
-/// of the stretch takes, and sums both numbers over all samples. A [`StoppingRule`] sets the
-/// minimum gain per exploration step. Among the stretches that reach the minimum gain, the robot
-/// moves to the stretch with the largest total gain, which includes the gain of other stretches
-/// nearby. The robot stops exploring if no stretch reaches the minimum gain or if no faster race is
-/// possible.
+/// [`WallPrior`] gives the probabilities of the unknown walls. In each sample, the champion finds
+/// the fastest path from the start to the goal, and the stretch of this path between its first and
+/// its last unknown wall. The champion computes how many race steps the path saves and how many
+/// steps it takes to explore the stretch. Both numbers are summed over all samples. A
+/// [`StoppingRule`] sets the minimum gain per exploration step. Among the stretches with more than
+/// this gain, the robot moves to the stretch with the largest total gain. The total also includes
+/// the gains of the other stretches, which count less the farther away they are. The robot stops
+/// exploring if no stretch has more than the minimum gain or if no faster race is possible.
 ///
 /// The champion assumes that the maze is similar to a contest maze, in which the goal cells form a
-/// room with one entrance. In other mazes the champion explores too little or too much, but it
-/// never relies on a sampled wall: with noise-free sensors it moves only through sides that it has
-/// seen to be open.
+/// room with one entrance. In other mazes, the champion may explore too little or too much. But the
+/// champion never relies on sampled walls when it moves: with noise-free sensors, it crosses only
+/// sides that it has seen to be open.
 ///
 /// With noisy sensors the champion keeps a probability for each wall and repeats uncertain
-/// readings. The champion also tracks several hypotheses about its position, because an undetected
-/// wall can cut a move short.
+/// readings. The champion also tracks several hypotheses about its position, because a wall that it
+/// has not detected can cut a move short.
 #[derive(Clone, Debug)]
 pub struct Champion {
     belief: BeliefState,
@@ -60,7 +60,7 @@ pub struct Champion {
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub enum StoppingRule {
-    /// Stop when the expected saving per exploration step is below this value, in thirtieths of a
+    /// Stop when the expected saving per exploration step is at most this value, in thirtieths of a
     /// race step.
     MinGain(f64),
     /// Stop only when no faster race is possible, whatever the cost of exploration.
@@ -124,7 +124,7 @@ impl Champion {
         }
     }
 
-    /// Returns true if the race must begin now to finish within the step limit.
+    /// Returns true if the race must begin now in order to finish within the step limit.
     fn must_race(&self, upper: u16) -> bool {
         let race = u32::from(upper);
         self.steps + race + race / 4 + 4 >= Trial::MAX_STEPS
@@ -157,9 +157,9 @@ impl Robot for Champion {
 
 /// Bounds on the number of race steps, and the distances used to compute the bounds.
 struct RaceBounds {
-    /// Pessimistic distances from the current cell.
+    /// The distances from the current cell if all unknown walls are closed.
     from_here: RaceSteps,
-    /// Optimistic distances to the goal.
+    /// The distances to the goal if all unknown walls are open.
     to_goal: RaceSteps,
     /// The minimum number of race steps if all unknown walls are closed.
     upper: Option<u16>,
@@ -179,9 +179,10 @@ impl RaceBounds {
         }
     }
 
-    /// Returns the goal cell or the cell at the edge of the explored area through which the path to
-    /// the goal may be shortest. Ties are broken by the number of steps to the cell plus the
-    /// Manhattan distance from the cell to the goal, then by the number of steps to the cell.
+    /// Returns the next cell on the way to the goal: a cell at the edge of the explored area, or a
+    /// goal cell. If all unknown walls are open, the path to the goal through this cell has the
+    /// fewest steps. Ties are broken by the number of steps to the cell plus the Manhattan distance
+    /// from the cell to the goal, then by the number of steps to the cell.
     fn nearest_to_goal(&self, map: &KnownMaze) -> Option<Cell> {
         let manhattan = |cell: Cell, goal: Cell| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y);
         let to_any_goal = |cell| map.goals().iter().map(|goal| manhattan(cell, goal)).min();
@@ -194,8 +195,9 @@ impl RaceBounds {
         edge.filter(|&cell| key(cell).is_some()).min_by_key(|&cell| key(cell))
     }
 
-    /// Returns the nearest cell at the edge of the explored area through which a race may take
-    /// fewer than `upper` steps or, if no cell allows fewer, exactly `upper` steps.
+    /// Returns the nearest cell at the edge of the explored area through which a race of fewer than
+    /// `upper` steps may be possible. If there is no such cell, returns the nearest cell through
+    /// which a race of exactly `upper` steps may be possible.
     fn nearest_improving(&self, map: &KnownMaze, upper: u16) -> Option<Cell> {
         let from_start = RaceSteps::flood_from(map.walls(Unknown::Open), map.start().cell);
         let key = |cell| {
@@ -209,8 +211,8 @@ impl RaceBounds {
 
 const TURN: Action = Action::Move { rotation: Rotation::Right, cells: 0 };
 
-/// Returns the next move towards `target`. In the target cell, returns a turn that reveals the
-/// walls behind the robot.
+/// Returns the next move towards `target`. If the robot is in `target`, returns a turn that reveals
+/// the wall behind the robot.
 fn move_to(map: &KnownMaze, pose: Pose, target: Cell) -> Action {
     let walls = map.walls(Unknown::Closed);
     RaceSteps::flood_from(walls, target).next_move(walls, pose).unwrap_or(TURN)

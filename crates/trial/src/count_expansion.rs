@@ -12,9 +12,9 @@ use crate::robot::Robot;
 use crate::survey::Survey;
 use crate::trial::sensor_headings;
 
-/// The published benchmark robot that plans like the published [`Swing`](crate::Swing), using A*
-/// with the heuristic set to zero. The robot moves to the centre, resets, and races to the centre.
-/// The robot's scores equal the published scores.
+/// The published benchmark robot, which plans like the published [`Swing`](crate::Swing), but uses
+/// A* with the heuristic set to zero. The robot moves to the centre, resets, and races to the
+/// centre. The robot's scores equal the published scores.
 ///
 /// Before each step the robot floods the maze from its position, with unknown walls open, and
 /// numbers the cells in the order in which the flood reaches them. Cells at the same distance are
@@ -24,8 +24,8 @@ use crate::trial::sensor_headings;
 /// robot moves up to 3 cells along the first straight of the plan.
 ///
 /// The robot records a wall only on the side from which it saw the wall, so a plan may still cross
-/// the wall from the opposite side. The race is planned in the same way as the exploration, so it
-/// may enter unexplored cells.
+/// the wall from the opposite side. The race is planned in the same way as the exploration, so the
+/// robot may enter unexplored cells during the race.
 ///
 /// The robot differs from the published code in two ways: it turns on the spot if it has not seen
 /// the walls behind it, and it [gives up](Action::GiveUp) if no goal cell is reachable. In large
@@ -33,7 +33,8 @@ use crate::trial::sensor_headings;
 #[derive(Clone, Debug)]
 pub struct CountExpansion {
     survey: Survey,
-    /// For each heading of [`ORDER`], the cells from which a wall was seen in that direction.
+    /// For each heading of [`ORDER`], the set of cells from which a wall was seen in this
+    /// direction.
     walls: [CellSet; 4],
     has_visited_goal: bool,
     is_racing: bool,
@@ -65,14 +66,14 @@ impl CountExpansion {
     }
 
     /// Returns the neighbour of `cell` in direction `ORDER[place]`, or `None` if a wall was seen
-    /// from `cell`.
+    /// from `cell` in this direction.
     fn beyond(&self, cell: Cell, place: usize) -> Option<Cell> {
         let next = self.survey.map().size().neighbour(cell, ORDER[place]);
         next.filter(|_| !self.walls[place].contains(cell))
     }
 
-    /// Floods the maze from `from` and returns, for each cell, the number of cells that were
-    /// reached before it.
+    /// Floods the maze from the cell `from`. Returns, for each cell that was reached, the number of
+    /// cells that were reached earlier.
     fn counts(&self, from: Cell) -> [Option<u16>; MazeSize::MAX_AREA] {
         let mut counts = [None; MazeSize::MAX_AREA];
         let mut open = BinaryHeap::from([Reverse((0_u16, from.x, from.y))]);

@@ -4,8 +4,8 @@ use fastrand::Rng;
 
 /// Sensor noise that makes each reading wrong by one cell with a given probability.
 ///
-/// A wrong reading is equally likely to be too high or too low, but a true value of 0 is always
-/// misread as one cell. The same seed gives the same errors.
+/// A wrong reading is equally likely to be too high or too low. If the true value is 0, a wrong
+/// reading is always 1. The same seed gives the same errors.
 ///
 /// ```
 /// use mmsim_trial::SensorNoise;

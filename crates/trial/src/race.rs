@@ -13,11 +13,11 @@ const UNREACHABLE: u16 = u16::MAX;
 ///
 /// A step is a straight move of 1 to 3 cells. The robot's heading does not affect the distance,
 /// because a step may begin with a left or right turn, and a robot can move backwards. A target
-/// counts as reached only if a step ends in it. A step may end in any cell that it could cross, so
-/// every target that can be crossed can also be reached.
+/// counts as reached only if a step ends in it. This is no restriction, because the robot can make
+/// a shorter step that ends in a target instead of crossing it.
 ///
-/// The distances are computed by breadth-first search. Each wave takes a few bit operations on the
-/// rows of the maze.
+/// The distances are computed by breadth-first search. Each round of the search takes a few bit
+/// operations per row of the maze.
 ///
 /// ```
 /// use mmsim_maze::{Cell, MazeSize, Walls};
@@ -51,8 +51,9 @@ impl RaceSteps {
         Self::flood(walls, &CellSet::from_iter([target]))
     }
 
-    /// Returns the number of time steps from `cell` to the nearest target, which is 0 in a target.
-    /// Returns `None` if no target is reachable or the cell is outside the maze.
+    /// Returns the number of time steps from `cell` to the nearest target. The number is 0 if
+    /// `cell` is a target. Returns `None` if no target is reachable or the cell is outside the
+    /// maze.
     pub fn at(&self, cell: Cell) -> Option<u16> {
         let index = || usize::from(cell.y) * SIDE + usize::from(cell.x);
         let steps = self.size.contains(cell).then(|| self.steps[index()]);
@@ -64,15 +65,15 @@ impl RaceSteps {
         self.at(cell).map(|steps| steps.max(1))
     }
 
-    /// Returns the first move of a fastest path from `pose`, or `None` if `pose` is in a target or
-    /// no target is reachable. Longer moves are preferred; ties are broken in the order ahead,
-    /// left, right, back.
+    /// Returns the first move of a fastest path from `pose` to a target. Returns `None` if `pose`
+    /// is already in a target or if no target is reachable. Longer moves are preferred; ties are
+    /// broken in the order ahead, left, right, back.
     pub fn next_move(&self, walls: &Walls, pose: Pose) -> Option<Action> {
         let (heading, cells) = self.next_straight(walls, pose)?;
         Action::towards(pose.heading, heading, cells)
     }
 
-    /// Returns the direction and the number of cells of [`next_move`](Self::next_move).
+    /// Returns the direction of the move in [`next_move`](Self::next_move) and its number of cells.
     pub(crate) fn next_straight(&self, walls: &Walls, pose: Pose) -> Option<(Heading, usize)> {
         let here = self.at(pose.cell)?;
         let towards =
@@ -100,8 +101,8 @@ pub(crate) fn straight(
     std::iter::successors(Some(cell), next).skip(1).take(MARGIN)
 }
 
-/// Returns the pose after a turn and a move, which ends early at a wall. A negative number of cells
-/// means a backward move.
+/// Returns the pose after a turn and a move. A move ends early at a wall, and a negative number of
+/// cells moves backwards.
 pub(crate) fn moved(walls: &Walls, pose: Pose, rotation: Rotation, cells: i8) -> Pose {
     let heading = rotation.turn(pose.heading);
     let towards = if cells < 0 { heading.back() } else { heading };
@@ -115,9 +116,9 @@ pub fn race_optimum(walls: &Walls, start: Cell, goals: &CellSet) -> Option<u16> 
     RaceSteps::flood(walls, goals).at_least_one(start)
 }
 
-/// The open straights of 1, 2 and 3 cells to the north and to the east of each cell. Bit x of row
-/// `MARGIN` + y stands for cell (x, y). `PADDED` is `ROWS` plus both margins. Straights never leave
-/// the maze.
+/// Stores for each cell whether moves of 1, 2 and 3 cells to the north and to the east are
+/// possible. Bit x of row `MARGIN` + y stands for cell (x, y). `PADDED` is `ROWS` plus both
+/// margins. All moves stay inside the maze.
 pub(crate) struct Straights<const ROWS: usize, const PADDED: usize> {
     north: [[u32; PADDED]; MARGIN],
     east: [[u32; PADDED]; MARGIN],
@@ -156,7 +157,8 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
         }
     }
 
-    /// Returns the cells that are one step away from the wave, except the cells in `excluded`.
+    /// Returns the cells that are one step away from a cell of `wave`, except the cells in
+    /// `excluded`.
     pub(crate) fn next(&self, Wave(wave): &Wave<PADDED>, excluded: &Wave<PADDED>) -> Wave<PADDED> {
         let mut next = [0; PADDED];
         for y in MARGIN..MARGIN + ROWS {

@@ -8,8 +8,8 @@ use crate::robot::Robot;
 use crate::survey::Survey;
 
 /// The published benchmark robot that moves at random. In each step the robot makes a random turn
-/// and moves 0 to 3 cells forwards. The robot resets once it is in the goal. The same seed gives
-/// the same moves.
+/// and moves 0 to 3 cells forwards. The robot resets as soon as it is in the goal. The same seed
+/// gives the same moves.
 #[derive(Clone, Debug)]
 pub struct RandomWalk {
     survey: Survey,

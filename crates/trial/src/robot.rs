@@ -6,10 +6,10 @@ use crate::action::Action;
 use crate::noise::SensorNoise;
 use crate::trial::{Trial, TrialOutcome};
 
-/// A robot, which responds to sensor readings with actions.
+/// A robot, which chooses an action for each set of sensor readings.
 ///
-/// Before the trial a robot knows the size, the start and the goal cells of the maze
-/// ([`KnownMaze::unexplored`](mmsim_maze::KnownMaze::unexplored)). During the trial the robot
+/// Before the trial, a robot knows the size, the start and the goal cells of the maze
+/// ([`KnownMaze::unexplored`](mmsim_maze::KnownMaze::unexplored)). During the trial, the robot
 /// tracks its own position by dead reckoning.
 ///
 /// Robots are deterministic: they use no clock, threads or sockets, and all randomness comes from a

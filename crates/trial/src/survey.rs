@@ -32,7 +32,7 @@ impl Survey {
         Self { map, pose }
     }
 
-    /// Sets the pose, for callers that know the pose without dead reckoning.
+    /// Sets the pose, for callers that do not rely on dead reckoning.
     pub const fn set_pose(&mut self, pose: Pose) {
         self.pose = pose;
     }

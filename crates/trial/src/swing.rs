@@ -12,8 +12,8 @@ use crate::robot::Robot;
 use crate::survey::Survey;
 
 /// The published robot that visits key points one after another along optimistic shortest paths,
-/// and plans again whenever it sees a new wall. The robot moves along straights in steps of up to 3
-/// cells. After the last key point the robot resets and races along the shortest path known to be
+/// and plans again whenever it sees a new wall. On straights, the robot moves up to 3 cells per
+/// step. After the last key point the robot resets and races along the shortest path known to be
 /// open.
 ///
 /// The robot moves backwards only through sides known to be open. The robot skips unreachable [key
@@ -49,7 +49,8 @@ enum PlannedPath {
     TimeSteps(Box<RaceSteps>),
 }
 
-/// The part of the route that a [`Swing`] robot follows, with the variants of the published report.
+/// The part of the key point route that a [`Swing`] robot follows. These variants are from the
+/// published report.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
 pub enum Variant {
@@ -91,7 +92,7 @@ impl Swing {
     }
 
     /// Creates the improved robot that the published report suggests. The improved robot minimizes
-    /// the number of time steps of a path, where a straight move of up to 3 cells takes one step.
+    /// the number of time steps in a path. A straight move of up to 3 cells takes one time step.
     pub fn timed(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
         Self::with_cost(PathCost::TimeSteps, unexplored, variant, key_points)
     }
@@ -146,8 +147,8 @@ impl Swing {
         self.follow()
     }
 
-    /// Returns a plan with the shortest path to `cell` or with the fewest time steps to any cell of
-    /// `targets`, depending on the unit of path costs.
+    /// Returns a plan. If path costs are in cells, the plan is a shortest path to `cell`. If path
+    /// costs are in time steps, the plan is a fastest path to any cell of `targets`.
     fn plan(&self, walls: &Walls, cell: Cell, targets: CellSet) -> Option<SwingPlan> {
         let path = match self.cost {
             PathCost::Cells => PlannedPath::Cells(
@@ -246,7 +247,7 @@ impl KeyPoints {
 }
 
 impl Default for KeyPoints {
-    /// Returns the maximum of three corners.
+    /// Returns the maximum, which is three corners.
     fn default() -> Self {
         Self(3)
     }

@@ -1,4 +1,5 @@
-//! The environment of a trial: the effects of steps, the ends of both runs, and the score.
+//! The environment of a trial. It executes the actions of a robot, decides when a run ends, and
+//! computes the score.
 
 use std::fmt;
 
@@ -9,10 +10,10 @@ use crate::race::moved;
 
 /// The two-run trial of a robot in a maze, according to the rules of the published tester.
 ///
-/// In each step the robot gets its [`readings`](Self::readings) and [acts](Self::act). The first
-/// run explores the maze and ends with a reset after a visit to the goal. The second run is the
-/// race, which ends when a step ends in a goal cell. Crossing a goal cell in the middle of a step
-/// does not count as reaching the goal.
+/// In each step the robot gets its [`readings`](Self::readings) and [acts](Self::act). In the first
+/// run, the robot explores the maze. This run ends when the robot resets after it has visited the
+/// goal. The second run is the race, which is over when a step ends in a goal cell. Crossing a goal
+/// cell in the middle of a step does not count as reaching the goal.
 ///
 /// ```
 /// use mmsim_trial::{Action, Rotation, Trial, TrialOutcome};
@@ -144,8 +145,8 @@ impl<'m> Trial<'m> {
         })
     }
 
-    /// Executes an action in one step and returns the outcome if the trial has ended. Does nothing
-    /// after the end of the trial.
+    /// Executes an action, which takes one step. Returns the outcome if the trial has ended. Does
+    /// nothing after the end of the trial.
     pub fn act(&mut self, action: Action) -> Option<TrialOutcome> {
         if self.outcome.is_none() {
             match self.phase {

@@ -5,10 +5,11 @@ use mmsim_maze::KnownMaze;
 use super::hypothesis::{Hypothesis, MAX_HYPOTHESES};
 use crate::action::Action;
 
-/// The belief of a robot with noisy sensors: several hypotheses about the maze and the pose. An
-/// unexpected wall can cut a move short without the robot noticing, so even the pose is uncertain.
+/// The belief of a robot with noisy sensors: several hypotheses about the maze and the pose. The
+/// pose is uncertain because a wall can cut a move short without the robot noticing.
 ///
-/// With noise-free sensors there is only one hypothesis, which equals a [`Survey`](crate::Survey).
+/// With noise-free sensors there is only one hypothesis, which is equivalent to a
+/// [`Survey`](crate::Survey).
 #[derive(Clone, Debug)]
 pub(super) struct BeliefState {
     /// At least one hypothesis, in descending order of likelihood.
@@ -16,8 +17,8 @@ pub(super) struct BeliefState {
     noise: f64,
 }
 
-/// The minimum weight of a hypothesis relative to the most likely hypothesis; hypotheses with less
-/// weight are dropped.
+/// The minimum weight of a hypothesis, relative to the weight of the most likely hypothesis.
+/// Hypotheses with less weight are dropped.
 const MIN_WEIGHT: f64 = 1e-6;
 
 impl BeliefState {
@@ -56,8 +57,8 @@ impl BeliefState {
         }
     }
 
-    /// Applies an action to each hypothesis. A hypothesis is split if an unknown wall may cut the
-    /// move short.
+    /// Applies an action to each hypothesis. If an unknown wall may cut the move short, the
+    /// hypothesis is replaced by one hypothesis for each possible outcome.
     pub(super) fn apply(&mut self, action: Action) {
         let is_noisy = self.noise > 0.;
         self.hypotheses = self

@@ -11,38 +11,39 @@ use crate::race::RaceSteps;
 #[derive(Clone, Debug)]
 pub(super) struct ExplorationValue {
     samples: MazeSamples,
-    /// The known walls of the accumulated samples, once with unknown walls open and once with
-    /// unknown walls closed.
+    /// The known walls at the time when the samples were drawn, first with all unknown walls open
+    /// and then with all unknown walls closed.
     known: [Walls; 2],
-    /// The number of accumulated samples.
+    /// The number of samples drawn since the known walls last changed.
     count: usize,
-    /// The unknown stretch of each accumulated sample in which a race is faster than the fastest
-    /// known race.
+    /// The unknown stretches of the fastest races, one for each sample with a race that is faster
+    /// than the fastest known race.
     stretches: Vec<UnknownStretch>,
 }
 
-/// The maximum number of samples accumulated while the known walls stay the same.
+/// When this number of samples is reached, no more are drawn until the known walls change.
 const MAX_SAMPLES: usize = 1024;
 
-/// A group of unknown stretches that share the end nearer to the robot.
+/// A group of unknown stretches that have the same end cell nearer to the robot.
 struct Candidate {
-    /// The end that all stretches of the group share.
+    /// The nearer end of all stretches in the group.
     end: Cell,
-    /// The number of race steps saved, summed over the samples.
+    /// The number of race steps that the stretches save, summed over all samples.
     saved: u32,
-    /// The number of steps along the stretches, summed over the samples.
+    /// The number of steps along the stretches, summed over all samples.
     length: u32,
 }
 
 impl ExplorationValue {
     pub(super) fn new(map: &KnownMaze, prior: &WallPrior, seed: u64) -> Self {
-        // Samples of larger mazes take longer.
+        // Sampling larger mazes takes longer, so draw fewer samples.
         let (len, sweeps) = if map.size().area() > 256 { (32, 4) } else { (128, 8) };
         let samples = MazeSamples::new(map, prior, len, sweeps, seed);
         Self { samples, known: known(map), count: 0, stretches: Vec::new() }
     }
 
-    /// Adds samples. If the known walls have changed, earlier samples are discarded.
+    /// Adds samples. If the known walls have changed since the last call, discards the earlier
+    /// samples.
     fn add_samples(&mut self, map: &KnownMaze, prior: &WallPrior, upper: u16) {
         let known = known(map);
         if self.known != known {
@@ -58,9 +59,9 @@ impl ExplorationValue {
         }
     }
 
-    /// Returns the next cell to explore, or `None` if the expected saving per exploration step is
-    /// at most `min_gain` thirtieths of a race step for every cell. The fastest known race takes
-    /// `upper` steps.
+    /// Returns the next cell to explore. Returns `None` if no cell has an expected saving per
+    /// exploration step of more than `min_gain` thirtieths of a race step. `upper` is the number of
+    /// steps of the fastest known race.
     pub(super) fn best_target(
         &mut self,
         map: &KnownMaze,
@@ -108,8 +109,9 @@ impl ExplorationValue {
     }
 
     /// Returns the expected saving per exploration step, in thirtieths of a race step, for a
-    /// candidate that is `steps` steps away. The length of a stretch counts only in samples in
-    /// which the stretch is open, because the robot detects a closed stretch at its near end.
+    /// candidate that is `steps` steps away. The steps to the candidate count in every sample, but
+    /// the length of a stretch counts only in samples in which the stretch is open. If the stretch
+    /// is closed, the robot notices this at the near end.
     fn gain(&self, candidate: &Candidate, steps: u16) -> f64 {
         #[allow(clippy::cast_precision_loss)]
         let steps = self.count as f64 * f64::from(steps) + f64::from(candidate.length);

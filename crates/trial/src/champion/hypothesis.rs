@@ -14,9 +14,9 @@ pub(super) const MAX_HYPOTHESES: usize = 8;
 /// A possible pose of the robot and, for each side of each cell, the probability that the side is
 /// open.
 ///
-/// A reading is the number of open cells up to the next wall. The probability of each true number
-/// of open cells follows from the probabilities of the walls on the way and from the sensor noise.
-/// Readings update the wall probabilities by Bayes' rule.
+/// A reading is the number of open cells up to the next wall. The probability of a reading follows
+/// from the probabilities of the walls in front of the sensor and from the sensor noise. Each
+/// reading updates these wall probabilities by Bayes' rule.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
     /// The pose, and the walls as a map in which each wall is present, absent or unknown.
@@ -25,21 +25,23 @@ pub(super) struct Hypothesis {
     pub(super) has_visited_goal: bool,
     /// True if the robot is in the second run.
     pub(super) is_racing: bool,
-    /// True if a step of the second run has ended in the goal. Such a hypothesis is wrong if the
-    /// trial continues.
+    /// True if a step of the second run has ended in the goal. If the trial continues nevertheless,
+    /// the hypothesis is wrong.
     pub(super) has_finished: bool,
     pub(super) weight: f64,
     /// The probability that a side is open, as `[y][x][side]`. Side 0 is north and side 1 is east.
     open: Box<[[[f32; 2]; SIDE]; SIDE]>,
 }
 
-/// The minimum probability at which a side counts as known, either open or closed.
+/// A side counts as open or as closed if the probability of this state is at least this value.
 const CERTAIN: f32 = 0.9;
-/// The maximum probability of a wall with noisy sensors, which is below 1 so that later readings
-/// can still change the probability.
+/// With noisy sensors, the probability that a side is open never exceeds this value, nor does the
+/// probability that the side is closed. The value is below 1 so that later readings can still
+/// change the probability.
 const MAX_PROBABILITY: f32 = 0.999;
-/// The minimum likelihood of a sensor reading that crosses unknown walls. Long corridors are more
-/// frequent than they would be if walls were independent.
+/// The minimum likelihood of a sensor reading if any wall up to the measured distance is unknown.
+/// Without this limit, long corridors would be considered too unlikely, because the walls are
+/// treated as independent.
 const MIN_UNKNOWN_LIKELIHOOD: f64 = 0.05;
 
 impl Hypothesis {
@@ -55,7 +57,8 @@ impl Hypothesis {
         }
     }
 
-    /// Returns the map, in which every wall that may have been misread is unknown.
+    /// Returns a copy of the map in which every wall that may be the result of a wrong reading is
+    /// unknown.
     pub(super) fn without_uncertain_walls(&self) -> KnownMaze {
         let mut map = self.survey.map().clone();
         for cell in map.size().cells() {
@@ -113,8 +116,8 @@ impl Hypothesis {
         sensor_headings(pose.heading).into_iter().zip(sensors).map(likelihood).product()
     }
 
-    /// Returns, for each number of open cells from 0 upwards, the joint probability of this number
-    /// and the reading.
+    /// Returns the joint probability of the reading and each true number of open cells, from 0
+    /// upwards.
     fn likelihoods(
         &self,
         cell: Cell,
@@ -131,7 +134,7 @@ impl Hypothesis {
         })
     }
 
-    /// Returns the cells from `cell` to the edge of the maze, in a straight line.
+    /// Returns the cells on the straight line from `cell` to the edge of the maze.
     fn cells_ahead(&self, cell: Cell, heading: Heading) -> impl Iterator<Item = Cell> + use<> {
         let size = self.survey.map().size();
         std::iter::successors(Some(cell), move |&cell| size.neighbour(cell, heading))
@@ -180,7 +183,7 @@ impl Hypothesis {
         hypotheses
     }
 
-    /// Returns the possible hypotheses after an action.
+    /// Returns the hypotheses that may be true after an action.
     pub(super) fn successors(&self, action: Action, is_noisy: bool) -> Vec<Self> {
         let mut successors = match action {
             Action::Move { rotation, cells } => {
@@ -236,7 +239,7 @@ impl Hypothesis {
     }
 }
 
-/// Returns the probability of a reading if `cells` cells are open.
+/// Returns the probability of a reading, given that the true number of open cells is `cells`.
 fn reading_probability(reading: u8, cells: u8, noise: f64) -> f64 {
     match (reading.abs_diff(cells), cells) {
         (0, _) => 1. - noise,

@@ -1,4 +1,4 @@
-//! Bit-sliced batches of mazes.
+//! Batches of mazes, stored as one bit per maze and wall.
 
 use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 
@@ -34,8 +34,8 @@ impl WallSite {
     }
 }
 
-/// The length of a row of sites. Rows alternate between north and east sites, with an extra site at
-/// each end.
+/// The number of sites in a row, including an extra site at each end. Rows of north sites and rows
+/// of east sites alternate.
 const ROW: usize = SIDE + 2;
 
 const fn index(is_north: bool, column: usize, row: usize) -> usize {
@@ -43,7 +43,7 @@ const fn index(is_north: bool, column: usize, row: usize) -> usize {
 }
 
 /// A bit-sliced batch of 64 mazes: bit i of a site's word is set if maze i has a wall at that site.
-/// All mazes have walls at the sites of the outer walls, and no walls beyond the outer walls.
+/// All mazes have outer walls, and no walls beyond them.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct MazeBatch {
     size: MazeSize,
@@ -73,7 +73,7 @@ impl MazeBatch {
         batch
     }
 
-    /// Returns one bit for each maze, which is set if the maze has a wall at the site.
+    /// Returns one bit for each maze. The bit is set if the maze has a wall at the site.
     pub(super) fn at(&self, site: WallSite) -> u64 {
         self.words[site.index()]
     }
@@ -100,8 +100,9 @@ impl MazeBatch {
         Walls::from_rows(self.size, rows(true), rows(false))
     }
 
-    /// Returns, for each maze, the walls at the eight neighbouring sites, encoded as an index into
-    /// the table of [`WallPrior`](super::wall_prior::WallPrior).
+    /// Returns a byte for each maze, in which the eight bits are the walls at the eight
+    /// neighbouring sites. The byte is an index into the table of
+    /// [`WallPrior`](super::wall_prior::WallPrior).
     pub(super) fn neighbours(&self, site: WallSite) -> [u8; Self::LEN] {
         let here = site.index();
         let words: [u64; 8] = if site.is_north() {

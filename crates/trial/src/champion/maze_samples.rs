@@ -6,11 +6,12 @@ use mmsim_maze::{KnownMaze, Unknown, WallState, Walls};
 use super::maze_batch::{MazeBatch, WallSite};
 use super::wall_prior::WallPrior;
 
-/// Random mazes that agree with the known walls. Unknown walls are drawn from a [`WallPrior`].
+/// Random mazes that agree with the known walls. A [`WallPrior`] gives the probabilities of the
+/// unknown walls.
 ///
-/// Each sample is the state of a Markov chain. Resampling redraws every unknown wall, given its
-/// neighbouring walls (Gibbs sampling of 64 mazes at once). The goal cells form a room with the
-/// known entrances or, if none is known, with one random entrance.
+/// Each sample is the state of a Markov chain. Resampling draws every unknown wall again at random,
+/// given its neighbouring walls (Gibbs sampling). It processes 64 mazes at once. The goal cells
+/// form a room with the known entrances or, if none is known, with one random entrance.
 #[derive(Clone, Debug)]
 pub(super) struct MazeSamples {
     batches: Vec<MazeBatch>,
@@ -23,7 +24,7 @@ pub(super) struct MazeSamples {
 }
 
 impl MazeSamples {
-    /// Creates `len` samples from random walls, then resamples them `sweeps` times so that they no
+    /// Creates `len` samples with random walls, then resamples them `sweeps` times so that they no
     /// longer depend on their initial state.
     pub(super) fn new(
         map: &KnownMaze,
@@ -50,7 +51,7 @@ impl MazeSamples {
         samples
     }
 
-    /// Sets the known walls in all samples and redraws each unknown wall.
+    /// Sets the known walls in all samples and draws each unknown wall again at random.
     pub(super) fn resample(&mut self, map: &KnownMaze, prior: &WallPrior) {
         let state = |site: WallSite| map.wall(site.cell, site.heading);
         let is_unknown = |site: &WallSite| state(*site) == WallState::Unknown;

@@ -4,18 +4,18 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Unknown, WallState
 
 use crate::race::{Straights, Wave};
 
-/// The part of a race from its first to its last unknown wall.
+/// The part of a race between its first and its last unknown wall, including both walls.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct UnknownStretch {
-    /// The cells before the first and behind the last unknown wall.
+    /// The cell before the first unknown wall and the cell behind the last unknown wall.
     pub(super) ends: [Cell; 2],
-    /// The number of time steps along the stretch.
+    /// The number of time steps that the race takes along the stretch.
     pub(super) length: u16,
     /// The number of time steps of the whole race.
     pub(super) race: u16,
 }
 
-/// A search for the [`UnknownStretch`] of races in sampled mazes that agree with a map.
+/// Finds the [`UnknownStretch`] of the fastest race in a sampled maze.
 pub(super) struct StretchFinder<'m> {
     map: &'m KnownMaze,
     /// The number of unknown walls that a step from a cell crosses, as `[cells -
@@ -44,8 +44,8 @@ impl<'m> StretchFinder<'m> {
     }
 
     /// Returns the unknown stretch of the fastest race in a sampled maze. If several races are
-    /// equally fast, a race with the fewest unknown walls is used. Returns `None` if the race takes
-    /// at least `upper` steps, is impossible, or has no unknown walls.
+    /// equally fast, uses a race with the fewest unknown walls. Returns `None` if no race takes
+    /// fewer than `upper` steps or if the race has no unknown walls.
     pub(super) fn find(&self, sample: &Walls, upper: u16) -> Option<UnknownStretch> {
         if sample.size().height() <= 16 {
             self.find_in(&Straights::<16, 22>::new(sample), upper)
@@ -105,8 +105,9 @@ impl<'m> StretchFinder<'m> {
         Some(UnknownStretch { ends: [before, behind], length: to - from + 1, race })
     }
 
-    /// Returns the step from a cell into a layer whose path to the goal has the fewest unknown
-    /// walls, as the number of these walls, the heading and the number of cells.
+    /// Returns a step from `cell` to a cell of `layer`, as its heading and number of cells,
+    /// together with the number of unknown walls on the path from `cell` to the goal. Among the
+    /// possible steps, the returned step minimizes this number.
     fn step<const ROWS: usize, const PADDED: usize>(
         &self,
         straights: &Straights<ROWS, PADDED>,
@@ -138,8 +139,8 @@ mod tests {
     use super::*;
     use crate::race::{RaceSteps, straight};
 
-    /// The reference implementation enumerates all fastest races. For each race it returns the
-    /// number of unknown walls and the unknown stretch.
+    /// The reference implementation, which enumerates all fastest races. Returns the number of
+    /// unknown walls and the unknown stretch of each race.
     fn reference(map: &KnownMaze, sample: &Walls) -> Vec<(usize, UnknownStretch)> {
         let race = RaceSteps::flood(sample, map.goals());
         let Some(steps) = race.at(map.start().cell) else { return Vec::new() };
