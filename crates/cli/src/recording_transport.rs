@@ -1,4 +1,4 @@
-//! Recording the states of a search in the client.
+//! Recording a search on the side of the client.
 
 use std::path::Path;
 
