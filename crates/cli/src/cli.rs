@@ -58,7 +58,7 @@ pub(crate) enum Command {
     Solve(SolveArgs),
     /// Serve a maze and run a flood-fill mouse in it
     Demo(DemoArgs),
-    /// Show the maze and any state of a recorded search
+    /// Show the maze and one state of a recording
     Replay(ReplayArgs),
     /// Draw a maze or a recording as SVG, PNG or animated GIF
     Render(RenderArgs),

@@ -23,8 +23,8 @@ const HOST: &str = "127.0.0.1";
 const EXPOSED: &str = "anyone who can reach this port can read walls, add states and delete the \
     history: the protocol has no authentication and no encryption";
 
-/// The number of open files to request from the system: one for each possible connection, and 100
-/// for everything else.
+/// The requested maximum number of open files: one for each possible connection, and 100 for
+/// everything else.
 const DESCRIPTORS: u64 = (MAX_CONNECTIONS + MAX_VIEWER_CONNECTIONS) as u64 + 100;
 
 /// A server that is ready to run.

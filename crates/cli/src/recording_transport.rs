@@ -1,4 +1,4 @@
-//! Recording a search on the side of the client.
+//! Client-side recording of a search.
 
 use std::path::Path;
 

@@ -113,7 +113,7 @@ struct StateReport {
     weights: Vec<Vec<u8>>,
     walls: Vec<Vec<u8>>,
     map: String,
-    /// The description and the map of the state, printed without `--json`.
+    /// The status line and the map, for the text output.
     #[serde(skip)]
     text: String,
 }

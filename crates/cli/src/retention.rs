@@ -23,7 +23,7 @@ pub(crate) struct MemoryLimits {
 }
 
 impl MemoryLimits {
-    /// Returns the limits from the arguments. By default, the history may use half of the free
+    /// Returns the limits that the arguments set. By default, the history may use half of the free
     /// memory and recordings may use a quarter. Call this before the server opens sockets, because
     /// reading the free memory needs a file descriptor.
     pub(crate) fn new(args: &RetentionArgs) -> Self {

@@ -28,8 +28,8 @@ pub(crate) fn ending(run: &SearchRun) -> &'static str {
     if run.stats.goal_reached() { "goal reached" } else { "goal not reached" }
 }
 
-/// Returns the time between two steps. Without an argument, slows the search down on a terminal, so
-/// that each step is visible.
+/// Returns the time between two steps. For `None`, returns [`DEFAULT_PACE_MS`] on a terminal, so
+/// that each step is visible, and zero otherwise.
 pub(crate) fn pace(milliseconds: Option<u64>) -> Duration {
     let default = if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 };
     Duration::from_millis(milliseconds.unwrap_or(default))
