@@ -40,8 +40,8 @@ pub(crate) struct RetentionArgs {
     #[arg(long, value_name = "DIR")]
     pub(crate) record: Option<PathBuf>,
     /// Limit the history to MIB mebibytes, each holding about 100,000 states; further states are
-    /// refused until reset. Recordings open in the viewer have a separate limit of the same size
-    /// [default: half of the free memory for the history, a quarter for recordings]
+    /// refused until reset. Recordings open in the viewer have their own limit, which is also MIB
+    /// mebibytes [default: half of the free memory for the history, a quarter for recordings]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) history_limit: Option<u64>,
 }
@@ -71,20 +71,20 @@ pub(crate) struct ServerArgs {
     pub(crate) viewer: ViewerArgs,
 }
 
-/// Options for the maze size and the goal that a mouse knows from the start.
+/// Options for what a mouse knows before its first step: the maze size and the goal.
 #[derive(Debug, Args)]
 pub(crate) struct KnownMazeArgs {
     /// Width and height of the maze in cells [default: 16x16, or the server's size with --goal
     /// server]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<MazeSize>,
-    /// Goal cells, such as `7,7 8,7`, or `server` to ask the server, which must be mmsim [default:
-    /// the central cells]
+    /// Goal cells, such as `7,7 8,7`, or `server` to ask the server (mmsim only) [default: the
+    /// central cells]
     #[arg(long, value_name = "x,y|server", num_args = 1.., value_parser = parse_goal)]
     pub(crate) goal: Vec<Option<Cell>>,
 }
 
-/// Returns an argument parser that accepts the names of these values.
+/// Returns an argument parser that accepts the name of each value and returns the value.
 pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
     values: impl IntoIterator<Item = T>,
     describe: fn(T) -> PossibleValue,
@@ -96,7 +96,7 @@ pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// Returns the selected values without duplicates. `None` selects all values.
+/// Returns the selected values without duplicates. An element `None` selects all values.
 pub(crate) fn each_once<T: Copy + PartialEq>(selected: &[Option<T>], all: &[T]) -> Vec<T> {
     let mut values = Vec::new();
     for &value in selected.iter().flat_map(|value| value.as_ref().map_or(all, slice::from_ref)) {
@@ -119,7 +119,7 @@ pub(crate) fn parse_size(text: &str) -> Result<MazeSize, String> {
     MazeSize::new(width, height).map_err(|error| error.to_string())
 }
 
-/// Parses a goal cell, or `server` as `None`.
+/// Parses a goal cell. Returns `None` for `server`.
 fn parse_goal(text: &str) -> Result<Option<Cell>, String> {
     if text == "server" {
         return Ok(None);

@@ -22,8 +22,8 @@ use crate::suggest::suggest;
 use crate::trial::args::TrialArgs;
 use crate::usage::UsageError;
 
-/// A micromouse maze simulator. Without a command, mmsim serves a maze: it reports only the walls
-/// around the mouse to the search client and stores every state that the client sends.
+/// A micromouse maze simulator. Without a command, mmsim serves a maze to search clients. It
+/// reports only the walls around the mouse and stores every state that a client sends.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
 pub(crate) struct Cli {
@@ -58,7 +58,7 @@ pub(crate) enum Command {
     Solve(SolveArgs),
     /// Serve a maze and run a flood-fill mouse in it
     Demo(DemoArgs),
-    /// Show the maze and any state of a recorded search
+    /// Show the maze and one state of a recording
     Replay(ReplayArgs),
     /// Draw a maze or a recording as SVG, PNG or animated GIF
     Render(RenderArgs),
@@ -125,7 +125,7 @@ fn is_command(name: &OsStr) -> bool {
     name == "help" || Cli::command().get_subcommands().any(|command| command.get_name() == name)
 }
 
-/// Returns the command name that follows server options.
+/// Returns the first command name in the arguments if it follows valid server options.
 fn command_after_options(arguments: &[OsString]) -> Option<&OsStr> {
     let mut names = arguments.iter().enumerate().skip(2);
     let (at, name) = names.find(|(_, name)| is_command(name))?;
@@ -140,9 +140,9 @@ fn unknown_word(arguments: &[OsString]) -> Option<&str> {
         .then_some(word)
 }
 
-/// Moves verbosity options behind the command: `mmsim -q solve` becomes `mmsim solve -q`. Does not
-/// move any other option, because the next word may be a folder with the name of a command, such as
-/// `mazes`.
+/// Moves verbosity options after the command: `mmsim -q solve` becomes `mmsim solve -q`. Leaves all
+/// other options in place: after them, a word such as `mazes` may be the name of a folder instead
+/// of a command.
 fn verbosity_after_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     let is_verbosity = |argument: &&OsString| {
         let short = argument.as_encoded_bytes().strip_prefix(b"-").unwrap_or_default();

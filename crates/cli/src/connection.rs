@@ -7,13 +7,13 @@ use crate::args::KnownMazeArgs;
 use crate::output::{own_command, warn};
 use crate::usage::UsageError;
 
-/// Returns the ZeroMQ address of a simulator.
+/// Returns `connect` as a ZeroMQ address. The default transport is `tcp://`.
 pub(crate) fn endpoint(connect: &str) -> String {
     if connect.contains("://") { connect.into() } else { format!("tcp://{connect}") }
 }
 
-/// Returns the maze and the start pose from the arguments of `command`, or `None` with `--goal
-/// server`.
+/// Returns the known maze and the start pose that the arguments define, or `None` with `--goal
+/// server`. Usage errors refer to `command`.
 pub(crate) fn maze_from_args(
     command: &'static str,
     KnownMazeArgs { size, goal }: &KnownMazeArgs,
@@ -53,7 +53,8 @@ pub(crate) fn ask_maze(
     Ok((map, start))
 }
 
-/// Warns that a reply is late, at the first notice for a request and then at every tenth notice.
+/// Warns that a reply is late. Of the notices for one request, only the first and every tenth cause
+/// a warning.
 pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     let Waiting { endpoint, elapsed, notices, answered } = waiting;
     if *notices != 1 && notices % 10 != 0 {
@@ -70,7 +71,8 @@ pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     ));
 }
 
-/// Formats the error, with a hint if the mouse has the wrong maze or there is no simulator.
+/// Formats the error. Adds a hint if the maze size or the goal may be wrong, or if no simulator
+/// replies.
 pub(crate) fn explain(error: &RunError) -> String {
     match error {
         RunError::Refused { request: "S", .. } | RunError::LargerMaze { .. } => {

@@ -40,7 +40,7 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     Ok(result?.unwrap_or(true) || !args.once)
 }
 
-/// Runs the mouse in the served maze and shows the search. Returns true if the mouse reached the
+/// Runs the mouse in the served maze and shows the search. Returns whether the mouse reached the
 /// goal, or `None` after an interrupt.
 fn search(
     args: &DemoArgs,

@@ -15,8 +15,8 @@ pub(crate) struct Inputs {
 }
 
 impl Inputs {
-    /// Reads the mazes in files and folders, and mazes whose paths contain the given words.
-    /// Unreadable mazes are reported on stderr and skipped.
+    /// Reads the mazes that `names` select. Each name is a file, a folder, or words from the path
+    /// of a maze. Unreadable mazes are reported on stderr and skipped.
     pub(crate) fn read(names: &[PathBuf]) -> Self {
         let mut inputs = Self { mazes: Vec::new(), all_readable: true };
         for name in names {

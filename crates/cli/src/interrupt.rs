@@ -18,8 +18,8 @@ impl Interrupt {
     /// The exit code of `mmsim mms` after an interrupt.
     pub(crate) const CODE: i32 = 130;
 
-    /// Starts to catch SIGINT, SIGTERM and SIGHUP, except for signals that were ignored when the
-    /// process started. Call this once per process.
+    /// Starts catching SIGINT, SIGTERM and SIGHUP, except those that were ignored when the process
+    /// started. Call this once per process.
     pub(crate) fn catch() -> Result<Self, Box<dyn Error>> {
         let (sender, signals) = mpsc::channel();
         let open = sender.clone();
@@ -44,8 +44,8 @@ impl Interrupt {
     }
 }
 
-/// Calls `notify` on each signal that is not ignored. `nohup` ignores SIGHUP, and a shell ignores
-/// SIGINT for the background jobs of a script.
+/// Calls `notify` on SIGINT, SIGTERM and SIGHUP, except those that are ignored. `nohup` makes a
+/// process ignore SIGHUP, and a shell makes the background jobs of a script ignore SIGINT.
 #[cfg(unix)]
 fn on_signal(notify: impl Fn() + Send + 'static) -> io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -61,14 +61,15 @@ fn on_signal(notify: impl Fn() + Send + 'static) -> io::Result<()> {
     Ok(())
 }
 
-/// Returns the ignored signals from the status file of a process. Bit n - 1 stands for signal n.
+/// Returns the set of ignored signals from the content of /proc/self/status. Bit n - 1 is set if
+/// signal n is ignored.
 #[cfg(unix)]
 fn ignored(status: &str) -> u64 {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
 }
 
-/// Calls `notify` on Ctrl-C and similar events.
+/// Calls `notify` on Ctrl-C and on other events that ask the process to exit.
 #[cfg(not(unix))]
 fn on_signal(notify: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(notify)

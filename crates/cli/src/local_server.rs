@@ -1,4 +1,4 @@
-//! Starting a server, also for a mouse that runs in the same process.
+//! Starting a server, on its own or for a mouse in the same process.
 
 use std::error::Error;
 
@@ -23,7 +23,8 @@ const HOST: &str = "127.0.0.1";
 const EXPOSED: &str = "anyone who can reach this port can read walls, add states and delete the \
     history: the protocol has no authentication and no encryption";
 
-/// The limit of open files to request: one for each possible connection, and 100 for other files.
+/// The requested maximum number of open files: one for each possible connection, and 100 for
+/// everything else.
 const DESCRIPTORS: u64 = (MAX_CONNECTIONS + MAX_VIEWER_CONNECTIONS) as u64 + 100;
 
 /// A server that is ready to run.
@@ -35,7 +36,7 @@ pub(crate) struct ReadyServer {
     pub(crate) page: Option<String>,
 }
 
-/// Serves the selected maze on a separate thread, and starts to catch Ctrl-C.
+/// Serves the selected maze on a separate thread, and starts catching Ctrl-C.
 pub(crate) fn start(
     selected: Selected,
     mazes: Catalogue,
@@ -47,8 +48,8 @@ pub(crate) fn start(
     Ok((ready.server.spawn(ready.simulation), ready.interrupt))
 }
 
-/// Prepares a server for the selected maze, reports its address, and starts to catch Ctrl-C. Serves
-/// the viewer page, which also lists `mazes`, unless `viewer` is `None`.
+/// Prepares a server for the selected maze, reports its address, and starts catching Ctrl-C. Unless
+/// `viewer` is `None`, also serves the viewer page, which lists `mazes`.
 pub(crate) fn prepare(
     selected: Selected,
     mazes: Catalogue,
@@ -88,7 +89,7 @@ fn bind(host: &str, port: u16) -> Result<Server, String> {
     Server::bind(host, port).map_err(|error| with_port_hint(&error, "--port"))
 }
 
-/// Formats the error, with a hint to `option` if the port is in use.
+/// Formats the error. If the port is in use, adds a hint to set `option` to 0.
 pub(crate) fn with_port_hint(error: &BindError, option: &str) -> String {
     match error {
         BindError::InUse { .. } => format!("{error} (try {option} 0)"),

@@ -9,8 +9,9 @@ mod system {
 
     use rlimit::Resource;
 
-    /// The hierarchies of control groups, version 2 and version 1. Each entry names the folder, the
-    /// file with the limit, the file with the usage, and the statistic of reclaimable file pages.
+    /// The hierarchies of control groups, version 2 and version 1. Each entry holds the folder, the
+    /// file with the limit, the file with the usage, and the key of the reclaimable file pages in
+    /// `memory.stat`.
     const GROUPS: [[&str; 4]; 2] = [
         ["sys/fs/cgroup", "memory.max", "memory.current", "inactive_file "],
         [
@@ -21,9 +22,8 @@ mod system {
         ],
     ];
 
-    /// Returns the free memory in bytes, or `None` if the system does not report it. This is the
-    /// minimum of the machine's free memory and the remaining memory within each limit of this
-    /// process and of its control groups.
+    /// Returns the free memory in bytes, or `None` if the system does not report it. Respects the
+    /// limits of this process and of its control groups.
     pub(crate) fn free() -> Option<u64> {
         let root = Path::new("/");
         let limits =
@@ -75,7 +75,7 @@ mod system {
         after(text, key)?.checked_mul(1024)
     }
 
-    /// Returns the number after a key that starts a line.
+    /// Returns the number after `key` from a line that starts with `key`.
     fn after(text: &str, key: &str) -> Option<u64> {
         text.lines()
             .find_map(|line| line.strip_prefix(key)?.split_whitespace().next()?.parse().ok())
@@ -85,7 +85,7 @@ mod system {
     mod tests {
         use super::*;
 
-        /// Creates a root folder with these files.
+        /// Creates a temporary folder that holds `files`.
         fn root(files: &[(&str, &str)]) -> tempfile::TempDir {
             let root = tempfile::tempdir().unwrap();
             for (path, content) in files {

@@ -99,8 +99,8 @@ pub(crate) fn warn(text: impl Display) {
     let _ = Stderr.write(format!("{}\n", Escaped(text)).as_bytes());
 }
 
-/// Writes a file atomically, replacing an existing file or the target of a link. If writing fails,
-/// the existing file is unchanged. Pipes and devices are written directly.
+/// Writes a file atomically. Replaces an existing file; if `path` is a symbolic link, replaces its
+/// target. If writing fails, an existing file is unchanged. Pipes and devices are written directly.
 pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), String> {
     let written = if is_file(path) {
         let target = if path.is_symlink() { fs::canonicalize(path) } else { Ok(path.into()) };
@@ -116,8 +116,8 @@ pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), String> {
     written.map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
 
-/// Returns true if the path is a regular file outside /dev. A path such as /dev/stdout may look
-/// like a regular file, but it refers to another open file.
+/// Returns true if the path is a regular file outside /dev. A path such as /dev/stdout may refer to
+/// a regular file that is already open, and that file must not be replaced.
 pub(crate) fn is_file(path: &Path) -> bool {
     path.is_file() && !path.starts_with("/dev")
 }

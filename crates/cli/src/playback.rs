@@ -1,4 +1,4 @@
-//! Messages about recordings that cannot be read completely.
+//! Errors and warnings about recordings.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> Stri
     }
 }
 
-/// Returns true if the recording is undamaged, and prints a warning otherwise.
+/// Returns true if the recording is undamaged. Otherwise, prints a warning and returns false.
 pub(crate) fn is_undamaged(file: &Path, recording: &Recording) -> bool {
     let Integrity::Damaged { intact, reason } = recording.integrity() else { return true };
     warn(format_args!("{}: damaged after byte {intact}: {reason}", file.display()));

@@ -1,4 +1,4 @@
-//! Recording the states of a search in the client.
+//! Client-side recording of a search.
 
 use std::path::Path;
 

@@ -39,8 +39,8 @@ pub(crate) fn run(args: &RenderArgs) -> CommandResult {
     Ok(is_intact)
 }
 
-/// Opens a recording. Returns `None` if the file is not a recording and does not end in .mcap,
-/// because it may be a maze.
+/// Opens a recording. If `file` cannot be read or is not an MCAP file, returns `None`, because the
+/// argument may select a maze. If the name ends in .mcap, returns the error instead.
 fn recording(args: &RenderArgs, file: &Path) -> Result<Option<Recording>, OpenError> {
     let is_named_mcap = file.extension().is_some_and(|extension| extension == "mcap");
     match Recording::open_within(file, &recording_budget(&args.reading)) {
@@ -114,7 +114,7 @@ fn still(args: &RenderArgs, scene: Scene<'_>) -> PictureResult {
 /// A recorded search and the options for drawing it.
 struct RecordedSearch<'a> {
     truth: Option<&'a Maze>,
-    /// The known maze before the first state: the size, the start and the goals.
+    /// The known maze before the first state.
     initial: KnownMaze,
     /// The index of the last state to draw.
     last: Option<usize>,

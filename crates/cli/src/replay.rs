@@ -94,7 +94,7 @@ fn began(recording: &Recording) -> Option<Timestamp> {
 }
 
 /// Returns the time since the first state in milliseconds.
-#[expect(clippy::cast_precision_loss, reason = "a search is too short to lose precision")]
+#[expect(clippy::cast_precision_loss, reason = "exact below 2^53 ns, which is 104 days")]
 fn milliseconds(recording: &Recording, time: u64) -> f64 {
     let first = recording.times().iter().next().unwrap_or(time);
     time.saturating_sub(first) as f64 / 1e6
@@ -113,7 +113,7 @@ struct StateReport {
     weights: Vec<Vec<u8>>,
     walls: Vec<Vec<u8>>,
     map: String,
-    /// The text output for the state.
+    /// The status line and the map, for the text output.
     #[serde(skip)]
     text: String,
 }
@@ -177,7 +177,7 @@ struct ReplayReport<'a> {
     began: Option<String>,
     /// The integrity of the file: `closed`, `cut` or `damaged`.
     ending: &'static str,
-    /// The length of the intact part in bytes, or `None` if the file was closed.
+    /// The length of the intact part in bytes, or `None` if the file was closed properly.
     whole_bytes: Option<u64>,
     maze: Option<String>,
     /// The pose in each state, or `None` with `--at`.

@@ -18,14 +18,14 @@ const ASSUMED_FREE_BYTES: u64 = 1 << 30;
 pub(crate) struct MemoryLimits {
     /// The limit of the live history, in bytes.
     pub(crate) history: usize,
-    /// The budget of the recordings that are open in the viewer.
+    /// The memory budget for recordings that are open in the viewer.
     pub(crate) recordings: Arc<MemoryBudget>,
 }
 
 impl MemoryLimits {
-    /// Returns the limits from the arguments. By default, the history may use half of the free
-    /// memory and recordings may use a quarter. Call this before sockets use up the file
-    /// descriptors.
+    /// Returns the limits that the arguments set. By default, the history may use half of the free
+    /// memory and recordings may use a quarter. Call this before the server opens sockets, because
+    /// reading the free memory needs a file descriptor.
     pub(crate) fn new(args: &RetentionArgs) -> Self {
         let free = memory::free().unwrap_or(ASSUMED_FREE_BYTES);
         let limit = |part| bytes(args.history_limit, free / part);
@@ -41,8 +41,7 @@ pub(crate) fn recording_budget(args: &ReadingArgs) -> Arc<MemoryBudget> {
     Arc::new(MemoryBudget::new(bytes(args.history_limit, free / 2)))
 }
 
-/// Converts mebibytes to bytes. Without mebibytes, returns `default` bytes, but at least one
-/// mebibyte.
+/// Converts mebibytes to bytes. For `None`, returns `default` bytes, but at least one mebibyte.
 fn bytes(mebibytes: Option<u64>, default: u64) -> usize {
     let bytes = mebibytes.map_or(default.max(MIB), |mebibytes| mebibytes.saturating_mul(MIB));
     usize::try_from(bytes).unwrap_or(usize::MAX)

@@ -19,7 +19,7 @@ pub(crate) struct Screen {
     strategy: BundledStrategy,
     /// True if the map is shown during the search.
     is_live: bool,
-    /// True if the screen shows a map.
+    /// True if a map has been drawn before.
     drawn: bool,
 }
 
@@ -28,7 +28,8 @@ pub(crate) fn ending(run: &SearchRun) -> &'static str {
     if run.stats.goal_reached() { "goal reached" } else { "goal not reached" }
 }
 
-/// Returns the time between two steps, which by default is visible on a terminal.
+/// Returns the time between two steps. For `None`, returns [`DEFAULT_PACE_MS`] on a terminal, so
+/// that each step is visible, and zero otherwise.
 pub(crate) fn pace(milliseconds: Option<u64>) -> Duration {
     let default = if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 };
     Duration::from_millis(milliseconds.unwrap_or(default))
@@ -40,7 +41,7 @@ impl Screen {
         Self { strategy, is_live: is_live && io::stdout().is_terminal(), drawn: false }
     }
 
-    /// Shows the current map on a live screen, with numbers if they fit the terminal.
+    /// Shows the current map on a live screen, with the weights if the terminal is large enough.
     pub(crate) fn show<S: Strategy>(
         &mut self,
         mouse: &Mouse<S>,
@@ -88,7 +89,7 @@ impl Screen {
         }
     }
 
-    /// Replaces the previous map, starting at the upper left corner of the screen.
+    /// Redraws the terminal from the upper left corner, replacing the previous map.
     fn replace(&mut self, map: &str, status: &str) -> io::Result<()> {
         let mut frame = String::from(if self.drawn { "\x1b[H" } else { "\x1b[2J\x1b[H" });
         self.drawn = true;
@@ -118,8 +119,8 @@ fn mouse_pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
     pictures(mouse.map(), mouse.pose(), |cell| mouse.weight(cell).unwrap_or(u16::MAX))
 }
 
-/// Returns two pictures of a mouse's map: a wide one with the weights unless all are zero, and a
-/// compact one.
+/// Returns two pictures of a mouse's map: a wide one, which shows the weights unless all of them
+/// are zero, and a compact one.
 pub(crate) fn pictures(map: &KnownMaze, pose: Pose, weight: impl Fn(Cell) -> u16) -> [String; 2] {
     let number = |cell| Some(weight(cell)).filter(|&weight| weight != u16::MAX);
     let drawing = map.picture().with_mouse(pose);
@@ -129,8 +130,8 @@ pub(crate) fn pictures(map: &KnownMaze, pose: Pose, weight: impl Fn(Cell) -> u16
     [numbers, drawing.compact().to_string()]
 }
 
-/// Returns the compact picture if only this one fits the width of the terminal. The height does not
-/// matter, because the terminal scrolls.
+/// Returns the compact picture if stdout is a terminal that is wide enough for it but not for the
+/// wide one. The height does not matter, because the terminal scrolls.
 pub(crate) fn wide_or_compact([wide, compact]: [String; 2]) -> String {
     let room = (terminal().0, usize::MAX);
     let is_better = !fits(&wide, room) && fits(&compact, room);

@@ -22,7 +22,7 @@ pub(crate) fn home_folder() -> Option<PathBuf> {
 /// A collection of mazes.
 pub(crate) struct Collection {
     pub(crate) catalogue: Catalogue,
-    /// The path of the collection, which is empty for the bundled mazes.
+    /// The path of the collection, or an empty path for the bundled mazes.
     path: PathBuf,
     /// True for the collection in the user's home folder. If this collection has no matching maze,
     /// the bundled mazes are searched.
@@ -100,8 +100,9 @@ impl Collection {
     }
 
     /// Returns the first maze whose path contains all `words`. Without words, returns the first
-    /// maze with a reachable goal. If the user's folder has no such maze, searches the bundled
-    /// mazes. Skips unreadable files and prints a warning with their number.
+    /// maze with a reachable goal, or the first maze if no goal is reachable. If the user's folder
+    /// has no such maze, searches the bundled mazes. Skips unreadable files and prints a warning
+    /// with the number of skipped files.
     pub(crate) fn select(&self, words: &str) -> Result<Selected, SelectionError> {
         let any = words.trim().is_empty();
         let (mut unreadable, mut fallback) = (Vec::new(), None);

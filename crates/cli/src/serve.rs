@@ -16,7 +16,7 @@ use crate::suggest::suggest;
 use crate::usage::CommandResult;
 use args::ServeArgs;
 
-/// Serves a maze. If the folder of mazes does not exist, suggests one of `commands`.
+/// Serves a maze. If the given path does not exist, the error may suggest one of `commands`.
 pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
     let collection = Collection::at(args.mazes.as_deref())
         .map_err(|error| with_suggestion(error, args, commands))?;
@@ -47,7 +47,7 @@ struct ServerReport<'a> {
     maze: Info,
 }
 
-/// Adds a suggestion to the error if the folder of mazes does not exist.
+/// Adds a suggestion to the error if the given path does not exist.
 fn with_suggestion(error: SelectionError, args: &ServeArgs, commands: &Command) -> Box<dyn Error> {
     let missing = args.mazes.iter().filter(|path| !path.exists());
     match missing.filter_map(|path| path.to_str()).find_map(|word| suggest(word, commands)) {

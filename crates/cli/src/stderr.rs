@@ -1,4 +1,4 @@
-//! Writing to stderr without blocking a server, even if no other process reads the pipe.
+//! Writing to stderr on a separate thread, so that a full pipe does not block a server.
 
 use std::io::{self, Write};
 use std::mem;
@@ -10,7 +10,7 @@ use std::time::Duration;
 /// The maximum size of the queued messages in bytes, excluding messages that are being written.
 const MAX_QUEUED_BYTES: usize = 1 << 20;
 
-/// The maximum time to wait at exit until all messages are written.
+/// The maximum time to wait at exit for the remaining messages to be written.
 const FLUSH_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// The queue of messages for the writing thread.
@@ -28,7 +28,7 @@ pub(crate) fn write_in_background() {
     }
 }
 
-/// Waits up to half a second until all messages are written.
+/// Waits up to half a second for the remaining messages to be written.
 pub(crate) fn flush() {
     BACKLOG.flush(FLUSH_TIMEOUT);
 }
@@ -59,7 +59,7 @@ struct Backlog {
 
 struct State {
     queued: Vec<u8>,
-    /// The number of messages dropped after the queued ones.
+    /// The number of messages dropped since the queue became full.
     lost: u64,
     is_writing: bool,
 }
@@ -110,7 +110,7 @@ impl Backlog {
         }
     }
 
-    /// Waits until all messages are written, or until the timeout.
+    /// Waits until all messages are written or the timeout expires.
     fn flush(&self, timeout: Duration) {
         let is_busy = |state: &mut State| state.is_writing || !state.is_empty();
         let _ = self.changed.wait_timeout_while(self.lock(), timeout, is_busy);
@@ -123,7 +123,7 @@ mod tests {
 
     use super::*;
 
-    /// A pipe that blocks each write until it is read.
+    /// A pipe in which each write blocks until the test sends to `read`.
     struct Pipe {
         begun: Sender<()>,
         read: Receiver<()>,

@@ -5,8 +5,8 @@ use clap::Command;
 use crate::output::own_command;
 use crate::selection::Collection;
 
-/// Returns a hint for an error about an unknown `mmsim WORD`. It suggests a command with a similar
-/// name, a subcommand of `mmsim mazes`, or `--maze` if a maze has this name.
+/// Returns a suggestion for the user who typed `mmsim WORD` with an unknown `WORD`: a command or a
+/// subcommand of `mmsim mazes` with a similar name, or `--maze WORD` if a maze matches.
 pub(crate) fn suggest(word: &str, commands: &Command) -> Option<String> {
     let similar = |commands: &Command, typos: usize| {
         let mut names = commands.get_subcommands().map(Command::get_name);

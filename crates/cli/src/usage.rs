@@ -2,11 +2,11 @@
 
 use std::error::Error;
 
-/// The result of a command: true for exit code 0, false for exit code 1 after the command has
-/// reported a failure, or an error to report.
+/// The result of a command. `Ok(true)` stands for success, `Ok(false)` for a failure that the
+/// command has already reported, and `Err` for an error that is still to be reported.
 pub(crate) type CommandResult = Result<bool, Box<dyn Error>>;
 
-/// An error in the combination of arguments. The process exits with code 2.
+/// An error in the command line that clap does not detect. The process exits with code 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub(crate) struct UsageError {

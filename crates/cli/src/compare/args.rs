@@ -49,7 +49,7 @@ pub(crate) struct CompareArgs {
         value_parser = strategies()
     )]
     strategies: Vec<Option<BundledStrategy>>,
-    /// Use N threads, which does not affect the results [default: the number of processors]
+    /// Use N threads; the results do not depend on N [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
     /// Print CSV: a header and one line per search

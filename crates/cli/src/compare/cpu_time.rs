@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-/// Runs `work` and measures its processor time on this thread. The time of other threads is not
-/// included.
+/// Runs `work` and measures its processor time on this thread.
 pub(super) fn measure<R>(work: impl FnOnce() -> R) -> (R, Duration) {
     let begin = thread_time();
     let result = work();
@@ -18,7 +17,8 @@ fn thread_time() -> Duration {
     clock_gettime(ClockId::ThreadCPUTime).try_into().unwrap_or_default()
 }
 
-/// Returns the wall time, because Windows measures processor time only in steps of 16 ms.
+/// Returns the wall-clock time since the first call. Windows measures processor time only in steps
+/// of 16 ms, which is too coarse.
 #[cfg(not(unix))]
 fn thread_time() -> Duration {
     use std::sync::LazyLock;

@@ -1,4 +1,4 @@
-//! Reports of single searches, and of all searches of a strategy.
+//! Reports of one search and of all searches of a strategy.
 
 use mmsim_maze::Escaped;
 use mmsim_solvers::BundledStrategy;
@@ -46,10 +46,10 @@ pub(crate) struct StrategyReport {
     /// The number of mazes in which the goal was reached and the shortest path was proven.
     proven: usize,
     /// The number of mazes in which the goal was reached and the shortest known path is as short as
-    /// the true one.
+    /// the shortest path in the true maze.
     shortest_path_found: usize,
     steps_to_goal: Option<f64>,
-    /// The mean over the mazes in which the goal was reached and the shortest path was proven.
+    /// The mean number of steps until the shortest path was proven, over the `proven` mazes.
     steps_until_proven: Option<f64>,
     steps_in_all: Option<f64>,
     turns: Option<f64>,

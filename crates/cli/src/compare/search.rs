@@ -28,7 +28,7 @@ pub(crate) struct Figures {
     /// The distance from the start to the goal in the true maze in steps, or `None` if the goal is
     /// unreachable.
     pub(crate) shortest_path: Option<u16>,
-    /// The processor time in microseconds, rounded to nanoseconds.
+    /// The processor time in microseconds, rounded to three decimal places.
     pub(crate) time_us: f64,
     /// The error that ended the search run or the fast run early.
     pub(crate) error: Option<String>,
@@ -231,7 +231,8 @@ o---o---o---o
         assert!(!endless.is_rightly_given_up);
     }
 
-    /// A strategy that always steps forward. The fast run begins with the second state.
+    /// A strategy that steps forward until it reaches the goal. Its fast run begins with the second
+    /// state.
     #[derive(Default)]
     struct Straight {
         states: u32,

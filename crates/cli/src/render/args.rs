@@ -39,7 +39,7 @@ pub(crate) struct RenderArgs {
     /// Colour theme
     #[arg(long, default_value = "light", value_parser = themes())]
     pub(crate) theme: Theme,
-    /// Width of a .png or .gif in pixels [default: the width at which the longer side is 640]
+    /// Width of a .png or .gif in pixels [default: chosen so that the longer side is 640 pixels]
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(width_range()))]
     pub(crate) width: Option<u32>,
     #[command(flatten)]

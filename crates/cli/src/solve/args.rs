@@ -21,18 +21,18 @@ pub(crate) struct SolveArgs {
     pub(crate) connect: String,
     #[command(flatten)]
     pub(crate) known: KnownMazeArgs,
-    /// Give up after sending N states, which is one more than the number of steps [default: 10000
-    /// for swing and shortest-path-search, which also return to the start, else 1000]
+    /// Give up after sending N states: one for the start and one for each step [default: 10000 for
+    /// swing and shortest-path-search, which also return to the start; 1000 for the others]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_steps: Option<u32>,
-    /// Wait MS milliseconds after each step, and show the moving mouse on a terminal
+    /// Wait MS milliseconds after each step; unless MS is 0, draw each step on a terminal
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pub(crate) pace: u64,
     /// Record the acknowledged states to FILE, which must not exist; view it with `mmsim replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
-    /// Give up if a reply takes longer than S seconds [default: no limit for the first reply, then
-    /// 10 for each reply]
+    /// Give up if a reply takes longer than S seconds [default: no limit for the first reply, 10
+    /// for each later reply]
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub(crate) timeout: Option<Duration>,
     /// Print a JSON object
@@ -40,7 +40,7 @@ pub(crate) struct SolveArgs {
     pub(crate) json: bool,
 }
 
-/// Returns the name of a strategy and its description for the help.
+/// Returns the name of a strategy, with its description for the help text.
 pub(crate) fn strategy_value(strategy: BundledStrategy) -> PossibleValue {
     PossibleValue::new(strategy.name()).help(strategy.about())
 }
