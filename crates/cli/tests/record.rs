@@ -78,7 +78,7 @@ fn send_in_advance(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool)
 /// The number of states sent before the first acknowledgement.
 const AHEAD: u64 = 100;
 
-/// A guard that sets a flag on drop, also during a panic.
+/// A guard that sets a flag on drop, even during a panic.
 struct SetOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for SetOnDrop<'_> {
@@ -282,8 +282,8 @@ fn a_lost_folder_refuses_states_until_reset() {
     }
 }
 
-/// Another program can destroy parts of a recording. After such a change, the server acknowledges
-/// no further states.
+/// Another program can destroy parts of a recording. After such damage, the server acknowledges no
+/// further states.
 #[cfg(unix)]
 #[test]
 fn a_recording_changed_by_another_program_refuses_states_until_reset() {

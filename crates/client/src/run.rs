@@ -28,7 +28,7 @@ pub struct SearchRun {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// The request could not be sent, or has no reply.
+    /// The request could not be sent, or no reply arrived.
     #[error(transparent)]
     Transport(#[from] TransportError),
     /// The simulator refused a request.
@@ -78,8 +78,8 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// Converts a contradiction in a maze of the expected size. A contradiction at the edge means
-    /// that the maze is larger than expected.
+    /// Converts a contradiction in the simulator's replies to an error. A contradiction at the edge
+    /// of the expected maze means that the maze is larger than expected.
     pub fn from_contradiction(error: Contradiction, size: MazeSize) -> Self {
         let Contradiction { cell, heading, .. } = error;
         match size.neighbour(cell, heading) {

@@ -77,8 +77,8 @@ impl Scores {
         &self.current_run
     }
 
-    /// Returns the stats of the first completed run that has the lowest
-    /// [`cost`](TravelStats::cost).
+    /// Returns the stats of the completed run with the lowest [`cost`](TravelStats::cost). If
+    /// several runs have this cost, the first one counts.
     pub const fn best_run(&self) -> Option<&TravelStats> {
         self.best_run.as_ref()
     }

@@ -25,8 +25,8 @@ use crate::simulator::Simulator;
 /// The size of the browser window in pixels, as on a laptop.
 pub(crate) const WINDOW_SIZE: (u32, u32) = (1280, 860);
 
-/// The browser that all tests share, because starting a browser takes longer than most tests. The
-/// tests use the browser one at a time. The browser closes when no test uses it or waits for it.
+/// The browser that all tests share, because starting a browser takes longer than most tests. Only
+/// one test at a time uses the browser. The browser closes when no test uses it or waits for it.
 static SHARED: Mutex<Weak<Mutex<Option<Browser>>>> = Mutex::new(Weak::new());
 
 /// A browser with one page.
@@ -68,7 +68,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Runs a test in a browser that shows the page of a simulator with these arguments.
+/// Starts a simulator with these arguments and runs a test in a browser that shows its page.
 pub(crate) fn with_page(arguments: &[&str], test: impl FnOnce(&Browser, &Simulator)) {
     with_browser(|browser| {
         let simulator = Simulator::start(arguments);
@@ -160,7 +160,7 @@ impl Browser {
         self.run("return document.querySelector(arguments[0]) !== null", &[json!(selector)])
     }
 
-    /// Returns true if the page in a frame has a matching element.
+    /// Returns true if the page in a frame has an element that matches `selector`.
     pub(crate) fn frame_has(&self, frame: &str, selector: &str) -> bool {
         self.wait(async {
             self.client.find(Locator::Css(frame)).await?.enter_frame().await?;

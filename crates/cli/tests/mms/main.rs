@@ -30,7 +30,7 @@ def ask(line):
 
 ";
 
-/// Returns the Python interpreter, or `None` with a message if there is none.
+/// Returns the Python interpreter. If there is none, prints a message and returns `None`.
 fn python() -> Option<&'static str> {
     let works = |name: &&str| {
         let quiet = || Stdio::null();
@@ -67,7 +67,7 @@ fn command(home: &Home, options: &[&str], mouse: &str) -> Option<Command> {
     Some(home.command(&arguments(options, &[python, "mouse.py"])))
 }
 
-/// Runs a Python mouse to completion with a server in the same command.
+/// Runs a Python mouse to completion with `mmsim mms`, which also serves the maze.
 fn run(home: &Home, options: &[&str], mouse: &str) -> Option<Output> {
     let python = python()?;
     home.write("mouse.py", PREAMBLE.to_string() + mouse);
