@@ -46,8 +46,8 @@ pub(crate) enum MazesCommand {
     /// Check maze files for errors, and print their size, goals and shortest path
     ///
     /// The exit code is 1 if there are errors: unreadable files, contradictory cells, gaps in the
-    /// outer wall, or an unreachable goal. Posts without a wall, unreachable cells, unknown walls,
-    /// ambiguous hex digits, and duplicate mazes only cause warnings.
+    /// outer wall, or an unreachable goal. Warnings are printed for posts without a wall,
+    /// unreachable cells, unknown walls, ambiguous hex digits, and duplicate mazes.
     Check {
         /// Maze files, or folders to search recursively; hidden, .md and .json files in folders are
         /// skipped
@@ -133,8 +133,8 @@ pub(crate) struct GenerateArgs {
     pub(crate) count: u32,
     /// File to write. The extension .trial, .maz or .num selects the format; all other files are
     /// text. With --count above 1, or if the path is an existing folder or ends in a separator,
-    /// write each maze to its own file in this folder, such as contest-16x16-1.txt [default: print
-    /// the mazes, separated by blank lines]
+    /// write each maze to a file such as contest-16x16-1.txt in this folder [default: print the
+    /// mazes, separated by blank lines]
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Replace existing files that have different content

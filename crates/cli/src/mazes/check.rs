@@ -80,8 +80,8 @@ impl Checked {
         Self { row: MazeRow::from_error(path, error), format: None, findings }
     }
 
-    /// Formats one line with the properties of the maze or the first error, then one line for each
-    /// kind of remaining finding.
+    /// Formats a line with the properties of the maze or the first error, then the remaining
+    /// findings with one line for each kind.
     fn text(&self) -> String {
         let printed = usize::from(self.row.error.is_some()).min(self.findings.len());
         format!("{}\n{}", self.row.line(), lines(&self.findings[printed..]))

@@ -69,7 +69,8 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
     Ok(true)
 }
 
-/// Prints a message with the number of files and the first three names, if there are any files.
+/// Prints a message with the number of files and the names of the first three. Prints nothing if
+/// there are no files.
 fn note_files(files: &[String], message: fn(&str) -> String) {
     if !files.is_empty() {
         let message = message(&counted(files.len() as u64, "file"));

@@ -121,8 +121,7 @@ impl Drop for Child {
     }
 }
 
-/// A reader of the mouse's output that also stores the incomplete line at the end of the output so
-/// far.
+/// A reader of the mouse's output. It stores the start of a line that the mouse has not completed.
 struct LineTracker<R> {
     pipe: R,
     incomplete_line: Arc<Mutex<Vec<u8>>>,

@@ -1,6 +1,6 @@
-//! Attacks on a running server while a correct client searches its maze. Every search must succeed.
-//! After each attack, the server must have as many threads and descriptors as before, and use
-//! hardly more memory.
+//! Attacks on a running server while a correct client searches the served maze. Every search must
+//! succeed. After each attack, the server must have as many threads and descriptors as before, and
+//! use hardly more memory.
 //!
 //! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes each attack 20
 //! times as long and prints measurements.

@@ -88,7 +88,8 @@ impl Browser {
         Some(browser)
     }
 
-    /// Prepares a test: opens a new tab and removes everything from the previous test.
+    /// Prepares a test: opens a new tab and removes the cookies, downloads and logs of the previous
+    /// test.
     fn reset(&self) {
         let old_tab = self.wait(self.client.window());
         let tab = self.wait(self.client.new_window(true));

@@ -16,13 +16,13 @@ const PITCH: u32 = 20;
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 pub(crate) struct Drawing {
     view_box: String,
-    /// The coordinates, class, x, y, width and height of each cell.
+    /// The attributes data-cell, class, x, y, width and height of each cell.
     cells: Vec<[String; 6]>,
-    /// The cell, transform and path of each number.
+    /// The attributes data-cell, transform and d of each number.
     numbers: Vec<[String; 3]>,
-    /// The cell and side, the class and the path of each wall.
+    /// The attributes data-wall, class and d of each wall.
     walls: Vec<[String; 3]>,
-    /// The class and the transform of the mouse.
+    /// The attributes class and transform of the mouse.
     mouse: [String; 2],
     trail: String,
 }

@@ -1,4 +1,4 @@
-//! Measurements of the latency of the page and of how much it slows down the simulator. The
+//! Measurements of the page: its latency, and how much it slows down the simulator. The
 //! measurements only print results. Run them with:
 //!
 //! `cargo test --release -p mmsim --test browser -- --ignored --nocapture --test-threads=1`
@@ -179,8 +179,8 @@ fn the_rate_of_states_with_a_page_open() {
     });
 }
 
-/// A script that runs before a new page loads. It measures when the page shows and when it paints
-/// the state LAST, in milliseconds since navigation.
+/// A script that runs before a new page loads. It measures the times at which the page shows and
+/// paints the state LAST, in milliseconds since navigation.
 const MEASURE_DRAWN: &str = r#"
     window.drawn = new Promise((yes) => new MutationObserver(() => {
         const panel = document.querySelector('[data-source="live"]');

@@ -1,5 +1,5 @@
-//! States of a client, encoded and decoded independently of `mmsim-protocol` according to
-//! docs/protocol.md.
+//! States of a client, encoded and decoded as docs/protocol.md specifies, independently of
+//! `mmsim-protocol`.
 
 use mmsim_maze::{Cell, MazeSize};
 
@@ -46,8 +46,8 @@ impl TestState {
         usize::from(cell.y) * usize::from(self.size.width()) + usize::from(cell.x)
     }
 
-    /// Returns true if the client reports a wall here, either in this cell or in the cell on the
-    /// other side of the wall.
+    /// Returns true for outer walls, and for walls that the client reports in at least one of the
+    /// two adjacent cells.
     pub(crate) fn has_wall(&self, cell: Cell, side: char) -> bool {
         let turn = SIDES.iter().position(|&(letter, ..)| letter == side).unwrap();
         let (_, dx, dy, bit) = SIDES[turn];
@@ -56,8 +56,8 @@ impl TestState {
         has_bit(cell, bit) || there.is_none_or(|there| has_bit(there, SIDES[(turn + 2) % 4].3))
     }
 
-    /// Encodes the state. The letters give the order of each matrix: `C` means row by row from the
-    /// south, and `F` means column by column from the west.
+    /// Encodes the state, with each matrix in the given order. `C` means row by row from the south,
+    /// and `F` means column by column from the west.
     pub(crate) fn message(&self, weights: char, walls: char) -> Vec<u8> {
         let mut message = vec![b'S', self.cell.x, self.cell.y, letter(self.heading)];
         for (order, matrix) in [(weights, &self.weights), (walls, &self.walls)] {

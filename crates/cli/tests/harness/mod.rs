@@ -58,8 +58,8 @@ impl Home {
         }
     }
 
-    /// Returns the command for a server. Disables the viewer page unless an argument is about the
-    /// viewer.
+    /// Returns the command for a server. Disables the viewer page unless an argument contains
+    /// `viewer`.
     pub fn server(&self, arguments: &[&str]) -> Command {
         let mut command = self.command(arguments);
         if !arguments.iter().any(|argument| argument.contains("viewer")) {
