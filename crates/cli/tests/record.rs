@@ -344,12 +344,12 @@ fn no_state_is_lost_when_the_server_is_killed_during_compression() {
     println!("30 kills: {packed} after packing, {left} in the middle of it");
 }
 
-/// A limit on the file size imitates a full disk.
+/// A limit on the file size simulates a full disk.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_refuses_states_and_keeps_written_states() {
-    // The limits are in blocks of 512 bytes. After the last state, one limit leaves more space than
-    // the summary needs, the other one less.
+    // The limits are in blocks of 512 bytes. After the last state, one limit leaves enough space
+    // for the summary, and the other limit does not.
     for limit in [64, 55] {
         fill_disk(limit);
     }

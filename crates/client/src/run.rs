@@ -247,7 +247,7 @@ o---o---o---o
     }
 
     #[test]
-    fn leaves_a_start_that_is_open_only_behind() {
+    fn leaves_a_start_that_is_open_only_behind_the_mouse() {
         for &strategy in BundledStrategy::ALL {
             let maze: Maze = "o---o\n| S |\no   o\n| G |\no---o\n".parse().unwrap();
             let mut mouse =

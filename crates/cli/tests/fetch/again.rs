@@ -66,7 +66,7 @@ fn cleans_up_after_a_killed_fetch() {
     let mazes = home.path().join("mazes");
     home.write("mazes/.mmsim-fetching-new/new.txt", MAZE);
     let before = all_of(&mazes.join("fetched"));
-    // Imitate a process that was killed between the two renames.
+    // Simulate a process that was killed between the two renames.
     fs::rename(mazes.join("fetched"), mazes.join(".mmsim-fetching-old")).unwrap();
     home.write("empty.zip", zip(&[]));
     assert_eq!(fetch(&home, "empty.zip").code, Some(1), "too early to clean up");
@@ -166,7 +166,7 @@ fn links_are_not_followed() {
     assert!(home.path().join("elsewhere/fetched/classic/old.txt").exists());
 }
 
-/// A limit on the file size imitates a full disk.
+/// A limit on the file size simulates a full disk.
 #[cfg(unix)]
 #[test]
 fn full_disks_change_nothing() {

@@ -92,7 +92,7 @@ fn states<R>(recording: &Recording, mut each: impl FnMut(State<'_>) -> R) -> Vec
 }
 
 #[test]
-fn a_mouse_on_mms_rs_reaches_the_goal() {
+fn a_mouse_that_uses_mms_rs_reaches_the_goal() {
     let home = Home::new();
     let mouse = mms_rs_mouse();
     let options = [&QUIET[..], &["--maze", "hedgerow", "--score", "--record", "seen"]].concat();

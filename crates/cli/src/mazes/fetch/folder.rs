@@ -148,7 +148,7 @@ fn check_owned(parent: &Path) -> Result<(), String> {
         (folder.exists() && !folder.is_dir(), &folder, "is a file"),
         (is_foreign, &folder, "was not created by mmsim"),
         (lock.is_symlink() || lock.exists() && !lock.is_file(), &lock, "is not a regular file"),
-        // Each maze would be listed twice.
+        // After another fetch, each maze would be listed twice.
         (is_old, parent, "contains mazes from an unreleased version of mmsim"),
     ];
     match problems.iter().find(|(is_present, ..)| *is_present) {

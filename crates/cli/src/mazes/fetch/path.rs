@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn unportable_paths_are_none() {
+    fn unportable_paths_return_none() {
         for path in [
             "",
             "./",
