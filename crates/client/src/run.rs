@@ -57,7 +57,7 @@ pub enum RunError {
     #[error(transparent)]
     Contradiction(#[from] Contradiction),
     /// A wall is missing at the edge of the maze, so the maze is larger than expected.
-    #[error("expected a maze of {size} cells, found no wall at the {heading} side of {cell}")]
+    #[error("expected a maze of {size} cells, found no wall on the {heading} side of {cell}")]
     LargerMaze {
         /// The expected size.
         size: MazeSize,
@@ -291,7 +291,7 @@ o---o---o---o
         );
         assert_eq!(
             error_for(3, 1).to_string(),
-            "expected a maze of 3x1 cells, found no wall at the north side of (0, 0)"
+            "expected a maze of 3x1 cells, found no wall on the north side of (0, 0)"
         );
     }
 

@@ -137,7 +137,7 @@ pub(crate) struct GenerateArgs {
     /// mazes, separated by blank lines]
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Replace existing files that have different content
+    /// Overwrite existing files whose content differs
     #[arg(long, requires = "output")]
     pub(crate) force: bool,
     /// Print a JSON array

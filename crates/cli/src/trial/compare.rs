@@ -1,4 +1,4 @@
-//! `mmsim trial --compare`: print the tables of the published report and a table of all robots.
+//! `mmsim trial --compare`: print tables that compare robots and their settings.
 
 use std::fs;
 use std::io::{self, IsTerminal};

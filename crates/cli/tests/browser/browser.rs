@@ -138,7 +138,7 @@ impl Browser {
     }
 
     /// Runs an asynchronous script and returns its result. The script passes the result to a
-    /// callback, which is its last argument.
+    /// callback, which is the last argument of the script.
     pub(crate) fn run_async<T: DeserializeOwned>(&self, script: &str, arguments: &[Value]) -> T {
         let value = self.wait(self.client.execute_async(script, arguments.to_vec()));
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))

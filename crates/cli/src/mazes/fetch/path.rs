@@ -9,7 +9,7 @@ const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 /// Returns the path with `/` as separator, or `None` if the path is not valid on every system.
 ///
 /// # Errors
-/// Returns an error if the path leads outside the target folder on some system.
+/// Returns an error if the path leads outside the target folder on any system.
 pub(super) fn inside(path: &[u8]) -> Result<Option<String>, &'static str> {
     if path.starts_with(b"/") || path.starts_with(b"\\") {
         return Err("has an absolute path");
