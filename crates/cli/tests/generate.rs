@@ -67,7 +67,7 @@ fn several_mazes_use_the_next_seeds() {
 }
 
 #[test]
-fn other_files_are_replaced_only_with_force() {
+fn different_files_are_replaced_only_with_force() {
     let home = Home::new();
     let path = home.write("mine.txt", "my maze");
     let generate = ["mazes", "generate", "--size", "6x6", "--seed", "8", "-o", "mine.txt"];

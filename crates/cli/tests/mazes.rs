@@ -182,7 +182,7 @@ fn check_reports_ambiguous_digits() {
     assert_eq!(checked.code, Some(0));
     insta::assert_snapshot!(checked.stdout, @"
     rows.txt: 2x3, 2 goal cells, goal 1 step away, 3 cells unreachable
-      warning: ambiguous digits, which fit other mazes too; read as: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west
+      warning: the digits fit more than one maze; read as: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west
       warning: 3 unreachable cells: (1, 0); (1, 1); (1, 2)
     one.txt: 4x2, 4 goal cells, goal 2 steps away
       warning: no wall touches the post south-west of (3, 1)

@@ -78,7 +78,7 @@ fn send_in_advance(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool)
 /// The number of states sent before the first acknowledgement.
 const AHEAD: u64 = 100;
 
-/// A guard that sets a flag on drop, also during a panic.
+/// A guard that sets a flag on drop, even during a panic.
 struct SetOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for SetOnDrop<'_> {
@@ -282,8 +282,8 @@ fn a_lost_folder_refuses_states_until_reset() {
     }
 }
 
-/// Another program can destroy parts of a recording. After such a change, the server acknowledges
-/// no further states.
+/// Another program can destroy parts of a recording. After such damage, the server acknowledges no
+/// further states.
 #[cfg(unix)]
 #[test]
 fn a_recording_changed_by_another_program_refuses_states_until_reset() {
@@ -344,12 +344,12 @@ fn no_state_is_lost_when_the_server_is_killed_during_compression() {
     println!("30 kills: {packed} after packing, {left} in the middle of it");
 }
 
-/// A limit on the file size imitates a full disk.
+/// A limit on the file size simulates a full disk.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_refuses_states_and_keeps_written_states() {
-    // The limits are in blocks of 512 bytes. After the last state, one limit leaves more space than
-    // the summary needs, the other one less.
+    // The limits are in blocks of 512 bytes. After the last state, one limit leaves enough space
+    // for the summary, and the other limit does not.
     for limit in [64, 55] {
         fill_disk(limit);
     }

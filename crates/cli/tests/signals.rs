@@ -28,7 +28,7 @@ fn start(home: &Home, ignored: &str, arguments: &[&str], text: &str) -> Serving 
     Serving::start(shell, text)
 }
 
-/// Returns true if a signal is in a mask of the process status.
+/// Returns true if a signal is in the named signal mask of the server process.
 fn is_in(server: &Serving, mask: &str, signal: u32) -> bool {
     let status = fs::read_to_string(format!("/proc/{}/status", server.id())).unwrap();
     let mask = status.lines().find_map(|line| line.strip_prefix(mask)).unwrap();

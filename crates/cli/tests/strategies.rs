@@ -14,8 +14,8 @@ fn at_root(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
 }
 
-/// Set `MMSIM_UPDATE_PICTURES=1` to redraw the pictures after a change of a strategy or of the
-/// drawing.
+/// Set `MMSIM_UPDATE_PICTURES=1` to redraw the pictures after changing a strategy or the drawing
+/// code.
 #[test]
 fn the_pictures_match_the_searches() {
     let home = Home::new();

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use harness::{Home, read_until};
 
-/// A number of refused requests whose log messages fill the pipe and the queue.
+/// The number of refused requests. Their log messages fill both the pipe and the queue of messages.
 const REQUESTS: usize = 20_000;
 
 struct Unread {

@@ -1,8 +1,8 @@
 //! A micromouse's search run against a maze simulator.
 //!
 //! [`search_run`] runs a [`Mouse`](mmsim_solvers::Mouse) with any strategy. A [`Transport`]
-//! connects the mouse to a simulator: [`Zmq`] to a server, or [`InMemory`] to a function that
-//! handles requests, such as the simulation itself.
+//! connects the mouse to a simulator. [`Zmq`] connects to a server, and [`InMemory`] to a function
+//! that handles requests in the same process.
 //!
 //! ```
 //! use std::ops::ControlFlow;

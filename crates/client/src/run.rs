@@ -28,7 +28,7 @@ pub struct SearchRun {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// The request could not be sent, or has no reply.
+    /// The request could not be sent, or no reply arrived.
     #[error(transparent)]
     Transport(#[from] TransportError),
     /// The simulator refused a request.
@@ -57,7 +57,7 @@ pub enum RunError {
     #[error(transparent)]
     Contradiction(#[from] Contradiction),
     /// A wall is missing at the edge of the maze, so the maze is larger than expected.
-    #[error("expected a maze of {size} cells, found no wall at the {heading} side of {cell}")]
+    #[error("expected a maze of {size} cells, found no wall on the {heading} side of {cell}")]
     LargerMaze {
         /// The expected size.
         size: MazeSize,
@@ -78,8 +78,8 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// Converts a contradiction in a maze of the expected size. A contradiction at the edge means
-    /// that the maze is larger than expected.
+    /// Converts a contradiction in the simulator's replies to an error. A contradiction at the edge
+    /// of the expected maze means that the maze is larger than expected.
     pub fn from_contradiction(error: Contradiction, size: MazeSize) -> Self {
         let Contradiction { cell, heading, .. } = error;
         match size.neighbour(cell, heading) {
@@ -247,7 +247,7 @@ o---o---o---o
     }
 
     #[test]
-    fn leaves_a_start_that_is_open_only_behind() {
+    fn leaves_a_start_that_is_open_only_behind_the_mouse() {
         for &strategy in BundledStrategy::ALL {
             let maze: Maze = "o---o\n| S |\no   o\n| G |\no---o\n".parse().unwrap();
             let mut mouse =
@@ -291,7 +291,7 @@ o---o---o---o
         );
         assert_eq!(
             error_for(3, 1).to_string(),
-            "expected a maze of 3x1 cells, found no wall at the north side of (0, 0)"
+            "expected a maze of 3x1 cells, found no wall on the north side of (0, 0)"
         );
     }
 

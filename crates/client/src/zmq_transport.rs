@@ -33,8 +33,8 @@ pub struct Waiting<'a> {
 }
 
 impl<'a> Zmq<'a> {
-    /// Connects to a simulator at `endpoint`, such as `tcp://127.0.0.1:6574`. The simulator may
-    /// start later.
+    /// Connects to a simulator at `endpoint`, such as `tcp://127.0.0.1:6574`. The simulator may be
+    /// started later.
     ///
     /// A request fails if there is no reply within `timeout`. By default, the first reply has no
     /// time limit, and each later reply has a limit of ten seconds. While a request waits for its

@@ -1,5 +1,5 @@
-//! Compares real mazes of 16×16 cells with generated mazes. For each figure, such as the number of
-//! dead ends, it prints the mean and the range that contains 90 % of the mazes.
+//! Compares real mazes of 16×16 cells with generated mazes. Prints a table with the mean of each
+//! figure, such as the number of dead ends, and the range that contains 90 % of the mazes.
 //!
 //! ```sh
 //! cargo run --release -p mmsim-generator --example figures -- MAZES
@@ -111,7 +111,7 @@ fn straights(maze: &Maze) -> Vec<usize> {
     straights
 }
 
-/// Counts the diagonals of four steps, ignoring their direction.
+/// Counts the staircases of four steps. Both directions of a staircase count as one.
 fn stairs(maze: &Maze) -> usize {
     let step =
         |cell: Cell, heading| cell.neighbour(heading).filter(|_| !maze.walls().has(cell, heading));

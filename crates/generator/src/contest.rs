@@ -58,8 +58,8 @@ impl Draft {
         Self { walls: closed_around(size, &room), room, min_path }
     }
 
-    /// Builds the maze. Returns true if the goal is far enough from the start and no chain of walls
-    /// connects it to the outer wall.
+    /// Builds the maze. Returns true if the goal is far enough from the start and is not connected
+    /// to the outer wall by a chain of walls.
     fn build(&mut self, rng: &mut SplitMix64) -> bool {
         self.create_passages(rng);
         if !self.is_far() {
@@ -88,9 +88,8 @@ impl Draft {
         self.walls.set(cell, heading, false);
     }
 
-    /// Opens a wall so that no chain of walls connects the goal room to the outer wall. Returns
-    /// true on success. This prevents a wall follower from reaching the goal, as in most contest
-    /// mazes.
+    /// Opens a wall so that no chain of walls connects the goal room to the outer wall. As in most
+    /// contest mazes, a wall follower then cannot reach the goal. Returns true on success.
     fn isolate_goal(&mut self, rng: &mut SplitMix64) -> bool {
         let posts = self.room_walls().into_iter().flat_map(Post::ends);
         match walls_to_outer_wall(&self.walls, posts) {
@@ -123,9 +122,9 @@ impl Draft {
         }
     }
 
-    /// Opens an inner wall, and returns false if there is no inner wall or if it must stay. The
-    /// start and the goal room keep a single entrance, each post keeps a wall, and the goal stays
-    /// far enough from the start.
+    /// Opens an inner wall. Returns false if there is no inner wall on this side of the cell, or if
+    /// the wall must stay. The start and the goal room keep a single entrance, each post keeps a
+    /// wall, and the goal stays far enough from the start.
     fn open(&mut self, side: CellSide) -> bool {
         let (cell, heading) = side;
         let is_protected = |cell| cell == START || self.room.contains(cell);

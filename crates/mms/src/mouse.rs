@@ -88,7 +88,8 @@ impl SimulatedMouse {
         &self.map
     }
 
-    /// Returns the number in the text of a cell, usually a distance, or 0 for other texts.
+    /// Returns the text of a cell as a number, or 0 if the text is not a number. Mice usually
+    /// display distances.
     pub fn number(&self, cell: Cell) -> u16 {
         self.index(cell).map_or(0, |index| self.numbers[index])
     }

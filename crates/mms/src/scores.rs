@@ -77,8 +77,8 @@ impl Scores {
         &self.current_run
     }
 
-    /// Returns the stats of the first completed run that has the lowest
-    /// [`cost`](TravelStats::cost).
+    /// Returns the stats of the completed run with the lowest [`cost`](TravelStats::cost). If
+    /// several runs have this cost, the first one counts.
     pub const fn best_run(&self) -> Option<&TravelStats> {
         self.best_run.as_ref()
     }
@@ -276,7 +276,7 @@ mod tests {
         let mut scores = Scores::default();
         assert_eq!(scores.score(), 2000.);
         run(&mut scores, 3, &[2, 20]);
-        // 3 turns, 1 cell and 10 cells: 3 + 1 + 6, plus a tenth of it.
+        // 3 turns, 1 cell and 10 cells: 3 + 1 + 6, plus a tenth of this sum.
         assert_eq!(scores.score(), 11.);
         run(&mut scores, 0, &[2; 20]);
         assert_eq!(scores.best_run().unwrap().turns(), 3, "20 movements of one cell cost more");

@@ -27,12 +27,12 @@ pub(crate) enum MazesCommand {
         #[arg(long)]
         json: bool,
     },
-    /// Draw a maze with the distance from each cell to the goal in steps
+    /// Draw a maze, with the number of steps from each cell to the goal
     Show {
         /// Maze file, or words from the path of a maze
         #[arg(required = true)]
         name: Vec<String>,
-        /// Where to look for the maze [default: ~/.mmsim if it exists, else the bundled
+        /// File or folder to search for the maze [default: ~/.mmsim if it exists, else the bundled
         /// mazes]
         #[arg(long, value_name = "PATH")]
         mazes: Option<PathBuf>,
@@ -46,10 +46,11 @@ pub(crate) enum MazesCommand {
     /// Check maze files for errors, and print their size, goals and shortest path
     ///
     /// The exit code is 1 if there are errors: unreadable files, contradictory cells, gaps in the
-    /// outer wall, or an unreachable goal. Warnings report posts without a wall, unreachable cells,
-    /// unknown walls, ambiguous hex digits, and duplicate mazes.
+    /// outer wall, or an unreachable goal. Warnings are printed for posts without a wall,
+    /// unreachable cells, unknown walls, ambiguous hex digits, and duplicate mazes.
     Check {
-        /// Maze files, and folders to search recursively, skipping hidden, .md and .json files
+        /// Maze files, or folders to search recursively; hidden, .md and .json files in folders are
+        /// skipped
         #[arg(required = true, value_name = "PATH")]
         paths: Vec<PathBuf>,
         /// Format of all files [default: detected from their content]
@@ -131,12 +132,12 @@ pub(crate) struct GenerateArgs {
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) count: u32,
     /// File to write. The extension .trial, .maz or .num selects the format; all other files are
-    /// text. If the path is a folder or ends in a separator, or if --count is above 1, write a file
-    /// such as contest-16x16-1.txt for each maze to this folder [default: print the mazes,
-    /// separated by blank lines]
+    /// text. With --count above 1, or if the path is an existing folder or ends in a separator,
+    /// write each maze to a file such as contest-16x16-1.txt in this folder [default: print the
+    /// mazes, separated by blank lines]
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Replace existing files that have different content
+    /// Overwrite existing files whose content differs
     #[arg(long, requires = "output")]
     pub(crate) force: bool,
     /// Print a JSON array

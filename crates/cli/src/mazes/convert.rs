@@ -11,7 +11,7 @@ use super::finding::ambiguity;
 use crate::output::{counted, note, print, replace, warn};
 use crate::usage::{CommandResult, UsageError};
 
-/// The path argument for stdin or stdout.
+/// The path argument that stands for stdin or stdout.
 const STANDARD: &str = "-";
 
 pub(super) fn run(args: &ConvertArgs) -> CommandResult {
@@ -42,7 +42,7 @@ pub(super) fn run(args: &ConvertArgs) -> CommandResult {
     Ok(true)
 }
 
-/// Returns the format for the extension of a path, or the text format for stdout.
+/// Returns the format that the extension of a path selects, or the text format for stdout.
 pub(super) fn format_from_extension(path: &Path) -> Option<Format> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match &ending[..] {
@@ -80,7 +80,7 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
     Ok(reading.maze)
 }
 
-/// Describes the start and goal of `maze` that are missing from `bare`.
+/// Describes the start and the goal of `maze` if they differ from those of `bare`.
 fn omitted(maze: &Maze, bare: &Maze) -> String {
     let mut marks = Vec::new();
     if maze.start() != bare.start() {

@@ -69,7 +69,8 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
     Ok(true)
 }
 
-/// Prints a message about some files, with the names of the first three.
+/// Prints a message with the number of files and the names of the first three. Prints nothing if
+/// there are no files.
 fn note_files(files: &[String], message: fn(&str) -> String) {
     if !files.is_empty() {
         let message = message(&counted(files.len() as u64, "file"));
@@ -79,8 +80,8 @@ fn note_files(files: &[String], message: fn(&str) -> String) {
     }
 }
 
-/// Selects the mazes and the files that describe them, such as licences. Strips the top folder from
-/// all paths. Also returns the paths of the mazes.
+/// Selects the mazes and the files about the collection, such as licences, and strips the top
+/// folder from their paths. Returns the selected files, and the paths of the mazes.
 fn select(mut all: Files) -> (Files, Vec<String>) {
     // The top folder itself may be hidden, such as in an archive of ~/.mmsim.
     let top = top_folder_bytes(&all);
@@ -106,7 +107,8 @@ fn is_hidden(path: &str) -> bool {
     path.split('/').any(|name| name.starts_with('.') || name == "__MACOSX")
 }
 
-/// Returns the length of the common top folder of all files, including the `/`, or 0 without one.
+/// Returns the length in bytes of the top folder that contains all files, including the `/`, or 0
+/// if there is no such folder.
 fn top_folder_bytes(files: &Files) -> usize {
     let first = files.keys().next().map_or("", String::as_str);
     let top = first.find('/').map_or(0, |slash| slash + 1);

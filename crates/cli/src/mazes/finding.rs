@@ -123,7 +123,7 @@ impl Finding {
 
 /// Returns the message for a file whose encoding is ambiguous.
 pub(super) fn ambiguity(way: &str) -> String {
-    format!("ambiguous digits, which also fit other mazes; read as: {way}")
+    format!("the digits fit more than one maze; read as: {way}")
 }
 
 /// Formats the findings as one line for each kind.

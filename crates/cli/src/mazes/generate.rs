@@ -76,8 +76,8 @@ impl Generated {
     }
 }
 
-/// Writes each maze to a file. Without `--force`, returns an error if a file already exists with
-/// different content.
+/// Writes each maze to a file. Without `--force`, returns an error if one of the files already
+/// exists with different content.
 fn write(
     mazes: impl Iterator<Item = Generated>,
     output: &Path,

@@ -1,4 +1,4 @@
-//! The facts of a maze file in one line.
+//! A one-line summary of a maze file.
 
 use std::fmt::Display;
 use std::io;
@@ -11,7 +11,8 @@ use serde::Serialize;
 
 use crate::output::{counted, goal_away, print, print_pretty_json};
 
-/// The facts of a maze file. The field names are JSON keys.
+/// The properties of the maze in a file, or the error if the file cannot be read. The field names
+/// are JSON keys.
 #[derive(Default, Serialize)]
 pub(super) struct MazeRow {
     path: String,
@@ -48,7 +49,8 @@ impl MazeRow {
         Self { path: path.display().to_string(), error: Some(error.to_string()), ..Self::default() }
     }
 
-    /// Formats the facts or the error as escaped text. An error message already contains the path.
+    /// Formats the path and the properties, or the error, as escaped text. An error message already
+    /// contains the path.
     pub(super) fn line(&self) -> String {
         let Self { path, width: Some(width), height: Some(height), goals: Some(goals), .. } = self
         else {

@@ -7,7 +7,7 @@ use std::thread;
 
 use crate::output::note;
 
-/// The reset button, which each line on stdin presses.
+/// The reset button. Each line on stdin presses the button.
 pub(super) struct Button(Arc<AtomicBool>);
 
 impl Button {
@@ -36,8 +36,8 @@ impl Button {
     }
 }
 
-/// Returns true if this process may read from the terminal. Background processes that read from a
-/// terminal are stopped.
+/// Returns true if this process may read from the terminal. The system stops background processes
+/// that read from a terminal.
 #[cfg(unix)]
 fn is_in_foreground() -> bool {
     let foreground = rustix::termios::tcgetpgrp(rustix::stdio::stdin());

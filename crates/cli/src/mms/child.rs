@@ -20,7 +20,7 @@ const START_BYTES: usize = 40;
 /// The maximum number of lines that are queued for execution.
 const MAX_LINES_AHEAD: usize = 256;
 
-/// The maximum number of unread replies, which take about 10 MB.
+/// The maximum number of replies that the mouse has not read. This many replies take about 10 MB.
 const MAX_UNREAD_REPLIES: usize = 1 << 20;
 
 /// The process of a mouse, which is killed on drop.
@@ -121,7 +121,7 @@ impl Drop for Child {
     }
 }
 
-/// A pipe from the mouse that stores the start of an incomplete line.
+/// A reader of the mouse's output. It stores the start of a line that the mouse has not completed.
 struct LineTracker<R> {
     pipe: R,
     incomplete_line: Arc<Mutex<Vec<u8>>>,

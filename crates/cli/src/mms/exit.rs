@@ -1,4 +1,4 @@
-//! The exit and the scores of a mouse.
+//! The result of a run: why the mouse exited, and its scores.
 
 use std::fmt::Write as _;
 use std::process::ExitStatus;
@@ -13,9 +13,9 @@ use crate::interrupt::Interrupt;
 pub(crate) struct MouseExit {
     pub(crate) mouse: SimulatedMouse,
     pub(crate) cause: ExitCause,
-    /// The number of movements with the reply `crash`.
+    /// The number of movements that ended in a crash.
     pub(crate) crashes: u64,
-    /// The number of lines that are invalid commands.
+    /// The number of invalid commands.
     pub(crate) refused: u64,
 }
 

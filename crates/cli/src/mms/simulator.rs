@@ -9,14 +9,14 @@ use mmsim_mms::{Environment, SimulatedMouse};
 use super::exit::ExitCause;
 use crate::interrupt::Interrupt;
 
-/// A connection to a simulator that requests each wall only once.
+/// A connection to a simulator. Each wall is requested only once.
 pub(crate) struct Simulator<'a, T> {
     exchange: Exchange<T>,
     /// The walls that the simulator has reported.
     reported: KnownMaze,
     interrupt: &'a Interrupt,
     pace: Duration,
-    /// A copy of the mouse whose state was sent last.
+    /// A copy of the mouse at the time when its state was last sent.
     last: Option<SimulatedMouse>,
 }
 

@@ -1,4 +1,4 @@
-//! `mmsim trial --compare`: print the tables of the published report and a table of all robots.
+//! `mmsim trial --compare`: print tables that compare robots and their settings.
 
 use std::fs;
 use std::io::{self, IsTerminal};
@@ -17,8 +17,8 @@ use crate::output::{counted, note, print, print_pretty_json, replace};
 use crate::selection::Selected;
 use crate::usage::CommandResult;
 
-/// The maximum number of mazes for which a table has columns. With more mazes, tables have only
-/// means.
+/// The maximum number of mazes in a table with one column for each maze. With more mazes, a table
+/// shows only means.
 const MAX_COLUMNS: usize = 6;
 
 /// The number of trials of the random robot. Each trial has a different seed.
@@ -55,8 +55,8 @@ fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
     ]
 }
 
-/// Runs all trials and prints the tables. A robot without a score is shown in the tables and is not
-/// an error.
+/// Runs all trials and prints the tables. A robot without a score also appears in the tables and is
+/// not an error.
 pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     let tables = comparisons(args);
     let trials = Trials::run(&tables, mazes);
@@ -194,8 +194,8 @@ fn each(outcomes: &[TrialResult]) -> Vec<String> {
     outcomes.iter().map(result).chain([sum]).collect()
 }
 
-/// Returns how often a robot scored, correctly reported an unreachable goal, and failed. If the
-/// robot scored, also returns the means over the scored mazes.
+/// Returns how often a robot scored, correctly reported an unreachable goal, and failed. If there
+/// are scores, also returns the means over the mazes with a score.
 fn means(outcomes: &[TrialResult]) -> Vec<String> {
     let Means { scored, explore_steps, race_steps, score, excess } = Means::new(outcomes.iter());
     let unreachable = outcomes.iter().filter(|outcome| outcome.is_correctly_given_up()).count();

@@ -111,7 +111,7 @@ fn while_sending(count: usize, address: &str, request: &[u8], meanwhile: impl Fn
     });
 }
 
-/// A guard that sets a flag on drop, also during a panic.
+/// A guard that sets a flag on drop, even during a panic.
 struct SetOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for SetOnDrop<'_> {

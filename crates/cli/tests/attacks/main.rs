@@ -1,6 +1,6 @@
-//! Attacks on a running server while a correct client searches its maze. Every search must succeed.
-//! After each attack, the server must use no more memory, threads and descriptors than before the
-//! attack.
+//! Attacks on a running server while a correct client searches the served maze. Every search must
+//! succeed. After each attack, the server must have as many threads and descriptors as before, and
+//! use hardly more memory.
 //!
 //! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes each attack 20
 //! times as long and prints measurements.
@@ -27,7 +27,7 @@ use mmsim_protocol::Reply;
 use mmsim_tests::{TIMEOUT_MS, malformed_requests, wait_for};
 use searcher::while_searching;
 
-/// Returns the factor for the length of the attacks, by default 1.
+/// Returns the factor by which attacks are lengthened, 1 by default.
 fn force() -> usize {
     static FORCE: OnceLock<usize> = OnceLock::new();
     *FORCE.get_or_init(|| env::var("MMSIM_ATTACK_FORCE").map_or(1, |force| force.parse().unwrap()))
@@ -317,8 +317,8 @@ fn wrong_frames_and_commands() {
     });
 }
 
-/// A client that connects while the history is long must not prevent the release of the history's
-/// memory.
+/// A reset must release the memory of a long history, even if clients have connected in the
+/// meantime.
 #[test]
 fn a_reset_releases_memory() {
     let target = Target::start();

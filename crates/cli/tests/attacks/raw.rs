@@ -1,4 +1,4 @@
-//! Peers that send raw bytes of ZMTP, both valid and invalid.
+//! Peers that send raw ZMTP bytes, both valid and invalid.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -36,7 +36,7 @@ pub(crate) fn frame(flags: u8, body: &[u8]) -> Vec<u8> {
     }
 }
 
-/// Returns a request as a REQ socket sends it.
+/// Returns the bytes that a REQ socket sends for a request.
 pub(crate) fn request(body: &[u8]) -> Vec<u8> {
     [&frame(1, b"")[..], &frame(0, body)].concat()
 }

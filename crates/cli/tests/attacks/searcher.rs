@@ -53,7 +53,7 @@ pub(crate) fn while_searching<T>(address: &str, attack: impl FnOnce() -> T) -> T
     })
 }
 
-/// A guard that stops the other thread when one thread ends, also by a panic.
+/// A guard that signals the other thread to stop when this thread ends, even by a panic.
 struct StopOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for StopOnDrop<'_> {

@@ -25,8 +25,8 @@ use crate::simulator::Simulator;
 /// The size of the browser window in pixels, as on a laptop.
 pub(crate) const WINDOW_SIZE: (u32, u32) = (1280, 860);
 
-/// The browser that all tests share, because starting a browser takes longer than most tests. The
-/// tests use the browser one at a time. The browser closes when no test uses it or waits for it.
+/// The browser that all tests share, because starting a browser takes longer than most tests. Only
+/// one test at a time uses the browser. The browser closes when no test uses it or waits for it.
 static SHARED: Mutex<Weak<Mutex<Option<Browser>>>> = Mutex::new(Weak::new());
 
 /// A browser with one page.
@@ -68,7 +68,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Runs a test in a browser that shows the page of a simulator with these arguments.
+/// Starts a simulator with these arguments and runs a test in a browser that shows its page.
 pub(crate) fn with_page(arguments: &[&str], test: impl FnOnce(&Browser, &Simulator)) {
     with_browser(|browser| {
         let simulator = Simulator::start(arguments);
@@ -88,7 +88,8 @@ impl Browser {
         Some(browser)
     }
 
-    /// Prepares a test: opens a new tab and removes everything from the previous test.
+    /// Prepares a test: opens a new tab and removes the cookies, downloads and logs of the previous
+    /// test.
     fn reset(&self) {
         let old_tab = self.wait(self.client.window());
         let tab = self.wait(self.client.new_window(true));
@@ -137,7 +138,7 @@ impl Browser {
     }
 
     /// Runs an asynchronous script and returns its result. The script passes the result to a
-    /// callback, which is its last argument.
+    /// callback, which is the last argument of the script.
     pub(crate) fn run_async<T: DeserializeOwned>(&self, script: &str, arguments: &[Value]) -> T {
         let value = self.wait(self.client.execute_async(script, arguments.to_vec()));
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
@@ -160,7 +161,7 @@ impl Browser {
         self.run("return document.querySelector(arguments[0]) !== null", &[json!(selector)])
     }
 
-    /// Returns true if the page in a frame has a matching element.
+    /// Returns true if the page in a frame has an element that matches `selector`.
     pub(crate) fn frame_has(&self, frame: &str, selector: &str) -> bool {
         self.wait(async {
             self.client.find(Locator::Css(frame)).await?.enter_frame().await?;

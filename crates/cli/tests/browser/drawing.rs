@@ -1,5 +1,4 @@
-//! Comparing the elements of a map on the page with those expected for the maze and the client's
-//! states.
+//! Compares the map on the page with the map that is expected for a maze and a client's states.
 
 use std::fmt::Debug;
 
@@ -17,13 +16,13 @@ const PITCH: u32 = 20;
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 pub(crate) struct Drawing {
     view_box: String,
-    /// The cell, class, x, y, width and height of each cell.
+    /// The attributes data-cell, class, x, y, width and height of each cell.
     cells: Vec<[String; 6]>,
-    /// The cell, transform and path of each number.
+    /// The attributes data-cell, transform and d of each number.
     numbers: Vec<[String; 3]>,
-    /// The cell and side, the class and the path of each wall.
+    /// The attributes data-wall, class and d of each wall.
     walls: Vec<[String; 3]>,
-    /// The class and the transform of the mouse.
+    /// The attributes class and transform of the mouse.
     mouse: [String; 2],
     trail: String,
 }
@@ -95,7 +94,7 @@ impl Drawing {
         }
     }
 
-    /// Reads the map that the page shows in the panel of a source.
+    /// Reads the map in the panel for a source of states.
     pub(crate) fn on_page(browser: &Browser, source: &str) -> Self {
         let script = r#"
             const svg = document.querySelector(`.panel[data-source="${arguments[0]}"] .map svg`);
@@ -116,7 +115,7 @@ impl Drawing {
         browser.run(script, &[json!(source)])
     }
 
-    /// Asserts that `shown` has the same elements. Otherwise reports the differences.
+    /// Asserts that `shown` has the same elements as this map, and reports differences.
     pub(crate) fn assert_shown(&self, shown: &Self) {
         assert_eq!(self.view_box, shown.view_box);
         assert_same("cells", &self.cells, &shown.cells);

@@ -14,8 +14,8 @@ use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
-/// The browser's host rules. Only this machine is reachable, also under names such as
-/// `mouse.example`.
+/// The browser's host rules. Only this machine is reachable, and names such as `mouse.example`
+/// resolve to it.
 const NAMES: &str =
     "MAP *.example 127.0.0.1, MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost";
 

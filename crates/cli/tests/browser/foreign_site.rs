@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 
 use crate::browser::Browser;
 
-/// A web server that allows every origin and records its requests. The server runs until the
-/// process exits.
+/// A web server that allows every origin and records the requests that it receives. The server runs
+/// until the process exits.
 pub(crate) struct ForeignSite {
     port: String,
     requests: Arc<Mutex<Vec<String>>>,

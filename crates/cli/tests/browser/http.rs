@@ -28,7 +28,7 @@ impl Reply {
     }
 }
 
-/// Splits a URL such as `http://127.0.0.1:6575/page.js?a=b` into the host with port and the path.
+/// Splits a URL such as `http://127.0.0.1:6575/page.js?a=b` into host:port and path.
 pub(crate) fn split_url(url: &str) -> (&str, &str) {
     let rest = url.strip_prefix("http://").unwrap();
     rest.find('/').map_or((rest, "/"), |at| rest.split_at(at))

@@ -1,4 +1,4 @@
-//! Operating the whole page with the keyboard, with a visible focus.
+//! Operating the whole page with the keyboard. The focus must always be visible.
 
 use std::collections::BTreeSet;
 
@@ -33,7 +33,8 @@ fn focusable(browser: &Browser) -> Vec<String> {
     browser.run(script, &[])
 }
 
-/// Returns the focused element. Compares the element and its ancestors with and without the focus.
+/// Returns the focused element. The focus is visible if the element or an ancestor looks different
+/// without the focus.
 fn focus_of(browser: &Browser) -> Focus {
     let script = "
         const element = document.activeElement;

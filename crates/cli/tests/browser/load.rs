@@ -1,4 +1,4 @@
-//! The number of bytes and requests to open the page.
+//! Limits on the bytes and requests needed to open the page.
 
 use std::collections::BTreeSet;
 

@@ -105,7 +105,7 @@ fn both_matrix_orders_are_decoded() {
     });
 }
 
-/// Sends a message that the test writes byte by byte.
+/// Sends a message that the test assembles byte by byte.
 #[test]
 fn each_byte_changes_one_element() {
     with_page(&["--maze", "meadow"], |browser, simulator| {

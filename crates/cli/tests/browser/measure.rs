@@ -1,5 +1,5 @@
-//! Measurements of the latency of the page and of its cost to the simulator. The measurements print
-//! results and assert nothing:
+//! Measurements of the page: its latency, and how much it slows down the simulator. The
+//! measurements only print results. Run them with:
 //!
 //! `cargo test --release -p mmsim --test browser -- --ignored --nocapture --test-threads=1`
 
@@ -179,8 +179,8 @@ fn the_rate_of_states_with_a_page_open() {
     });
 }
 
-/// A script for new pages that measures the time until the state LAST is drawn, in milliseconds
-/// since navigation.
+/// A script that runs before a new page loads. It measures the times at which the page shows and
+/// paints the state LAST, in milliseconds since navigation.
 const MEASURE_DRAWN: &str = r#"
     window.drawn = new Promise((yes) => new MutationObserver(() => {
         const panel = document.querySelector('[data-source="live"]');
@@ -189,8 +189,8 @@ const MEASURE_DRAWN: &str = r#"
         requestAnimationFrame(() => setTimeout(() => yes([at, performance.now()])));
     }).observe(document, { subtree: true, childList: true, attributeFilter: ["data-index"] }));"#;
 
-/// A script that moves the slider to each of these states and measures the time until the page
-/// shows the state and until it paints the state.
+/// A script that moves the slider to each of the given states. For each state, it measures the time
+/// until the page shows the state, and the time until the page paints it.
 const SCRUB: &str = r#"
     const [positions, done] = arguments;
     const panel = document.querySelector('[data-source="live"]');

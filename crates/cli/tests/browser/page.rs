@@ -57,7 +57,8 @@ impl<'a> Panel<'a> {
         self.browser.click(&self.part(selector));
     }
 
-    /// Returns a data attribute: `index`, `states`, `run`, `following`, `fast` or `proven`.
+    /// Returns one of the data attributes `index`, `states`, `run`, `following`, `fast` or
+    /// `proven`.
     pub(crate) fn data(&self, name: &str) -> String {
         let script = "return document.querySelector(arguments[0])?.dataset[arguments[1]] ?? 'none'";
         self.browser.run(script, &[json!(self.part("").trim_end()), json!(name)])

@@ -1,5 +1,5 @@
-//! States of a client, encoded and decoded independently of `mmsim-protocol` according to
-//! docs/protocol.md.
+//! States of a client, encoded and decoded as docs/protocol.md specifies, independently of
+//! `mmsim-protocol`.
 
 use mmsim_maze::{Cell, MazeSize};
 
@@ -22,8 +22,8 @@ pub(crate) struct TestState {
 }
 
 impl TestState {
-    /// Returns a state with varied weights and walls, which is different for each number. The
-    /// matrices differ from their transposes.
+    /// Returns a different state for each number. Weights and walls vary so much that each matrix
+    /// differs from its transpose.
     pub(crate) fn new(number: usize, size: MazeSize) -> Self {
         let seed = u8::try_from(number * 37 % 251).unwrap();
         let mix = |cell: Cell, by: u8| {
@@ -46,7 +46,8 @@ impl TestState {
         usize::from(cell.y) * usize::from(self.size.width()) + usize::from(cell.x)
     }
 
-    /// Returns true if the client reports a wall on this side in either of the two cells.
+    /// Returns true for outer walls, and for walls that the client reports in at least one of the
+    /// two adjacent cells.
     pub(crate) fn has_wall(&self, cell: Cell, side: char) -> bool {
         let turn = SIDES.iter().position(|&(letter, ..)| letter == side).unwrap();
         let (_, dx, dy, bit) = SIDES[turn];
@@ -55,8 +56,8 @@ impl TestState {
         has_bit(cell, bit) || there.is_none_or(|there| has_bit(there, SIDES[(turn + 2) % 4].3))
     }
 
-    /// Encodes the state with the given orders of the two matrices. `C` means row by row from the
-    /// south, `F` means column by column from the west.
+    /// Encodes the state, with each matrix in the given order. `C` means row by row from the south,
+    /// and `F` means column by column from the west.
     pub(crate) fn message(&self, weights: char, walls: char) -> Vec<u8> {
         let mut message = vec![b'S', self.cell.x, self.cell.y, letter(self.heading)];
         for (order, matrix) in [(weights, &self.weights), (walls, &self.walls)] {

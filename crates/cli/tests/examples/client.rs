@@ -56,8 +56,8 @@ pub(crate) fn c(home: &Home) -> Option<Command> {
     Some(Command::new(built(home)))
 }
 
-/// Compiles a program that includes the header of the codec, either as C or as C++. Returns `None`
-/// if there is no compiler.
+/// Compiles `codec.c`, which tests the header of the codec, as C or as C++. Returns `None` if there
+/// is no compiler.
 pub(crate) fn with_codec(name: &str, language: [&str; 2], home: &Home) -> Option<Command> {
     let probe = home.write("probe.c", "int main(void) { return 0; }\n");
     if !succeeds(&mut compiler(name, &probe, home)) {

@@ -41,7 +41,7 @@ fn mazes() -> [PathBuf; 4] {
     [bundled("01-harbour.txt"), bundled("07-lighthouse.txt"), bundled("06-mirage.txt"), own]
 }
 
-/// Compares a client with the command and checks the client's error messages.
+/// Compares a client with `mmsim solve flood-fill` and checks the client's messages.
 fn check(client: impl Fn() -> Command) {
     for maze in &mazes() {
         let (steps, run) = same_states(client(), maze);
@@ -74,8 +74,8 @@ fn check(client: impl Fn() -> Command) {
     assert!(stderr.ends_with("(expected tcp://HOST:PORT)\n"), "{stderr}");
 }
 
-/// Asserts that a client sends the same bytes as the command. Returns the number of steps and the
-/// client's run.
+/// Asserts that a client sends the same states as `mmsim solve flood-fill`, byte for byte. Returns
+/// the number of steps, and the client's output and requests.
 fn same_states(mut client: Command, maze: &Path) -> (usize, ClientRun) {
     let home = Home::new();
     let mut command = home.command(&["solve", "flood-fill", "--connect"]);
@@ -118,7 +118,8 @@ fn the_client_in_c() {
     }
 }
 
-/// A Python script that tests the parts of the class that a successful search does not use.
+/// A Python script that tests the parts of the class `Simulator` that a successful search does not
+/// use.
 const CLASS: &str = r#"
 import sys
 from mmsim import Heading, NoReply, Pose, Refused, Simulator

@@ -66,7 +66,7 @@ fn cleans_up_after_a_killed_fetch() {
     let mazes = home.path().join("mazes");
     home.write("mazes/.mmsim-fetching-new/new.txt", MAZE);
     let before = all_of(&mazes.join("fetched"));
-    // Imitate a process that was killed between the two renames.
+    // Simulate a process that was killed between the two renames.
     fs::rename(mazes.join("fetched"), mazes.join(".mmsim-fetching-old")).unwrap();
     home.write("empty.zip", zip(&[]));
     assert_eq!(fetch(&home, "empty.zip").code, Some(1), "too early to clean up");
@@ -77,8 +77,8 @@ fn cleans_up_after_a_killed_fetch() {
     assert_eq!(fs::read_dir(&mazes).unwrap().count(), 2, "the folder and the lock");
 }
 
-/// Unreleased versions stored mazes directly in the folder. Fetching these mazes again would list
-/// them twice.
+/// Unreleased versions stored fetched mazes directly in the folder that the user chooses. If a
+/// fetch kept these mazes, each maze would be listed twice.
 #[test]
 fn mazes_of_unreleased_versions_are_not_fetched_again() {
     let home = Home::new();
@@ -166,7 +166,7 @@ fn links_are_not_followed() {
     assert!(home.path().join("elsewhere/fetched/classic/old.txt").exists());
 }
 
-/// A limit on the file size imitates a full disk.
+/// A limit on the file size simulates a full disk.
 #[cfg(unix)]
 #[test]
 fn full_disks_change_nothing() {

@@ -71,7 +71,7 @@ pub(crate) struct Zipped<'a> {
     pub(crate) method: u16,
     /// The Unix file type and permissions.
     pub(crate) mode: u32,
-    /// The number of the originating system.
+    /// The number of the system on which the entry was created.
     pub(crate) system: u8,
     pub(crate) checksum: u32,
     pub(crate) bytes: u32,

@@ -112,7 +112,7 @@ fn tar_gz_may_have_several_members_and_long_names() {
     assert!(home.path().join("mazes/fetched").join(&name[4..]).is_file());
 }
 
-/// GNU gzip ignores zeros after the data too.
+/// GNU gzip also ignores zeros after the data.
 #[test]
 fn zeros_after_a_tar_gz_are_ignored() {
     let home = Home::new();

@@ -31,8 +31,8 @@ fn outside_paths_are_refused() {
     insta::assert_snapshot!(refusal_of_name(b"../evil.txt"), @r#"entry "../evil.txt" has a path with "..""#);
     insta::assert_snapshot!(refusal_of_name(b"top/../../evil.txt"), @r#"entry "top/../../evil.txt" has a path with "..""#);
     insta::assert_snapshot!(refusal_of_name(b"/evil.txt"), @r#"entry "/evil.txt" has an absolute path"#);
-    insta::assert_snapshot!(refusal_of_name(b"C:evil.txt"), @r#"entry "C:evil.txt" has a path with a drive"#);
-    insta::assert_snapshot!(refusal_of_name(b"C:/evil.txt"), @r#"entry "C:/evil.txt" has a path with a drive"#);
+    insta::assert_snapshot!(refusal_of_name(b"C:evil.txt"), @r#"entry "C:evil.txt" has a path with a drive letter"#);
+    insta::assert_snapshot!(refusal_of_name(b"C:/evil.txt"), @r#"entry "C:/evil.txt" has a path with a drive letter"#);
     insta::assert_snapshot!(refusal_of_name(b"\xff/../evil.txt"), @r#"entry "\xff/../evil.txt" has a path with "..""#);
     for name in [b"C:\\evil.txt", &b"..\\evil.txt"[..], b"a\\..\\evil.txt", b"\\evil.txt"] {
         let file = tar_of(name, EntryType::Regular, MAZE.as_bytes());
@@ -175,7 +175,8 @@ fn failed_downloads_change_nothing() {
     assert!(fetch_fails(&home, "https://").starts_with("mmsim: cannot download https://: "));
 }
 
-/// Without system certificates, mmsim uses its own. The server in this test does not support TLS.
+/// If the system has no certificates, mmsim uses built-in certificates. The server in this test
+/// does not support TLS, so the TLS handshake fails.
 #[cfg(all(unix, not(target_os = "macos")))]
 #[test]
 fn systems_without_certificates_are_supported() {

@@ -18,7 +18,8 @@ use harness::{Home, Output};
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 const OTHER_MAZE: &str = "o---o---o---o\n| S       G |\no---o---o---o\n";
 
-/// Returns all files of a folder with their content, and all folders and links.
+/// Returns the paths of all entries of a folder, recursively. Files are returned with their
+/// content.
 fn all_of(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {

@@ -24,7 +24,7 @@ impl Home {
         self.0.path()
     }
 
-    /// Writes a file and creates its folders.
+    /// Writes a file, creating missing parent folders.
     pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
         let path = self.path().join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -58,7 +58,8 @@ impl Home {
         }
     }
 
-    /// Returns the command for a server, without a viewer page unless the arguments select one.
+    /// Returns the command for a server. Disables the viewer page unless an argument contains
+    /// `viewer`.
     pub fn server(&self, arguments: &[&str]) -> Command {
         let mut command = self.command(arguments);
         if !arguments.iter().any(|argument| argument.contains("viewer")) {
@@ -102,8 +103,8 @@ pub fn limited(command: &Command, limit: &str) -> Command {
     limited
 }
 
-/// Returns the command with default signal handling. Otherwise it would inherit the signals that
-/// the tests ignore, for example under `nohup`.
+/// Returns the command with default signal handling. Without this, the command would inherit
+/// ignored signals from the tests, for example under `nohup`.
 fn mmsim() -> Command {
     let mmsim = env!("CARGO_BIN_EXE_mmsim");
     if !IS_IGNORING.get_or_init(is_ignoring) {
@@ -119,8 +120,8 @@ pub const SIGNALS: &str = "HUP,INT,TERM";
 
 static IS_IGNORING: OnceLock<bool> = OnceLock::new();
 
-/// Returns true if this process ignores one of the signals. Bit n - 1 of the mask stands for signal
-/// n.
+/// Returns true if this process ignores one of the [`SIGNALS`]. Bit n - 1 of the mask stands for
+/// signal n.
 fn is_ignoring() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -128,7 +129,8 @@ fn is_ignoring() -> bool {
     mask.unwrap_or(0) & (1 | 1 << 1 | 1 << 14) != 0
 }
 
-/// Returns the newest recording in a folder. The server may still be compressing another recording.
+/// Returns the newest recording in a folder. The server may still be compressing an older
+/// recording.
 #[track_caller]
 pub fn recorded(folder: &Path) -> PathBuf {
     let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -173,7 +175,7 @@ impl Output {
 pub struct Serving {
     child: Child,
     pub address: String,
-    /// The messages on stderr until the server was ready.
+    /// The messages that the server printed to stderr before it was ready.
     pub messages: String,
     rest: Option<Receiver<String>>,
 }

@@ -2,7 +2,7 @@
 
 use mmsim_tests::connect_to;
 
-/// Returns a state of a classic maze that differs for each number.
+/// Returns an incompressible state for a classic maze, different for each number.
 pub fn state(number: u64) -> Vec<u8> {
     let mut seed = number;
     let mut noise = || {
@@ -18,8 +18,8 @@ pub fn state(number: u64) -> Vec<u8> {
     state
 }
 
-/// Sends states in batches until one is refused. Returns the number of acknowledged states and the
-/// error of the refusal.
+/// Sends at most `max` states, in batches, until the server refuses a state. Returns the number of
+/// acknowledged states, and the error message if a state was refused.
 pub fn send_until_refused(address: &str, from: u64, max: u64) -> (u64, Option<String>) {
     let socket = connect_to(address, zmq::DEALER);
     let (mut sent, mut acknowledged, mut refusal) = (from, 0, None);

@@ -30,7 +30,7 @@ def ask(line):
 
 ";
 
-/// Returns the Python interpreter, or `None` with a message if there is none.
+/// Returns the Python interpreter. If there is none, prints a message and returns `None`.
 fn python() -> Option<&'static str> {
     let works = |name: &&str| {
         let quiet = || Stdio::null();
@@ -67,7 +67,7 @@ fn command(home: &Home, options: &[&str], mouse: &str) -> Option<Command> {
     Some(home.command(&arguments(options, &[python, "mouse.py"])))
 }
 
-/// Runs a Python mouse to completion with a server in the same command.
+/// Runs a Python mouse to completion with `mmsim mms`, which also serves the maze.
 fn run(home: &Home, options: &[&str], mouse: &str) -> Option<Output> {
     let python = python()?;
     home.write("mouse.py", PREAMBLE.to_string() + mouse);
@@ -92,7 +92,7 @@ fn states<R>(recording: &Recording, mut each: impl FnMut(State<'_>) -> R) -> Vec
 }
 
 #[test]
-fn a_mouse_on_mms_rs_reaches_the_goal() {
+fn a_mouse_that_uses_mms_rs_reaches_the_goal() {
     let home = Home::new();
     let mouse = mms_rs_mouse();
     let options = [&QUIET[..], &["--maze", "hedgerow", "--score", "--record", "seen"]].concat();

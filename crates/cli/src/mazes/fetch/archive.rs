@@ -52,7 +52,7 @@ pub(super) fn unpack(archive: &[u8]) -> Result<Contents, String> {
     }
 }
 
-/// Decompresses all members of a gzip file. Ignores zeros at the end, like GNU gzip.
+/// Decompresses all members of a gzip file. Like GNU gzip, ignores trailing zeros.
 fn gunzip(mut packed: &[u8]) -> Result<Vec<u8>, String> {
     let mut unpacked = Vec::new();
     while packed.iter().any(|&byte| byte != 0) {

@@ -1,7 +1,8 @@
-//! Updates the folder of fetched mazes, which mmsim owns, inside a folder that the user chooses.
+//! Updates the folder of fetched mazes. The user chooses its parent folder.
 //!
-//! A fetch builds a new folder next to the old one, copies files that the user has added or
-//! changed, and renames the new folder. A manifest lists the fetched files.
+//! A fetch writes the fetched files to a new folder. It also copies the files in the old folder
+//! that the user has added or changed. Finally, the new folder replaces the old one. A manifest in
+//! the folder lists the fetched files.
 
 use std::collections::HashMap;
 use std::fs::{self, File};
@@ -15,8 +16,8 @@ use super::archive::Files;
 
 /// The name of the folder of fetched mazes.
 pub(super) const FOLDER: &str = "fetched";
-/// The name of the manifest, which contains the CRC-32 in hexadecimal and the path of each fetched
-/// file.
+/// The name of the manifest. For each fetched file, the manifest contains a line with the CRC-32 in
+/// hexadecimal and the path.
 const MANIFEST: &str = ".mmsim-fetched";
 /// The name of the file that a fetch locks.
 const LOCK: &str = ".mmsim-fetching";
@@ -40,8 +41,8 @@ pub(super) struct Changes {
 /// Replaces the fetched files in `parent` with `files`.
 ///
 /// # Errors
-/// Returns an error if a file cannot be written or if mmsim did not create the folder. After an
-/// error, the folder is unchanged.
+/// Returns an error if a file cannot be read or written, or if the existing folder was not created
+/// by mmsim. After an error, the existing folder is unchanged.
 pub(super) fn replace(parent: &Path, files: &Files) -> Result<Changes, String> {
     check_owned(parent)?;
     let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
@@ -92,8 +93,8 @@ fn replace_locked(parent: &Path, files: &Files) -> Result<Changes, String> {
     Ok(changes)
 }
 
-/// Copies the user's files from the old folder, if it exists, to the new folder. Counts the changes
-/// to all other files.
+/// Copies the files that the user has added or changed from the old folder, if there is one.
+/// Returns the changes to the fetched files.
 fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, String> {
     let mut changes = Changes { new: files.len(), ..Changes::default() };
     if !folder.exists() {
@@ -137,7 +138,7 @@ fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, Strin
     Ok(changes)
 }
 
-/// Checks that a fetch created the folder and the lock file, if they exist.
+/// Returns an error if the folder or the lock file exists but was not created by a fetch.
 fn check_owned(parent: &Path) -> Result<(), String> {
     let [folder, lock] = [FOLDER, LOCK].map(|name| parent.join(name));
     let is_foreign = folder.exists() && !folder.join(MANIFEST).is_file();
@@ -147,7 +148,7 @@ fn check_owned(parent: &Path) -> Result<(), String> {
         (folder.exists() && !folder.is_dir(), &folder, "is a file"),
         (is_foreign, &folder, "was not created by mmsim"),
         (lock.is_symlink() || lock.exists() && !lock.is_file(), &lock, "is not a regular file"),
-        // Each maze would be listed twice.
+        // After another fetch, each maze would be listed twice.
         (is_old, parent, "contains mazes from an unreleased version of mmsim"),
     ];
     match problems.iter().find(|(is_present, ..)| *is_present) {
@@ -156,7 +157,8 @@ fn check_owned(parent: &Path) -> Result<(), String> {
     }
 }
 
-/// Waits until no other fetch has locked the folder. Does not wait on file systems without locks.
+/// Locks the folder against other fetches, waiting if necessary. Does nothing on file systems that
+/// do not support locks.
 fn lock(parent: &Path) -> io::Result<File> {
     let lock = File::options().create(true).append(true).open(parent.join(LOCK))?;
     let _ = lock.lock();

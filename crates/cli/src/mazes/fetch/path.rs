@@ -1,6 +1,6 @@
-//! Validates paths in an archive.
+//! Validates the paths in an archive.
 
-/// The maximum length of a path in bytes, which every system supports.
+/// The maximum length of a path in bytes. Every system supports paths of this length.
 const MAX_PATH_BYTES: usize = 200;
 
 /// The names that Windows reserves for devices, in addition to numbered ports such as `COM1`.
@@ -9,7 +9,7 @@ const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 /// Returns the path with `/` as separator, or `None` if the path is not valid on every system.
 ///
 /// # Errors
-/// Returns an error if the path leads outside the target folder on some system.
+/// Returns an error if the path leads outside the target folder on any system.
 pub(super) fn inside(path: &[u8]) -> Result<Option<String>, &'static str> {
     if path.starts_with(b"/") || path.starts_with(b"\\") {
         return Err("has an absolute path");
@@ -17,7 +17,7 @@ pub(super) fn inside(path: &[u8]) -> Result<Option<String>, &'static str> {
     if let [drive, b':', ..] = path
         && drive.is_ascii_alphabetic()
     {
-        return Err("has a path with a drive");
+        return Err("has a path with a drive letter");
     }
     // Windows has two separators.
     if path.split(|byte| b"/\\".contains(byte)).any(|name| name == b"..") {
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn unportable_paths_are_none() {
+    fn unportable_paths_return_none() {
         for path in [
             "",
             "./",

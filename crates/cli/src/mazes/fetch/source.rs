@@ -94,7 +94,7 @@ fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, Str
 }
 
 /// Reads all bytes, or returns an error if there are more than [`MAX_ARCHIVE_BYTES`]. `bytes` is
-/// the number of bytes if it is known in advance.
+/// the expected number of bytes, if known.
 fn read_whole(from: impl Read, bytes: Option<u64>) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
     if bytes.is_none_or(|bytes| bytes <= MAX_ARCHIVE_BYTES) {
