@@ -16,7 +16,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Creates the pose of a mouse in `cell` that faces `heading`.
+    /// Creates a pose from a cell and a heading.
     pub const fn new(cell: Cell, heading: Heading) -> Self {
         Self { cell, heading }
     }
