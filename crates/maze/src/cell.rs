@@ -8,7 +8,7 @@ use crate::heading::Heading;
 /// The coordinates of a cell. The south-west cell is (0, 0); x grows to the east and y to the
 /// north.
 ///
-/// A `Cell` may be outside the maze; check it with [`MazeSize::contains`].
+/// The coordinates may be outside the maze; [`MazeSize::contains`] checks them.
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Cell {
@@ -24,8 +24,8 @@ impl Cell {
         Self { x, y }
     }
 
-    /// Returns the neighbour in the direction `heading`, or `None` if a coordinate would be less
-    /// than 0 or greater than 255.
+    /// Returns the neighbour in the direction `heading`, or `None` if a coordinate of the neighbour
+    /// would be less than 0 or greater than 255.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading};
@@ -124,9 +124,9 @@ impl MazeSize {
         (0..self.height).flat_map(move |y| (0..self.width).map(move |x| Cell { x, y }))
     }
 
-    /// Returns the central cells, which are the default goal in contest rules. There are two
-    /// central columns if the width is even, and one if it is odd; the same applies to rows and the
-    /// height.
+    /// Returns the central cells, which are the default goal in contest rules. A maze of even width
+    /// has two central columns, and a maze of odd width has one. The same applies to the height and
+    /// the central rows.
     pub fn central_cells(self) -> CellSet {
         let middle = |side: u8| (side - 1) / 2..=side / 2;
         middle(self.height).flat_map(|y| middle(self.width).map(move |x| Cell { x, y })).collect()

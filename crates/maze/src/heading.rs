@@ -6,7 +6,7 @@ use core::fmt;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Heading {
-    /// The direction of increasing y. Every mouse starts with this heading.
+    /// The direction of increasing y, and the initial heading of every mouse.
     North,
     /// The direction of increasing x.
     East,

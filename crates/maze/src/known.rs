@@ -7,7 +7,7 @@ use crate::maze::Maze;
 use crate::pose::Pose;
 use crate::walls::{Sides, Walls, WallsAround};
 
-/// The map that a mouse builds of a maze. It contains the size, the start, the goal cells, the
+/// The map that a mouse builds of a maze. The map contains the size, the start, the goal cells, the
 /// visited cells, and the state of each wall (present, absent or unknown). The outer walls are
 /// known from the beginning.
 ///
@@ -64,9 +64,9 @@ impl WallState {
 /// How a planner treats unknown walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unknown {
-    /// Unknown walls count as absent. This assumption is optimistic and suits search runs.
+    /// Unknown walls count as absent (the optimistic assumption, for search runs).
     Open,
-    /// Unknown walls count as present. This assumption is pessimistic and suits fast runs.
+    /// Unknown walls count as present (the pessimistic assumption, for fast runs).
     Closed,
 }
 
@@ -80,7 +80,7 @@ pub enum Unknown {
 pub struct Contradiction {
     /// The observed cell.
     pub cell: Cell,
-    /// The side of the cell whose observed state contradicts the map.
+    /// The side on which the observation contradicts the map.
     pub heading: Heading,
     /// True if the mouse observed a wall on this side, false if it observed none.
     pub found: bool,
@@ -137,8 +137,8 @@ impl KnownMaze {
     }
 
     /// Records the walls that a mouse observes at `pose`, and marks the cell of `pose` as visited.
-    /// If that cell is outside the maze, it counts as walled on all sides and is not marked as
-    /// visited.
+    /// Outside the maze, no cell is marked as visited, and the only valid observation is a wall on
+    /// every side.
     ///
     /// # Errors
     /// If the observation contradicts the map, returns an error and leaves the map unchanged.
@@ -166,8 +166,8 @@ impl KnownMaze {
         Ok(())
     }
 
-    /// Sets the state of the wall on the `heading` side of `cell`, even if this contradicts the
-    /// map. Does nothing for an outer wall. Use this method to load a map, and
+    /// Sets the state of the wall on the `heading` side of `cell`, even if the map contains a
+    /// different state. Outer walls cannot be changed. Use this method to load a map, and
     /// [`observe`](Self::observe) to record observations.
     pub fn set_wall(&mut self, cell: Cell, heading: Heading, wall: WallState) {
         self.certain.set(cell, heading, wall == WallState::Present);

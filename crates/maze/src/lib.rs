@@ -11,8 +11,8 @@
 //! ```
 //!
 //! Cell (0, 0) is in the south-west corner; x grows to the east and y to the north. The mouse
-//! starts with heading north. A maze has 1×1 to 32×32 cells and need not be square. The size is
-//! chosen at run time.
+//! starts with heading north. A maze has 1×1 to 32×32 cells and need not be square. The size of a
+//! maze is chosen at run time.
 //!
 //! [`Maze`] is the true maze, which only a simulator knows. [`KnownMaze`] is the map that a mouse
 //! builds: each wall is known to be present, known to be absent, or unknown. Both types store each

@@ -71,8 +71,8 @@ impl Maze {
     }
 
     /// Returns the inner posts that no wall touches. Each post is identified by the cell to its
-    /// north-east. If both sides of the maze are even, its central post is never returned, because
-    /// contest rules require a wall at every inner post but that one.
+    /// north-east. Contest rules allow only the central post of a maze to stand without a wall, so
+    /// the central post is never returned.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Maze};

@@ -1,4 +1,4 @@
-//! Parsing of mazes that are drawn as text.
+//! A parser for mazes that are drawn as text.
 
 use core::str::FromStr;
 
@@ -24,7 +24,8 @@ pub struct ParseMazeError {
 type Result<T = ()> = core::result::Result<T, ParseMazeError>;
 
 /// Parses the text picture that [`Display`](core::fmt::Display) writes for a maze. Blank lines and
-/// trailing blanks are ignored. The crate `mmsim-formats` reads other drawings and file formats.
+/// trailing whitespace are ignored. The crate `mmsim-formats` reads other drawings and file
+/// formats.
 ///
 /// ```
 /// use mmsim_maze::Maze;
@@ -59,7 +60,7 @@ impl FromStr for Maze {
     }
 }
 
-/// A line of the picture, with trailing blanks removed.
+/// A line of the picture, without trailing whitespace.
 #[derive(Clone, Copy)]
 struct Line<'a> {
     number: usize,

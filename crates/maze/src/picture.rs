@@ -20,10 +20,10 @@ use crate::walls::Walls;
 /// o---o---o
 /// ```
 ///
-/// A cell shows only one item: the mouse, otherwise its letter, otherwise its number, otherwise the
-/// marks `S` and `G`. Cells are three characters wide, or wider if a number needs more space.
-/// [`str::parse`] can read a picture of a [`Maze`] if the picture contains no numbers, letters or
-/// mouse.
+/// A cell shows at most one of the following items, in this order of priority: the mouse, a letter,
+/// a number, or the marks `S` and `G`. Cells are three characters wide, or wider if a number needs
+/// more space. [`str::parse`] can read a picture of a [`Maze`] if the picture contains no numbers,
+/// letters or mouse.
 ///
 /// ```
 /// use mmsim_maze::{Maze, MazeSize, Walls, Cell, CellSet};
@@ -81,14 +81,13 @@ impl<'a> TextPicture<'a> {
         Self { certain, possible, start, goals, numbers, letters, mouse, compact: false }
     }
 
-    /// Shows a number in each cell for which `numbers` returns one, such as a distance in steps.
+    /// Shows the numbers that `numbers` returns, such as distances in steps.
     pub const fn with_numbers(mut self, numbers: &'a dyn Fn(Cell) -> Option<u16>) -> Self {
         self.numbers = Some(numbers);
         self
     }
 
-    /// Shows a letter in each cell for which `letters` returns one, such as the direction of a
-    /// path.
+    /// Shows the letters that `letters` returns, such as the directions of a path.
     pub const fn with_letters(mut self, letters: &'a dyn Fn(Cell) -> Option<char>) -> Self {
         self.letters = Some(letters);
         self

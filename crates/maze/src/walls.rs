@@ -78,7 +78,7 @@ impl Walls {
     }
 
     /// Adds the wall on the `heading` side of `cell` if `present` is true, and removes it
-    /// otherwise. Does nothing for outer walls and walls outside the maze.
+    /// otherwise. Outer walls and walls outside the maze cannot be changed.
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
         let is_outer = Sides::outer(self.size, cell).has(heading);
         if !is_outer && self.has(cell, heading) != present {
@@ -109,7 +109,7 @@ impl Walls {
         Sides(north | east << 1 | south << 2 | west << 3)
     }
 
-    /// Toggles the walls on the given sides of a cell. These walls must be inner walls.
+    /// Toggles the walls on the given sides of a cell. The given sides must not be outer walls.
     pub(crate) fn toggle(&mut self, Cell { x, y }: Cell, sides: Sides) {
         let bit = |heading| u32::from(sides.has(heading)).wrapping_shl(x.into());
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
@@ -132,8 +132,8 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
-    /// Returns the neighbours of `cell` that a mouse can move to, because there is no wall in
-    /// between. The order is north, east, south, west.
+    /// Returns the neighbours of `cell` that are not separated from `cell` by a wall, in the order
+    /// north, east, south, west.
     pub fn open_neighbours(&self, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
         let sides = self.sides(cell);
         Heading::ALL
@@ -183,8 +183,8 @@ impl Sides {
         Self(twice >> (4 - heading as u8) & 0b1111)
     }
 
-    /// Returns the walls that a mouse with this heading observes in a cell with walls on these
-    /// sides.
+    /// Returns the walls that a mouse with this heading observes if these sides of its cell have
+    /// walls.
     const fn around(self, heading: Heading) -> WallsAround {
         let clockwise_from_nose = (self.0 << 4 | self.0) >> heading as u8;
         WallsAround {
@@ -212,7 +212,7 @@ impl Sides {
     }
 }
 
-/// The walls that a mouse observes in its cell. It cannot observe a wall behind it.
+/// The walls that a mouse observes in its cell. A mouse cannot observe the wall behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WallsAround {
     /// True if there is a wall to the left.

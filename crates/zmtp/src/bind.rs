@@ -23,8 +23,8 @@ pub enum BindError {
         /// The error from name resolution.
         source: io::Error,
     },
-    /// The operating system refuses to listen on the port for another reason. For example, the
-    /// address does not belong to this machine, or the port requires privileges.
+    /// Listening on the port fails for another reason. For example, the address does not belong to
+    /// this machine, or the port requires privileges.
     #[error("cannot listen on port {port} on {host}: {source}")]
     Listen {
         /// The host, as passed to [`listen`].
@@ -41,7 +41,7 @@ pub enum BindError {
 ///
 /// # Errors
 /// Returns an error if the port is in use ([`BindError::InUse`]), if the host name cannot be
-/// resolved ([`BindError::Host`]), or if the operating system refuses to listen for another reason
+/// resolved ([`BindError::Host`]), or if listening fails for another reason
 /// ([`BindError::Listen`]).
 pub fn listen(host: &str, port: u16) -> Result<TcpListener, BindError> {
     let address =

@@ -12,7 +12,8 @@ const READ_BYTES: usize = 4 * 1024;
 /// The maximum number of decoded events that one call of [`Connection::turn`] handles.
 const MAX_EVENTS: usize = 64;
 
-/// A server connection over a non-blocking stream. It performs the handshake and answers requests.
+/// A server connection over a non-blocking stream. The connection performs the handshake and
+/// answers requests.
 ///
 /// A connection never waits for its stream. When the stream becomes readable or writable, call
 /// [`set_ready`](Self::set_ready) and then [`turn`](Self::turn).
@@ -96,8 +97,8 @@ impl<S: Read + Write> Connection<S> {
     /// replies.
     ///
     /// # Errors
-    /// Returns an error if the connection has ended. Before that, the connection answers the valid
-    /// requests that it has already received.
+    /// Returns an error if the connection has ended. Valid requests that arrived before the end are
+    /// still answered.
     pub fn turn(
         &mut self,
         max_requests: usize,
@@ -159,7 +160,7 @@ impl<S: Read + Write> Connection<S> {
         push_last_frame(&mut self.output, reply);
     }
 
-    /// Receives bytes that are available now. Returns false if there are none.
+    /// Reads available bytes from the stream. Returns false if the stream has no bytes to read.
     fn receive(&mut self) -> Result<bool, DisconnectReason> {
         if !self.is_readable {
             return Ok(false);
@@ -230,7 +231,8 @@ mod tests {
         wire.sent().strip_prefix(&handshake[..]).unwrap().to_vec()
     }
 
-    /// Returns encoded requests of one byte each. [`Echo`] replies with the same bytes.
+    /// Returns encoded requests of one byte each. The encoded replies of [`Echo`] are equal to
+    /// these requests.
     fn requests(range: std::ops::Range<u8>) -> Vec<u8> {
         range.flat_map(|n| [1, 0, 0, 1, n]).collect()
     }

@@ -21,20 +21,21 @@ const MAX_REQUESTS_IN_A_ROW: usize = 8;
 /// The connections of a server.
 pub(crate) struct Connections<S> {
     entries: HashMap<usize, Entry<S>>,
-    /// The identifiers of the connections that may have work to do, in the order of their turns. No
-    /// identifier occurs twice.
+    /// The identifiers of the connections that may have work to do, in the order of their turns.
+    /// The queue contains each identifier at most once.
     queue: VecDeque<usize>,
-    /// The deadlines of the connections, with their identifiers. Not every connection has a
-    /// deadline.
+    /// The deadlines of the connections that have a deadline, and the identifiers of these
+    /// connections.
     deadlines: BTreeSet<(Instant, usize)>,
-    /// The streams that the server still has to deregister, because their connections are closed.
+    /// The streams of closed connections. The server has to deregister these streams.
     pub(crate) closed: Vec<S>,
 }
 
 struct Entry<S> {
     connection: Connection<S>,
     activity: Activity,
-    /// The time at which the connection is closed, unless it reaches [`Phase::Ready`] first.
+    /// The time at which the connection is closed, unless the connection reaches [`Phase::Ready`]
+    /// first.
     deadline: Option<Instant>,
     is_queued: bool,
 }
@@ -53,7 +54,7 @@ impl<S: Read + Write> Connections<S> {
         self.entries.len()
     }
 
-    /// Adds the connection of a new client. The identifier must not be in use.
+    /// Adds the connection of a new client. The identifier must not belong to another connection.
     pub(crate) fn add(&mut self, id: usize, stream: S, address: IpAddr, now: Instant) {
         let deadline = now + HANDSHAKE_TIME;
         let entry = Entry {
@@ -96,8 +97,8 @@ impl<S: Read + Write> Connections<S> {
         self.entries.values().any(|entry| entry.connection.phase() != Phase::Ready)
     }
 
-    /// Gives one turn to each queued connection. Then closes the connections whose deadlines have
-    /// passed.
+    /// Gives one turn to each queued connection, and then closes the connections whose deadlines
+    /// have passed.
     pub(crate) fn serve(&mut self, service: &mut impl Service, now: Instant) {
         for _ in 0..self.queue.len() {
             let Some(id) = self.queue.pop_front() else { break };
@@ -174,9 +175,9 @@ impl<S: Read + Write> Connections<S> {
         turn.has_activity
     }
 
-    /// Gives a last turn to a connection that is about to be closed, because received bytes that
-    /// have not been read yet may be a reason to keep it. Returns true if a request in this turn
-    /// counted as activity.
+    /// Gives a last turn to a connection that is about to be closed. Bytes that have just arrived
+    /// may be a reason to keep the connection. Returns true if a request in this turn counted as
+    /// activity.
     fn give_last_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
         if let Some(entry) = self.entries.get_mut(&id) {
             entry.connection.set_ready(true, false);

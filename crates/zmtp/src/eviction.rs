@@ -6,20 +6,20 @@ use std::time::Instant;
 
 use crate::limits::SILENCE;
 
-/// The activity of a client. It decides whether the connection may be closed to make room for
+/// The activity of a client, which decides whether its connection may be closed to make room for
 /// another client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Activity {
     network: IpAddr,
     /// True if the client has sent at least one request that counts as activity.
     has_requested: bool,
-    /// The time of the latest activity. If there was no activity, the time at which the client
+    /// The time of the client's latest activity. The initial value is the time at which the client
     /// connected.
     last_active: Instant,
 }
 
 impl Activity {
-    /// Creates the record for a client that connects at the time `now`.
+    /// Creates the activity record of a client that connects at the time `now`.
     pub(crate) fn new(address: IpAddr, now: Instant) -> Self {
         Self { network: network(address), has_requested: false, last_active: now }
     }
@@ -48,10 +48,10 @@ fn network(address: IpAddr) -> IpAddr {
 
 /// Chooses the connection to close when a new client connects to a full server.
 ///
-/// Prefers connections on which no request has counted as activity. Among equals, prefers the
-/// connection that has been silent for longest. A connection that has been silent for less than
-/// [`SILENCE`] is closed only if its network has more than half of all connections and the new
-/// client belongs to another network.
+/// Connections on which no request has counted as activity are chosen first, and then connections
+/// that have been silent for longer. A connection that has been silent for less than [`SILENCE`] is
+/// closed only if its network has more than half of all connections and the new client belongs to
+/// another network.
 pub(crate) fn choose_evicted<'s, T>(
     connections: impl Iterator<Item = (T, &'s Activity)> + Clone,
     newcomer: Option<IpAddr>,

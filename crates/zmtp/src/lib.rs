@@ -38,7 +38,7 @@
 //!   client that does not read its replies.
 //! - Clients take turns. When the server is full, inactive connections are closed to make room for
 //!   new clients. The clients of one network cannot keep the clients of other networks out.
-//! - Before it stops, the server answers requests that clients have already sent, within the time
+//! - Before the server stops, it answers requests that clients have already sent, within the time
 //!   limits of [`RepServer::run`].
 //!
 //! # Structure
@@ -46,13 +46,14 @@
 //! - [`codec`] decodes bytes into events and encodes replies, without I/O.
 //! - [`connection`] adds buffers to a non-blocking stream of any kind.
 //! - A private module decides when each connection takes a turn and when it is closed. The
-//!   functions in this module take the current time as an argument, so unit tests need no clock.
+//!   functions of the private module take the current time as an argument, so unit tests need no
+//!   clock.
 //! - [`RepServer`] adds sockets and the clock.
 //!
 //! # Scope
 //!
 //! The crate implements one socket type, REP, and one transport, TCP. The server accepts REQ and
-//! DEALER clients of ZMTP 3.0 and 3.1 (`ZeroMQ` 4), and of ZMTP 2.0. The server supports neither
+//! DEALER clients that use ZMTP 3.0 or 3.1 (`ZeroMQ` 4), or ZMTP 2.0. The server supports neither
 //! passwords (PLAIN) nor encryption (CURVE). The server does not initiate connections or send
 //! heartbeats, but it answers PING commands. The server is meant for short requests; all limits are
 //! constants in [`limits`].

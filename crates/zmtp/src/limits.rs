@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 /// The maximum length of a request frame, in bytes. The server skips a longer frame and sends one
-/// error reply. It disconnects the client unless the client sends another request within
+/// error reply. The server disconnects the client unless the client sends another request within
 /// [`OVERSIZED_TIME`]. If an oversized frame arrives before the empty delimiter frame, no reply is
 /// possible, and the server disconnects the client immediately.
 pub const MAX_REQUEST_BYTES: usize = 64 * 1024;
@@ -34,20 +34,21 @@ pub const MAX_CONNECTIONS: usize = 1000;
 /// How long a connection must be silent before the server may close it to make room for a new
 /// client.
 ///
-/// When the server has reached [`MAX_CONNECTIONS`], it chooses a connection to close. It prefers
-/// connections on which no request has counted as activity, and among equals the connection that
-/// has been silent for longest. If the chosen connection has been silent for less than this time,
-/// the new client is turned away instead. There is one exception: if one network (an IPv4 address,
-/// or an IPv6 /64 prefix) has more than half of all connections, and the new client belongs to
-/// another network, the server closes a connection of the first network. A client that loses its
-/// connection can reconnect; `ZeroMQ` sockets do so automatically.
+/// When a client connects to a server that already has [`MAX_CONNECTIONS`] connections, the server
+/// chooses a connection to close. Connections on which no request has counted as activity are
+/// chosen first, and then connections that have been silent for longer. If the chosen connection
+/// has been silent for less than this time, the new client is turned away instead. There is one
+/// exception: if more than half of all connections belong to one network (an IPv4 address or an
+/// IPv6 /64 prefix) and the new client belongs to another network, the server closes one of that
+/// majority. A client that loses its connection can reconnect; `ZeroMQ` sockets do so
+/// automatically.
 pub const SILENCE: Duration = Duration::from_secs(10);
 
-/// The maximum duration of a handshake. The time starts when the server accepts the connection. On
-/// a bad network, a handshake can take several seconds.
+/// The maximum duration of a handshake, from the moment at which the server accepts the connection.
+/// On a bad network, a handshake can take several seconds.
 pub const HANDSHAKE_TIME: Duration = Duration::from_secs(10);
 
-/// The maximum size of the pending replies to one client, in bytes. The buffers of the operating
-/// system are not included. When this limit is reached, the server stops reading requests from the
-/// client until the client reads replies. No reply is lost.
+/// The maximum size of the pending replies to one client, in bytes, excluding the buffers of the
+/// operating system. When this limit is reached, the server stops reading requests from the client
+/// until the client reads replies. No reply is lost.
 pub const MAX_WAITING_REPLY_BYTES: usize = 64 * 1024;

@@ -1,4 +1,4 @@
-//! The server. It handles the listening socket and all connections on one thread.
+//! The server, which handles its listening socket and all connections on one thread.
 
 use std::io::{self, ErrorKind};
 use std::mem;
@@ -19,8 +19,8 @@ use crate::timers::{AcceptBackoff, Drain};
 const LISTENER: Token = Token(0);
 const WAKER: Token = Token(1);
 
-/// The maximum number of connections that wait to be accepted. The operating system may set a lower
-/// limit.
+/// The maximum number of connections that wait to be accepted. The operating system may impose a
+/// lower limit.
 const BACKLOG: i32 = 1024;
 
 /// The maximum number of events that one poll of the sockets returns.
@@ -97,8 +97,8 @@ impl RepServer {
     /// Serves all clients until `is_stopping` returns true. [`Waker::wake`] makes the server call
     /// `is_stopping`.
     ///
-    /// After that, the server answers requests that clients have already sent, for at most 0.3 s.
-    /// The server returns when the last replies are sent, but at most 0.5 s after `is_stopping` has
+    /// A stopping server answers requests that clients have already sent, for at most 0.3 s. `run`
+    /// returns when the last replies have been sent, but at most 0.5 s after `is_stopping` has
     /// returned true.
     ///
     /// # Errors
@@ -131,7 +131,7 @@ impl RepServer {
     }
 
     /// Waits for an event, the waker or the next deadline, but no longer than `max`. Returns true
-    /// if something has happened or if a connection may have work to do.
+    /// if there was an event or if a connection may have work to do.
     fn wait(&mut self, max: Option<Duration>) -> io::Result<bool> {
         let (now, is_busy) = (Instant::now(), self.connections.is_busy());
         let timeout = if is_busy || self.accept.is_due(now) {
@@ -233,8 +233,8 @@ impl RepServer {
         Ok(())
     }
 
-    /// Deregisters and closes the streams of closed connections. Then new connections can be
-    /// accepted without delay.
+    /// Deregisters the streams of closed connections, so that new connections can be accepted
+    /// immediately.
     fn deregister_closed(&mut self) {
         for mut stream in self.connections.closed.drain(..) {
             // Dropping the stream closes it even if this fails.

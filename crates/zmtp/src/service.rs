@@ -4,7 +4,7 @@ use crate::codec::event::ProtocolError;
 
 /// A service that answers the requests of all clients of a [`RepServer`](crate::RepServer).
 pub trait Service {
-    /// Answers a request. The reply must replace the contents of `reply`, which may hold an earlier
+    /// Answers a request. The implementation must overwrite `reply`, which may hold an earlier
     /// reply.
     ///
     /// `request` is the last frame of the body, and `frames` is the number of frames in the body.
@@ -17,11 +17,12 @@ pub trait Service {
     /// should therefore not count.
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool;
 
-    /// Refuses a request with an oversized frame. An error message must replace the contents of
-    /// `reply`, which may hold an earlier reply.
+    /// Refuses a request with an oversized frame. The implementation must overwrite `reply`, which
+    /// may hold an earlier reply, with an error message.
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>);
 
     /// Does additional work on the server's thread. [`RepServer::run`](crate::RepServer::run) calls
-    /// this function whenever it has handled events or has been woken by a [`Waker`](crate::Waker).
+    /// this function after handling events, and after a [`Waker`](crate::Waker) has woken the
+    /// server.
     fn after_round(&mut self) {}
 }

@@ -3,8 +3,8 @@
 
 use std::time::{Duration, Instant};
 
-/// The delay before the server accepts connections again. It applies if the operating system has no
-/// descriptor or memory left, or if new clients have been turned away.
+/// The delay before the server accepts connections again after it has turned clients away, or after
+/// the operating system has run out of descriptors or memory.
 const RETRY_DELAY: Duration = Duration::from_millis(100);
 
 /// A stopping server stops answering requests after this time without input.
@@ -16,16 +16,15 @@ const QUIET_UNREADY: Duration = Duration::from_millis(100);
 /// A stopping server stops answering requests after this time, even if there is input.
 const MAX_DRAIN: Duration = Duration::from_millis(300);
 
-/// A stopping server stops sending replies after this time. The time starts when the server begins
-/// to stop.
+/// The maximum time that a server takes to stop, including the time for sending the last replies.
 const LINGER: Duration = Duration::from_millis(500);
 
-/// Decides when the server tries to accept connections. Delays attempts that would fail.
+/// The schedule for attempts to accept a connection. Attempts that would fail are delayed.
 #[derive(Debug)]
 pub(crate) struct AcceptBackoff {
     /// True if a connection may be waiting to be accepted.
     pub(crate) is_pending: bool,
-    /// The time of the next attempt. `None` if it is not delayed.
+    /// The time of the next attempt, or `None` if the next attempt is not delayed.
     pub(crate) retry_at: Option<Instant>,
 }
 
@@ -44,14 +43,14 @@ impl AcceptBackoff {
         self.is_pending && self.retry_at.is_none_or(|time| time <= now)
     }
 
-    /// Returns the time of the next attempt. Returns `None` if it is not delayed or if no
+    /// Returns the time of the next attempt, or `None` if the next attempt is not delayed or if no
     /// connection is waiting.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.retry_at.filter(|_| self.is_pending)
     }
 }
 
-/// The timer of a stopping server. Before it stops, the server answers requests that clients have
+/// The timer of a stopping server. A stopping server still answers requests that clients have
 /// already sent.
 #[derive(Debug)]
 pub(crate) struct Drain {
@@ -65,14 +64,14 @@ impl Drain {
         Self { started: now, last_input: now }
     }
 
-    /// Returns the time left to answer requests, or `None` if it is over.
+    /// Returns the time left for answering requests, or `None` if there is none left.
     pub(crate) fn time_left(&self, has_unready: bool, now: Instant) -> Option<Duration> {
         let quiet = if has_unready { QUIET_UNREADY } else { QUIET };
         let end = (self.started + MAX_DRAIN).min(self.last_input + quiet);
         end.checked_duration_since(now).filter(|left| !left.is_zero())
     }
 
-    /// Returns the time left to send replies, or `None` if it is over.
+    /// Returns the time left for sending replies, or `None` if there is none left.
     pub(crate) fn linger_left(&self, now: Instant) -> Option<Duration> {
         (self.started + LINGER).checked_duration_since(now).filter(|left| !left.is_zero())
     }

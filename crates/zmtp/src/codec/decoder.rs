@@ -9,8 +9,8 @@ use crate::limits::{MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_REQUEST_BYTES};
 
 /// A decoder for the bytes that one peer sends, beginning with the greeting.
 ///
-/// The input may be split anywhere. The decoder stores at most one envelope and the first
-/// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) bytes of one frame.
+/// The input may arrive in chunks of any length. The decoder stores at most one envelope and the
+/// first [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) bytes of one frame.
 #[derive(Debug, Default)]
 pub struct Decoder {
     handshake: Handshake,
@@ -34,7 +34,8 @@ pub enum Phase {
     Oversized,
 }
 
-/// A frame of more than [`MAX_KEPT_BYTES`] bytes. The decoder stores only its first bytes.
+/// A frame of more than [`MAX_KEPT_BYTES`] bytes. The decoder stores only the beginning of such a
+/// frame.
 #[derive(Debug)]
 struct LongFrame {
     header: Header,
@@ -44,18 +45,17 @@ struct LongFrame {
     kept: Vec<u8>,
 }
 
-/// After the handshake: the part of a message that the decoder expects next.
+/// The part of a message that the decoder expects next, once the handshake is complete.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
-    /// The beginning of a message. Until then, the decoder stores the envelope of the previous
-    /// message.
+    /// The beginning of a message. The envelope of the previous message is still stored.
     #[default]
     Idle,
     /// The next frame of the envelope.
     Envelope,
     /// The next frame of the body. `frames` is the number of body frames so far.
     Body { frames: usize },
-    /// The next frame of a message that has been refused. The decoder skips it.
+    /// The next frame of a refused message, which the decoder skips.
     Refused,
 }
 
@@ -69,8 +69,8 @@ impl Decoder {
         }
     }
 
-    /// Returns the envelope of the latest request as encoded bytes. The reply must begin with these
-    /// bytes.
+    /// Returns the envelope of the latest request as encoded bytes. The encoded reply must begin
+    /// with the bytes of the envelope.
     pub fn envelope(&self) -> &[u8] {
         &self.envelope
     }
@@ -79,8 +79,8 @@ impl Decoder {
     /// and the event.
     ///
     /// # Errors
-    /// Returns an error if the peer violates the protocol or a limit. The server should then
-    /// disconnect the peer.
+    /// Returns an error if the peer violates the protocol or a limit. The server should disconnect
+    /// such a peer.
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
         if self.handshake != Handshake::Complete {
             let (consumed, event);

@@ -16,7 +16,8 @@ pub enum Event<'i> {
     Send(&'static [u8]),
     /// The handshake is complete.
     Ready,
-    /// A PING command. Answer it with [`push_pong`](crate::codec::push_pong) and the same context.
+    /// A PING command. The server must answer with [`push_pong`](crate::codec::push_pong) and the
+    /// same context.
     Ping {
         /// The context of the PING command, at most 16 bytes.
         context: &'i [u8],

@@ -8,7 +8,7 @@ use crate::limits::MAX_COMMAND_BYTES;
 const MORE: u8 = 1;
 /// The flag for a length of 8 bytes instead of 1.
 const LONG: u8 = 2;
-/// The flag that marks a command. A command is not part of a message.
+/// The flag that distinguishes a command from a frame of a message.
 pub(crate) const COMMAND: u8 = 4;
 
 /// The maximum length of the context of a PING or PONG command, in bytes.
@@ -26,7 +26,8 @@ pub(crate) struct Header {
 
 impl Header {
     /// Reads the header at the beginning of `input`, or returns `None` if the header is incomplete.
-    /// `max` is the maximum length of a message frame, in bytes. Commands have their own limit.
+    /// `max` is the maximum length of a message frame, in bytes. The limit for commands is
+    /// [`MAX_COMMAND_BYTES`].
     pub(crate) fn read(input: &[u8], max: usize) -> Result<Option<Self>, ProtocolError> {
         let Some((&flags, rest)) = input.split_first() else { return Ok(None) };
         if flags > (MORE | LONG | COMMAND) || flags & (MORE | COMMAND) == (MORE | COMMAND) {
@@ -69,8 +70,8 @@ impl<'i> Frame<'i> {
         Ok(header.and_then(|header| Self::split(input, header)))
     }
 
-    /// Returns the frame at the beginning of `input`, or `None` if the frame is incomplete.
-    /// `header` is the header of the frame.
+    /// Returns the frame at the beginning of `input`, whose header has been read already, or `None`
+    /// if the frame is incomplete.
     pub(crate) fn split(input: &'i [u8], header: Header) -> Option<Self> {
         let whole = input.get(..header.bytes + header.length)?;
         Some(Self { body: &whole[header.bytes..], header, whole })

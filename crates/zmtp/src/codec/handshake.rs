@@ -1,15 +1,16 @@
 //! The handshake, which consists of a greeting and a READY command.
 //!
 //! A peer that supports only ZMTP 2.0 (<https://rfc.zeromq.org/spec/15/>), such as `JeroMQ` 0.3,
-//! sends version 1 in the eleventh byte. After that byte, each side sends its socket type in one
-//! byte and its identity in a frame. All later frames have the format of ZMTP 3. Because the rest
-//! of the greeting depends on the peer's version, the server waits for this version before it sends
-//! the rest.
+//! sends version 1 in the eleventh byte of its greeting. After the eleventh byte, each side sends
+//! its socket type in one byte and its identity in a frame. All later frames have the format of
+//! ZMTP 3. The server waits for the version of the peer before it sends the rest of its own
+//! greeting, because that rest depends on the version.
 
 use crate::codec::event::{Event, ProtocolError};
 use crate::codec::frame::{Frame, socket_type};
 
-/// The ZMTP 3.1 greeting for the security mechanism NULL. Both sides send a greeting.
+/// The ZMTP 3.1 greeting for the security mechanism NULL. Both sides of a connection send this
+/// greeting.
 pub const GREETING: [u8; 64] =
     *b"\xff\0\0\0\0\0\0\0\x01\x7f\x03\x01NULL\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
     \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
@@ -21,7 +22,8 @@ const MAJOR_VERSION: &[u8] = GREETING.split_at(VERSION + 1).0.split_at(VERSION).
 /// The bytes of the greeting after the major version.
 const REST: &[u8] = GREETING.split_at(VERSION + 1).1;
 
-/// The socket type REP and an empty identity. A ZMTP 2.0 peer gets these bytes instead of [`REST`].
+/// The socket type REP and an empty identity. The server sends them to a ZMTP 2.0 peer instead of
+/// [`REST`].
 const TYPE_AND_IDENTITY: &[u8] = b"\x04\0\0";
 
 /// The READY command of a REP socket.
