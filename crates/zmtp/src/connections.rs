@@ -18,7 +18,7 @@ use crate::service::Service;
 /// The maximum number of requests in one turn if no other client is waiting.
 const MAX_REQUESTS_IN_A_ROW: usize = 8;
 
-/// The connections of a server.
+/// The connections of a server, and the queue for their turns.
 pub(crate) struct Connections<S> {
     entries: HashMap<usize, Entry<S>>,
     /// The identifiers of the connections that may have work to do, in the order of their turns.
@@ -34,8 +34,8 @@ pub(crate) struct Connections<S> {
 struct Entry<S> {
     connection: Connection<S>,
     activity: Activity,
-    /// The time at which the connection is closed, unless the connection reaches [`Phase::Ready`]
-    /// first.
+    /// The time at which the server closes the connection if its phase is still not
+    /// [`Phase::Ready`].
     deadline: Option<Instant>,
     is_queued: bool,
 }

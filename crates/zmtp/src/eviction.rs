@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn network_with_more_than_half_of_the_places_makes_room_for_others() {
+    fn network_with_more_than_half_of_the_connections_makes_room_for_others() {
         let begin = Instant::now();
         let mut connections = connections(begin, &[(0, Some(3)), (0, Some(2)), (1, Some(4))]);
         connections.extend([Activity::new(ELSEWHERE.into(), begin); 2]);

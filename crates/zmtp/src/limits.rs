@@ -39,16 +39,16 @@ pub const MAX_CONNECTIONS: usize = 1000;
 /// chosen first, and then connections that have been silent for longer. If the chosen connection
 /// has been silent for less than this time, the new client is turned away instead. There is one
 /// exception: if more than half of all connections belong to one network (an IPv4 address or an
-/// IPv6 /64 prefix) and the new client belongs to another network, the server closes one of that
-/// majority. A client that loses its connection can reconnect; `ZeroMQ` sockets do so
-/// automatically.
+/// IPv6 /64 prefix) and the new client belongs to another network, the server closes a connection
+/// of the network with the majority. A client that loses its connection can reconnect; `ZeroMQ`
+/// sockets do so automatically.
 pub const SILENCE: Duration = Duration::from_secs(10);
 
 /// The maximum duration of a handshake, from the moment at which the server accepts the connection.
 /// On a bad network, a handshake can take several seconds.
 pub const HANDSHAKE_TIME: Duration = Duration::from_secs(10);
 
-/// The maximum size of the pending replies to one client, in bytes, excluding the buffers of the
+/// The maximum size of the pending replies to one client, in bytes, not counting the buffers of the
 /// operating system. When this limit is reached, the server stops reading requests from the client
 /// until the client reads replies. No reply is lost.
 pub const MAX_WAITING_REPLY_BYTES: usize = 64 * 1024;

@@ -233,8 +233,8 @@ impl RepServer {
         Ok(())
     }
 
-    /// Deregisters the streams of closed connections, so that new connections can be accepted
-    /// immediately.
+    /// Deregisters and closes the streams of closed connections, so that new connections can be
+    /// accepted immediately.
     fn deregister_closed(&mut self) {
         for mut stream in self.connections.closed.drain(..) {
             // Dropping the stream closes it even if this fails.

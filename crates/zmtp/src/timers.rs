@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_due_while_nobody_waits() {
+    fn no_attempt_is_due_while_no_connection_waits() {
         let start = Instant::now();
         let mut accept = AcceptBackoff::new();
         accept.back_off(start);

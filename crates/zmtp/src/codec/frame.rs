@@ -70,8 +70,8 @@ impl<'i> Frame<'i> {
         Ok(header.and_then(|header| Self::split(input, header)))
     }
 
-    /// Returns the frame at the beginning of `input`, whose header has been read already, or `None`
-    /// if the frame is incomplete.
+    /// Returns the frame with this header at the beginning of `input`, or `None` if the frame is
+    /// incomplete.
     pub(crate) fn split(input: &'i [u8], header: Header) -> Option<Self> {
         let whole = input.get(..header.bytes + header.length)?;
         Some(Self { body: &whole[header.bytes..], header, whole })
