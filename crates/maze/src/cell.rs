@@ -5,16 +5,16 @@ use core::fmt;
 use crate::cell_set::CellSet;
 use crate::heading::Heading;
 
-/// The coordinates of a cell, counted from the south-west corner: x grows to the east, y to the
+/// The coordinates of a cell. The south-west cell is (0, 0); x grows to the east and y to the
 /// north.
 ///
-/// The coordinates may lie outside a maze; use [`MazeSize::contains`] to check them.
+/// The coordinates may be outside the maze; [`MazeSize::contains`] checks them.
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Cell {
-    /// The column, counted from 0 at the west edge.
+    /// The column; column 0 is the westernmost.
     pub x: u8,
-    /// The row, counted from 0 at the south edge.
+    /// The row; row 0 is the southernmost.
     pub y: u8,
 }
 
@@ -24,8 +24,8 @@ impl Cell {
         Self { x, y }
     }
 
-    /// Returns the neighbour towards `heading`, or `None` if a coordinate would be less than 0 or
-    /// greater than 255.
+    /// Returns the neighbour in the direction `heading`, or `None` if a coordinate of the neighbour
+    /// would be less than 0 or greater than 255.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading};
@@ -113,8 +113,8 @@ impl MazeSize {
         cell.x < self.width && cell.y < self.height
     }
 
-    /// Returns the neighbour of `cell` towards `heading`, or `None` if the neighbour is outside the
-    /// maze.
+    /// Returns the neighbour of `cell` in the direction `heading`, or `None` if the neighbour is
+    /// outside the maze.
     pub fn neighbour(self, cell: Cell, heading: Heading) -> Option<Cell> {
         cell.neighbour(heading).filter(|&neighbour| self.contains(neighbour))
     }
@@ -124,8 +124,9 @@ impl MazeSize {
         (0..self.height).flat_map(move |y| (0..self.width).map(move |x| Cell { x, y }))
     }
 
-    /// Returns the default goal in contest rules: the four central cells. If the width or height is
-    /// odd, there is only one central column or row.
+    /// Returns the central cells, which are the default goal in contest rules. A maze of even width
+    /// has two central columns, and a maze of odd width has one. The same applies to the height and
+    /// the central rows.
     pub fn central_cells(self) -> CellSet {
         let middle = |side: u8| (side - 1) / 2..=side / 2;
         middle(self.height).flat_map(|y| middle(self.width).map(move |x| Cell { x, y })).collect()

@@ -38,13 +38,13 @@ impl CellSet {
         Self { rows }
     }
 
-    /// Returns one integer for each row: bit x of integer y stands for the cell (x, y).
+    /// Returns the set as bits: bit x of element y stands for the cell (x, y).
     pub const fn rows(&self) -> &[u32; SIDE] {
         &self.rows
     }
 
-    /// Adds `cell` to the set, and returns true if the set did not contain it before. Cells outside
-    /// the largest maze (32×32 cells) are ignored, and the result is false.
+    /// Adds `cell` to the set, and returns true if the set did not contain it before. If `cell` is
+    /// outside the largest possible maze (32×32 cells), returns false and leaves the set unchanged.
     pub fn insert(&mut self, cell: Cell) -> bool {
         let grows =
             cell.x < MazeSize::MAX_SIDE && cell.y < MazeSize::MAX_SIDE && !self.contains(cell);
@@ -92,7 +92,7 @@ impl CellSet {
 pub struct CellSetIter<'a> {
     rows: &'a [u32; SIDE],
     y: u8,
-    /// The cells of row `y` that have not been returned yet.
+    /// The cells of row `y` that the iterator has not returned yet.
     row: u32,
 }
 

@@ -7,7 +7,8 @@ use core::fmt::{self, Display, Formatter, Write};
 /// that change the text direction are written as Rust escape sequences, so that the text cannot
 /// control a terminal.
 ///
-/// All other characters, including the backslash, are unchanged, so escaping is idempotent.
+/// All other characters, including the backslash, are unchanged, so escaping a text twice gives the
+/// same result as escaping it once.
 ///
 /// ```
 /// use mmsim_maze::Escaped;
@@ -37,7 +38,7 @@ impl Write for Escaping<'_, '_> {
 /// Returns true if [`Escaped`] escapes the character `c`.
 pub fn needs_escape(c: char) -> bool {
     let ends_line = matches!(c, '\u{2028}' | '\u{2029}');
-    // Marks, embeddings, overrides and isolates of the Unicode bidirectional algorithm.
+    // The marks, embeddings, overrides and isolates of the Unicode bidirectional algorithm.
     let turns_text = matches!(
         c,
         '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
@@ -45,8 +46,8 @@ pub fn needs_escape(c: char) -> bool {
     c.is_control() || ends_line || turns_text
 }
 
-/// The first `MAX` bytes of a message, displayed in quotes and with escapes. If the message is
-/// longer than `MAX` bytes, its length is displayed as well.
+/// The first `MAX` bytes of a message, displayed as a quoted ASCII string with escape sequences. If
+/// the message is longer than `MAX` bytes, its length is displayed as well.
 ///
 /// ```
 /// use mmsim_maze::Excerpt;

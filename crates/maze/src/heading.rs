@@ -6,7 +6,7 @@ use core::fmt;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Heading {
-    /// The direction of increasing y, in which every mouse faces at the start.
+    /// The direction of increasing y, and the initial heading of every mouse.
     North,
     /// The direction of increasing x.
     East,
@@ -35,7 +35,7 @@ impl Heading {
         self.turned(Step::Back)
     }
 
-    /// Returns the heading of a mouse after it has taken `step`.
+    /// Returns the heading after `step`.
     // Avoids a branch on the heading, because the turns of a mouse are unpredictable.
     #[must_use]
     pub const fn turned(self, step: Step) -> Self {
@@ -44,7 +44,7 @@ impl Heading {
         CLOCKWISE[((self as u8 + RIGHT_TURNS[step as usize]) % 4) as usize]
     }
 
-    /// Returns the heading with the letter `N`, `E`, `S` or `W`, or `None` for any other character.
+    /// Returns the heading for the letter `N`, `E`, `S` or `W`, or `None` for any other character.
     ///
     /// ```
     /// use mmsim_maze::Heading;
@@ -55,7 +55,7 @@ impl Heading {
         Self::ALL.into_iter().find(|heading| heading.letter() == letter)
     }
 
-    /// Returns the letter `N`, `E`, `S` or `W` for this heading.
+    /// Returns the letter of this heading: `N`, `E`, `S` or `W`.
     pub const fn letter(self) -> char {
         match self {
             Self::North => 'N',
@@ -93,7 +93,8 @@ pub enum Step {
 }
 
 impl Step {
-    /// All steps, in the order in which a strategy prefers equally good steps.
+    /// All steps, in order of preference for a strategy that has to choose between equally good
+    /// steps.
     pub const ALL: [Self; 4] = [Self::Front, Self::Left, Self::Right, Self::Back];
 }
 

@@ -1,4 +1,4 @@
-//! The map that a mouse makes of a maze.
+//! The map that a mouse builds of a maze.
 
 use crate::cell::{Cell, MazeSize};
 use crate::cell_set::CellSet;
@@ -7,12 +7,12 @@ use crate::maze::Maze;
 use crate::pose::Pose;
 use crate::walls::{Sides, Walls, WallsAround};
 
-/// The map that a mouse makes of a maze: the size, the start, the goal cells, the visited cells,
-/// and the state of each wall (present, absent or unknown). The outer walls are known from the
-/// beginning.
+/// The map that a mouse builds of a maze. The map contains the size, the start, the goal cells, the
+/// visited cells, and the state of each wall (present, absent or unknown). The outer walls are
+/// known from the beginning.
 ///
-/// [`walls`](Self::walls) returns unknown walls as open, which suits a search run, or as closed,
-/// which suits a fast run.
+/// [`walls`](Self::walls) treats unknown walls either as absent (for search runs) or as present
+/// (for fast runs).
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Unknown, WallState, WallsAround};
@@ -29,16 +29,16 @@ use crate::walls::{Sides, Walls, WallsAround};
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct KnownMaze {
-    /// The walls that are known to be present, without unknown walls.
+    /// The walls that are known to be present.
     certain: Walls,
-    /// The walls that may be present, including unknown walls.
+    /// The walls that are known to be present, and the unknown walls.
     possible: Walls,
     start: Cell,
     goals: CellSet,
     visited: CellSet,
 }
 
-/// The state of one wall on the map of a mouse.
+/// What a mouse knows about a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WallState {
     /// The wall is known to be present.
@@ -61,12 +61,12 @@ impl WallState {
     }
 }
 
-/// The treatment of unknown walls by a planner.
+/// How a planner treats unknown walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unknown {
-    /// Unknown walls count as absent, which is optimistic and suits a search run.
+    /// Unknown walls count as absent (the optimistic assumption, for search runs).
     Open,
-    /// Unknown walls count as present, which is pessimistic and suits a fast run.
+    /// Unknown walls count as present (the pessimistic assumption, for fast runs).
     Closed,
 }
 
@@ -80,9 +80,9 @@ pub enum Unknown {
 pub struct Contradiction {
     /// The observed cell.
     pub cell: Cell,
-    /// The side of the cell at which the observation contradicts the map.
+    /// The side on which the observation contradicts the map.
     pub heading: Heading,
-    /// True if a wall was observed, false if an opening was observed.
+    /// True if the mouse observed a wall on this side, false if it observed none.
     pub found: bool,
 }
 
@@ -91,8 +91,8 @@ fn wall(present: bool) -> &'static str {
 }
 
 impl KnownMaze {
-    /// Creates the map of an unexplored maze, in which only the outer walls are known. Goal cells
-    /// outside the maze are unreachable.
+    /// Creates the map of an unexplored maze. Only the outer walls are known. `goals` may contain
+    /// cells outside the maze, but a mouse cannot reach them.
     pub fn new(size: MazeSize, start: Cell, goals: CellSet) -> Self {
         let (certain, possible) = (Walls::open(size), Walls::closed(size));
         Self { certain, possible, start, goals, visited: CellSet::EMPTY }
@@ -123,12 +123,12 @@ impl KnownMaze {
         &self.visited
     }
 
-    /// Returns the known state of the wall on the `heading` side of `cell`.
+    /// Returns what the mouse knows about the wall on the `heading` side of `cell`.
     pub fn wall(&self, cell: Cell, heading: Heading) -> WallState {
         WallState::from_bounds(self.certain.has(cell, heading), self.possible.has(cell, heading))
     }
 
-    /// Returns all walls, with unknown walls treated as open or as closed.
+    /// Returns all walls. The argument selects whether unknown walls count as absent or as present.
     pub const fn walls(&self, unknown: Unknown) -> &Walls {
         match unknown {
             Unknown::Open => &self.certain,
@@ -136,11 +136,12 @@ impl KnownMaze {
         }
     }
 
-    /// Records the walls that a mouse observes at `pose`, and marks that cell as visited. A cell
-    /// outside the maze has walls on all sides and is not marked as visited.
+    /// Records the walls that a mouse observes at `pose`, and marks the cell of `pose` as visited.
+    /// Outside the maze, no cell is marked as visited, and the only valid observation is a wall on
+    /// every side.
     ///
     /// # Errors
-    /// Returns an error and leaves the map unchanged if the observation contradicts the map.
+    /// If the observation contradicts the map, returns an error and leaves the map unchanged.
     pub fn observe(&mut self, pose: Pose, around: WallsAround) -> Result<(), Contradiction> {
         let Pose { cell, heading } = pose;
         let all = WallsAround { left: true, front: true, right: true };
@@ -165,9 +166,9 @@ impl KnownMaze {
         Ok(())
     }
 
-    /// Sets the state of the wall on the `heading` side of `cell`, whatever the state was before.
-    /// Outer walls are unchanged. Use this method to load a map, and [`observe`](Self::observe) to
-    /// record observations.
+    /// Sets the state of the wall on the `heading` side of `cell`, even if the map contains a
+    /// different state. Outer walls cannot be changed. Use this method to load a map, and
+    /// [`observe`](Self::observe) to record observations.
     pub fn set_wall(&mut self, cell: Cell, heading: Heading, wall: WallState) {
         self.certain.set(cell, heading, wall == WallState::Present);
         self.possible.set(cell, heading, wall != WallState::Absent);

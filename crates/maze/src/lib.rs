@@ -1,4 +1,4 @@
-//! Micromouse mazes: cells, walls, the true maze, and the map that a mouse makes of it.
+//! Micromouse mazes: cells, walls, the true maze, and the map that a mouse builds of it.
 //!
 //! ```text
 //!        north, y                 posts and walls of a 2×2 maze:
@@ -10,13 +10,14 @@
 //!        south
 //! ```
 //!
-//! Cell (0, 0) is the south-west corner, x grows east, y grows north, and the mouse starts heading
-//! north. A maze has 1×1 to 32×32 cells and need not be square. The size is chosen at run time.
+//! Cell (0, 0) is in the south-west corner; x grows to the east and y to the north. The mouse
+//! starts with heading north. A maze has 1×1 to 32×32 cells and need not be square. The size of a
+//! maze is chosen at run time.
 //!
-//! [`Maze`] is the true maze, which only a simulator has. [`KnownMaze`] is the map of a mouse: each
-//! wall is present, absent or unknown. Both types store each wall once (in [`Walls`]), so two cells
-//! cannot disagree about the wall between them. Everything outside the maze counts as a wall, so
-//! callers need no bounds checks.
+//! [`Maze`] is the true maze, which only a simulator knows. [`KnownMaze`] is the map that a mouse
+//! builds: each wall is known to be present, known to be absent, or unknown. Both types store each
+//! wall once (in [`Walls`]), so two cells cannot disagree about the wall between them. Everything
+//! outside the maze counts as a wall, so callers need no bounds checks.
 //!
 //! ```
 //! use mmsim_maze::{Heading, Maze, Step};
@@ -36,7 +37,7 @@
 //! # Ok::<(), mmsim_maze::ParseMazeError>(())
 //! ```
 //!
-//! The crate is `no_std` and allocates nothing. The crate `mmsim-formats` reads maze files.
+//! The crate is `no_std` and does not allocate. The crate `mmsim-formats` reads maze files.
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), no_std)]
 // Marks the items of optional features on docs.rs.
@@ -64,7 +65,7 @@ pub use picture::TextPicture;
 pub use pose::Pose;
 pub use walls::{Sides, Walls, WallsAround};
 
-/// Includes the README so that its code is tested.
+/// Runs the examples of the README as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

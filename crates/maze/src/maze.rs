@@ -6,8 +6,8 @@ use crate::heading::Heading;
 use crate::pose::Pose;
 use crate::walls::Walls;
 
-/// The true maze: all walls, the start and the goal. Only a simulator has a `Maze`; a mouse has a
-/// [`KnownMaze`](crate::KnownMaze).
+/// The true maze: all walls, the start and the goal. Only a simulator knows the true maze; a mouse
+/// has a [`KnownMaze`](crate::KnownMaze).
 ///
 /// [`Display`](core::fmt::Display) writes a maze as a text picture, which [`str::parse`] can read.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
@@ -22,7 +22,7 @@ pub struct Maze {
 #[error("the {what} at {cell} is outside the maze of {size} cells")]
 #[non_exhaustive]
 pub struct MazeError {
-    /// The word `start` or `goal`.
+    /// Either `start` or `goal`.
     pub what: &'static str,
     /// The cell that is outside the maze.
     pub cell: Cell,
@@ -71,8 +71,8 @@ impl Maze {
     }
 
     /// Returns the inner posts that no wall touches. Each post is identified by the cell to its
-    /// north-east. Contest rules require a wall at every inner post, except at the central post of
-    /// a maze with even sides, so the central post is never returned.
+    /// north-east. Contest rules allow only the central post of a maze to stand without a wall, so
+    /// the central post is never returned.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Maze};

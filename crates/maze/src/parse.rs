@@ -1,4 +1,4 @@
-//! The parser of mazes drawn as text.
+//! A parser for mazes that are drawn as text.
 
 use core::str::FromStr;
 
@@ -24,7 +24,8 @@ pub struct ParseMazeError {
 type Result<T = ()> = core::result::Result<T, ParseMazeError>;
 
 /// Parses the text picture that [`Display`](core::fmt::Display) writes for a maze. Blank lines and
-/// trailing blanks are ignored. The crate `mmsim-formats` reads other drawings and file formats.
+/// trailing whitespace are ignored. The crate `mmsim-formats` reads other drawings and file
+/// formats.
 ///
 /// ```
 /// use mmsim_maze::Maze;
@@ -59,7 +60,7 @@ impl FromStr for Maze {
     }
 }
 
-/// A line of the picture without trailing blanks.
+/// A line of the picture, without trailing whitespace.
 #[derive(Clone, Copy)]
 struct Line<'a> {
     number: usize,
@@ -71,7 +72,7 @@ impl Line<'_> {
         ParseMazeError { line: self.number, column: at + 1, expected }
     }
 
-    /// Returns the index of the choice that the line contains at byte `at`.
+    /// Returns the index of the first choice that matches the line at byte offset `at`.
     fn choice(self, at: usize, choices: &[&str], expected: &'static str) -> Result<usize> {
         let rest = self.text.get(at..).unwrap_or("");
         let found = choices.iter().position(|choice| rest.starts_with(choice));
@@ -83,7 +84,7 @@ impl Line<'_> {
     }
 }
 
-/// The parts of a maze that have been parsed.
+/// The parts of a maze that have been parsed so far.
 struct Parts {
     walls: Walls,
     start: Option<Cell>,
@@ -91,7 +92,8 @@ struct Parts {
 }
 
 impl Parts {
-    /// Reads a row of posts with the walls on the `heading` side of the cells in row `y`.
+    /// Reads a line of posts and the walls between them, which are on the `heading` side of row
+    /// `y`.
     fn read_posts(&mut self, line: Line, y: u8, heading: Heading) -> Result {
         const POST: &str = r#"a post "o""#;
         for x in 0..self.walls.size().width() {
@@ -104,7 +106,7 @@ impl Parts {
         line.expect_end(end + 1, "the end of the line")
     }
 
-    /// Reads the cells in row `y` and the walls between them.
+    /// Reads the line with the cells of row `y` and their east and west walls.
     fn read_cells(&mut self, line: Line, y: u8) -> Result {
         const MARKS: &[&str] = &["   ", " S ", " G ", "SG "];
         self.read_wall(line, 0, Cell::new(0, y), Heading::West)?;
@@ -190,7 +192,7 @@ mod tests {
         let unwalled = MAZE.replacen('|', " ", 1) + "|\n";
         let error = unwalled.parse::<Maze>().unwrap_err();
         assert_eq!((error.line, error.column, error.expected), (2, 1, outer_side));
-        // Blank lines count.
+        // Blank lines count in line numbers.
         let error = ("\n\n".to_string() + "o\n").parse::<Maze>().unwrap_err();
         assert_eq!((error.line, error.column), (3, 1));
         let wide = format!("o{}\n|\n", "---o".repeat(33)).parse::<Maze>().unwrap_err();

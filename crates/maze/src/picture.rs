@@ -10,7 +10,7 @@ use crate::maze::Maze;
 use crate::pose::Pose;
 use crate::walls::Walls;
 
-/// A maze, or the map of a mouse, drawn as text with north at the top.
+/// A text picture of a maze, or of the map of a mouse, with north at the top.
 ///
 /// ```text
 /// o---o---o
@@ -20,9 +20,10 @@ use crate::walls::Walls;
 /// o---o---o
 /// ```
 ///
-/// A cell shows the mouse, a letter, a number, or the marks `S` and `G`, in this order of priority.
-/// Cells are three characters wide, or wider if a number needs more space. [`str::parse`] can read
-/// a picture of a [`Maze`] if the picture contains no numbers, letters or mouse.
+/// A cell shows at most one of the following items, in this order of priority: the mouse, a letter,
+/// a number, or the marks `S` and `G`. Cells are three characters wide, or wider if a number needs
+/// more space. [`str::parse`] can read a picture of a [`Maze`] if the picture contains no numbers,
+/// letters or mouse.
 ///
 /// ```
 /// use mmsim_maze::{Maze, MazeSize, Walls, Cell, CellSet};
@@ -39,9 +40,9 @@ use crate::walls::Walls;
 #[derive(Clone, Copy)]
 #[must_use]
 pub struct TextPicture<'a> {
-    /// The walls that are known to be present, without unknown walls.
+    /// The walls that are known to be present.
     certain: &'a Walls,
-    /// The walls that may be present, including unknown walls.
+    /// The walls that are known to be present, and the unknown walls.
     possible: &'a Walls,
     start: Cell,
     goals: &'a CellSet,
@@ -80,19 +81,19 @@ impl<'a> TextPicture<'a> {
         Self { certain, possible, start, goals, numbers, letters, mouse, compact: false }
     }
 
-    /// Adds numbers to the cells, such as distances in steps.
+    /// Shows the numbers that `numbers` returns, such as distances in steps.
     pub const fn with_numbers(mut self, numbers: &'a dyn Fn(Cell) -> Option<u16>) -> Self {
         self.numbers = Some(numbers);
         self
     }
 
-    /// Adds letters to the cells, such as the directions of a path.
+    /// Shows the letters that `letters` returns, such as the directions of a path.
     pub const fn with_letters(mut self, letters: &'a dyn Fn(Cell) -> Option<char>) -> Self {
         self.letters = Some(letters);
         self
     }
 
-    /// Adds the mouse to the picture.
+    /// Shows the mouse.
     pub const fn with_mouse(mut self, pose: Pose) -> Self {
         self.mouse = Some(pose);
         self
@@ -127,8 +128,8 @@ impl<'a> TextPicture<'a> {
         self.mouse.is_some_and(|pose| pose.cell == cell)
     }
 
-    /// Returns the letter to draw in `cell`, or `None` if the cell has no letter or contains the
-    /// mouse.
+    /// Returns the letter to draw in `cell`. Returns `None` if the cell has no letter or if the
+    /// mouse is in the cell.
     fn letter(&self, cell: Cell) -> Option<char> {
         self.letters.and_then(|letter| letter(cell)).filter(|_| !self.has_mouse(cell))
     }
@@ -142,7 +143,8 @@ impl<'a> TextPicture<'a> {
         }
     }
 
-    /// Writes a row of posts with the walls on the `heading` side of the cells in row `y`.
+    /// Writes a line of posts and the walls between them, which are on the `heading` side of row
+    /// `y`.
     fn write_posts(&self, f: &mut Formatter<'_>, y: u8, heading: Heading, width: usize) -> Result {
         for x in 0..self.size().width() {
             match self.wall(Cell::new(x, y), heading) {
@@ -199,7 +201,7 @@ impl<'a> TextPicture<'a> {
         }
     }
 
-    /// Returns the text to draw in a cell without a letter or number.
+    /// Returns the text to draw in a cell that shows no letter and no number.
     fn mark(&self, cell: Cell) -> &'static str {
         if let Some(pose) = self.mouse.filter(|pose| pose.cell == cell) {
             return match pose.heading {

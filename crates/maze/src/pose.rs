@@ -16,13 +16,13 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Creates the pose of a mouse in `cell` that faces `heading`.
+    /// Creates a pose from a cell and a heading.
     pub const fn new(cell: Cell, heading: Heading) -> Self {
         Self { cell, heading }
     }
 
-    /// Returns the pose after `step`, ignoring walls. Returns `None` if a coordinate would be less
-    /// than 0 or greater than 255.
+    /// Returns the pose after `step`, ignoring walls. Returns `None` if a coordinate of the new
+    /// cell would be less than 0 or greater than 255.
     #[must_use]
     pub fn after(self, step: Step) -> Option<Self> {
         let heading = self.heading.turned(step);

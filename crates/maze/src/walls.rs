@@ -35,9 +35,9 @@ impl Walls {
         Self::from_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE])
     }
 
-    /// Creates walls from bits, in the layout of [`north_rows`](Self::north_rows) and
-    /// [`east_rows`](Self::east_rows). Bits for outer walls and for cells outside the maze are
-    /// ignored.
+    /// Creates walls from bits in the layout that [`north_rows`](Self::north_rows) and
+    /// [`east_rows`](Self::east_rows) return. Bits for outer walls and for cells outside the maze
+    /// are ignored.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -59,14 +59,14 @@ impl Walls {
         self.size
     }
 
-    /// Returns one integer of inner north walls for each row: bit x of integer y stands for the
-    /// wall between (x, y) and (x, y + 1). All other bits are clear.
+    /// Returns the inner north walls as bits: bit x of element y is set if there is a wall between
+    /// (x, y) and (x, y + 1). All other bits are clear.
     pub const fn north_rows(&self) -> &[u32; SIDE] {
         &self.north
     }
 
-    /// Returns one integer of inner east walls for each row: bit x of integer y stands for the wall
-    /// between (x, y) and (x + 1, y). All other bits are clear.
+    /// Returns the inner east walls as bits: bit x of element y is set if there is a wall between
+    /// (x, y) and (x + 1, y). All other bits are clear.
     pub const fn east_rows(&self) -> &[u32; SIDE] {
         &self.east
     }
@@ -78,7 +78,7 @@ impl Walls {
     }
 
     /// Adds the wall on the `heading` side of `cell` if `present` is true, and removes it
-    /// otherwise. Outer walls and walls outside the maze are unchanged.
+    /// otherwise. Outer walls and walls outside the maze cannot be changed.
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
         let is_outer = Sides::outer(self.size, cell).has(heading);
         if !is_outer && self.has(cell, heading) != present {
@@ -98,8 +98,8 @@ impl Walls {
         self.inner_sides(cell).or(Sides::outer(self.size, cell))
     }
 
-    /// Returns the sides of a cell that have an inner wall. The result is unspecified for a cell
-    /// outside the maze.
+    /// Returns the sides of a cell that have an inner wall. The result is unspecified if the cell
+    /// is outside the maze.
     // Avoids branches on walls, because walls are unpredictable.
     pub(crate) fn inner_sides(&self, Cell { x, y }: Cell) -> Sides {
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
@@ -109,8 +109,7 @@ impl Walls {
         Sides(north | east << 1 | south << 2 | west << 3)
     }
 
-    /// Toggles the walls on the given sides of a cell. The cell and its neighbours on those sides
-    /// must be inside the maze.
+    /// Toggles the walls on the given sides of a cell. The given sides must not be outer walls.
     pub(crate) fn toggle(&mut self, Cell { x, y }: Cell, sides: Sides) {
         let bit = |heading| u32::from(sides.has(heading)).wrapping_shl(x.into());
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
@@ -120,8 +119,8 @@ impl Walls {
         self.east[row] ^= bit(Heading::East) | bit(Heading::West) >> 1;
     }
 
-    /// Returns the walls that a mouse in this pose observes. A cell outside the maze has walls on
-    /// all sides.
+    /// Returns the walls that a mouse observes at `pose`. A cell outside the maze has walls on all
+    /// sides.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Pose, Walls, WallsAround};
@@ -133,8 +132,8 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
-    /// Returns the neighbours of `cell` that no wall separates from it, in the order north, east,
-    /// south, west.
+    /// Returns the neighbours of `cell` that are not separated from `cell` by a wall, in the order
+    /// north, east, south, west.
     pub fn open_neighbours(&self, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
         let sides = self.sides(cell);
         Heading::ALL
@@ -144,7 +143,7 @@ impl Walls {
     }
 }
 
-/// A set of sides of a cell, with one bit for each side in the order of [`Heading::ALL`].
+/// A set of sides of a cell. There is one bit for each side, in the order of [`Heading::ALL`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Sides(u8);
 
@@ -174,7 +173,8 @@ impl Sides {
         self.0
     }
 
-    /// Returns the sides of a cell on which a mouse with this heading observes a wall.
+    /// Returns the sides of a cell that have a wall, given the heading of a mouse and the walls
+    /// that it observes. The side behind the mouse is never included.
     // Rotates the bits instead of branching, because the turns of a mouse are unpredictable.
     pub(crate) const fn from_walls_around(heading: Heading, walls: WallsAround) -> Self {
         let WallsAround { left, front, right } = walls;
@@ -183,7 +183,8 @@ impl Sides {
         Self(twice >> (4 - heading as u8) & 0b1111)
     }
 
-    /// Inverts [`from_walls_around`](Self::from_walls_around).
+    /// Returns the walls that a mouse with this heading observes if these sides of its cell have
+    /// walls.
     const fn around(self, heading: Heading) -> WallsAround {
         let clockwise_from_nose = (self.0 << 4 | self.0) >> heading as u8;
         WallsAround {
@@ -211,7 +212,7 @@ impl Sides {
     }
 }
 
-/// The walls that a mouse observes: to its left, in front of it and to its right, but not behind it.
+/// The walls that a mouse observes in its cell. A mouse cannot observe the wall behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WallsAround {
     /// True if there is a wall to the left.

@@ -1,9 +1,9 @@
-//! Listening on a TCP port.
+//! The function [`listen`], which opens a listening TCP socket.
 
 use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
 
-/// An error that [`listen`] returns.
+/// An error from [`listen`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BindError {
@@ -23,8 +23,8 @@ pub enum BindError {
         /// The error from name resolution.
         source: io::Error,
     },
-    /// The operating system refuses to open the port, for example because the address does not
-    /// belong to this machine or the port requires privileges.
+    /// Listening on the port fails for another reason. For example, the address does not belong to
+    /// this machine, or the port requires privileges.
     #[error("cannot listen on port {port} on {host}: {source}")]
     Listen {
         /// The host, as passed to [`listen`].
@@ -36,12 +36,12 @@ pub enum BindError {
     },
 }
 
-/// Listens on a port of this machine; port 0 selects a free port. The host is a host name, an IP
-/// address, or `*` for all IPv4 addresses of this machine.
+/// Opens a listening TCP socket. `host` is a host name, an IP address, or `*` for all IPv4
+/// addresses of this machine. If `port` is 0, the operating system chooses a free port.
 ///
 /// # Errors
 /// Returns an error if the port is in use ([`BindError::InUse`]), if the host name cannot be
-/// resolved ([`BindError::Host`]), or if the operating system refuses for another reason
+/// resolved ([`BindError::Host`]), or if listening fails for another reason
 /// ([`BindError::Listen`]).
 pub fn listen(host: &str, port: u16) -> Result<TcpListener, BindError> {
     let address =
@@ -52,7 +52,7 @@ pub fn listen(host: &str, port: u16) -> Result<TcpListener, BindError> {
     })
 }
 
-/// Resolves the address to listen on. Prefers IPv4, because clients try IPv4 first.
+/// Resolves a host name. Prefers an IPv4 address, because clients try IPv4 first.
 fn resolve(host: &str, port: u16) -> io::Result<SocketAddr> {
     let host = match host {
         "*" => "0.0.0.0",

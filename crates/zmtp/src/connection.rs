@@ -9,25 +9,26 @@ use crate::service::Service;
 /// The maximum number of bytes in one read from a stream.
 const READ_BYTES: usize = 4 * 1024;
 
-/// The maximum number of decoded events that are handled in one turn.
+/// The maximum number of decoded events that one call of [`Connection::turn`] handles.
 const MAX_EVENTS: usize = 64;
 
-/// A connection of a REP socket over a non-blocking stream, including the handshake.
+/// A server connection over a non-blocking stream. The connection performs the handshake and
+/// answers requests.
 ///
-/// The connection reads and writes the stream but never waits for it. Call [`turn`](Self::turn)
-/// after each call of [`set_ready`](Self::set_ready).
+/// A connection never waits for its stream. When the stream becomes readable or writable, call
+/// [`set_ready`](Self::set_ready) and then [`turn`](Self::turn).
 #[derive(Debug)]
 pub struct Connection<S> {
     stream: S,
     decoder: Decoder,
-    /// Received bytes. The first `consumed` bytes have been decoded.
+    /// Received bytes, of which the first `consumed` have been decoded.
     input: Vec<u8>,
     consumed: usize,
     /// Bytes to send.
     output: Vec<u8>,
-    /// True if reading from the stream may succeed.
+    /// True if the stream may have bytes to read.
     is_readable: bool,
-    /// True if writing to the stream may succeed.
+    /// True if the stream may accept more bytes.
     is_writable: bool,
 }
 
@@ -36,13 +37,13 @@ pub struct Connection<S> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Turn {
-    /// True if the connection can do more work without waiting for the stream.
+    /// True if the connection has more work to do, so `turn` should be called again.
     pub has_more: bool,
-    /// True if a request counted as activity, as defined by [`Service::answer`].
+    /// True if [`Service::answer`] counted at least one request as activity.
     pub has_activity: bool,
 }
 
-/// The reason why a connection has ended.
+/// The reason for the end of a connection.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DisconnectReason {
@@ -92,10 +93,11 @@ impl<S: Read + Write> Connection<S> {
         !self.output.is_empty()
     }
 
-    /// Receives bytes, answers at most `max_requests` requests, and sends the replies.
+    /// Takes a turn: receives bytes, answers at most `max_requests` requests, and sends the
+    /// replies.
     ///
     /// # Errors
-    /// Returns an error if the connection has ended. Valid requests received before the end are
+    /// Returns an error if the connection has ended. Valid requests that arrived before the end are
     /// still answered.
     pub fn turn(
         &mut self,
@@ -158,7 +160,7 @@ impl<S: Read + Write> Connection<S> {
         push_last_frame(&mut self.output, reply);
     }
 
-    /// Receives the available bytes. Returns false if the stream has to become readable first.
+    /// Reads available bytes from the stream. Returns false if the stream has no bytes to read.
     fn receive(&mut self) -> Result<bool, DisconnectReason> {
         if !self.is_readable {
             return Ok(false);
@@ -175,7 +177,7 @@ impl<S: Read + Write> Connection<S> {
             Err(error) if error.kind() == ErrorKind::Interrupted => Ok(true),
             Err(error) if error.kind() == ErrorKind::WouldBlock => {
                 self.is_readable = false;
-                // An idle connection keeps no more memory than a usual request needs.
+                // An idle connection needs only a small buffer.
                 self.input.shrink_to(READ_BYTES);
                 Ok(false)
             }
@@ -211,14 +213,14 @@ mod tests {
     use crate::limits::MAX_REQUEST_BYTES;
     use crate::testing::{Echo, Wire};
 
-    /// Returns a connection that will receive a handshake and `incoming`, and the peer's end of its
-    /// stream.
+    /// Returns a new connection and the stream, in which a handshake and `incoming` wait to be
+    /// read.
     fn connect(incoming: &[u8]) -> (Connection<Wire>, Wire) {
         let wire = Wire::new(incoming);
         (Connection::new(wire.clone()), wire)
     }
 
-    /// Gives the connection turns until it has to wait for its stream.
+    /// Calls `turn` until the connection has no more work to do.
     fn run_until_idle(connection: &mut Connection<Wire>) -> Result<(), DisconnectReason> {
         while connection.turn(8, &mut Echo::default())?.has_more {}
         Ok(())
@@ -229,8 +231,8 @@ mod tests {
         wire.sent().strip_prefix(&handshake[..]).unwrap().to_vec()
     }
 
-    /// Returns encoded requests of one byte each. The encoded replies of [`Echo`] have the same
-    /// bytes.
+    /// Returns encoded requests of one byte each. The encoded replies of [`Echo`] are equal to
+    /// these requests.
     fn requests(range: std::ops::Range<u8>) -> Vec<u8> {
         range.flat_map(|n| [1, 0, 0, 1, n]).collect()
     }
@@ -259,7 +261,7 @@ mod tests {
         let turn = connection.turn(8, &mut Echo::default()).unwrap();
         assert_eq!(turn, Turn { has_more: false, has_activity: true });
         assert_eq!(replies(&wire), requests(0..8));
-        // A message without an envelope is ignored, and a turn handles a limited number of messages.
+        // Messages without an envelope get no reply, but count towards the event limit of a turn.
         wire.push(&b"\0\0".repeat(2 * MAX_EVENTS));
         connection.set_ready(true, false);
         let turn = connection.turn(8, &mut Echo::default()).unwrap();
@@ -272,7 +274,7 @@ mod tests {
     #[test]
     fn interrupted_calls_are_repeated_and_other_errors_end_the_connection() {
         let (mut connection, wire) = connect(&requests(0..1));
-        // The first call is a write, and the first call after the second request a read.
+        // The first interrupted call is a write. After the second request, it is a read.
         wire.fail([ErrorKind::Interrupted; 2]);
         run_until_idle(&mut connection).unwrap();
         wire.push(&requests(1..2));

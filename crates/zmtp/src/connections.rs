@@ -1,5 +1,5 @@
-//! All connections of a server, with their turns, deadlines and evictions. The current time is an
-//! argument of each function that needs it.
+//! All connections of a server. This module decides when each connection takes a turn and when it
+//! is closed. Functions that need the current time take it as an argument.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::fmt;
@@ -15,25 +15,27 @@ use crate::eviction::{Activity, choose_evicted};
 use crate::limits::{HANDSHAKE_TIME, OVERSIZED_TIME};
 use crate::service::Service;
 
-/// The maximum number of requests that are answered in one turn if no other client is waiting.
+/// The maximum number of requests in one turn if no other client is waiting.
 const MAX_REQUESTS_IN_A_ROW: usize = 8;
 
-/// The connections of a server over streams of type `S`.
+/// The connections of a server, and the queue for their turns.
 pub(crate) struct Connections<S> {
     entries: HashMap<usize, Entry<S>>,
-    /// The connections that may have work to do, in the order of their turns. Each connection
-    /// occurs at most once.
+    /// The identifiers of the connections that may have work to do, in the order of their turns.
+    /// The queue contains each identifier at most once.
     queue: VecDeque<usize>,
-    /// The deadlines of all connections that have a deadline.
+    /// The deadlines of the connections that have a deadline, and the identifiers of these
+    /// connections.
     deadlines: BTreeSet<(Instant, usize)>,
-    /// The streams of closed connections that the server has not deregistered yet.
+    /// The streams of closed connections. The server has to deregister these streams.
     pub(crate) closed: Vec<S>,
 }
 
 struct Entry<S> {
     connection: Connection<S>,
     activity: Activity,
-    /// The time at which the connection is closed, unless it becomes ready first.
+    /// The time at which the server closes the connection if its phase is still not
+    /// [`Phase::Ready`].
     deadline: Option<Instant>,
     is_queued: bool,
 }
@@ -52,7 +54,7 @@ impl<S: Read + Write> Connections<S> {
         self.entries.len()
     }
 
-    /// Adds a client that has just connected, with an identifier that is not in use.
+    /// Adds the connection of a new client. The identifier must not belong to another connection.
     pub(crate) fn add(&mut self, id: usize, stream: S, address: IpAddr, now: Instant) {
         let deadline = now + HANDSHAKE_TIME;
         let entry = Entry {
@@ -66,7 +68,8 @@ impl<S: Read + Write> Connections<S> {
         self.deadlines.insert((deadline, id));
     }
 
-    /// Records that a stream may be readable or writable, and queues its connection.
+    /// Records that the stream of a connection may be readable or writable, and queues the
+    /// connection.
     pub(crate) fn set_ready(&mut self, id: usize, readable: bool, writable: bool, now: Instant) {
         let Some(entry) = self.entries.get_mut(&id) else { return };
         if writable && entry.connection.has_output() {
@@ -79,7 +82,7 @@ impl<S: Read + Write> Connections<S> {
         }
     }
 
-    /// Returns true if any connection may have work to do now.
+    /// Returns true if at least one connection may have work to do.
     pub(crate) fn is_busy(&self) -> bool {
         !self.queue.is_empty()
     }
@@ -89,14 +92,13 @@ impl<S: Read + Write> Connections<S> {
         self.deadlines.first().map(|&(deadline, _)| deadline)
     }
 
-    /// Returns true if the handshake of any connection is incomplete, or if any client has sent no
-    /// complete request since an oversized frame.
+    /// Returns true if at least one connection is not in [`Phase::Ready`].
     pub(crate) fn has_unready(&self) -> bool {
         self.entries.values().any(|entry| entry.connection.phase() != Phase::Ready)
     }
 
-    /// Gives each queued connection one turn, then closes the connections whose deadline has
-    /// passed.
+    /// Gives one turn to each queued connection, and then closes the connections whose deadlines
+    /// have passed.
     pub(crate) fn serve(&mut self, service: &mut impl Service, now: Instant) {
         for _ in 0..self.queue.len() {
             let Some(id) = self.queue.pop_front() else { break };
@@ -113,8 +115,8 @@ impl<S: Read + Write> Connections<S> {
         }
     }
 
-    /// Closes one connection to make room for a new client from this address, if any connection may
-    /// be evicted. Returns true if there is room.
+    /// Closes a connection to make room for a new client with the address `newcomer`. Returns false
+    /// if no connection may be closed.
     pub(crate) fn make_room(
         &mut self,
         newcomer: Option<IpAddr>,
@@ -125,8 +127,8 @@ impl<S: Read + Write> Connections<S> {
         while self.len() >= count {
             let activities = self.entries.iter().map(|(&id, entry)| (id, &entry.activity));
             let Some(id) = choose_evicted(activities, newcomer, now) else { return false };
-            // Activity in the last turn saves a connection, but only once. Otherwise the clients of
-            // one network could send all the time and keep all other clients waiting.
+            // A connection with activity in its last turn is kept, but only once. Otherwise the
+            // clients of one network could keep all connections by sending requests all the time.
             if previous == Some(id) || !self.give_last_turn(id, service, now) {
                 self.close(id, "replaced by another connection");
             }
@@ -135,16 +137,15 @@ impl<S: Read + Write> Connections<S> {
         true
     }
 
-    /// Sends waiting replies, and drops the connections that fail. Returns true if any replies are
-    /// still waiting.
+    /// Sends pending replies, and drops the connections that fail. Returns true if some replies are
+    /// still pending.
     pub(crate) fn flush(&mut self) -> bool {
         self.queue.clear();
         self.entries.retain(|_, entry| entry.connection.send().is_ok());
         self.entries.values().any(|entry| entry.connection.has_output())
     }
 
-    /// Gives a connection one turn. Returns true if the client has sent a request that counts as
-    /// activity.
+    /// Gives one turn to a connection. Returns true if a request in this turn counted as activity.
     fn give_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
         let Some(entry) = self.entries.get_mut(&id) else { return false };
         let max_requests = if self.queue.is_empty() { MAX_REQUESTS_IN_A_ROW } else { 1 };
@@ -174,8 +175,9 @@ impl<S: Read + Write> Connections<S> {
         turn.has_activity
     }
 
-    /// Gives a last turn to a connection that is about to be closed, because bytes that have just
-    /// arrived may save it. Returns true if the client has sent a request that counts as activity.
+    /// Gives a last turn to a connection that is about to be closed. Bytes that have just arrived
+    /// may be a reason to keep the connection. Returns true if a request in this turn counted as
+    /// activity.
     fn give_last_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
         if let Some(entry) = self.entries.get_mut(&id) {
             entry.connection.set_ready(true, false);
@@ -208,7 +210,7 @@ mod tests {
     const REQUEST: &[u8] = b"\x01\0\0\x01a";
     const MS: Duration = Duration::from_millis(1);
 
-    /// Serves until no connection has work to do.
+    /// Calls [`Connections::serve`] until no connection has work to do.
     fn serve(connections: &mut Connections<Wire>, now: Instant) {
         connections.serve(&mut Echo::default(), now);
         while connections.is_busy() {
@@ -261,7 +263,7 @@ mod tests {
         add(&mut connections, &wire, start);
         serve(&mut connections, start);
         wire.push_handshake();
-        // The system has not reported the stream as readable.
+        // The handshake must be read although `set_ready` has not been called.
         serve(&mut connections, start + HANDSHAKE_TIME);
         assert_eq!((connections.len(), connections.deadline()), (1, None));
     }
@@ -320,7 +322,7 @@ mod tests {
         assert_eq!(make_room(start + SILENCE.saturating_sub(MS)), (false, 2));
         assert_eq!(make_room(start + SILENCE), (true, 1));
         assert!(connections.entries.contains_key(&0), "the active one stays");
-        // A request that has just arrived saves a connection, but `ping` does not.
+        // A connection is kept if a request has just arrived, but not if this request is `ping`.
         active.push(REQUEST);
         assert!(!connections.make_room(Some(HERE), &mut Echo::default(), start + 2 * SILENCE));
         active.push(b"\x01\0\0\x04ping");

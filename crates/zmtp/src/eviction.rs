@@ -1,4 +1,4 @@
-//! The choice of a connection to close when a new client connects to a full server.
+//! The choice of the connection to close when a new client connects to a full server.
 
 use std::collections::HashMap;
 use std::net::{IpAddr, Ipv6Addr};
@@ -6,19 +6,20 @@ use std::time::Instant;
 
 use crate::limits::SILENCE;
 
-/// The latest activity of a client, which decides whether its connection may be closed.
+/// The activity of a client, which decides whether its connection may be closed to make room for
+/// another client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Activity {
     network: IpAddr,
-    /// True if the client has sent a request that counts as activity.
+    /// True if the client has sent at least one request that counts as activity.
     has_requested: bool,
-    /// The time of the client's latest activity, or the time at which the client connected if there
-    /// was none.
+    /// The time of the client's latest activity. The initial value is the time at which the client
+    /// connected.
     last_active: Instant,
 }
 
 impl Activity {
-    /// Creates the activity of a client that connects at the time `now`.
+    /// Creates the activity record of a client that connects at the time `now`.
     pub(crate) fn new(address: IpAddr, now: Instant) -> Self {
         Self { network: network(address), has_requested: false, last_active: now }
     }
@@ -36,8 +37,8 @@ impl Activity {
     }
 }
 
-/// Returns the network of an address: the IPv4 address itself, or the /64 prefix of an IPv6
-/// address, because a /64 belongs to one site.
+/// Returns the network of an address: an IPv4 address itself, or the /64 prefix of an IPv6 address.
+/// All addresses with the same /64 prefix belong to one site.
 fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => Ipv6Addr::from_bits(address.to_bits() >> 64 << 64).into(),
@@ -47,9 +48,10 @@ fn network(address: IpAddr) -> IpAddr {
 
 /// Chooses the connection to close when a new client connects to a full server.
 ///
-/// Connections without a request are chosen first, then the connection that has been silent for
-/// longest. A connection cannot be chosen before it has been silent for [`SILENCE`], unless its
-/// network has more than half of all connections and the new client belongs to another network.
+/// Connections on which no request has counted as activity are chosen first, and then connections
+/// that have been silent for longer. A connection that has been silent for less than [`SILENCE`] is
+/// closed only if its network has more than half of all connections and the new client belongs to
+/// another network.
 pub(crate) fn choose_evicted<'s, T>(
     connections: impl Iterator<Item = (T, &'s Activity)> + Clone,
     newcomer: Option<IpAddr>,
@@ -81,8 +83,8 @@ mod tests {
     const ELSEWHERE: [u8; 4] = [192, 0, 2, 7];
     const SECOND: Duration = Duration::from_secs(1);
 
-    /// Returns connections from [`HERE`], each given by the seconds at which the client connected
-    /// and sent its latest request.
+    /// Returns connections from [`HERE`]. Each element of `times` contains the second at which a
+    /// client connected and the second of its latest request, if any.
     fn connections(begin: Instant, times: &[(u32, Option<u32>)]) -> Vec<Activity> {
         let connection = |&(connected, requested): &(u32, Option<u32>)| {
             let mut activity = Activity::new(HERE.into(), begin + connected * SECOND);
@@ -101,7 +103,7 @@ mod tests {
     #[test]
     fn connection_with_a_request_outranks_one_without() {
         let begin = Instant::now();
-        // One client has been silent since second 1, and two have never sent a request.
+        // One client has been silent since second 1. Two clients have never sent a request.
         let connections = connections(begin, &[(0, Some(1)), (8, None), (7, None)]);
         for second in 0..17 {
             assert_eq!(
@@ -140,14 +142,14 @@ mod tests {
     }
 
     #[test]
-    fn network_with_more_than_half_of_the_places_makes_room_for_others() {
+    fn network_with_more_than_half_of_the_connections_makes_room_for_others() {
         let begin = Instant::now();
         let mut connections = connections(begin, &[(0, Some(3)), (0, Some(2)), (1, Some(4))]);
         connections.extend([Activity::new(ELSEWHERE.into(), begin); 2]);
         assert_eq!(evicted(&connections, ELSEWHERE, begin + 4 * SECOND), Some(1));
         assert_eq!(evicted(&connections, HERE, begin + 4 * SECOND), None);
         assert_eq!(choose_evicted(connections.iter().enumerate(), None, begin + 4 * SECOND), None);
-        // A network may have half of the places.
+        // A network may have half of all connections.
         connections.push(Activity::new([192, 0, 2, 8].into(), begin));
         assert_eq!(evicted(&connections, ELSEWHERE, begin + 4 * SECOND), None);
     }

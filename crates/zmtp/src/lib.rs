@@ -33,41 +33,44 @@
 //! - Every request gets exactly one reply, in order and with the envelope of the request. A request
 //!   with an oversized frame gets one error reply from [`Service::refuse`].
 //! - No input makes the server panic or stop. A client that violates the protocol is disconnected.
-//! - Memory is bounded: there are at most [`MAX_CONNECTIONS`](limits::MAX_CONNECTIONS) connections,
-//!   and each connection uses less than 100 KiB if replies are short. The server stops reading from
-//!   a client that does not read its replies.
+//! - Memory is bounded. There are at most [`MAX_CONNECTIONS`](limits::MAX_CONNECTIONS) connections,
+//!   and each of them uses less than 100 KiB if replies are short. The server stops reading from a
+//!   client that does not read its replies.
 //! - Clients take turns. When the server is full, inactive connections are closed to make room for
-//!   new clients. A single network cannot keep all connections for itself.
-//! - Nothing is lost on a regular stop: the server answers requests that are already on their way.
+//!   new clients. The clients of one network cannot keep the clients of other networks out.
+//! - Before the server stops, it answers requests that clients have already sent, within the time
+//!   limits of [`RepServer::run`].
 //!
 //! # Structure
 //!
 //! - [`codec`] decodes bytes into events and encodes replies, without I/O.
 //! - [`connection`] adds buffers to a non-blocking stream of any kind.
-//! - A private module handles the turns, deadlines and evictions of all connections. The time is an
-//!   argument of the functions in this module, so unit tests need no clock.
+//! - A private module decides when each connection takes a turn and when it is closed. The
+//!   functions of the private module take the current time as an argument, so unit tests need no
+//!   clock.
 //! - [`RepServer`] adds sockets and the clock.
 //!
 //! # Scope
 //!
 //! The crate implements one socket type, REP, and one transport, TCP. The server accepts REQ and
-//! DEALER clients of ZMTP 3.0 and 3.1 (`ZeroMQ` 4), and of ZMTP 2.0. The server has no security
-//! mechanism: neither passwords (PLAIN) nor encryption (CURVE). The server does not initiate
-//! connections or send heartbeats, but it answers PING commands. The server is meant for short
-//! requests; all limits are constants in [`limits`].
+//! DEALER clients that use ZMTP 3.0 or 3.1 (`ZeroMQ` 4), or ZMTP 2.0. The server supports neither
+//! passwords (PLAIN) nor encryption (CURVE). The server does not initiate connections or send
+//! heartbeats, but it answers PING commands. The server is meant for short requests; all limits are
+//! constants in [`limits`].
 //!
 //! # Why not libzmq
 //!
-//! As of libzmq 4.3.4, any remote client can terminate a process that listens with this library. A
-//! client that fills the receive queue with requests, then sends a PING and resets the connection
-//! (about 8 KB in total), triggers an assertion (`stream_engine_base.cpp`, `!_io_error`). An
-//! unlimited queue avoids the assertion, but then memory is not limited either. Users of libzmq
-//! cannot avoid three other faults:
+//! In libzmq 4.3.4, any remote client can terminate a process that uses libzmq to listen. A client
+//! that fills the receive queue with requests, then sends a PING and resets the connection (about 8
+//! KB in total), triggers an assertion failure (`!_io_error` in `stream_engine_base.cpp`). An
+//! unlimited queue avoids the failure, but then memory is unlimited as well. Users of libzmq cannot
+//! avoid three other faults:
 //!
 //! - If a peer sends a request without an empty frame and disconnects, a REP socket loses the reply
 //!   to a well-behaved client.
-//! - A client can take over the routing identity of another client, and then receives its replies.
-//! - Messages of many frames are kept in memory as a whole.
+//! - A client can take over the routing identity of another client, and then receives the replies
+//!   to that client.
+//! - A message is kept in memory as a whole, no matter how many frames it has.
 //!
 //! libzmq is still a good choice for clients, because a client chooses which server to trust.
 #![forbid(unsafe_code)]
@@ -88,7 +91,7 @@ pub use bind::{BindError, listen};
 pub use server::{RepServer, Waker};
 pub use service::Service;
 
-/// Includes the README so that its code is tested.
+/// Runs the examples of the README as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,50 +1,54 @@
-//! The limits for every client. No client can make the server use more memory than these limits
-//! allow.
+//! The limits of the server. No client can make the server use more memory than these limits allow.
 
 use std::time::Duration;
 
 /// The maximum length of a request frame, in bytes. The server skips a longer frame and sends one
-/// error reply. The server disconnects the client unless a request follows within
-/// [`OVERSIZED_TIME`]. If the long frame arrives before an empty delimiter frame, no reply is
-/// possible, and the client is disconnected immediately.
+/// error reply. The server disconnects the client unless the client sends another request within
+/// [`OVERSIZED_TIME`]. If an oversized frame arrives before the empty delimiter frame, no reply is
+/// possible, and the server disconnects the client immediately.
 pub const MAX_REQUEST_BYTES: usize = 64 * 1024;
 
-/// The time after which a client is disconnected if no request follows an oversized frame.
+/// The time after an oversized frame within which the client must send another request.
 pub const OVERSIZED_TIME: Duration = Duration::from_secs(1);
 
-/// The maximum length of the address envelope of a request, in bytes as received. The envelope
-/// contains the frames up to the empty delimiter frame. Proxies add address frames, which the reply
-/// repeats. A REQ socket sends no address frames; a proxy usually adds 7 bytes, and at most 264.
+/// The maximum length of the address envelope of a request, in bytes. The envelope consists of all
+/// frames up to and including the empty delimiter frame, with their headers. A REQ socket sends no
+/// address frames, but a proxy adds an address frame of usually 7 and at most 264 bytes. The reply
+/// repeats the envelope.
 pub const MAX_ENVELOPE_BYTES: usize = 4 * 1024;
 
-/// The maximum length of a ZMTP command, in bytes. A READY command usually has about 40 bytes, and
-/// 300 with the longest identity. A PING command has at most 24 bytes.
+/// The maximum length of a ZMTP command, in bytes. A READY command usually has about 40 bytes; with
+/// the longest identity it has about 300 bytes. A PING command has at most 24 bytes.
 pub const MAX_COMMAND_BYTES: usize = 4 * 1024;
 
-/// The maximum number of bytes that the server keeps of a frame. A [`Service`](crate::Service) gets
-/// a longer frame with zeros in place of the bytes beyond this limit.
+/// The maximum number of bytes that the server stores of a frame. In a longer frame, the server
+/// replaces the bytes beyond this limit with zeros before it passes the frame to the
+/// [`Service`](crate::Service).
 pub const MAX_KEPT_BYTES: usize = 4 * 1024;
 
-/// The maximum number of connections. When this limit is reached, a new client replaces another
-/// connection or is turned away; see [`SILENCE`]. A process can usually open 1,024 files, so 1,000
-/// connections leave room for other files.
+/// The maximum number of connections. When this limit is reached, the server closes another
+/// connection or turns the new client away; see [`SILENCE`]. A process can usually open 1,024
+/// files, so 1,000 connections leave room for other files.
 pub const MAX_CONNECTIONS: usize = 1000;
 
-/// The time of silence after which a connection may be closed to make room for a new client.
+/// How long a connection must be silent before the server may close it to make room for a new
+/// client.
 ///
-/// When the server has reached [`MAX_CONNECTIONS`], a new client replaces a connection without any
-/// request that counts as activity. If there is no such connection, the new client replaces the
-/// connection that has been silent for longest. If the connection to replace has been silent for
-/// less than this time, the new client is turned away. There is one exception: if one network (an
-/// IPv4 address, or a /64 of IPv6) has more than half of all connections, a new client from another
-/// network replaces one of them. `ZeroMQ` sockets reconnect automatically.
+/// When a client connects to a server that already has [`MAX_CONNECTIONS`] connections, the server
+/// chooses a connection to close. Connections on which no request has counted as activity are
+/// chosen first, and then connections that have been silent for longer. If the chosen connection
+/// has been silent for less than this time, the new client is turned away instead. There is one
+/// exception: if more than half of all connections belong to one network (an IPv4 address or an
+/// IPv6 /64 prefix) and the new client belongs to another network, the server closes a connection
+/// of the network with the majority. A client that loses its connection can reconnect; `ZeroMQ`
+/// sockets do so automatically.
 pub const SILENCE: Duration = Duration::from_secs(10);
 
-/// The maximum duration of a handshake, measured from the acceptance of the connection. On a bad
-/// network, a handshake can take several seconds.
+/// The maximum duration of a handshake, from the moment at which the server accepts the connection.
+/// On a bad network, a handshake can take several seconds.
 pub const HANDSHAKE_TIME: Duration = Duration::from_secs(10);
 
-/// The maximum size of the replies that wait for one client, in bytes, not counting the buffers of
-/// the operating system. When this limit is reached, the server reads no further requests from the
-/// client until the client reads replies. No reply is lost.
+/// The maximum size of the pending replies to one client, in bytes, not counting the buffers of the
+/// operating system. When this limit is reached, the server stops reading requests from the client
+/// until the client reads replies. No reply is lost.
 pub const MAX_WAITING_REPLY_BYTES: usize = 64 * 1024;

@@ -1,4 +1,4 @@
-//! The server, which handles a listening socket and all connections on one thread.
+//! The server, which handles its listening socket and all connections on one thread.
 
 use std::io::{self, ErrorKind};
 use std::mem;
@@ -19,18 +19,17 @@ use crate::timers::{AcceptBackoff, Drain};
 const LISTENER: Token = Token(0);
 const WAKER: Token = Token(1);
 
-/// The maximum number of connections that wait to be accepted. The operating system may allow
-/// fewer.
+/// The maximum number of connections that wait to be accepted. The operating system may impose a
+/// lower limit.
 const BACKLOG: i32 = 1024;
 
 /// The maximum number of events that one poll of the sockets returns.
 const MAX_EVENTS: usize = 256;
 
-/// The maximum number of connections accepted before existing connections get their turns.
+/// The maximum number of connections that the server accepts before it serves existing connections.
 const MAX_ACCEPTED_AT_ONCE: usize = 16;
 
-/// The time of silence after which the operating system checks whether a client's machine still
-/// answers.
+/// The idle time of a connection after which the operating system sends TCP keepalive probes.
 const KEEPALIVE: Duration = Duration::from_secs(60);
 
 /// A REP socket that listens on TCP. One thread serves all connections.
@@ -41,7 +40,7 @@ pub struct RepServer {
     listener: mio::net::TcpListener,
     connections: Connections<TcpStream>,
     accept: AcceptBackoff,
-    /// The identifier and token of the next connection.
+    /// The identifier of the next connection, which is also its token.
     next_id: usize,
     waker: Waker,
     has_warned: bool,
@@ -52,15 +51,15 @@ pub struct RepServer {
 pub struct Waker(Arc<mio::Waker>);
 
 impl Waker {
-    /// Makes [`RepServer::run`] check whether it should stop, and call [`Service::after_round`].
-    /// Does nothing if the server has ended.
+    /// Makes [`RepServer::run`] call `is_stopping` and [`Service::after_round`]. Does nothing if
+    /// the server has stopped.
     pub fn wake(&self) {
         let _ = self.0.wake();
     }
 }
 
 impl RepServer {
-    /// Creates a server for the clients that connect to `listener`.
+    /// Creates a server that accepts clients from `listener`.
     ///
     /// # Errors
     /// Returns an error if the operating system has no resources left.
@@ -98,12 +97,13 @@ impl RepServer {
     /// Serves all clients until `is_stopping` returns true. [`Waker::wake`] makes the server call
     /// `is_stopping`.
     ///
-    /// Before it returns, the server answers requests that are already on their way, for at most
-    /// 0.3 s, and sends the last replies, for at most 0.5 s in total.
+    /// A stopping server answers requests that clients have already sent, for at most 0.3 s. `run`
+    /// returns when the last replies have been sent, but at most 0.5 s after `is_stopping` has
+    /// returned true.
     ///
     /// # Errors
-    /// Returns an error if the operating system can no longer report events. No client can cause
-    /// this error.
+    /// Returns an error if the operating system fails to report events. No client can cause this
+    /// error.
     pub fn run(
         &mut self,
         service: &mut impl Service,
@@ -130,15 +130,16 @@ impl RepServer {
         Ok(())
     }
 
-    /// Waits for an event, for the waker or for the next deadline, but no longer than `max`.
-    /// Returns true if there was an event or if a connection has work to do.
+    /// Waits for an event, the waker or the next deadline, but no longer than `max`. Returns true
+    /// if there was an event or if a connection may have work to do.
     fn wait(&mut self, max: Option<Duration>) -> io::Result<bool> {
         let (now, is_busy) = (Instant::now(), self.connections.is_busy());
         let timeout = if is_busy || self.accept.is_due(now) {
             Some(Duration::ZERO)
         } else {
             let next = self.connections.deadline().into_iter().chain(self.accept.deadline()).min();
-            // The operating system counts in milliseconds and could otherwise return too early.
+            // The operating system counts in whole milliseconds, so it could return too early
+            // without the extra millisecond.
             let left =
                 next.map(|time| time.saturating_duration_since(now) + Duration::from_millis(1));
             left.into_iter().chain(max).min()
@@ -154,7 +155,7 @@ impl RepServer {
                 WAKER => {}
                 LISTENER => self.accept.is_pending = true,
                 Token(id) => {
-                    // Errors appear when the stream is read or written.
+                    // The next read or write returns the error, if there is one.
                     let is_closed = event.is_error() || event.is_read_closed();
                     let is_readable = event.is_readable() || is_closed;
                     let is_writable = event.is_writable() || is_closed;
@@ -165,8 +166,8 @@ impl RepServer {
         Ok(!self.events.is_empty() || self.connections.is_busy())
     }
 
-    /// Gives a turn to each client that may have sent something, closes connections whose deadline
-    /// has passed, and accepts new connections.
+    /// Gives one turn to each connection that may have work to do, closes connections whose
+    /// deadlines have passed, and accepts new connections.
     fn serve_round(&mut self, service: &mut impl Service) {
         let now = Instant::now();
         self.connections.serve(service, now);
@@ -201,7 +202,7 @@ impl RepServer {
                     | ErrorKind::NetworkDown
                     | ErrorKind::Interrupted => {}
                     _ => {
-                        // The system has no descriptor or memory for another connection.
+                        // The operating system has no descriptor or memory for another connection.
                         if !mem::replace(&mut self.has_warned, true) {
                             let count = self.connections.len();
                             warn!("cannot accept more than {count} connections: {error}");
@@ -215,15 +216,15 @@ impl RepServer {
             self.deregister_closed();
         }
         if has_turned_away {
-            // Clients that are turned away reconnect immediately, which must not keep the server
-            // busy.
+            // Clients that are turned away reconnect immediately. The delay keeps them from
+            // occupying the server.
             self.accept.back_off(now);
         }
     }
 
     fn add(&mut self, mut stream: TcpStream, address: IpAddr, now: Instant) -> io::Result<()> {
         stream.set_nodelay(true)?;
-        // Detects clients whose machine has disappeared without closing the connection.
+        // Detects clients that have disappeared without closing the connection.
         SockRef::from(&stream).set_tcp_keepalive(&TcpKeepalive::new().with_time(KEEPALIVE))?;
         let (id, interest) = (self.next_id, Interest::READABLE | Interest::WRITABLE);
         self.poll.registry().register(&mut stream, Token(id), interest)?;
@@ -232,7 +233,8 @@ impl RepServer {
         Ok(())
     }
 
-    /// Deregisters the streams of closed connections, which makes room for new connections.
+    /// Deregisters and closes the streams of closed connections, so that new connections can be
+    /// accepted immediately.
     fn deregister_closed(&mut self) {
         for mut stream in self.connections.closed.drain(..) {
             // Dropping the stream closes it even if this fails.
@@ -254,7 +256,7 @@ mod tests {
     use crate::codec::handshake::{GREETING, READY};
     use crate::testing::{Echo, REQ_READY};
 
-    /// Reads until the server closes the connection, or fails after a timeout.
+    /// Reads until the server closes the connection. Panics after a timeout.
     fn read_to_end(mut stream: TcpStream) -> Vec<u8> {
         let mut bytes = Vec::new();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();

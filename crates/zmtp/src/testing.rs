@@ -12,7 +12,7 @@ use crate::service::Service;
 /// The READY command of a REQ socket.
 pub(crate) const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
-/// A non-blocking stream in memory. The test acts as the peer.
+/// An in-memory stream that never blocks. The test acts as the peer.
 #[derive(Clone, Default)]
 pub(crate) struct Wire(Rc<RefCell<Ends>>);
 
@@ -23,12 +23,12 @@ struct Ends {
     /// The number of bytes that can be written before the stream would block.
     capacity: usize,
     is_closed: bool,
-    /// The errors that the next reads and writes return.
+    /// The errors for the next reads and writes, one for each call.
     errors: VecDeque<ErrorKind>,
 }
 
 impl Wire {
-    /// Creates a stream that receives a handshake and then `incoming`.
+    /// Creates a stream in which a handshake and `incoming` wait to be read.
     pub(crate) fn new(incoming: &[u8]) -> Self {
         let wire = Self::silent();
         wire.push_handshake();
@@ -36,7 +36,7 @@ impl Wire {
         wire
     }
 
-    /// Creates a stream without incoming bytes.
+    /// Creates a stream in which no bytes wait to be read.
     pub(crate) fn silent() -> Self {
         let wire = Self::default();
         wire.set_capacity(usize::MAX);
@@ -55,7 +55,7 @@ impl Wire {
         self.0.borrow_mut().is_closed = true;
     }
 
-    /// Makes the next reads and writes fail with these errors.
+    /// Makes the next reads and writes fail with these errors, one for each call.
     pub(crate) fn fail(&self, errors: impl IntoIterator<Item = ErrorKind>) {
         self.0.borrow_mut().errors.extend(errors);
     }
@@ -109,7 +109,7 @@ impl Write for Wire {
     }
 }
 
-/// A service that replies with the request. The request `ping` does not count as activity.
+/// A service whose reply is equal to the request. The request `ping` does not count as activity.
 #[derive(Default)]
 pub(crate) struct Echo {
     /// The number of calls of `after_round`.

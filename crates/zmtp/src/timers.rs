@@ -1,31 +1,30 @@
-//! The timers of the server's main loop. The current time is an argument of each function that
-//! needs it.
+//! The timers of the server's main loop. Functions that need the current time take it as an
+//! argument.
 
 use std::time::{Duration, Instant};
 
-/// The delay before the next attempt to accept a connection if the operating system has no
-/// descriptor or memory left, or if new clients have been turned away.
+/// The delay before the server accepts connections again after it has turned clients away, or after
+/// the operating system has run out of descriptors or memory.
 const RETRY_DELAY: Duration = Duration::from_millis(100);
 
-/// The time without input after which a stopping server ends.
+/// A stopping server stops answering requests after this time without input.
 const QUIET: Duration = Duration::from_millis(20);
 
-/// The time without input after which a stopping server ends while a handshake or a skipped request
-/// is incomplete.
+/// Like [`QUIET`], but for a server with at least one connection that is not ready for requests.
 const QUIET_UNREADY: Duration = Duration::from_millis(100);
 
-/// The maximum time for which a stopping server answers requests.
+/// A stopping server stops answering requests after this time, even if there is input.
 const MAX_DRAIN: Duration = Duration::from_millis(300);
 
-/// The maximum time for sending the last replies, measured from the beginning of the drain.
+/// The maximum time that a server takes to stop, including the time for sending the last replies.
 const LINGER: Duration = Duration::from_millis(500);
 
-/// The schedule for accepting connections, which delays attempts that would fail.
+/// The schedule for attempts to accept a connection. Attempts that would fail are delayed.
 #[derive(Debug)]
 pub(crate) struct AcceptBackoff {
     /// True if a connection may be waiting to be accepted.
     pub(crate) is_pending: bool,
-    /// The time of the next attempt, if attempts are delayed.
+    /// The time of the next attempt, or `None` if the next attempt is not delayed.
     pub(crate) retry_at: Option<Instant>,
 }
 
@@ -44,18 +43,19 @@ impl AcceptBackoff {
         self.is_pending && self.retry_at.is_none_or(|time| time <= now)
     }
 
-    /// Returns the time of the next attempt, or `None` if the attempt is not delayed or no
+    /// Returns the time of the next attempt, or `None` if the next attempt is not delayed or if no
     /// connection is waiting.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.retry_at.filter(|_| self.is_pending)
     }
 }
 
-/// The timer of a stopping server, which first answers requests that are already on their way.
+/// The timer of a stopping server. A stopping server still answers requests that clients have
+/// already sent.
 #[derive(Debug)]
 pub(crate) struct Drain {
     started: Instant,
-    /// The time at which the server last received something.
+    /// The time of the latest input.
     pub(crate) last_input: Instant,
 }
 
@@ -64,14 +64,14 @@ impl Drain {
         Self { started: now, last_input: now }
     }
 
-    /// Returns the time left to wait for further requests, or `None` if the drain is over.
+    /// Returns the time left for answering requests, or `None` if there is none left.
     pub(crate) fn time_left(&self, has_unready: bool, now: Instant) -> Option<Duration> {
         let quiet = if has_unready { QUIET_UNREADY } else { QUIET };
         let end = (self.started + MAX_DRAIN).min(self.last_input + quiet);
         end.checked_duration_since(now).filter(|left| !left.is_zero())
     }
 
-    /// Returns the time left to send the last replies, or `None` if there is none.
+    /// Returns the time left for sending replies, or `None` if there is none left.
     pub(crate) fn linger_left(&self, now: Instant) -> Option<Duration> {
         (self.started + LINGER).checked_duration_since(now).filter(|left| !left.is_zero())
     }
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_due_while_nobody_waits() {
+    fn no_attempt_is_due_while_no_connection_waits() {
         let start = Instant::now();
         let mut accept = AcceptBackoff::new();
         accept.back_off(start);

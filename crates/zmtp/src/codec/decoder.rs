@@ -1,4 +1,4 @@
-//! The decoder, which turns bytes into events.
+//! The decoder, which converts received bytes to events.
 
 use std::borrow::Cow;
 
@@ -9,18 +9,17 @@ use crate::limits::{MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_REQUEST_BYTES};
 
 /// A decoder for the bytes that one peer sends, beginning with the greeting.
 ///
-/// The decoder stores at most one envelope and the first
-/// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) bytes of one frame, no matter how the input is
-/// split.
+/// The input may arrive in chunks of any length. The decoder stores at most one envelope and the
+/// first [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) bytes of one frame.
 #[derive(Debug, Default)]
 pub struct Decoder {
     handshake: Handshake,
     stage: Stage,
     /// The encoded envelope of the current request.
     envelope: Vec<u8>,
-    /// The long frame that is currently being received.
+    /// The long frame that is being received, if any.
     long: Option<LongFrame>,
-    /// True if an oversized frame has arrived since the last complete request.
+    /// True if an oversized frame has arrived, and no complete request has followed yet.
     is_oversized: bool,
 }
 
@@ -35,7 +34,8 @@ pub enum Phase {
     Oversized,
 }
 
-/// A frame of more than [`MAX_KEPT_BYTES`] bytes, of which only the beginning is kept.
+/// A frame of more than [`MAX_KEPT_BYTES`] bytes. The decoder stores only the beginning of such a
+/// frame.
 #[derive(Debug)]
 struct LongFrame {
     header: Header,
@@ -45,17 +45,17 @@ struct LongFrame {
     kept: Vec<u8>,
 }
 
-/// The part of a message that the decoder expects next, after the handshake.
+/// The part of a message that the decoder expects next, once the handshake is complete.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
-    /// The beginning of a message. The decoder still stores the envelope of the previous message.
+    /// The beginning of a message. The envelope of the previous message is still stored.
     #[default]
     Idle,
     /// The next frame of the envelope.
     Envelope,
-    /// A frame of the body, after `frames` complete body frames.
+    /// The next frame of the body. `frames` is the number of body frames so far.
     Body { frames: usize },
-    /// A frame of a message that has been refused.
+    /// The next frame of a refused message, which the decoder skips.
     Refused,
 }
 
@@ -69,8 +69,8 @@ impl Decoder {
         }
     }
 
-    /// Returns the envelope of the request that was decoded last. The reply must begin with the
-    /// bytes of the envelope.
+    /// Returns the envelope of the latest request as encoded bytes. The encoded reply must begin
+    /// with the bytes of the envelope.
     pub fn envelope(&self) -> &[u8] {
         &self.envelope
     }
@@ -79,7 +79,8 @@ impl Decoder {
     /// and the event.
     ///
     /// # Errors
-    /// Returns an error if the peer violates the protocol or a limit and should be disconnected.
+    /// Returns an error if the peer violates the protocol or a limit. The server should disconnect
+    /// such a peer.
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
         if self.handshake != Handshake::Complete {
             let (consumed, event);
@@ -101,13 +102,13 @@ impl Decoder {
             Stage::Idle | Stage::Envelope if frame.header.has_more() => {
                 self.push_envelope(&frame)?
             }
-            // In the envelope, such a message has no body and cannot be answered.
+            // A message that ends within the envelope has no body and cannot be answered.
             _ => self.end_frame(frame.header.has_more(), frame.body.into()),
         };
         Ok((frame.whole.len(), event))
     }
 
-    /// Appends a frame to the envelope, which an empty frame completes.
+    /// Appends a frame to the envelope. An empty frame completes the envelope.
     fn push_envelope(&mut self, frame: &Frame) -> Result<Event<'static>, ProtocolError> {
         if self.stage == Stage::Idle {
             self.envelope.clear();
@@ -139,8 +140,8 @@ impl Decoder {
         Ok(event)
     }
 
-    /// Consumes the next bytes of a long frame, and keeps the first [`MAX_KEPT_BYTES`] of the
-    /// frame.
+    /// Consumes the next bytes of a long frame. Stores only the first [`MAX_KEPT_BYTES`] bytes of
+    /// the frame.
     fn continue_long<'i>(&mut self, mut long: LongFrame, input: &[u8]) -> (usize, Event<'i>) {
         let consumed = input.len().min(long.remaining);
         let kept = consumed.min(MAX_KEPT_BYTES - long.kept.len());
@@ -151,11 +152,11 @@ impl Decoder {
             return (consumed, if consumed == 0 { Event::Incomplete } else { Event::Ignored });
         }
         long.kept.resize(long.header.length, 0);
-        // In the envelope, a long frame is always the last frame of its message.
+        // A long frame within the envelope is always the last frame of its message.
         (consumed, self.end_frame(long.header.has_more(), long.kept.into()))
     }
 
-    /// Handles the end of a frame in a body, or in a message that gets no reply.
+    /// Handles the end of a frame. The frame belongs to a body or to a message that gets no reply.
     fn end_frame<'i>(&mut self, has_more: bool, last: Cow<'i, [u8]>) -> Event<'i> {
         match &mut self.stage {
             Stage::Body { frames } if has_more => *frames = frames.saturating_add(1),
@@ -187,7 +188,7 @@ pub(crate) mod tests {
         [&GREETING[..], REQ].concat()
     }
 
-    /// Decodes `input`, and returns the events and the error (if any) as text.
+    /// Decodes `input`. Returns the events as text, and after them the error, if any.
     pub(crate) fn events(decoder: &mut Decoder, mut input: &[u8]) -> Vec<String> {
         let mut events = Vec::new();
         loop {
@@ -206,8 +207,9 @@ pub(crate) mod tests {
         }
     }
 
-    /// Decodes input that arrives in chunks of the given lengths, which are repeated as needed. A
-    /// long frame counts as one event, no matter how many chunks it spans.
+    /// Decodes input that arrives in chunks. The chunk lengths are taken from `lengths`, repeatedly
+    /// if necessary. Skips the [`Event::Ignored`] events within a long frame, because their number
+    /// depends on the chunks.
     fn events_in_pieces(input: &[u8], lengths: &[usize]) -> Vec<String> {
         let (mut decoder, mut events) = (Decoder::default(), Vec::new());
         let (mut start, mut end) = (0, 0);
@@ -236,7 +238,7 @@ pub(crate) mod tests {
         events
     }
 
-    /// Decodes `input` after a handshake. Returns the events and the decoder.
+    /// Decodes a handshake and then `input`. Returns the events of `input` and the decoder.
     fn after_handshake(input: &[u8]) -> (Vec<String>, Decoder) {
         let mut decoder = Decoder::default();
         assert_eq!(events(&mut decoder, &handshake()).last().unwrap(), "Ready");
@@ -289,8 +291,8 @@ pub(crate) mod tests {
             ProtocolError::EnvelopeTooLong.to_string()
         );
         let long = [&b"\x02\0\0\0\0\0\0\x10\x01"[..], &[7; 4097]].concat();
-        // A long frame ends a message if it is in the envelope, and counts as an ordinary frame in
-        // the body.
+        // A long frame within the envelope ends the message. A long frame within the body is a
+        // normal frame.
         let ignored = [&long[..], b"\x01\0\0\x01x"].concat();
         assert_eq!(
             last_event(&ignored),

@@ -4,39 +4,39 @@ use std::borrow::Cow;
 
 use crate::limits::MAX_ENVELOPE_BYTES;
 
-/// An event decoded from the beginning of the input.
+/// An event that [`Decoder::decode`](crate::codec::Decoder::decode) returns.
 #[derive(Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Event<'i> {
-    /// The input is incomplete: more bytes are needed.
+    /// The decoder needs more input.
     Incomplete,
-    /// The decoded bytes need no answer.
+    /// The decoded bytes require no action.
     Ignored,
-    /// The next bytes of the handshake to send to the peer.
+    /// The server must send these bytes as the next part of the handshake.
     Send(&'static [u8]),
     /// The handshake is complete.
     Ready,
-    /// A PING command, to be answered with [`push_pong`](crate::codec::push_pong) and the same
-    /// context.
+    /// A PING command. The server must answer with [`push_pong`](crate::codec::push_pong) and the
+    /// same context.
     Ping {
         /// The context of the PING command, at most 16 bytes.
         context: &'i [u8],
     },
-    /// A complete request. [`Decoder::envelope`](crate::codec::Decoder::envelope) returns the
-    /// envelope for the reply.
+    /// A complete request. Send the reply with the envelope from
+    /// [`Decoder::envelope`](crate::codec::Decoder::envelope).
     Request {
-        /// The last frame of the body. Zeros replace the bytes after the first
-        /// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES).
+        /// The last frame of the body. In a long frame, all bytes after the first
+        /// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) are replaced with zeros.
         last: Cow<'i, [u8]>,
         /// The number of frames in the body.
         frames: usize,
     },
-    /// A request that contains an oversized frame. Answer the request immediately; the decoder
-    /// skips its remaining bytes.
+    /// A request with an oversized frame. Send an error reply immediately; the decoder skips the
+    /// rest of the request.
     Oversized(ProtocolError),
 }
 
-/// A peer's violation of the ZMTP protocol or of a limit.
+/// A violation of the ZMTP protocol or of a limit by the peer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProtocolError {
@@ -47,7 +47,7 @@ pub enum ProtocolError {
     #[error("expected the security mechanism NULL, found another mechanism")]
     Mechanism,
     /// The greeting is not followed by a valid READY command.
-    #[error("expected the command READY, found other bytes")]
+    #[error("expected a READY command, found other bytes")]
     Ready,
     /// The peer is neither a REQ nor a DEALER socket.
     #[error("expected a REQ or DEALER socket, found another socket type")]
@@ -69,7 +69,7 @@ pub enum ProtocolError {
     /// A command is malformed.
     #[error("expected a well-formed command, found a malformed one")]
     Command,
-    /// The peer has sent the command ERROR.
-    #[error("the peer has sent the command ERROR")]
+    /// The peer has sent an ERROR command.
+    #[error("the peer has sent an ERROR command")]
     Error,
 }

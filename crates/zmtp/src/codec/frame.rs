@@ -4,11 +4,11 @@
 use crate::codec::event::{Event, ProtocolError};
 use crate::limits::MAX_COMMAND_BYTES;
 
-/// The flag of a frame that is followed by another frame of the same message.
+/// The flag that announces another frame of the same message.
 const MORE: u8 = 1;
-/// The flag of a frame whose length is encoded in 8 bytes instead of 1.
+/// The flag for a length of 8 bytes instead of 1.
 const LONG: u8 = 2;
-/// The flag of a frame that is a command and not part of a message.
+/// The flag that distinguishes a command from a frame of a message.
 pub(crate) const COMMAND: u8 = 4;
 
 /// The maximum length of the context of a PING or PONG command, in bytes.
@@ -26,7 +26,8 @@ pub(crate) struct Header {
 
 impl Header {
     /// Reads the header at the beginning of `input`, or returns `None` if the header is incomplete.
-    /// `max` is the maximum length in bytes of a frame that is not a command.
+    /// `max` is the maximum length of a message frame, in bytes. The limit for commands is
+    /// [`MAX_COMMAND_BYTES`].
     pub(crate) fn read(input: &[u8], max: usize) -> Result<Option<Self>, ProtocolError> {
         let Some((&flags, rest)) = input.split_first() else { return Ok(None) };
         if flags > (MORE | LONG | COMMAND) || flags & (MORE | COMMAND) == (MORE | COMMAND) {
@@ -54,7 +55,7 @@ impl Header {
     }
 }
 
-/// A complete frame at the beginning of the input.
+/// A complete frame.
 pub(crate) struct Frame<'i> {
     pub(crate) header: Header,
     pub(crate) whole: &'i [u8],
@@ -62,14 +63,15 @@ pub(crate) struct Frame<'i> {
 }
 
 impl<'i> Frame<'i> {
-    /// Reads the handshake frame at the beginning of `input`, or returns `None` if the frame is
-    /// incomplete.
+    /// Reads a frame of the handshake at the beginning of `input`, or returns `None` if the frame
+    /// is incomplete.
     pub(crate) fn read(input: &'i [u8]) -> Result<Option<Self>, ProtocolError> {
         let header = Header::read(input, MAX_COMMAND_BYTES)?;
         Ok(header.and_then(|header| Self::split(input, header)))
     }
 
-    /// Returns the frame that begins with `header`, or `None` if the frame is incomplete.
+    /// Returns the frame with this header at the beginning of `input`, or `None` if the frame is
+    /// incomplete.
     pub(crate) fn split(input: &'i [u8], header: Header) -> Option<Self> {
         let whole = input.get(..header.bytes + header.length)?;
         Some(Self { body: &whole[header.bytes..], header, whole })
@@ -109,7 +111,7 @@ pub(crate) fn socket_type(mut properties: &[u8]) -> Result<&[u8], ProtocolError>
     socket_type.ok_or(ProtocolError::Ready)
 }
 
-/// Returns the name and the value of the first property, and the remaining bytes.
+/// Returns the name of the first property, its value, and the bytes after the property.
 fn split_property(bytes: &[u8]) -> Option<(&[u8], &[u8], &[u8])> {
     let (&length, rest) = bytes.split_first()?;
     let (name, rest) = rest.split_at_checked(length.into())?;
@@ -125,7 +127,7 @@ pub(crate) fn decode_command(body: &[u8]) -> Result<Event<'_>, ProtocolError> {
     match name {
         b"" => Err(ProtocolError::Command),
         b"ERROR" => Err(ProtocolError::Error),
-        // The data is a time to live of two bytes, then the context.
+        // The data consists of a time to live (two bytes) and the context.
         b"PING" => {
             let context = rest.get(2..).ok_or(ProtocolError::Command)?;
             Ok(Event::Ping { context: &context[..context.len().min(MAX_CONTEXT_BYTES)] })

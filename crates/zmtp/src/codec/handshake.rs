@@ -1,26 +1,29 @@
 //! The handshake, which consists of a greeting and a READY command.
 //!
 //! A peer that supports only ZMTP 2.0 (<https://rfc.zeromq.org/spec/15/>), such as `JeroMQ` 0.3,
-//! sends version 1 in the eleventh byte. After that byte, each side sends its socket type in one
-//! byte and its identity in a frame. All later frames have the format of ZMTP 3. The server
-//! therefore waits for the version of the peer before it sends the rest of its greeting.
+//! sends version 1 in the eleventh byte of its greeting. After the eleventh byte, each side sends
+//! its socket type in one byte and its identity in a frame. All later frames have the format of
+//! ZMTP 3. The server waits for the version of the peer before it sends the rest of its own
+//! greeting, because that rest depends on the version.
 
 use crate::codec::event::{Event, ProtocolError};
 use crate::codec::frame::{Frame, socket_type};
 
-/// The greeting of ZMTP 3.1 without authentication, which each side sends.
+/// The ZMTP 3.1 greeting for the security mechanism NULL. Both sides of a connection send this
+/// greeting.
 pub const GREETING: [u8; 64] =
     *b"\xff\0\0\0\0\0\0\0\x01\x7f\x03\x01NULL\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
     \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
 
-/// The first bytes of the greeting, before the version.
+/// The bytes of the greeting before the version.
 pub const SIGNATURE: &[u8] = GREETING.split_at(VERSION).0;
-/// The byte of the greeting that contains the major version.
+/// The major version in the greeting (one byte).
 const MAJOR_VERSION: &[u8] = GREETING.split_at(VERSION + 1).0.split_at(VERSION).1;
 /// The bytes of the greeting after the major version.
 const REST: &[u8] = GREETING.split_at(VERSION + 1).1;
 
-/// The socket type REP and an empty identity, which replace [`REST`] in ZMTP 2.0.
+/// The socket type REP and an empty identity. The server sends them to a ZMTP 2.0 peer instead of
+/// [`REST`].
 const TYPE_AND_IDENTITY: &[u8] = b"\x04\0\0";
 
 /// The READY command of a REP socket.
@@ -31,7 +34,7 @@ const VERSION: usize = 10;
 /// The position of the mechanism in [`REST`].
 const MECHANISM: std::ops::Range<usize> = 1..21;
 
-/// The part of the handshake that the peer sends next.
+/// The state of the handshake: the part that the peer sends next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Handshake {
     #[default]
@@ -39,21 +42,21 @@ pub(crate) enum Handshake {
     Version,
     /// The bytes of the greeting after the major version.
     Greeting,
-    /// The command READY.
+    /// The READY command.
     Ready,
     /// The socket type of a ZMTP 2.0 peer.
     SocketType,
     /// The identity of a ZMTP 2.0 peer.
     Identity,
-    /// No further part, because the handshake is complete.
+    /// Nothing: the handshake is complete.
     Complete,
 }
 
-/// The number of bytes consumed, the next part of the handshake, and the event.
+/// The number of bytes consumed, the next state of the handshake, and the event.
 type Next<'i> = (usize, Handshake, Event<'i>);
 
 impl Handshake {
-    /// Decodes this part of the handshake from the beginning of `input`.
+    /// Decodes the next part of the handshake from the beginning of `input`.
     pub(crate) fn decode<'i>(self, input: &[u8]) -> Result<Next<'i>, ProtocolError> {
         let incomplete = Ok((0, self, Event::Incomplete));
         match self {
@@ -144,7 +147,7 @@ mod tests {
         let mut later = GREETING;
         (later[VERSION], later[VERSION + 1]) = (4, 7);
         assert_eq!(events(&mut Decoder::default(), &later).len(), 3);
-        // The flag for the server and the reserved bytes have no meaning without a mechanism.
+        // Without a mechanism, the as-server flag and the reserved bytes have no meaning.
         (later[VERSION - 2], later[32]) = (7, 1);
         assert_eq!(events(&mut Decoder::default(), &later).len(), 3);
         later[VERSION] = 0;
