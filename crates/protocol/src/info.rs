@@ -27,7 +27,7 @@ pub struct Info {
     pub height: u8,
     /// The coordinates x and y of the start cell.
     pub start: [u8; 2],
-    /// The letter of the heading at the start, which is always `N`.
+    /// The letter of the heading at the start. Simulators always send `N`.
     pub heading: char,
     /// The coordinates x and y of each goal cell.
     pub goals: Vec<[u8; 2]>,

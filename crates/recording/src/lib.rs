@@ -1,4 +1,4 @@
-//! Stores every state that a micromouse's search client reports, in memory and in files.
+//! Stores the states of a micromouse's search in memory and in files.
 //!
 //! A recording is an [MCAP](https://mcap.dev) file with the states of one simulation, from reset to
 //! reset. No state is lost if the process crashes. Other tools can open recordings, and

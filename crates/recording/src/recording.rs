@@ -111,7 +111,7 @@ impl Recording {
         self.size
     }
 
-    /// Returns the true maze, or `None` for the recording of a client.
+    /// Returns the true maze, or `None` if the recording was made by a client.
     pub const fn maze(&self) -> Option<&Maze> {
         self.maze.as_ref()
     }
