@@ -52,7 +52,7 @@ impl Info {
         }
     }
 
-    /// Returns the size of the maze, or `None` if it is not a valid [`MazeSize`].
+    /// Returns the size of the maze, or `None` if the width or the height is invalid.
     pub fn size(&self) -> Option<MazeSize> {
         MazeSize::new(self.width.into(), self.height.into()).ok()
     }

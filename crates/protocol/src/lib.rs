@@ -10,8 +10,7 @@
 //! | state | `S` x y heading order weights order walls | `ok`; the state is stored |
 //! | info (this project's server only) | `info` | JSON: the maze's name, size, start and goals |
 //!
-//! The reply to any other request begins with `error:` and says what was expected and what was
-//! found.
+//! If the simulator cannot serve a request, the reply begins with `error:` and gives the reason.
 //!
 //! Decoding never panics: any bytes result in a value or an error. The crate allocates no memory:
 //! `decode` borrows from the caller's bytes, and `encode` writes into the caller's buffer.

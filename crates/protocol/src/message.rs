@@ -8,8 +8,8 @@ use crate::matrix::{Matrix, Order};
 
 /// A state message (`S`) whose fields are decoded on demand.
 ///
-/// Creating a `StateMessage` is cheaper than decoding a [`State`](crate::State), because it checks
-/// only the letter and the length. Each method checks only the field that it reads.
+/// Creating a `StateMessage` is cheaper than decoding a [`State`](crate::State), because only the
+/// letter and the length are checked. Each method checks only the field that it reads.
 ///
 /// ```
 /// use mmsim_protocol::{Cell, Heading, MazeSize, StateMessage};

@@ -29,7 +29,7 @@ pub enum Request<'a> {
 }
 
 impl<'a> Request<'a> {
-    /// Decodes a request. The `size` is that of the simulator's maze.
+    /// Decodes a request. `size` is the size of the simulator's maze.
     ///
     /// # Errors
     /// The bytes are not a request, or a cell is outside the maze.

@@ -63,7 +63,7 @@ impl<'a> State<'a> {
     /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
     ///
     /// # Errors
-    /// The buffer is shorter than [`state_bytes`].
+    /// The buffer is shorter than the state.
     pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
         let size = self.weights.size;
         let message = front_of(buffer, state_bytes(size))?;
@@ -106,7 +106,7 @@ impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
     /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
     ///
     /// # Errors
-    /// The buffer is shorter than [`state_bytes`].
+    /// The buffer is shorter than the state.
     pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
         let Self { pose, map, weight, order } = self;
         let size = map.size();

@@ -10,7 +10,7 @@ use crate::motion_count::MotionCount;
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// The states. Their bytes are compressed if `packed` is true.
+    /// The states, with compressed bytes if `packed` is true.
     pub(crate) states: States,
     pub(crate) packed: bool,
 }

@@ -60,7 +60,7 @@ pub enum ReadError {
 #[derive(Debug, thiserror::Error)]
 #[error("cannot record in {}: {source}", path.display())]
 pub struct RecordError {
-    /// The file or folder.
+    /// The recording or its folder.
     pub path: PathBuf,
     /// The error of the operating system, or an error that describes how another program changed
     /// the file.

@@ -20,8 +20,8 @@ const LEVEL: i32 = 1;
 ///
 /// The newest states are stored uncompressed. When 256 states are uncompressed, the next push
 /// compresses them into a block. Consecutive states of a real search differ little, so a compressed
-/// state takes only about 10 bytes. Appending never moves older states. Any state can be read in
-/// microseconds.
+/// state takes only about 10 bytes. Appending a state never moves older blocks. Any state can be
+/// read in microseconds.
 ///
 /// ```
 /// use mmsim_maze::MazeSize;
@@ -46,7 +46,7 @@ pub struct History {
     /// The motion from the first state of the history to the first state of each block.
     motions: Vec<MotionCount>,
     newest: Newest,
-    /// The value of `newest` before the last `push`, which `undo_push` restores.
+    /// The value of `newest` before the last `push`. `undo_push` restores this value.
     previous: Newest,
 }
 
@@ -198,8 +198,8 @@ impl History {
         Some(Block { states: States { first, motion, size: self.size, bytes: copy }, packed })
     }
 
-    /// Returns a reader that is efficient for many states. If they are read in order, each block is
-    /// decompressed only once.
+    /// Returns a reader that is efficient for many states. If states are read in order, each block
+    /// is decompressed only once.
     pub const fn reader(&self) -> HistoryReader<'_> {
         HistoryReader { history: self, block: None }
     }

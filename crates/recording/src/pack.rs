@@ -1,7 +1,7 @@
 //! Compresses closed recordings. Long recordings shrink to less than a tenth of their size.
 //!
-//! The compressed file is first written next to the recording, and replaces the recording only when
-//! it is complete. Therefore no state is lost, even if the process is killed.
+//! The compressed file is first written next to the recording, and replaces the recording once the
+//! compressed file is complete. Therefore no state is lost, even if the process is killed.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, FileTimes};
@@ -65,10 +65,10 @@ const WORKING_BYTES: usize = 8 << 20;
 /// The maximum number of queued recordings. Further recordings stay uncompressed.
 const MAX_QUEUED: usize = 1000;
 
-/// The time that shutdown waits for the queue to become empty.
+/// The maximum time that shutdown waits for the queue to become empty.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The time that shutdown waits for the current compression to be cancelled.
+/// The maximum time that shutdown waits for the current compression to be cancelled.
 const CANCEL_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// The nice value of the background thread.

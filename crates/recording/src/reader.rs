@@ -23,10 +23,10 @@ const MAX_CHUNK_BYTES: usize = 16 << 20;
 /// raises this limit for long files.
 const MAX_UNPACKED_BYTES: u64 = 2 << 30;
 
-/// Each byte of a file raises the limit `MAX_UNPACKED_BYTES` by this number of bytes.
+/// The number of bytes by which each byte of a file raises the limit `MAX_UNPACKED_BYTES`.
 ///
-/// Without a limit, a small file could contain an unlimited number of states. Real recordings are
-/// compressed by a factor of at most about 400.
+/// Without a limit, a small file could decompress to an unlimited number of states. Real recordings
+/// are compressed by a factor of at most about 400.
 pub(crate) const MAX_COMPRESSION_RATIO: u64 = 1000;
 
 /// The maximum length of a description in bytes. Descriptions stay in memory; the description of

@@ -4,8 +4,8 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// The device and inode of a file, which distinguish it from another file with the same name. Both
-/// numbers are 0 on systems without inodes.
+/// The device and the inode of a file. They distinguish the file from another file with the same
+/// name. Both numbers are 0 on systems without inodes.
 pub(crate) type Identity = (u64, u64);
 
 #[cfg(unix)]
@@ -43,7 +43,7 @@ impl RecordingFile {
     /// Creates a new file.
     ///
     /// On Unix, the file is opened for appending. If another program has changed the length of the
-    /// file, records are still written at its end, and the unexpected length reveals the change.
+    /// file, records are still written at the end, and the unexpected length reveals the change.
     /// Windows cannot truncate a file that is open for appending.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let mut options = File::options();

@@ -24,7 +24,8 @@ pub struct Times {
     count: usize,
     /// The time of the newest state in ticks since 1970.
     newest: u64,
-    /// The values of `newest` and `gaps.len()` before the last `push`, which `undo_push` restores.
+    /// The values of `newest` and `gaps.len()` before the last `push`. `undo_push` restores these
+    /// values.
     previous: (u64, usize),
     /// Full chunks of older gaps. Clones of the list share these chunks.
     chunks: Vec<Arc<Vec<u8>>>,
@@ -115,7 +116,7 @@ impl Times {
 }
 
 /// A clock that returns nanoseconds since 1970 (UTC) and never goes back, even if the system clock
-/// is set.
+/// is set back.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     started: Instant,
