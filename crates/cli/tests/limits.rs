@@ -38,7 +38,7 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
         let refusal = refusal.unwrap_or_else(|| panic!("{acknowledged} states fit"));
         let expected = "error: cannot store another state: out of memory after ";
         assert!(refusal.starts_with(expected), "{refusal}");
-        assert!(refusal.ends_with(" states (reset)"), "{refusal}");
+        assert!(refusal.ends_with(" states (reset to free memory)"), "{refusal}");
         assert!(acknowledged > 16 * MIB / 518, "{acknowledged} states");
         let socket = connect_to(&server.address, zmq::REQ);
         for number in 0..1000 {

@@ -265,7 +265,7 @@ fn a_lost_folder_refuses_states_until_reset() {
         let reply = String::from_utf8(ask(&socket, &state(1))).unwrap();
         assert!(reply.starts_with("error: cannot record in r"), "{reply}");
         assert!(
-            reply.ends_with(": the file was removed or replaced (reset starts a new one)"),
+            reply.ends_with(": the file was removed or replaced (reset starts a new recording)"),
             "{reply}"
         );
         assert_eq!(ask(&socket, b"W\0\0N").len(), 3);
@@ -303,7 +303,7 @@ fn a_recording_changed_by_another_program_refuses_states_until_reset() {
             let reply = String::from_utf8(ask(&socket, &state(20))).unwrap();
             assert!(reply.starts_with("error: cannot record in r/"), "round {round}: {reply}");
             assert!(reply.contains(": another program changed the file: expected "), "{reply}");
-            assert!(reply.ends_with(" (reset starts a new one)"), "{reply}");
+            assert!(reply.ends_with(" (reset starts a new recording)"), "{reply}");
             assert!(ask(&socket, b"info").windows(11).any(|bytes| bytes == b"\"states\":20"));
         }
         assert_eq!(ask(&socket, b"reset"), b"ok");

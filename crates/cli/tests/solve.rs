@@ -81,7 +81,7 @@ fn an_unreached_goal_sets_exit_code_1() {
     assert!(ended.stdout.contains("goal not reached after 9 steps"), "{ended:?}");
     let ended = solve(&["--size", "32x32"]);
     assert_eq!(ended.code, Some(1));
-    assert!(ended.stderr.contains("refused S: expected S of 518 bytes"), "{ended:?}");
+    assert!(ended.stderr.contains("refused S: expected a state of 518 bytes"), "{ended:?}");
     assert!(ended.stderr.contains("use --goal server"), "{ended:?}");
 }
 

@@ -287,7 +287,8 @@ o---o---o---o
         };
         assert_eq!(
             error_for(3, 4).to_string(),
-            "the simulator refused S: expected S of 24 bytes for a maze of 3x3 cells, found 30 bytes"
+            "the simulator refused S: expected a state of 24 bytes for a maze of 3x3 cells, \
+             found 30 bytes"
         );
         assert_eq!(
             error_for(3, 1).to_string(),

@@ -1,4 +1,4 @@
-//! Converts a state to the map that the client knows.
+//! Converts a state to a map of the walls that the client knows.
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, WallState};
 
@@ -6,7 +6,7 @@ use crate::matrix::CellWalls;
 use crate::state::State;
 
 impl State<'_> {
-    /// Returns the maze as the client knows it.
+    /// Returns the map of the maze as the client knows it.
     ///
     /// A wall is present if the flags of either adjacent cell report it. A wall that no
     /// flag reports is absent if either adjacent cell has been visited, and unknown otherwise.
@@ -39,7 +39,8 @@ impl State<'_> {
     }
 }
 
-/// Returns the state of the wall between `here` and its neighbour `there` in this direction.
+/// Returns the state of the wall between two adjacent cells. The cell `there` is in the direction
+/// `heading` from the cell `here`.
 const fn between(here: CellWalls, there: CellWalls, heading: Heading) -> WallState {
     if here.wall(heading) || there.wall(heading.back()) {
         WallState::Present
@@ -97,7 +98,8 @@ mod tests {
     }
 
     proptest! {
-        /// The maps are equal only if the mouse knows all four walls of each visited cell.
+        /// A state cannot represent an unknown wall of a visited cell, so the mouse knows all four
+        /// walls of each cell that it visits.
         #[test]
         fn a_map_survives_a_round_trip(
             (width, height) in (1usize..=32, 1usize..=32),

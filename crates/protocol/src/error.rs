@@ -19,7 +19,7 @@ pub enum RequestError {
     },
     /// The state has the wrong length for the maze.
     #[error(
-        "expected S of {} bytes for a maze of {size} cells, found {found} bytes",
+        "expected a state of {} bytes for a maze of {size} cells, found {found} bytes",
         state_bytes(*size)
     )]
     StateLength {

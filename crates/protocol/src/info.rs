@@ -27,7 +27,7 @@ pub struct Info {
     pub height: u8,
     /// The coordinates x and y of the start cell.
     pub start: [u8; 2],
-    /// The letter of the heading at the start, which is always `N`.
+    /// The letter of the heading at the start. Simulators always send `N`.
     pub heading: char,
     /// The coordinates x and y of each goal cell.
     pub goals: Vec<[u8; 2]>,
@@ -52,7 +52,7 @@ impl Info {
         }
     }
 
-    /// Returns the size of the maze, or `None` if it is not a valid [`MazeSize`].
+    /// Returns the size of the maze, or `None` if the width or the height is invalid.
     pub fn size(&self) -> Option<MazeSize> {
         MazeSize::new(self.width.into(), self.height.into()).ok()
     }

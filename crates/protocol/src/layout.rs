@@ -5,10 +5,10 @@ use core::ops::Range;
 
 use mmsim_maze::MazeSize;
 
-/// The length in bytes of the longest state, which is a state of a 32×32 maze.
+/// The length in bytes of a state for a 32×32 maze, which is the longest state.
 pub const MAX_STATE_BYTES: usize = state_bytes(MazeSize::HALF_SIZE);
 
-/// Returns the length of a state in bytes for a maze of this size: 518 for 16×16 cells.
+/// Returns the length in bytes of a state for a maze of this size, such as 518 for 16×16 cells.
 pub const fn state_bytes(size: MazeSize) -> usize {
     walls(size.area()).end
 }

@@ -10,12 +10,12 @@
 //! | state | `S` x y heading order weights order walls | `ok`; the state is stored |
 //! | info (this project's server only) | `info` | JSON: the maze's name, size, start and goals |
 //!
-//! The reply to any other request begins with `error:` and says what was expected and found.
+//! If the simulator cannot serve a request, the reply begins with `error:` and gives the reason.
 //!
-//! Decoding never panics and returns a value or an error for any bytes. The crate allocates no
-//! memory: `decode` borrows from the caller's bytes, and `encode` writes into the caller's buffer.
-//! [`StateMessage`] reads single fields of a state. The crate is `no_std`, so it also runs in a
-//! mouse's firmware. The crate works with any ZeroMQ library.
+//! Decoding never panics: any bytes result in a value or an error. The crate allocates no memory:
+//! `decode` borrows from the caller's bytes, and `encode` writes into the caller's buffer.
+//! [`StateMessage`] decodes only the fields of a state that are needed. The crate is `no_std`, so
+//! it also runs in a mouse's firmware. The crate works with any ZeroMQ library.
 //!
 //! # A complete client
 //!

@@ -1,4 +1,4 @@
-//! Reads single fields from the bytes of a state.
+//! Decodes only those fields of a state that are needed.
 
 use mmsim_maze::{Cell, Heading, MazeSize, Pose};
 
@@ -6,10 +6,10 @@ use crate::error::RequestError;
 use crate::layout::{self, state_bytes};
 use crate::matrix::{Matrix, Order};
 
-/// A message `S` whose fields are decoded on demand.
+/// A state message (`S`) whose fields are decoded on demand.
 ///
-/// Creating a `StateMessage` is cheaper than decoding a [`State`](crate::State), because it checks
-/// only the letter and the length. Each method checks only the field that it reads.
+/// Creating a `StateMessage` is cheaper than decoding a [`State`](crate::State), because only the
+/// letter and the length are checked. Each method checks only the field that it reads.
 ///
 /// ```
 /// use mmsim_protocol::{Cell, Heading, MazeSize, StateMessage};
@@ -25,7 +25,7 @@ pub struct StateMessage<'a> {
 }
 
 impl<'a> StateMessage<'a> {
-    /// Creates a view of a message to a simulator whose maze has this size.
+    /// Creates a view of a state message for a maze of this size.
     ///
     /// # Errors
     /// The message does not begin with `S`, or its length does not fit the size of the maze.

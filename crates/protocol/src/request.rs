@@ -29,7 +29,7 @@ pub enum Request<'a> {
 }
 
 impl<'a> Request<'a> {
-    /// Decodes a request to a simulator whose maze has this size.
+    /// Decodes a request. `size` is the size of the simulator's maze.
     ///
     /// # Errors
     /// The bytes are not a request, or a cell is outside the maze.
@@ -57,8 +57,8 @@ impl<'a> Request<'a> {
     /// Writes the request to the start of `buffer` and returns the length of the request in bytes.
     ///
     /// # Errors
-    /// The buffer is too small. [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) bytes are always
-    /// enough.
+    /// The buffer is shorter than the request. A buffer of
+    /// [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) bytes is long enough for any request.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, Heading, Pose, Request};
@@ -124,7 +124,7 @@ mod tests {
         insta::assert_snapshot!(error(b"W\x00\x00\xff"), @r#"expected N, E, S or W as the heading, found "\xff""#);
         insta::assert_snapshot!(error(b"W\x10\x00N"), @"expected a cell in a maze of 16x16 cells, found (16, 0)");
         insta::assert_snapshot!(error(b"W\x00\xffN"), @"expected a cell in a maze of 16x16 cells, found (0, 255)");
-        insta::assert_snapshot!(error(b"S"), @"expected S of 518 bytes for a maze of 16x16 cells, found 1 bytes");
+        insta::assert_snapshot!(error(b"S"), @"expected a state of 518 bytes for a maze of 16x16 cells, found 1 bytes");
         insta::assert_snapshot!(RequestError::Frames { found: 2 }, @"expected one frame, found 2");
     }
 

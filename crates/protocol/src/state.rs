@@ -35,8 +35,7 @@ impl<'a> State<'a> {
     }
 
     /// Returns the weights, one number for each cell. The client chooses the meaning of the
-    /// weights, such as distances in steps or numbers of visits. The weight 255 stands for 255 or
-    /// more.
+    /// weights, such as distances in steps or visit counts. The weight 255 means 255 or more.
     pub const fn weights(&self) -> Matrix<'a> {
         self.weights
     }
@@ -51,7 +50,7 @@ impl<'a> State<'a> {
         self.walls.at(cell).map(CellWalls)
     }
 
-    /// Decodes a message `S` to a simulator whose maze has this size.
+    /// Decodes a state message (`S`) for a maze of this size.
     ///
     /// # Errors
     /// The bytes are not a valid state of a maze of this size.
@@ -64,7 +63,7 @@ impl<'a> State<'a> {
     /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
     ///
     /// # Errors
-    /// The buffer is shorter than [`state_bytes`].
+    /// The buffer is shorter than the state.
     pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
         let size = self.weights.size;
         let message = front_of(buffer, state_bytes(size))?;
@@ -75,7 +74,8 @@ impl<'a> State<'a> {
     }
 }
 
-/// A state that is encoded from a mouse's map. The weights and the walls have the same order.
+/// A state that is encoded from a mouse's map and a function that returns the weight of each cell.
+/// Both matrices have the same order.
 ///
 /// ```
 /// use mmsim_protocol::{Cell, Heading, KnownMaze, MapState, MazeSize, Order, Pose, State};
@@ -106,7 +106,7 @@ impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
     /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
     ///
     /// # Errors
-    /// The buffer is shorter than [`state_bytes`].
+    /// The buffer is shorter than the state.
     pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
         let Self { pose, map, weight, order } = self;
         let size = map.size();
@@ -123,7 +123,7 @@ impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
     }
 }
 
-/// Writes all fields except the matrices into a message of the right length.
+/// Writes all fields except the two matrices.
 fn put_head(message: &mut [u8], pose: Pose, size: MazeSize, [weights, walls]: [Order; 2]) {
     message[layout::LETTER] = b'S';
     message[layout::X] = pose.cell.x;
@@ -185,7 +185,7 @@ mod tests {
         insta::assert_snapshot!(error(7, b'Z'), @r#"expected C or F as the order of the walls, found "Z""#);
         let classic = [b'S'; 518];
         let error = Request::decode(&classic, MazeSize::HALF_SIZE).unwrap_err();
-        insta::assert_snapshot!(error, @"expected S of 2054 bytes for a maze of 32x32 cells, found 518 bytes");
+        insta::assert_snapshot!(error, @"expected a state of 2054 bytes for a maze of 32x32 cells, found 518 bytes");
         for length in (1..700).filter(|&length| length != 518) {
             let message = [b'S'; 700];
             let error = Request::decode(&message[..length], MazeSize::CLASSIC).unwrap_err();

@@ -1,4 +1,4 @@
-//! Copies of parts of a history, which other threads can read.
+//! Copies of up to 256 states of a history. Other threads can read the copies.
 
 use mmsim_maze::MazeSize;
 use mmsim_protocol::{StateMessage, state_bytes};
@@ -10,7 +10,7 @@ use crate::motion_count::MotionCount;
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// The states, whose bytes are compressed if `packed` is true.
+    /// The states, with compressed bytes if `packed` is true.
     pub(crate) states: States,
     pub(crate) packed: bool,
 }
@@ -48,7 +48,8 @@ impl States {
         self.bytes.len() / state_bytes(self.size)
     }
 
-    /// Returns true if there are no states. A block of a history has at least one state.
+    /// Returns true if there are no states. A block that was copied from a history has at least one
+    /// state.
     pub const fn is_empty(&self) -> bool {
         self.bytes.is_empty()
     }
@@ -65,7 +66,8 @@ impl States {
         StateMessage::new(self.get(index)?, self.size).ok()
     }
 
-    /// Returns the bytes of up to `count` states, starting at index `from`.
+    /// Returns the bytes of up to `count` states, starting at the index `from` in the whole
+    /// history.
     pub fn range(&self, from: usize, count: usize) -> &[u8] {
         let length = state_bytes(self.size);
         let start = from.saturating_sub(self.first).saturating_mul(length);

@@ -8,10 +8,11 @@
 
 use std::borrow::Cow;
 
-/// Decompresses the records of a chunk, which may take at most `max` bytes.
+/// Decompresses the records of a chunk. Fails if the decompressed records take more than `max`
+/// bytes.
 pub(crate) fn unpack(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> {
     let (length, checksum, compression, packed) =
-        split(chunk).ok_or("a length field that exceeds its chunk")?;
+        split(chunk).ok_or("a field that extends past the end of its chunk")?;
     let length = usize::try_from(length)
         .ok()
         .filter(|&length| length <= max)
@@ -28,12 +29,14 @@ pub(crate) fn unpack(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> 
     };
     let found = records.len();
     if found != length {
-        return Err(format!("a chunk of {found} bytes whose header says {length} bytes"));
+        return Err(format!(
+            "a chunk with a wrong length (expected {length} bytes, found {found})"
+        ));
     }
     match crc32fast::hash(&records) {
-        found if checksum != 0 && found != checksum => {
-            Err(format!("a chunk with the checksum {found:08x} whose header says {checksum:08x}"))
-        }
+        found if checksum != 0 && found != checksum => Err(format!(
+            "a chunk with a wrong checksum (expected {checksum:08x}, found {found:08x})"
+        )),
         _ => Ok(records),
     }
 }
@@ -51,8 +54,8 @@ fn split(chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
     Some((u64::from_le_bytes(*length), u32::from_le_bytes(*checksum), name, packed))
 }
 
-/// Removes the first record and returns its kind and body. Returns `None` if the record is too
-/// long.
+/// Removes the first record and returns its kind and body. Returns `None` if the record extends
+/// past the end of `records`.
 pub(crate) fn take_record<'c>(records: &mut &'c [u8]) -> Option<(u8, &'c [u8])> {
     let (&kind, rest) = records.split_first()?;
     let (length, rest) = rest.split_first_chunk()?;
@@ -101,14 +104,14 @@ mod tests {
     #[test]
     fn inconsistent_chunks_are_errors() {
         let error = |chunk: &[u8]| unpack(chunk, 100).unwrap_err();
-        insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk of 21 bytes whose header says 99 bytes");
-        insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with the checksum 910bc603 whose header says 00000007");
+        insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk with a wrong length (expected 99 bytes, found 21)");
+        insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with a wrong checksum (expected 00000007, found 910bc603)");
         insta::assert_snapshot!(error(&chunk(101, 0, b"", RECORDS)), @"a chunk of 101 bytes, which exceeds the limit of 100");
         insta::assert_snapshot!(error(&chunk(21, 0, b"lz4\x1b", RECORDS)), @r#"a chunk with the unknown compression "lz4\x1b""#);
         insta::assert_snapshot!(error(&chunk(21, 0, b"zstd", RECORDS)), @"a chunk that cannot be decompressed: Unknown frame descriptor");
         let whole = chunk(21, 0, b"", RECORDS);
         for length in 0..whole.len() {
-            assert_eq!(error(&whole[..length]), "a length field that exceeds its chunk");
+            assert_eq!(error(&whole[..length]), "a field that extends past the end of its chunk");
         }
         for length in 0..RECORDS.len() {
             let mut records = &RECORDS[..length];

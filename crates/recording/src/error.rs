@@ -28,7 +28,7 @@ pub enum ReadError {
     MissingDescription {
         /// The number of intact bytes.
         at: u64,
-        /// The content after the intact bytes.
+        /// The reason why the next record is invalid, or `the end of the file`.
         found: String,
     },
     /// The description of the maze is invalid.
@@ -54,15 +54,16 @@ pub enum ReadError {
     OutOfMemory,
 }
 
-/// The error when a state cannot be recorded, or a recording cannot be closed.
+/// The error when a state cannot be recorded or a recording cannot be closed.
 ///
 /// States that were written before the error remain readable.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot record in {}: {source}", path.display())]
 pub struct RecordError {
-    /// The file or folder.
+    /// The recording or its folder.
     pub path: PathBuf,
-    /// The error of the operating system, or a description of what happened to the file.
+    /// The error of the operating system, or an error that describes how another program changed
+    /// the file.
     pub source: io::Error,
 }
 

@@ -12,15 +12,16 @@ use crate::memory::reserve;
 use crate::motion_count::MotionCount;
 use crate::slabs::Slabs;
 
-/// The zstd compression level of blocks. At level 1, each state of a real search takes 9 bytes.
-/// Higher levels are slower and do not save memory.
+/// The zstd compression level of blocks. With level 1, states of real searches take about 10 bytes
+/// each. Higher levels are slower and do not save memory.
 const LEVEL: i32 = 1;
 
 /// Every state since the last reset, stored as the bytes of its message.
 ///
 /// The newest states are stored uncompressed. When 256 states are uncompressed, the next push
-/// compresses them into a block. Consecutive states differ little, so states of real searches take
-/// about 10 bytes each. Appending never moves older states. Any state can be read in microseconds.
+/// compresses them into a block. Consecutive states of a real search differ little, so a compressed
+/// state takes only about 10 bytes. Appending a state never moves older blocks. Any state can be
+/// read in microseconds.
 ///
 /// ```
 /// use mmsim_maze::MazeSize;
@@ -40,12 +41,12 @@ pub struct History {
     packed: Slabs,
     /// The newest states, which are not compressed.
     open: Vec<u8>,
-    /// A compressor and its output buffer, both created for the first block.
+    /// The compressor and its output buffer, which are created when the first block is compressed.
     packer: Option<(Compressor<'static>, Vec<u8>)>,
     /// The motion from the first state of the history to the first state of each block.
     motions: Vec<MotionCount>,
     newest: Newest,
-    /// The value of `newest` before the last `push`, which `undo_push` restores.
+    /// The value of `newest` before the last `push`. `undo_push` restores this value.
     previous: Newest,
 }
 
@@ -81,7 +82,9 @@ pub enum PushError {
         states: usize,
     },
     /// The system is out of memory.
-    #[error("cannot store another state: out of memory after {states} states (reset)")]
+    #[error(
+        "cannot store another state: out of memory after {states} states (reset to free memory)"
+    )]
     OutOfMemory {
         /// The number of states in the history.
         states: usize,
@@ -195,7 +198,8 @@ impl History {
         Some(Block { states: States { first, motion, size: self.size, bytes: copy }, packed })
     }
 
-    /// Returns a reader for many states. Reading states in order decompresses each block only once.
+    /// Returns a reader that is efficient for many states. If states are read in order, each block
+    /// is decompressed only once.
     pub const fn reader(&self) -> HistoryReader<'_> {
         HistoryReader { history: self, block: None }
     }
@@ -216,8 +220,8 @@ impl History {
         Block::STATES * state_bytes(self.size)
     }
 
-    /// Compresses the open states into a block. If compression fails or saves no memory, the block
-    /// is stored uncompressed.
+    /// Compresses the states in `open` into a block. If compression fails or saves no memory, the
+    /// block is stored uncompressed.
     fn pack(&mut self) -> Result<(), TryReserveError> {
         let packed = compress(&mut self.packer, &self.open);
         let packed = packed.filter(|packed| packed.len() < self.open.len());

@@ -6,10 +6,10 @@ pub(crate) const METADATA: &str = "mmsim";
 /// The metadata key whose value is the reply to `info` as JSON.
 pub(crate) const INFO: &str = "info";
 
-/// The metadata key whose value is the protocol version, which only other tools read.
+/// The metadata key whose value is the protocol version. Only other tools read this value.
 pub(crate) const PROTOCOL: &str = "protocol";
 
-/// The metadata key whose value is the true maze as text, used by earlier versions.
+/// The metadata key under which earlier versions of mmsim stored the true maze as text.
 pub(crate) const MAZE: &str = "maze";
 
 /// The topic and message encoding of the channel for states. Each message holds one state.
@@ -17,6 +17,6 @@ pub(crate) const STATES: [&str; 2] = ["/state", "mmsim-state"];
 
 /// The topic and message encoding of the channel whose only message is the true maze as text.
 ///
-/// Clients do not know the true maze, so their recordings lack the channel of the maze. The maze is
-/// not stored as metadata because metadata is never compressed.
+/// Recordings made by clients lack this channel, because clients do not know the true maze. The
+/// maze is not stored as metadata because metadata is never compressed.
 pub(crate) const MAZES: [&str; 2] = ["/maze", "mmsim-maze"];

@@ -1,8 +1,8 @@
-//! Stores every state that a micromouse's search client reports, in memory and in files.
+//! Stores the states of a micromouse's search in memory and in files.
 //!
 //! A recording is an [MCAP](https://mcap.dev) file with the states of one simulation, from reset to
-//! reset. No state is lost if the process crashes. Other tools can open recordings, and
-//! docs/recordings.md describes their content.
+//! reset. No state is lost if the process crashes. The file format is described in
+//! docs/recordings.md, and other tools can also read it.
 //!
 //! [`RecordingWriter`] writes one file, [`Recorder`] writes one file for each simulation, and
 //! [`save`] writes states that are already in memory. [`Recording`] reads a file. A [`History`]

@@ -7,11 +7,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The memory in bytes that must remain free after an allocation for states.
 ///
-/// The rest of the process needs a bounded amount of memory, but most of its allocations abort the
-/// process if they fail.
+/// Most allocations for other purposes abort the process if they fail, but need only a limited
+/// amount of memory.
 const HEADROOM_BYTES: usize = 4 << 20;
 
-/// Reserves capacity for `additional` more elements if the headroom remains free.
+/// Reserves capacity for `additional` more elements. Fails if less than `HEADROOM_BYTES` would
+/// remain free.
 pub(crate) fn reserve<T>(list: &mut Vec<T>, additional: usize) -> Result<(), TryReserveError> {
     if list.capacity() - list.len() >= additional {
         return Ok(());

@@ -1,7 +1,7 @@
-//! Compresses closed recordings to less than a tenth of their size.
+//! Compresses closed recordings. Long recordings shrink to less than a tenth of their size.
 //!
-//! The compressed file is written next to the recording and replaces the recording when complete.
-//! So no state is lost, however the process ends.
+//! The compressed file is first written next to the recording, and replaces the recording once the
+//! compressed file is complete. Therefore no state is lost, even if the process is killed.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, FileTimes};
@@ -21,7 +21,8 @@ use crate::reader::{Description, Integrity, read_states};
 use crate::save::{RecordWriter, compressed};
 use crate::sink::{Identity, identity};
 
-/// The data that the packer shares with a server that is shutting down.
+/// The data shared with the background thread, so that a server can cancel compression when it
+/// shuts down.
 #[derive(Default)]
 pub(crate) struct Packing {
     is_cancelled: AtomicBool,
@@ -45,7 +46,8 @@ impl Packing {
         if is_cancelled { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
     }
 
-    /// Removes the temporary file, because the process may end before the packer removes it.
+    /// Removes the temporary file, because the process may end before the background thread can do
+    /// so.
     fn abandon(&self) {
         let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(path) = unfinished.take() {
@@ -54,7 +56,7 @@ impl Packing {
     }
 }
 
-/// The minimum number of states for compression. Shorter recordings fit into one disk block.
+/// The minimum number of states for compression. Recordings with fewer states stay uncompressed.
 const MIN_STATES: u32 = 8;
 
 /// The approximate memory that compression needs, in bytes.
@@ -63,10 +65,10 @@ const WORKING_BYTES: usize = 8 << 20;
 /// The maximum number of queued recordings. Further recordings stay uncompressed.
 const MAX_QUEUED: usize = 1000;
 
-/// The time that shutdown waits for the queue to become empty.
+/// The maximum time that shutdown waits for the queue to become empty.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The time that shutdown waits for the current compression to be cancelled.
+/// The maximum time that shutdown waits for the current compression to be cancelled.
 const CANCEL_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// The nice value of the background thread.
@@ -80,7 +82,7 @@ const SUFFIX: &str = ".packing";
 pub(crate) struct Unpacked {
     pub(crate) path: PathBuf,
     pub(crate) identity: Identity,
-    /// The number of states that were acknowledged.
+    /// The number of states that were written successfully.
     pub(crate) states: u32,
 }
 
@@ -217,7 +219,7 @@ mod tests {
         Info::new("open", maze.size(), maze.start(), maze.goals(), 0)
     }
 
-    /// Returns a realistic state: states with consecutive numbers differ little.
+    /// Returns the state with this number. As in a real search, consecutive states differ little.
     fn state(number: u32) -> Vec<u8> {
         let [low, high, ..] = number.to_le_bytes();
         let mut state = vec![7; state_bytes(MazeSize::CLASSIC)];
@@ -291,8 +293,8 @@ mod tests {
         assert_eq!(states, 5000);
     }
 
-    /// The best possible compression must stay below the limit that guards against decompression
-    /// bombs.
+    /// Identical states compress best. Their compression ratio must stay below the limit that
+    /// guards against decompression bombs.
     #[test]
     fn identical_states_stay_below_the_maximum_compression_ratio() {
         let size = MazeSize::HALF_SIZE;

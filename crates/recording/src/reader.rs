@@ -15,28 +15,30 @@ use crate::error::ReadError;
 use crate::layout::{INFO, MAZE, MAZES, METADATA, STATES};
 use crate::memory;
 
-/// The maximum length of a record in bytes, both compressed and uncompressed. A state takes at most
-/// 2,085 bytes and a maze less than 10,000 bytes, but other tools write chunks of several MiB.
+/// The maximum length of a record in bytes, both before and after decompression. A state takes at
+/// most 2,085 bytes and a maze less than 10,000 bytes, but other tools write chunks of several MiB.
 const MAX_CHUNK_BYTES: usize = 16 << 20;
 
-/// The number of bytes that the chunks of any file may decompress to, even if the file is short.
+/// The number of bytes to which the chunks of a short file may decompress. `MAX_COMPRESSION_RATIO`
+/// raises this limit for long files.
 const MAX_UNPACKED_BYTES: u64 = 2 << 30;
 
-/// The number of additional bytes that chunks may decompress to for each byte of the file.
+/// The number of bytes by which each byte of a file raises the limit `MAX_UNPACKED_BYTES`.
 ///
-/// Without a limit, a small file could contain an unlimited number of states. Real recordings are
-/// compressed by a factor of at most about 400.
+/// Without a limit, a small file could decompress to an unlimited number of states. Real recordings
+/// are compressed by a factor of at most about 400.
 pub(crate) const MAX_COMPRESSION_RATIO: u64 = 1000;
 
 /// The maximum length of a description in bytes. Descriptions stay in memory; the description of
 /// the largest maze takes less than 12,000 bytes.
 const MAX_DESCRIPTION_BYTES: usize = 64 << 10;
 
-/// The maximum number of bytes per read, because a record may be shorter than its length field
-/// says.
+/// The maximum number of bytes per read. Long records are read in several steps, because a length
+/// field may claim more bytes than the file contains.
 const STEP_BYTES: usize = 64 * 1024;
 
-/// The integrity of a recording's file, which is complete or intact up to a known byte.
+/// The integrity of a recording's file: whether the file is complete and, if not, how many bytes
+/// are intact.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Integrity {
     /// The recording was closed, so the file is complete.
@@ -68,8 +70,8 @@ pub(crate) struct Description {
 
 /// Reads a recording up to its last intact record.
 ///
-/// Calls `on_state` with each state and its time in nanoseconds since 1970 (UTC). Returns
-/// early if `on_state` returns an error.
+/// Calls `on_state` with each state and its time in nanoseconds since 1970 (UTC). Stops at the
+/// first error of `on_state` and returns the error.
 pub(crate) fn read_states(
     source: impl Read,
     on_state: impl FnMut(&Description, &[u8], u64) -> Result<(), ReadError>,
@@ -143,7 +145,7 @@ struct Records<F> {
 }
 
 impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
-    /// Adds a record of any kind. The inner error is the reason why the record is invalid.
+    /// Processes a record of any kind. The inner error is the reason why the record is invalid.
     fn add(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
         if opcode != op::CHUNK {
             return self.add_plain(opcode, body);
@@ -163,7 +165,7 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
         let mut rest = &*records;
         while !rest.is_empty() {
             let Some((opcode, body)) = chunk::take_record(&mut rest) else {
-                return Ok(Err("a record that exceeds its chunk".into()));
+                return Ok(Err("a record that extends past the end of its chunk".into()));
             };
             if let Err(reason) = self.add_plain(opcode, body)? {
                 return Ok(Err(reason));
@@ -172,7 +174,7 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
         Ok(Ok(()))
     }
 
-    /// Adds a record that is not a chunk.
+    /// Processes a record that is not a chunk.
     fn add_plain(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
         match opcode {
             op::MESSAGE => {}
@@ -180,7 +182,7 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
             _ => return Ok(Ok(())),
         }
         if check_strings(opcode, body).is_none() {
-            return Ok(Err("a length field that exceeds its record".into()));
+            return Ok(Err("a field that extends past the end of its record".into()));
         }
         match (mcap::parse_record(opcode, body), &mut self.description) {
             (Ok(Record::Metadata(record)), None) if record.name == METADATA => {
@@ -219,8 +221,9 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
     }
 }
 
-/// Returns `None` if a string in a metadata or channel record does not end inside the record. For
-/// a string that is too long, mcap would reserve up to 4 GiB of memory before it reports an error.
+/// Returns `None` if a string in a metadata or channel record extends past the end of the record.
+/// Without this check, mcap would reserve up to 4 GiB of memory for such a string before reporting
+/// an error.
 fn check_strings(opcode: u8, body: &[u8]) -> Option<()> {
     let rest = match opcode {
         op::METADATA => after_string(body)?,
@@ -236,7 +239,7 @@ fn check_strings(opcode: u8, body: &[u8]) -> Option<()> {
     Some(())
 }
 
-/// Skips a string, which is preceded by its length in four bytes.
+/// Skips a length field of four bytes and the string that follows.
 fn after_string(bytes: &[u8]) -> Option<&[u8]> {
     let (length, rest) = bytes.split_first_chunk()?;
     rest.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)
@@ -260,14 +263,16 @@ fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadE
     Ok(Description { info, size, maze })
 }
 
-/// Parses the text of a maze, which must have the same size as the maze of the states.
+/// Parses the text of a maze. Fails if the maze does not have this size.
 fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> {
     let invalid = ReadError::InvalidDescription;
     let maze =
         parse_maze(text).map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
     match maze.size() {
         found if found == size => Ok(maze),
-        found => Err(invalid(format!("the maze has {found} cells, but the states have {size}"))),
+        found => {
+            Err(invalid(format!("the maze has {found} cells, but the states have {size} cells")))
+        }
     }
 }
 
@@ -380,7 +385,7 @@ mod tests {
             let mut bytes = recorded(1);
             let at = bytes.windows(string.len()).position(|bytes| bytes == string).unwrap();
             bytes[at + 3] = 0xff;
-            let wrong = "a length field that exceeds its record";
+            let wrong = "a field that extends past the end of its record";
             match Recording::read(&bytes[..]) {
                 Ok(recording) => {
                     assert!(described);
@@ -435,7 +440,7 @@ mod tests {
         insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
         insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
         insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
-        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states have 3x1");
+        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states have 3x1 cells");
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::error::RecordError;
 use crate::pack::{Packer, remove_unfinished};
 use crate::writer::RecordingWriter;
 
-/// The maximum number of names that are tried for a file.
+/// The maximum number of names that are tried for a new file.
 const MAX_TRIES: u32 = 10_000;
 
 /// The maximum length of the maze's name in a file name, in bytes. File systems allow file names of
@@ -20,16 +20,16 @@ const MAX_NAME_BYTES: usize = 100;
 
 /// Records simulations into a folder. Each reset ends the current file.
 ///
-/// A file is created with its first state and compressed in the background after it is closed. A
-/// file name such as `2026-11-21_18-19-49_harbour_0001.mcap` consists of the local time of the
-/// first state, the name of the maze and a counter.
+/// Each file is created when its first state arrives, and is compressed in the background after it
+/// is closed. A file name such as `2026-11-21_18-19-49_harbour_0001.mcap` consists of the local
+/// time of the first state, the name of the maze and a counter.
 pub struct Recorder {
     folder: PathBuf,
     /// The counter in the name of the newest file.
     number: u32,
     current: Option<RecordingWriter>,
-    /// A temporary file that reserves a file descriptor, because connections may use all other
-    /// descriptors.
+    /// A temporary file that reserves a file descriptor for the next recording. Otherwise,
+    /// connections could use all file descriptors.
     spare: Option<File>,
     /// `None` until the first recording is closed.
     packer: Option<Packer>,
@@ -56,8 +56,8 @@ impl Recorder {
         })
     }
 
-    /// Appends a state to the current file. If no file is open, creates a file for the simulation
-    /// and the maze that `describe` returns.
+    /// Appends a state to the current file. If no file is open, calls `describe` and creates a file
+    /// that begins with the returned description and maze.
     ///
     /// # Errors
     /// The state cannot be recorded.
@@ -124,7 +124,7 @@ impl Recorder {
     }
 }
 
-/// Converts the name of a maze to part of a file name that is valid on any system.
+/// Converts the name of a maze to text that can be part of a file name on any system.
 fn file_name(maze: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || "-.".contains(c) { c } else { '-' };
     let mut room = MAX_NAME_BYTES;
@@ -195,7 +195,7 @@ mod tests {
         fs::remove_dir_all(&folder).unwrap();
         for _ in 0..2 {
             let error = write(&mut recorder, STATES[1]).unwrap_err().to_string();
-            let expected = ": the file was removed or replaced (reset starts a new one)";
+            let expected = ": the file was removed or replaced (reset starts a new recording)";
             assert!(error.ends_with(expected), "{error}");
         }
         recorder.close().unwrap();

@@ -13,11 +13,11 @@ use crate::layout::{INFO, MAZES, METADATA, PROTOCOL, STATES};
 /// The uncompressed size of a chunk in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// The zstd compression level. Level 3 takes 10% more space than level 8. Higher levels are much
-/// slower and save little.
+/// The zstd compression level. Level 3 would take 10% more space. Levels above 8 are much slower
+/// and save little.
 const LEVEL: u32 = 8;
 
-/// A writer for the records of a recording.
+/// Writes the description, the maze and the states of a recording.
 pub(crate) struct RecordWriter<W: Write + Seek> {
     pub(crate) mcap: mcap::Writer<W>,
     channel_id: u16,
@@ -86,7 +86,7 @@ const fn header(channel_id: u16, sequence: u32, time: u64) -> MessageHeader {
 /// with its time in nanoseconds since 1970 (UTC).
 ///
 /// # Errors
-/// Writing to `to` fails.
+/// The recording cannot be written to `to`.
 pub fn save<S: AsRef<[u8]>>(
     to: impl Write + Seek,
     info: &Info,

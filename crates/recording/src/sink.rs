@@ -4,8 +4,8 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// The device and inode of a file, which distinguish it from another file with the same name. Both
-/// numbers are 0 on systems without inodes.
+/// The device and the inode of a file. They distinguish the file from another file with the same
+/// name. Both numbers are 0 on systems without inodes.
 pub(crate) type Identity = (u64, u64);
 
 #[cfg(unix)]
@@ -27,7 +27,7 @@ pub(crate) trait Storage {
     /// Returns the length of the file in bytes. Fails if the file is no longer at its path.
     fn length(&self) -> io::Result<u64>;
 
-    /// Removes this many bytes from the end of the file and continues writing there.
+    /// Removes this many bytes from the end of the file. Later bytes are appended at the new end.
     fn cut(&mut self, bytes: u64) -> io::Result<()>;
 }
 
@@ -42,9 +42,9 @@ pub(crate) struct RecordingFile {
 impl RecordingFile {
     /// Creates a new file.
     ///
-    /// On Unix the file is opened for appending. Each record goes to the end of the file even if
-    /// another program changed its length, so a wrong length reveals the change. Windows cannot
-    /// truncate a file that is open for appending.
+    /// On Unix, the file is opened for appending. If another program has changed the length of the
+    /// file, records are still written at the end, and the unexpected length reveals the change.
+    /// Windows cannot truncate a file that is open for appending.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let mut options = File::options();
         let file = options.write(true).append(cfg!(unix)).create_new(true).open(path)?;
@@ -65,7 +65,9 @@ impl Storage for RecordingFile {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 Ok(self.file.metadata()?.len())
             }
-            _ => Err(io::Error::other("the file was removed or replaced (reset starts a new one)")),
+            _ => Err(io::Error::other(
+                "the file was removed or replaced (reset starts a new recording)",
+            )),
         }
     }
 
@@ -79,7 +81,7 @@ impl Storage for RecordingFile {
 /// A buffer for a file. Flushing writes either all buffered bytes or none.
 pub(crate) struct Sink<S> {
     storage: S,
-    /// The length of the complete records in the storage, in bytes.
+    /// The length of the complete records in the file, in bytes.
     whole: u64,
     buffer: Vec<u8>,
     /// The length in bytes of a partially written record after the complete records.
@@ -115,7 +117,7 @@ impl<S: Storage> Sink<S> {
         }
         Err(io::Error::other(format!(
             "another program changed the file: expected {expected} bytes, found {found} (reset \
-             starts a new one)"
+             starts a new recording)"
         )))
     }
 
@@ -147,8 +149,8 @@ impl<S: Storage> Write for Sink<S> {
 }
 
 impl<S> Seek for Sink<S> {
-    /// Returns the current position. No other seek is supported, because the MCAP writer needs
-    /// none.
+    /// Returns the current position. Moving to another position is not supported, because the MCAP
+    /// writer never does so.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
             SeekFrom::Current(0) => Ok(self.whole + self.buffer.len() as u64),

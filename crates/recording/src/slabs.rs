@@ -8,12 +8,13 @@ use crate::memory::reserve;
 
 /// The size of a slab in bytes.
 ///
-/// Allocators return freed memory to the system immediately only if the block is large. In glibc,
-/// every block above 32 MiB is large. The unused part of a slab takes address space but no
-/// memory.
+/// When a large block is freed, the allocator immediately returns its memory to the system. The
+/// allocator of glibc does so for every block above 32 MiB. The unused part of a slab takes address
+/// space but no memory.
 const SLAB_BYTES: usize = (32 << 20) + 4096;
 
-/// The size in bytes of the smallest slab, which is used when memory is short.
+/// If memory is short, the size of a new slab is halved repeatedly, but not below this number of
+/// bytes.
 const MIN_SLAB_BYTES: usize = 64 * 1024;
 
 /// A list of byte strings.
@@ -25,7 +26,7 @@ pub(crate) struct Slabs {
     pub(crate) bytes: usize,
 }
 
-/// The location of a string: the index of its slab, and its bytes in the slab.
+/// The location of a string: the index of its slab and its byte range in the slab.
 type Location = (usize, Range<usize>);
 
 impl Slabs {

@@ -15,8 +15,8 @@ const GAP_BYTES: usize = 10;
 
 /// The times of the states of a history.
 ///
-/// Each time is stored as the gap since the previous time, with a variable length. The gaps of a
-/// search at full speed take one or two bytes each. Cloning is cheap.
+/// Each time is stored as the gap since the previous time, in a variable number of bytes. The gaps
+/// of a search at full speed take one or two bytes each. Cloning is cheap.
 #[derive(Clone, Debug, Default)]
 pub struct Times {
     /// Nanoseconds per tick. Times are rounded down to whole ticks.
@@ -24,9 +24,10 @@ pub struct Times {
     count: usize,
     /// The time of the newest state in ticks since 1970.
     newest: u64,
-    /// The values of `newest` and `gaps.len()` before the last `push`, which `undo_push` restores.
+    /// The values of `newest` and `gaps.len()` before the last `push`. `undo_push` restores these
+    /// values.
     previous: (u64, usize),
-    /// Full chunks of older gaps, which clones share.
+    /// Full chunks of older gaps. Clones of the list share these chunks.
     chunks: Vec<Arc<Vec<u8>>>,
     /// The ticks between states, encoded in LEB128: seven bits per byte, lowest bits first. The
     /// high bit is set in every byte of a gap except the last byte.
@@ -115,7 +116,7 @@ impl Times {
 }
 
 /// A clock that returns nanoseconds since 1970 (UTC) and never goes back, even if the system clock
-/// is set.
+/// is set back.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     started: Instant,
@@ -124,7 +125,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Creates a clock that starts at the time of the system clock.
+    /// Creates a clock that starts at the current time of the system clock.
     pub fn start() -> Self {
         let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let since_epoch = u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX);

@@ -17,8 +17,9 @@ use crate::times::Clock;
 
 /// Writes a recording.
 ///
-/// Each state is handed to the operating system before [`write`](Self::write) returns. So a written
-/// state survives the end of the process, even by `kill -9`, but not a power failure.
+/// Each state is handed to the operating system before [`write`](Self::write) returns. A written
+/// state therefore survives if the process is killed, even by `kill -9`, but a power failure may
+/// destroy it.
 ///
 /// Dropping the writer closes the recording. [`close`](Self::close) also compresses the recording
 /// and reports errors. A recording that was never closed is readable too.
@@ -28,8 +29,8 @@ pub struct RecordingWriter {
     clock: Clock,
     /// `None` once closed.
     records: Option<RecordWriter<Sink<RecordingFile>>>,
-    /// True if a state could not be written. No summary is written in this case, because its counts
-    /// would be wrong.
+    /// True if a state could not be written. The summary is then omitted, because its counts would
+    /// be wrong.
     has_failed: bool,
 }
 

@@ -9,7 +9,7 @@ use mmsim_zmtp::Waker;
 /// The maximum time that [`StopHandle::stop`] waits.
 const MAX_STOP_TIME: Duration = Duration::from_secs(1);
 
-/// The state that a server shares with its monitors and stop handles.
+/// The data that a server shares with its monitors and stop handles.
 pub(crate) struct Control {
     pub(crate) waker: Waker,
     pub(crate) status: StatusCell,
@@ -45,8 +45,8 @@ impl Control {
 pub struct StopHandle(pub(crate) Arc<Control>);
 
 impl StopHandle {
-    /// Stops the server after it has answered the requests that have arrived. Waits at most one
-    /// second for the end of the server. Does nothing if the server has already ended.
+    /// Stops the server after it has answered the requests that have already arrived. Waits at most
+    /// one second for the end of the server. Does nothing if the server has already ended.
     pub fn stop(self) {
         let control = &*self.0;
         control.is_stopping.store(true, Ordering::Release);
@@ -56,20 +56,21 @@ impl StopHandle {
     }
 }
 
-/// The current run and its number of states.
+/// The current run and the number of its states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status {
-    /// The number of the run. The first run is 1, and each reset and each new maze begins another
-    /// run. The number is 0 before the server runs.
+    /// The run number. The first run is 1, and each reset and each new maze begins another run.
+    /// Before the server runs, the run number is 0.
     pub run: u32,
     /// The number of states in this run.
     pub states: usize,
 }
 
-/// The number of bits that hold the number of states. The other 24 bits hold the number of the run.
+/// The number of bits for the count of states in a [`StatusCell`]. The other 24 bits hold the run
+/// number.
 const STATES_BITS: u32 = 40;
 
-/// The largest number of a run, after which the numbers start at 1 again.
+/// The largest run number. Numbering then starts again at 1.
 pub(crate) const MAX_RUN: u32 = (1 << (64 - STATES_BITS)) - 1;
 
 /// The current [`Status`] in one atomic word, which the server writes and any thread reads.

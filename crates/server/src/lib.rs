@@ -1,5 +1,5 @@
-//! A micromouse maze simulator. The simulator holds the true maze, reveals only the walls around
-//! the mouse to a search client, and keeps every state that the client reports.
+//! A micromouse maze simulator. The simulator holds the true maze, reveals to a search client only
+//! the walls around the mouse, and keeps every state that the client reports.
 //!
 //! [`Simulation`] turns the bytes of any request into the bytes of its reply. A simulation does no
 //! input or output and never panics. [`Server`] serves a simulation over ZeroMQ. The crate

@@ -10,13 +10,14 @@ use mmsim_recording::{Block, Times};
 use crate::control::{Control, Status};
 use crate::service::SimulationService;
 
-/// A query of a monitor, which the server's thread runs between two requests.
+/// A query from a monitor. The server's thread runs the query between two requests.
 pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
 
 /// Reads the simulation of a running server, and can replace its maze.
 ///
-/// [`status`](Self::status) does not involve the server. The server's thread runs every other
-/// method between two requests, within microseconds. A slow caller never delays a search.
+/// [`status`](Self::status) does not wait for the server's thread. The other methods send queries,
+/// which the server's thread runs between two requests. A query takes microseconds. A slow caller
+/// never delays a search.
 #[derive(Clone)]
 pub struct Monitor {
     pub(crate) queries: Sender<Query>,
@@ -26,7 +27,7 @@ pub struct Monitor {
 /// A description of the simulation that is served.
 #[derive(Clone, Debug)]
 pub struct Served {
-    /// The number of the run.
+    /// The run number.
     pub run: u32,
     /// The reply to `info`.
     pub info: Info,
@@ -34,13 +35,13 @@ pub struct Served {
     pub maze: Maze,
 }
 
-/// The reason why a monitor gets no answer.
+/// The reason why a query failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MonitorError {
     /// A reset or a new maze has ended the run.
     #[error("run {run} has ended")]
     RunEnded {
-        /// The number of the requested run.
+        /// The requested run number.
         run: u32,
     },
     /// The server has ended.
@@ -49,8 +50,8 @@ pub enum MonitorError {
 }
 
 impl Monitor {
-    /// Returns the current run and its number of states. Run 0 means that the server does not run
-    /// yet.
+    /// Returns the current run and the number of its states. Run 0 means that the server is not
+    /// running yet.
     pub fn status(&self) -> Status {
         self.control.status.read()
     }
@@ -156,7 +157,9 @@ mod tests {
         assert_eq!(monitor.block(1, 0).unwrap_err(), MonitorError::RunEnded { run: 1 });
         let other: Maze = "o---o\n|SG |\no---o\n".parse().unwrap();
         assert_eq!(monitor.serve("other", other), Ok(Status { run: 3, states: 0 }));
-        assert!(ask(STATE).starts_with(b"error: expected S of 8 bytes for a maze of 1x1 cells"));
+        assert!(
+            ask(STATE).starts_with(b"error: expected a state of 8 bytes for a maze of 1x1 cells")
+        );
         assert!(ask(b"info").starts_with(br#"{"name":"other","width":1"#));
         within("the server to stop", || server.stop()).unwrap();
         assert_eq!(monitor.served().unwrap_err(), MonitorError::Ended);

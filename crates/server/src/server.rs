@@ -40,7 +40,7 @@ impl Server {
     ///
     /// # Errors
     /// The port is in use, the host cannot be resolved, its address does not belong to this
-    /// machine, or the operating system refuses for another reason.
+    /// machine, or the operating system reports another error.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let listener = listen(host, port)?;
         let failed = |source| BindError::Listen { host: host.into(), port, source };
@@ -62,8 +62,8 @@ impl Server {
         &self.address
     }
 
-    /// Records each run, from reset to reset, into a file. The server refuses states that cannot be
-    /// recorded.
+    /// Records each run, from reset to reset, in a file of its own. The server refuses states that
+    /// cannot be recorded.
     pub fn with_recorder(mut self, recorder: impl Into<Option<Recorder>>) -> Self {
         self.recorder = recorder.into();
         self

@@ -1,4 +1,4 @@
-//! Serves a simulation, stores the times of its states, and records it.
+//! Serves a simulation, stores the time of each state, and records the states.
 
 use std::sync::mpsc::Receiver;
 
@@ -16,7 +16,7 @@ use crate::simulation::{Change, ReplyBuffer, Simulation, refuse};
 /// The resolution of the times of live states, in nanoseconds.
 const TICK_NS: u64 = 1000;
 
-/// The maximum number of queries that are answered before the next requests of clients.
+/// The maximum number of queries that are answered before clients are served again.
 const MAX_QUERIES_AT_ONCE: usize = 4;
 
 /// A simulation that answers the requests of clients and the queries of monitors.
@@ -45,7 +45,7 @@ impl<'s> SimulationService<'s> {
         service
     }
 
-    /// Replaces the maze and begins a new run. The limit of the history stays the same.
+    /// Replaces the maze and begins a new run. The history limit stays the same.
     pub(crate) fn replace_maze(&mut self, name: &str, maze: Maze) -> Status {
         let limit = self.simulation.history.limit();
         *self.simulation = Simulation::new(name, maze).with_history_limit(limit);
@@ -62,8 +62,8 @@ impl<'s> SimulationService<'s> {
         info!(states, refused = self.refused, "stopped");
     }
 
-    /// Stores the time of the newest state and records the state. Returns the reason if either
-    /// fails.
+    /// Stores the time of the newest state and records the state. Returns an error message if one
+    /// of these steps fails.
     fn keep_state(&mut self, request: &[u8]) -> Result<(), String> {
         let (simulation, times) = (&*self.simulation, &mut self.times);
         let (states, limit) = (simulation.history.len() - 1, simulation.history.limit());

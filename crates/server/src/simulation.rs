@@ -173,7 +173,7 @@ mod tests {
         assert_eq!(reply(&mut simulation, b"W\x14\x14N"), [0, 1, 1]);
         assert!(reply(&mut simulation, b"W\x15\x14N").starts_with(b"error: "));
         let error = reply(&mut simulation, &[b'S'; 518]);
-        insta::assert_snapshot!(String::from_utf8(error).unwrap(), @"error: expected S of 888 bytes for a maze of 21x21 cells, found 518 bytes");
+        insta::assert_snapshot!(String::from_utf8(error).unwrap(), @"error: expected a state of 888 bytes for a maze of 21x21 cells, found 518 bytes");
     }
 
     proptest! {

@@ -54,7 +54,7 @@ fn check(client: impl Fn() -> Command) {
     assert_eq!(run.exit(), (Some(1), String::new(), message));
 
     let larger = Simulator::serve(&bundled("half-size-old-quarter.txt"));
-    let message = "the simulator refused the request: expected S of 2054 bytes for a maze of 32x32 cells, found 518 bytes";
+    let message = "the simulator refused the request: expected a state of 2054 bytes for a maze of 32x32 cells, found 518 bytes";
     let exit = ClientRun::new(&mut client(), larger).exit();
     assert_eq!(exit, (Some(1), String::new(), message.into()));
 
@@ -152,7 +152,7 @@ fn the_python_class_survives_errors() {
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
     insta::assert_snapshot!(stdout, @"
     answers again: True
-    Refused: the simulator refused the request: expected S of 518 bytes for a maze of 16x16 cells, found 8 bytes
+    Refused: the simulator refused the request: expected a state of 518 bytes for a maze of 16x16 cells, found 8 bytes
     ValueError: weights and walls must have the same shape
     ");
     let state = run.states().pop().unwrap();
