@@ -9,7 +9,7 @@ use crate::api_error::ApiError;
 use crate::distances::DistanceBounds;
 use crate::source::Source;
 
-/// A state of a run and its figures.
+/// A state of a run, with the figures that the page shows.
 #[derive(Debug, Serialize)]
 pub(crate) struct StateView {
     /// The index of the state.
