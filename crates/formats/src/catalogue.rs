@@ -13,7 +13,7 @@ use crate::read::parse_maze;
 
 /// A collection of mazes.
 ///
-/// Creating a catalogue does not read any maze files; [`Entry::maze`] reads a single file.
+/// Creating a catalogue does not read the maze files. [`Entry::maze`] reads a maze.
 ///
 /// ```
 /// use mmsim_formats::Catalogue;
@@ -27,7 +27,7 @@ pub struct Catalogue {
     entries: Vec<Entry>,
 }
 
-/// A maze in a [`Catalogue`]. The maze may be unreadable.
+/// An entry of a [`Catalogue`]: a built-in maze, or a file that may be unreadable.
 #[derive(Clone, Debug)]
 pub struct Entry {
     path: PathBuf,
@@ -71,8 +71,8 @@ impl Catalogue {
         &self.entries
     }
 
-    /// Returns the entries whose path contains every word in `words`, ignoring case. Words are
-    /// separated by blanks.
+    /// Returns the entries whose path contains every blank-separated word in `words`, ignoring
+    /// case.
     pub fn matching(&self, words: &str) -> impl Iterator<Item = &Entry> {
         let words: Vec<String> = words.split_whitespace().map(str::to_lowercase).collect();
         self.entries.iter().filter(move |entry| {
@@ -114,8 +114,8 @@ impl Entry {
     }
 }
 
-/// Lists the files in a folder and its subfolders, except hidden and skipped files. A subfolder
-/// that cannot be listed is included, since reading it as a file returns the error.
+/// Lists the files in a folder and its subfolders, except hidden and skipped files. Subfolders that
+/// cannot be listed are included, so that reading such an entry returns the error.
 fn list_folder(folder: &Path) -> Vec<PathBuf> {
     let is_hidden = |entry: &DirEntry| {
         entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")

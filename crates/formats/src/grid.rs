@@ -14,9 +14,9 @@ pub(crate) struct Grid {
     pub(crate) below: Vec<Vec<bool>>,
     /// `right[row][column]` is true if the cell has a wall to its right.
     pub(crate) right: Vec<Vec<bool>>,
-    /// The marks in cells.
+    /// The marks drawn inside cells.
     pub(crate) cell_marks: Vec<Mark>,
-    /// The marks in place of posts. The post in the upper left corner is (0, 0).
+    /// The marks drawn in place of posts. The post in the upper left corner is (0, 0).
     pub(crate) post_marks: Vec<Mark>,
     /// The locations of unknown walls.
     pub(crate) unknown: Vec<Location>,
@@ -55,7 +55,7 @@ pub(crate) fn parse(text: &str, first_line: usize, dots: Dots) -> Result<Grid, V
     if errors.is_empty() { Ok(grid) } else { Err(errors) }
 }
 
-/// Returns true if the drawing has unknown walls. The drawing may contain errors.
+/// Returns true if the drawing, which may contain errors, has unknown walls.
 pub(crate) fn has_unknown(text: &str) -> bool {
     read(text, 1, Dots::Unknown).is_ok_and(|(grid, _)| !grid.unknown.is_empty())
 }
@@ -166,7 +166,7 @@ impl Reader {
 
     /// Returns true if the `length` characters from index `from` mean a wall. Blanks mean an
     /// opening, a dot (alone or between blanks) may mean an unknown wall, and other characters mean
-    /// a wall. A missing outer wall adds an error to `gaps`.
+    /// a wall. Adds an error to `gaps` if an outer wall is missing.
     fn read_wall(&mut self, line: &Line, from: usize, length: usize, outer: bool) -> Result<bool> {
         let drawn = line.text(from, length);
         let is_unknown = self.dots == Dots::Unknown && [".", " . "].contains(&&drawn[..]);
@@ -264,8 +264,8 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
 /// Returns true if the line after a row of posts is a row of cells rather than text after the maze.
 /// A row of cells usually starts with `|` or with the first character of the first row of cells. A
 /// line that starts with a blank, or is as long as a row of posts, is also a row of cells if the
-/// next line is a row of posts. Without the last rule, a maze with a gap in its outer wall would be
-/// read as a smaller maze.
+/// next line is a row of posts. If such lines ended the maze, a maze with a gap in its outer wall
+/// would be read as a smaller maze.
 fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     let (posts, wall) = (&lines[0], lines.get(1).map_or('|', |cells| cells.at(0)));
     let is_as_long = |line: &Line| line.characters.len() == posts.characters.len();
@@ -277,9 +277,8 @@ fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     lines.len() == 1 || is_row
 }
 
-/// Infers the distance between adjacent posts and the number of columns from the first line. The
-/// distance is counted in characters. Returns several candidates if posts and walls are the same
-/// character.
+/// Infers the distance between adjacent posts (in characters) and the number of columns from the
+/// first line. Returns several candidates if posts and walls are the same character.
 fn pitches(line: &Line) -> Result<Vec<(usize, usize)>> {
     let post = line.at(0);
     let pitches = match line.characters.iter().skip(1).position(|&c| c == post) {

@@ -54,7 +54,8 @@ impl Layout {
         MazeSize::new(width, height).unwrap_or(table)
     }
 
-    /// Returns the line of a cell and the index of its digit in that line.
+    /// Returns the index of the line that contains a cell, and the index of the cell's digit in
+    /// that line.
     fn position(self, size: MazeSize, Cell { x, y }: Cell) -> (usize, usize) {
         let cells_from = |edge| match edge {
             Heading::North => size.height() - 1 - y,

@@ -1,10 +1,10 @@
-//! Parsed mazes and the assumptions made while reading them.
+//! Mazes read from files, with the assumptions made while reading.
 
 use mmsim_maze::{Cell, CellSet, Maze, MazeSize, Walls};
 
 use crate::error::{Location, ParseError};
 
-/// A maze from a file and the assumptions made while reading it.
+/// A maze read from a file, with the assumptions made while reading.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ParsedMaze {

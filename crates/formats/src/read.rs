@@ -42,7 +42,7 @@ impl Format {
     /// Reads a maze in this format and discards the assumptions made while reading.
     ///
     /// # Errors
-    /// Returns the first error of [`read`](Self::read).
+    /// Returns the first of the errors that [`read`](Self::read) returns.
     pub fn parse(self, content: &[u8]) -> Result<Maze, ParseError> {
         match self.read(content) {
             Ok(parsed) => Ok(parsed.maze),
@@ -56,7 +56,7 @@ impl Format {
 /// Reads a maze from the content of a file in any [`Format`].
 ///
 /// # Errors
-/// Returns the first error, with its location.
+/// Returns the first error in the content.
 ///
 /// ```
 /// let error = mmsim_formats::parse_maze(b"o---o\n| S |\no-- o\n").unwrap_err();
