@@ -22,7 +22,7 @@ class Attributes {
     this.elements = elements;
     this.name = name;
     this.format = format;
-    // Valid numbers are not -2, so the first state writes all attributes.
+    // -2 is not a valid number, so the first state writes all attributes.
     this.values = new Int16Array(elements.length).fill(-2);
   }
 

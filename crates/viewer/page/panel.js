@@ -19,7 +19,7 @@ const DRAW_PAUSE = { min: 25, max: 150, factor: 2, fastFactor: 10 };
 const FAST_STATES = 50;
 /** Milliseconds without drawing until weights are shown again. */
 const FAST_TIMEOUT = 100;
-/** Minimum milliseconds between loads of the source, since clients may reset at any rate. */
+/** Minimum time between loads of the source, in milliseconds. Clients may reset more often. */
 const LOAD_PAUSE = 100;
 /** Milliseconds between updates of the chart, and before a state is announced. */
 const SLOW_INTERVAL = 1000;

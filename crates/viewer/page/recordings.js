@@ -4,7 +4,7 @@
 import * as api from "./api.js";
 import { clearError, cloneTemplate, formatNumber, query, setText, showError, sleep } from "./dom.js";
 
-/** Minimum milliseconds between requests for the list, since clients may reset at any rate. */
+/** Minimum time between requests for the list, in milliseconds. Clients may reset more often. */
 const REFRESH_PAUSE = 1000;
 /** Names of the server's recordings, which consist of date, time, maze and number. */
 const NAME = /^[\d-]+_[\d-]+_(.+)_\d+$/;

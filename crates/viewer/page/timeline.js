@@ -4,7 +4,7 @@
 
 import { formatNumber, query, setAttributes, setText } from "./dom.js";
 
-/** Number of states by which an arrow key with Shift moves. */
+/** Step of the arrow keys with Shift, in states. */
 const LARGE_STEP = 10;
 /** Milliseconds between updates of the number of states while not following. */
 const COUNT_INTERVAL = 200;

@@ -1,8 +1,8 @@
 //! Access control for the page and its API.
 //!
-//! A web site that is open in the same browser can send requests to this server. The site cannot
-//! read the responses, since the server sends no CORS headers. The checks in this module reject
-//! such requests and prevent DNS rebinding.
+//! Other web sites that are open in the same browser as the page can send requests to this server.
+//! Other web sites cannot read the responses, since the server sends no CORS headers. The checks in
+//! this module reject the requests of other web sites and prevent DNS rebinding.
 
 use std::net::IpAddr;
 use std::sync::Arc;

@@ -20,7 +20,7 @@ const MAX_OPEN_RECORDINGS: usize = 8;
 
 /// The state that all HTTP handlers share.
 pub(crate) struct AppState {
-    /// The ID of this server process. A page that receives a different ID knows that the server was
+    /// The ID of this server process. If the ID changes, a page knows that the server was
     /// restarted.
     pub(crate) server_id: String,
     pub(crate) live: Option<LiveServer>,

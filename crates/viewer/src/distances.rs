@@ -4,7 +4,7 @@ use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_solvers::Distances;
 use serde::Serialize;
 
-/// The maximum number of samples of a run.
+/// The maximum number of sampled states of a run.
 const MAX_SAMPLES: usize = 512;
 
 /// Bounds on the number of steps from the start to the nearest goal cell. A bound is `None` if

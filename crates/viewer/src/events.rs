@@ -19,16 +19,16 @@ use crate::limits::MAX_EVENT_STREAMS;
 use crate::live::LiveServer;
 use crate::mouse::RunnerStatus;
 
-/// The usual interval between polls, which is too short to be noticed. More frequent events would
-/// leave the browser less time to draw.
+/// The usual interval at which an event stream polls the state of the server. Users do not notice
+/// so short a delay. More frequent events would leave the browser less time to draw.
 const POLL_INTERVAL: Duration = Duration::from_millis(33);
 
-/// The interval between polls while the simulation is idle or the search is fast. For a page,
-/// handling an event takes a third as long as drawing a state. During a fast search, events are
-/// less important, since each state that a page fetches also contains the number of states.
+/// The polling interval of an event stream while the simulation is idle or the search is fast. A
+/// page takes a third as long to handle an event as to draw a state. During a fast search, events
+/// are less important, since each state that a page fetches also contains the number of states.
 const SLOW_POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// A search counts as fast if more states than this are new since the last event.
+/// A search counts as fast if more new states than this arrive between two events.
 const FAST_SEARCH_STATES: usize = 50;
 
 /// The time without changes after which a simulation counts as idle.

@@ -16,7 +16,8 @@ use crate::api_error::ApiError;
 /// The maximum number of threads for [`run_blocking`].
 pub(crate) const MAX_BLOCKING_THREADS: usize = 4;
 
-/// Runs a short job on a thread of the blocking pool. The job should take only a few milliseconds.
+/// Runs a short job on a thread pool for blocking jobs. The job should take only a few
+/// milliseconds.
 pub(crate) async fn run_blocking<T: Send + 'static>(
     job: impl FnOnce() -> Result<T, ApiError> + Send + 'static,
 ) -> Result<T, ApiError> {
@@ -40,7 +41,7 @@ impl JobQueue {
     }
 
     /// Runs the jobs at the lowest priority, so that the jobs do not slow down a search. On a busy
-    /// machine, such jobs may take a long time.
+    /// machine, jobs at this priority may take a long time.
     pub(crate) fn in_background(self) -> Self {
         Self { in_background: true, ..self }
     }

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-/// The maximum number of connections. A browser opens up to six connections. The limit reserves the
-/// other file descriptors of the process for mice.
+/// The maximum number of connections. A browser opens up to six connections. The limit keeps file
+/// descriptors available for mice.
 pub const MAX_VIEWER_CONNECTIONS: usize = 64;
 
-/// The maximum number of event streams. Each page has one event stream; the other connections are
-/// for requests.
+/// The maximum number of event streams. Each page has one event stream and needs further
+/// connections for requests.
 pub(crate) const MAX_EVENT_STREAMS: usize = MAX_VIEWER_CONNECTIONS / 2;
 
 /// The maximum size of a request body other than a recording, in bytes.
@@ -22,8 +22,8 @@ pub(crate) const MAX_UPLOADS: usize = 2;
 /// The maximum number of simultaneous jobs that read or write recordings. Further jobs wait.
 pub(crate) const MAX_RECORDING_JOBS: usize = 2;
 
-/// The minimum rate of an upload or a download, in bytes per second. This rate is half that of a
-/// slow DSL line.
+/// The minimum rate of an upload or a download, in bytes per second. The rate is half the speed of
+/// a slow DSL line.
 pub(crate) const MIN_RATE: u32 = 64 * 1024;
 
 /// The limits of a [`Viewer`](crate::Viewer). Tests can lower these limits.

@@ -33,7 +33,7 @@ impl MazeList {
         Self { catalogue, entries: OnceLock::new() }
     }
 
-    /// Returns all mazes. The first call reads the maze files.
+    /// Returns all mazes, and reads the maze files on the first call.
     pub(crate) fn entries(&self) -> &[MazeEntry] {
         let read = || self.catalogue.entries().iter().map(MazeEntry::new).collect();
         self.entries.get_or_init(read)

@@ -103,7 +103,7 @@ impl Runner {
     }
 }
 
-/// A guard that writes the outcome to the status when dropped, even if the thread of the mouse
+/// A guard that, when dropped, writes the outcome to the status, even if the thread of the mouse
 /// panics.
 struct OutcomeOnDrop {
     control: Arc<RunControl>,

@@ -48,7 +48,7 @@ impl PictureOptions {
     }
 }
 
-/// Draws an SVG of the maze before the first state. The page updates the SVG for each state.
+/// Draws the initial SVG of a run, which the page updates for each state.
 pub(crate) fn page_svg(source: &Source, run: u32) -> Result<String, ApiError> {
     let description = source.describe(run)?;
     let scene = match &description.truth {

@@ -12,12 +12,12 @@ use mmsim_server::{Monitor, MonitorError, Status};
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory};
 
-/// The maximum number of unpacked blocks in the cache of a source, enough for two states and their
-/// trails.
+/// The maximum number of unpacked blocks in the cache of a source, which is enough for two states
+/// and their trails.
 const CACHED_BLOCKS: usize = 8;
 
 /// The maximum number of attempts to describe the current run. An attempt fails if the run ends
-/// meanwhile.
+/// during the attempt.
 const MAX_ATTEMPTS: usize = 100;
 
 /// The run number of every recording.
@@ -44,7 +44,7 @@ struct RunCache {
     distances: DistanceHistory,
 }
 
-/// The properties of a run that never change.
+/// The constant properties of a run.
 pub(crate) struct RunDescription {
     pub(crate) title: String,
     pub(crate) info: Info,
@@ -198,7 +198,7 @@ impl Source {
         states.ok_or_else(|| ApiError::not_found(format!("state {index} does not exist")))
     }
 
-    /// Returns the distance bounds at sampled states of a run. The bounds are cached.
+    /// Returns the distance bounds at sampled states of a run, and caches the bounds.
     pub(crate) fn distances(&self, run: u32) -> Result<DistanceHistory, ApiError> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
         let mut distances = self.cache(run, |cache| cache.distances.clone());

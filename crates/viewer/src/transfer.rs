@@ -83,7 +83,7 @@ pub(crate) async fn receive_body(
     Ok(())
 }
 
-/// Receives the whole body of a request before its handler runs.
+/// Receives the whole body of a request before the handler of the request runs.
 pub(crate) async fn buffer_body(
     State(state): State<Arc<AppState>>,
     request: Request,
