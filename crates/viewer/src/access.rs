@@ -151,8 +151,8 @@ pub(crate) async fn guard(
     ] {
         headers.insert(name, HeaderValue::from_static(value));
     }
-    // With a token, the host is not loopback. On such hosts, browsers ignore this header without
-    // encryption and log a warning.
+    // With a token, the host is usually not loopback. On such hosts, browsers ignore this header
+    // without encryption and log a warning.
     if access.token.is_none() {
         let name = HeaderName::from_static("cross-origin-opener-policy");
         headers.insert(name, HeaderValue::from_static("same-origin"));
