@@ -1,4 +1,4 @@
-//! Collections of built-in mazes or of maze files in a folder.
+//! Collections of mazes that are built in or read from a folder.
 
 use std::borrow::Cow;
 use std::fs;
@@ -13,7 +13,7 @@ use crate::read::parse_maze;
 
 /// A collection of mazes.
 ///
-/// Creating a catalogue does not read any maze files; [`Entry::maze`] reads a single file.
+/// Creating a catalogue does not read the maze files. [`Entry::maze`] reads a maze.
 ///
 /// ```
 /// use mmsim_formats::Catalogue;
@@ -27,7 +27,7 @@ pub struct Catalogue {
     entries: Vec<Entry>,
 }
 
-/// A possibly unreadable maze in a [`Catalogue`].
+/// An entry of a [`Catalogue`]: a built-in maze, or a file that may be unreadable.
 #[derive(Clone, Debug)]
 pub struct Entry {
     path: PathBuf,
@@ -71,8 +71,8 @@ impl Catalogue {
         &self.entries
     }
 
-    /// Returns the entries whose path contains every word in `words`, ignoring case. Words are
-    /// separated by blanks.
+    /// Returns the entries whose path contains every blank-separated word in `words`, ignoring
+    /// case.
     pub fn matching(&self, words: &str) -> impl Iterator<Item = &Entry> {
         let words: Vec<String> = words.split_whitespace().map(str::to_lowercase).collect();
         self.entries.iter().filter(move |entry| {
@@ -88,7 +88,7 @@ impl Entry {
         &self.path
     }
 
-    /// Returns the name of the maze, which is its file name without the extension.
+    /// Returns the name of the maze: the file name without the extension.
     pub fn name(&self) -> String {
         self.path.file_stem().unwrap_or_default().to_string_lossy().to_string()
     }
@@ -102,7 +102,7 @@ impl Entry {
             .map_err(|source| ReadError::Parse { path: self.path.clone(), source })
     }
 
-    /// Reads the content of the maze file.
+    /// Returns the content of a built-in maze, or reads the maze file.
     ///
     /// # Errors
     /// See [`read_content`].
@@ -114,8 +114,8 @@ impl Entry {
     }
 }
 
-/// Lists the files that may be mazes. Subfolders that cannot be listed are included: reading them
-/// as files returns the error.
+/// Lists the files in a folder and its subfolders, except hidden and skipped files. Subfolders that
+/// cannot be listed are included, so that reading such an entry returns the error.
 fn list_folder(folder: &Path) -> Vec<PathBuf> {
     let is_hidden = |entry: &DirEntry| {
         entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")

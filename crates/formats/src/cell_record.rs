@@ -1,4 +1,5 @@
-//! Formats that store the walls of each cell separately, so each inner wall is stored twice.
+//! Records of single cells, for formats that store each inner wall twice: once for each adjacent
+//! cell.
 
 use mmsim_maze::{Cell, Heading, MazeSize, Sides, Walls};
 
@@ -18,11 +19,11 @@ pub(crate) fn by_columns(size: MazeSize) -> impl Iterator<Item = Cell> {
     (0..size.width()).flat_map(move |x| (0..size.height()).map(move |y| Cell { x, y }))
 }
 
-/// Combines the records of all cells into walls.
+/// Combines the records of all cells into the walls of a maze.
 ///
 /// # Errors
-/// Returns all contradictions between cells and all gaps in the outer wall, in the order of
-/// [`by_columns`].
+/// Returns an error for each contradiction between adjacent cells and for each gap in the outer
+/// wall.
 pub(crate) fn walls<'a>(
     size: MazeSize,
     record: impl Fn(Cell) -> &'a CellRecord,
@@ -40,7 +41,7 @@ pub(crate) fn walls<'a>(
                 }
                 continue;
             };
-            // The neighbour has already compared this side.
+            // This side was compared when the loop visited the neighbour.
             if matches!(heading, Heading::South | Heading::West) {
                 continue;
             }

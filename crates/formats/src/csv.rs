@@ -7,7 +7,7 @@ use crate::error::ParseError;
 use crate::parsed_maze::unmarked_maze;
 use crate::rows::{Item, items, table};
 
-/// The walls of the codes 1 to 16, as bits of [`Sides`].
+/// The walls that the codes 1 to 16 stand for, as bits of [`Sides`].
 const CODES: [u8; 16] = [8, 1, 2, 4, 12, 6, 3, 9, 10, 5, 14, 7, 11, 13, 0, 15];
 
 pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
@@ -110,7 +110,7 @@ mod tests {
         insta::assert_snapshot!(error("9,9,9", "9,,9"), @"line 2, column 3: expected a whole number from 1 to 16, found the end of the line");
         insta::assert_snapshot!(error("9,9,9", "9,9"), @"line 2, column 4: expected 3 numbers, as on line 1, found 2");
         insta::assert_snapshot!(error("9,9,9", "9,x,9"), @r#"line 2, column 3: expected a whole number from 1 to 16, found "x""#);
-        insta::assert_snapshot!(error(MAZE, &("11,".repeat(33) + "\n")), @"line 1, column 97: expected at most 32 cells side by side, found more");
+        insta::assert_snapshot!(error(MAZE, &("11,".repeat(33) + "\n")), @"line 1, column 97: expected at most 32 cells per row, found more");
         insta::assert_snapshot!(error(MAZE, &"11,11\n".repeat(33)), @"line 33, column 1: expected at most 32 rows of cells, found one more");
     }
 }

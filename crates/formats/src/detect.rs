@@ -60,18 +60,18 @@ fn detect_table(text: &str, first: &str) -> Format {
         return Format::Csv;
     }
     let is_only_hex = all.iter().any(|item| !is_number(item) || item.text.starts_with('0'));
-    // The digits 1 to 9 are valid in both formats, so the format that gives a maze is chosen.
+    // The digits 1 to 9 are valid in both formats. The format is hex if only hex gives a maze.
     let makes_only_hex = || csv::parse(text).is_err() && hex::parse(text).is_ok();
     if is_only_hex || makes_only_hex() { Format::Hex } else { Format::Csv }
 }
 
-/// Returns true if a line may be the side length in a trial file: a number of one or two digits.
+/// Returns true if a line could be the side length in a trial file, a number of one or two digits.
 fn is_side(line: &str) -> bool {
     (1..=2).contains(&line.len()) && line.bytes().all(|c| c.is_ascii_digit())
 }
 
-/// Returns true if a line of digits may be part of a drawing whose posts and walls are the same
-/// character.
+/// Returns true if a line consists of at least three equal characters. Such a line may belong to a
+/// drawing that uses one character for posts and walls.
 fn is_drawn(line: &str) -> bool {
     line.len() >= 3 && line.chars().all(|c| line.starts_with(c))
 }
@@ -95,11 +95,11 @@ mod tests {
             ("nothing", "", Format::Text),
             ("words", "hello\nworld\n", Format::Text),
             ("a drawing", "o---o\n| S |\no---o\n", Format::Text),
-            ("a drawing in plus signs", "+-+\n|S|\n+-+\n", Format::Text),
-            ("a gap in its first line", "o   o---o\n|   |   |\no---o---o\n", Format::Text),
+            ("a drawing with plus signs", "+-+\n|S|\n+-+\n", Format::Text),
+            ("a gap in the first line", "o   o---o\n|   |   |\no---o---o\n", Format::Text),
             ("a drawing of digits", "11111\n1   1\n11111\n", Format::Text),
-            ("a narrow one", "111\n1S1\n111\n", Format::Text),
-            ("one of letters", "eeeeeee\ne  G Ge\ne eee e\n", Format::Text),
+            ("a narrow drawing of digits", "111\n1S1\n111\n", Format::Text),
+            ("a drawing of letters", "eeeeeee\ne  G Ge\ne eee e\n", Format::Text),
             ("unknown walls", "o---o---o\n| S .   |\no---o---o\n", Format::Maze),
             ("an OSHWDEM title", "\nOSHWDEM\n+---+\n", Format::Oshwdem),
             ("a trial", "2\n1,3\n4,12\n", Format::Trial),

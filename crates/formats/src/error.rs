@@ -27,7 +27,7 @@ pub struct ParseError {
 pub enum ParseErrorKind {
     /// The content violates the format.
     Unreadable,
-    /// Two locations in the file contradict each other.
+    /// Two parts of the file contradict each other.
     Contradiction,
     /// An outer wall is missing.
     OpenPerimeter,

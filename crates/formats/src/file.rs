@@ -37,24 +37,26 @@ pub enum ReadError {
 /// Reads a maze file in any [`Format`](crate::Format).
 ///
 /// # Errors
-/// Returns an error with the path if the file is unreadable, too large or not a maze.
+/// Returns an error if the file is unreadable, too large or not a valid maze. The error contains
+/// the path.
 pub fn read_maze(path: &Path) -> Result<Maze, ReadError> {
     parse_maze(&read_content(path)?)
         .map_err(|source| ReadError::Parse { path: path.into(), source })
 }
 
-/// Reads the content of a maze file, for [`Format::detect`](crate::Format::detect) and
-/// [`Format::read`](crate::Format::read).
+/// Reads the content of a maze file, which can be passed to
+/// [`Format::detect`](crate::Format::detect) and [`Format::read`](crate::Format::read).
 ///
 /// # Errors
-/// Returns an error with the path if the file is unreadable or larger than [`MAX_FILE_BYTES`].
+/// Returns an error if the file is unreadable or larger than [`MAX_FILE_BYTES`]. The error contains
+/// the path.
 pub fn read_content(path: &Path) -> Result<Vec<u8>, ReadError> {
     let file = File::open(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
     read_content_from(file, path)
 }
 
-/// Reads the content of a maze file from an open reader, such as standard input. Error messages
-/// refer to the reader as `path`.
+/// Reads the content of a maze file from an open reader, such as standard input. `path` identifies
+/// the reader in error messages.
 ///
 /// # Errors
 /// See [`read_content`].

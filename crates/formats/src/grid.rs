@@ -14,9 +14,9 @@ pub(crate) struct Grid {
     pub(crate) below: Vec<Vec<bool>>,
     /// `right[row][column]` is true if the cell has a wall to its right.
     pub(crate) right: Vec<Vec<bool>>,
-    /// The marks in cells.
+    /// The marks drawn inside cells.
     pub(crate) cell_marks: Vec<Mark>,
-    /// The marks in place of posts. The post in the upper left corner is (0, 0).
+    /// The marks drawn in place of posts. The post in the upper left corner is (0, 0).
     pub(crate) post_marks: Vec<Mark>,
     /// The locations of unknown walls.
     pub(crate) unknown: Vec<Location>,
@@ -49,19 +49,19 @@ impl Mark {
 /// Parses the drawing in `text`, which starts at line `first_line` of the file.
 ///
 /// # Errors
-/// Returns all gaps in the outer wall and the first error of any other kind.
+/// Returns an error for each gap in the outer wall, and the first error of any other kind.
 pub(crate) fn parse(text: &str, first_line: usize, dots: Dots) -> Result<Grid, Vec<ParseError>> {
     let (grid, errors) = read(text, first_line, dots)?;
     if errors.is_empty() { Ok(grid) } else { Err(errors) }
 }
 
-/// Returns true if the drawing has unknown walls, even if the drawing has errors.
+/// Returns true if the drawing, which may contain errors, has unknown walls.
 pub(crate) fn has_unknown(text: &str) -> bool {
     read(text, 1, Dots::Unknown).is_ok_and(|(grid, _)| !grid.unknown.is_empty())
 }
 
-/// Reads the drawing up to the first error other than a gap in the outer wall. Returns the drawing
-/// and its errors.
+/// Reads the drawing until the first error that is not a gap in the outer wall. Returns the drawing
+/// and all errors found.
 fn read(text: &str, first_line: usize, dots: Dots) -> Result<(Grid, Vec<ParseError>)> {
     let lines = drawing_lines(text, first_line)?;
     let pitches = pitches(&lines[0])?;
@@ -72,12 +72,12 @@ fn read(text: &str, first_line: usize, dots: Dots) -> Result<(Grid, Vec<ParseErr
     if first.1.is_empty() {
         return Ok(first);
     }
-    // If posts and walls look alike, the first pitch that gives a maze is used.
+    // If posts and walls are the same character, the first pitch that gives a maze is used.
     let mut others = pitches.iter().skip(1).map(|&other| read_with(&lines, other, dots));
     Ok(others.find(|(_, errors)| errors.is_empty()).unwrap_or(first))
 }
 
-/// Reads a drawing with a post every `pitch` characters. Returns the drawing and its errors.
+/// Reads a drawing with a post every `pitch` characters. Returns the drawing and all errors found.
 fn read_with(
     lines: &[Line],
     (pitch, columns): (usize, usize),
@@ -164,9 +164,9 @@ impl Reader {
         (0..columns).map(&mut read_cell).collect()
     }
 
-    /// Returns true if the `length` characters from index `from` are a wall. Text without blanks is
-    /// a wall, blanks alone are an opening, and a dot between blanks is an unknown wall. Missing
-    /// outer walls are added to `gaps`.
+    /// Returns true if the `length` characters from index `from` mean a wall. Blanks mean an
+    /// opening, a dot (alone or between blanks) may mean an unknown wall, and other characters mean
+    /// a wall. Adds an error to `gaps` if an outer wall is missing.
     fn read_wall(&mut self, line: &Line, from: usize, length: usize, outer: bool) -> Result<bool> {
         let drawn = line.text(from, length);
         let is_unknown = self.dots == Dots::Unknown && [".", " . "].contains(&&drawn[..]);
@@ -220,8 +220,8 @@ impl Line {
     }
 }
 
-/// Returns the lines of the drawing. Lines of posts alternate with lines of cells, and the first
-/// and the last line are posts. Lines after the drawing are ignored.
+/// Returns the lines of the drawing. Rows of posts alternate with rows of cells, starting and
+/// ending with a row of posts. Lines after the drawing are ignored.
 fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
     let mut following = (first_line..)
         .zip(text.lines())
@@ -261,11 +261,11 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
     }
 }
 
-/// Returns true if the line after a row of posts is a row of cells instead of text after the maze.
+/// Returns true if the line after a row of posts is a row of cells rather than text after the maze.
 /// A row of cells usually starts with `|` or with the first character of the first row of cells. A
-/// line that starts with a blank or is as long as a row of posts is also a row of cells if the next
-/// line is a row of posts. Without this rule, a maze with a gap in its outer wall would be read as
-/// a smaller maze.
+/// line that starts with a blank, or is as long as a row of posts, is also a row of cells if the
+/// next line is a row of posts. If such lines ended the maze, a maze with a gap in its outer wall
+/// would be read as a smaller maze.
 fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     let (posts, wall) = (&lines[0], lines.get(1).map_or('|', |cells| cells.at(0)));
     let is_as_long = |line: &Line| line.characters.len() == posts.characters.len();
@@ -277,8 +277,8 @@ fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     lines.len() == 1 || is_row
 }
 
-/// Infers the distance between adjacent posts, in characters, and the number of columns from the
-/// first line. Returns several candidates if posts and walls look alike.
+/// Infers the distance between adjacent posts (in characters) and the number of columns from the
+/// first line. Returns several candidates if posts and walls are the same character.
 fn pitches(line: &Line) -> Result<Vec<(usize, usize)>> {
     let post = line.at(0);
     let pitches = match line.characters.iter().skip(1).position(|&c| c == post) {
@@ -304,7 +304,7 @@ fn measure(line: &Line, pitch: usize) -> Result<usize> {
     }
     if last / pitch > MAX_SIDE {
         let found = format!("{} cells", last / pitch);
-        return Err(line.error(MAX_SIDE * pitch + 1, "at most 32 cells side by side", &found));
+        return Err(line.error(MAX_SIDE * pitch + 1, "at most 32 cells per row", &found));
     }
     Ok(last / pitch)
 }

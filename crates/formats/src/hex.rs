@@ -8,8 +8,8 @@ use crate::error::{ParseError, quoted};
 use crate::parsed_maze::{ParsedMaze, unmarked_maze};
 use crate::rows::{Item, MAX_ITEMS, MAX_SIDE, items, table};
 
-/// The usual headings of the bits 1, 2, 4 and 8: clockwise from north and counter-clockwise from
-/// east.
+/// The two usual assignments of headings to the bits 1, 2, 4 and 8: clockwise from north, and
+/// counter-clockwise from east.
 const BIT_ORDERS: [[Heading; 4]; 2] = {
     use Heading::{East, North, South, West};
     [[North, East, South, West], [East, North, West, South]]
@@ -18,15 +18,15 @@ const BIT_ORDERS: [[Heading; 4]; 2] = {
 /// The order in which a file stores the cells of a maze.
 #[derive(Clone, Copy)]
 struct Layout {
-    /// The edge of the maze that the first line of the file runs along.
+    /// The edge of the maze along which the first line of the file runs.
     lines_from: Heading,
     /// The edge of the maze at which each line begins.
     digits_from: Heading,
 }
 
 impl Layout {
-    /// Returns all layouts. The layouts of drawings and of `.maz` files come first, since they are
-    /// the most common.
+    /// Returns all layouts. The layouts of drawings and of `.maz` files come first, since these
+    /// layouts are the most common.
     fn all() -> impl Iterator<Item = Self> {
         use Heading::{East, North, South, West};
         let usual = [(North, West), (West, South)];
@@ -46,15 +46,16 @@ impl Layout {
         format!("{lines} from the {}, each starting in the {}", self.lines_from, self.digits_from)
     }
 
-    /// Returns the size of the maze. The width of `table` is the length of a line, and its height
-    /// is the number of lines.
+    /// Returns the size of the maze. The width of `table` is the length of a line, and the height
+    /// of `table` is the number of lines.
     fn maze_size(self, table: MazeSize) -> MazeSize {
         let (digits, lines) = (usize::from(table.width()), usize::from(table.height()));
         let (width, height) = if self.has_columns() { (lines, digits) } else { (digits, lines) };
         MazeSize::new(width, height).unwrap_or(table)
     }
 
-    /// Returns the line of a cell and the index of its digit in that line.
+    /// Returns the index of the line that contains a cell, and the index of the cell's digit in
+    /// that line.
     fn position(self, size: MazeSize, Cell { x, y }: Cell) -> (usize, usize) {
         let cells_from = |edge| match edge {
             Heading::North => size.height() - 1 - y,
@@ -99,7 +100,7 @@ struct Encoding<'a> {
     digits: &'a Digits,
     /// The headings that the bits 1, 2, 4 and 8 stand for.
     bits: [Heading; 4],
-    /// True if set bits are open sides instead of walls.
+    /// True if a set bit means an open side, false if it means a wall.
     set_is_open: bool,
 }
 
@@ -120,8 +121,8 @@ impl<'a> Encoding<'a> {
         format!("{layout}; bits 1, 2, 4 and 8 are {set} to the {one}, {two}, {four} and {eight}")
     }
 
-    /// Returns the walls towards `heading`. Bit x of row y is set if the cell (x, y) has a wall on
-    /// this side.
+    /// Returns the walls on the side `heading` of all cells. Bit x of row y is set if the cell (x,
+    /// y) has a wall on this side.
     fn walls_towards(self, heading: Heading) -> [u32; MAX_SIDE] {
         let bit = self.bits.iter().position(|&side| side == heading).unwrap_or(0);
         let columns = u32::MAX >> (u32::BITS - u32::from(self.digits.size.width()));
@@ -129,8 +130,8 @@ impl<'a> Encoding<'a> {
         self.digits.planes[bit].map(|row| row ^ open)
     }
 
-    /// Returns the walls and the number of faults: contradictions, missing outer walls, and a start
-    /// that is not open only to the north.
+    /// Returns the walls and the number of faults. Faults are contradictions, missing outer walls,
+    /// and a start that is closed to the north or open to another side.
     fn decode(self) -> (Walls, u32) {
         let [north, east, south, west] = Heading::ALL.map(|heading| self.walls_towards(heading));
         let (width, height) = (self.digits.size.width(), usize::from(self.digits.size.height()));
@@ -157,7 +158,7 @@ impl<'a> Encoding<'a> {
 /// The prefixes of hex numbers.
 const PREFIXES: [&str; 2] = ["0x", "0X"];
 
-/// Splits a line into digits. Separated digits may have the prefix `0x` or `0`.
+/// Splits a line into digits and removes prefixes such as `0x`.
 pub(crate) fn digits(line: usize, content: &str) -> Vec<Item<'_>> {
     match items(line, content)[..] {
         [row] => characters(without_prefix(row, PREFIXES)),
@@ -180,7 +181,7 @@ pub(crate) fn digit(item: Item) -> Item {
     if item.text.len() == 2 { without_prefix(item, ["0"]) } else { item }
 }
 
-/// Removes the first of `prefixes` that the item has.
+/// Removes the first of `prefixes` that the item starts with.
 fn without_prefix(item: Item<'_>, prefixes: impl IntoIterator<Item = &'static str>) -> Item<'_> {
     let without = |prefix: &str| {
         let text = item.text.strip_prefix(prefix)?;
@@ -277,7 +278,8 @@ mod tests {
     use super::*;
     use crate::format::Format;
 
-    /// A maze as rows from the north, with bits set for walls to the north, east, south and west.
+    /// A maze as rows from the north. The bits 1, 2, 4 and 8 are set for walls to the north, east,
+    /// south and west.
     const MAZE: &str = "9553\na93a\naaaa\nec46\n";
 
     fn parse(text: &str) -> Result<Maze, ParseError> {
@@ -370,7 +372,7 @@ mod tests {
 
     /// Encodes walls as digits.
     fn written(walls: &Walls, encoding: Encoding) -> Vec<Vec<u8>> {
-        // A layout is its own inverse.
+        // `maze_size` is its own inverse.
         let layout = encoding.digits.layout;
         let table = layout.maze_size(walls.size());
         let mut values = vec![vec![0; table.width().into()]; table.height().into()];
@@ -395,7 +397,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn decoding_equals_a_comparison_cell_by_cell(
+        fn decoding_equals_comparing_cell_by_cell(
             walls in any_walls(),
             written_in in any::<prop::sample::Index>(),
             damage in prop::collection::vec((any::<prop::sample::Index>(), 0u8..16), 0..3),

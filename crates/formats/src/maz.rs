@@ -8,10 +8,10 @@ use crate::parsed_maze::unmarked_maze;
 
 const SIZE: MazeSize = MazeSize::CLASSIC;
 
-/// Returns true if the content is a `.maz` file, even one with errors. The bytes of a `.maz` file
+/// Returns true if the content is a `.maz` file, possibly with errors. The bytes of a `.maz` file
 /// are below 16, and the first byte is usually 14, which means a start that is open only to the
-/// north. A text file contains bytes of 16 or more unless it is blank, and it does not start with
-/// byte 14.
+/// north. A text file does not start with byte 14, and contains bytes of 16 or more unless the file
+/// is blank.
 pub(crate) fn matches(content: &[u8]) -> bool {
     let is_low = content.iter().all(|&byte| byte < 16);
     let is_blank = content.iter().all(|byte| (9..=13).contains(byte));
@@ -86,7 +86,7 @@ mod tests {
         assert_eq!(Format::Maz.write(&maze).as_ref(), Ok(&seed));
     }
 
-    /// The bytes 10 and 13 are a corridor and a dead end, although they are line ends in text.
+    /// The bytes 10 and 13, which are line ends in text, mean a corridor and a dead end.
     #[test]
     fn whitespace_bytes_are_cells() {
         let walls = Walls::closed(SIZE);

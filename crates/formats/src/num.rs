@@ -1,4 +1,4 @@
-//! The format with one line for each cell, with the coordinates and the four walls of the cell.
+//! The format with one line for each cell, which contains the coordinates and the four walls.
 
 use std::collections::BTreeMap;
 
@@ -76,7 +76,7 @@ fn coordinate(item: &Item) -> Result<usize, ParseError> {
     number.ok_or_else(|| item.error("a coordinate from 0 to 31"))
 }
 
-/// Lists the first three cells and the number of remaining cells.
+/// Lists the first three cells, followed by the number of other cells.
 fn abbreviated(cells: &[Cell]) -> String {
     const SHOWN: usize = 3;
     let shown: Vec<String> = cells.iter().take(SHOWN).map(Cell::to_string).collect();

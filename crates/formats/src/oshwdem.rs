@@ -71,7 +71,7 @@ OSHWDEM Maze Generator v1.2 R42263
     }
 
     #[test]
-    fn the_axes_are_turned() {
+    fn drawings_are_rotated() {
         let maze = parse(GENERATED).unwrap();
         insta::assert_snapshot!(maze, @"
         o---o---o---o---o---o

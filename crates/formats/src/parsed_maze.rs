@@ -1,10 +1,10 @@
-//! Parsed mazes and the assumptions made while reading them.
+//! Mazes read from files, with the assumptions made while reading.
 
 use mmsim_maze::{Cell, CellSet, Maze, MazeSize, Walls};
 
 use crate::error::{Location, ParseError};
 
-/// A maze from a file and the assumptions made while reading it.
+/// A maze read from a file, with the assumptions made while reading.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ParsedMaze {
@@ -27,7 +27,7 @@ pub struct ParsedMaze {
     pub ambiguous_encoding: Option<String>,
 }
 
-/// Converts a maze that was read without assumptions.
+/// Wraps a maze that was read without any assumptions.
 impl From<Maze> for ParsedMaze {
     fn from(maze: Maze) -> Self {
         Self { maze, unknown_walls: Vec::new(), ambiguous_encoding: None }
@@ -40,7 +40,8 @@ pub(crate) fn cell(x: usize, y: usize) -> Cell {
     Cell::new(x as u8, y as u8)
 }
 
-/// Creates a maze size. Callers check the size first, to report errors with an exact location.
+/// Creates a maze size. Callers check `width` and `height` beforehand in order to report errors
+/// with an exact location.
 pub(crate) fn size(width: usize, height: usize) -> Result<MazeSize, ParseError> {
     MazeSize::new(width, height).map_err(|error| {
         let found = format!("{}x{}", error.width, error.height);

@@ -10,11 +10,11 @@ use crate::rows::decode_text;
 use crate::{csv, hex, maz, num, oshwdem, text, trial};
 
 impl Format {
-    /// Reads a maze in this format and reports the assumptions made.
+    /// Reads a maze in this format. The result includes the assumptions made while reading.
     ///
     /// # Errors
-    /// Returns all contradictions, all gaps in the outer wall, and the first error of any other
-    /// kind.
+    /// Returns an error for each contradiction and for each gap in the outer wall, and the first
+    /// error of any other kind.
     ///
     /// ```
     /// use mmsim_formats::Format;
@@ -39,10 +39,10 @@ impl Format {
         }
     }
 
-    /// Reads a maze in this format without reporting the assumptions made.
+    /// Reads a maze in this format and discards the assumptions made while reading.
     ///
     /// # Errors
-    /// Returns the first error of [`read`](Self::read).
+    /// Returns the first of the errors that [`read`](Self::read) returns.
     pub fn parse(self, content: &[u8]) -> Result<Maze, ParseError> {
         match self.read(content) {
             Ok(parsed) => Ok(parsed.maze),
@@ -56,7 +56,7 @@ impl Format {
 /// Reads a maze from the content of a file in any [`Format`].
 ///
 /// # Errors
-/// Returns the first error, with its location.
+/// Returns the first error in the content.
 ///
 /// ```
 /// let error = mmsim_formats::parse_maze(b"o---o\n| S |\no-- o\n").unwrap_err();
@@ -125,7 +125,8 @@ mod tests {
         )
     }
 
-    /// Generates mazes that most formats support: square or 16×16, often without marks.
+    /// Generates arbitrary mazes, and mazes that most formats support: square mazes with the
+    /// default start and goal, often of 16×16 cells.
     fn likely_maze() -> impl Strategy<Value = Maze> {
         (any_maze(), any::<bool>(), any::<bool>()).prop_map(|(maze, classic, marked)| {
             let width = maze.size().width().into();
@@ -140,7 +141,7 @@ mod tests {
         })
     }
 
-    /// Reads the content in every format and checks each maze or error.
+    /// Reads the content in every format and checks the resulting mazes and errors.
     fn check(content: &[u8]) {
         let detected = Format::detect(content);
         assert_eq!(parse_maze(content), detected.parse(content));
@@ -163,8 +164,8 @@ mod tests {
         check_line_ends(content, detected);
     }
 
-    /// Checks that a maze can be read back from every format that supports it, and that the format
-    /// is detected.
+    /// Writes a maze in every format that supports the maze. Checks that the format is detected and
+    /// that reading returns the same maze.
     fn check_written(maze: &Maze) {
         for format in Format::ALL {
             if let Ok(content) = format.write(maze) {
@@ -174,9 +175,9 @@ mod tests {
         }
     }
 
-    /// Checks that an error message has one line, and that the location of the error is in the file
-    /// or just after the end of a line or of the file. In a drawing, missing trailing blanks count
-    /// as columns.
+    /// Checks that an error message has one line and that the location of the error is valid. A
+    /// valid location is in the file, or just after the end of a line or of the file. In a drawing,
+    /// missing trailing blanks count as columns.
     fn check_error(format: Format, error: &ParseError, content: &[u8]) {
         assert!(!error.to_string().contains(char::is_control), "{error:?}");
         let Location::Text { line, column } = error.location else {
@@ -195,7 +196,8 @@ mod tests {
         assert!((1..=length.map_or(0, |&length| length) + 1).contains(&column), "{error}");
     }
 
-    /// Checks that line ends and a byte order mark change neither the format nor the result.
+    /// Checks that neither the kind of line end nor a byte order mark changes the detected format
+    /// or the result.
     fn check_line_ends(content: &[u8], format: Format) {
         let Ok(text) = str::from_utf8(content) else { return };
         if format == Format::Maz || text.contains(['\r', '\u{feff}']) {
@@ -215,7 +217,7 @@ mod tests {
         }
 
         #[test]
-        fn a_drawing_parses_as_text_and_as_a_picture(maze in any_maze()) {
+        fn drawings_parse_from_files_and_from_strings(maze in any_maze()) {
             let text = maze.to_string();
             let parsed = Format::Text.read(text.as_bytes());
             prop_assert_eq!(parsed, Ok(ParsedMaze::from(maze.clone())));

@@ -1,4 +1,4 @@
-//! Splitting of text into lines, items and tables.
+//! Functions that split text into lines, items and tables.
 
 use mmsim_maze::MazeSize;
 
@@ -61,13 +61,13 @@ pub(crate) fn items(line: usize, content: &str) -> Vec<Item<'_>> {
     items
 }
 
-/// Returns the column after the last character of a line.
+/// Returns the column after the last character of a line, ignoring trailing blanks.
 pub(crate) fn end(content: &str) -> usize {
     content.trim_end().chars().count() + 1
 }
 
 /// Reads a table with rows of equal length. Returns the rows and the size of the table. `split`
-/// splits a line into items, and `what` is the name of the items in error messages.
+/// splits a line into items, and `what` describes the items in error messages.
 pub(crate) fn table<'a>(
     text: &'a str,
     what: &str,
@@ -82,7 +82,7 @@ pub(crate) fn table<'a>(
         let row = split(line, content);
         match (row.get(MAX_SIDE), rows.first().map(Vec::len)) {
             (Some(beyond), _) => {
-                let expected = "at most 32 cells side by side";
+                let expected = "at most 32 cells per row";
                 return Err(ParseError::at(beyond.location(), expected, "more"));
             }
             (None, Some(width)) if row.len() != width => {

@@ -140,7 +140,7 @@ o---o---o---o
         insta::assert_snapshot!(replaced("o---o---o---o\n|", "o---o---o---o\n\n\nnot |"), @r#"line 4, column 13: expected the outer wall, found " ""#);
     }
 
-    /// The first rows of the text would be a maze by themselves.
+    /// The lines above a gap may be a complete maze on their own.
     #[test]
     fn every_gap_is_reported_at_its_own_location() {
         let text = "o---o---o\n|       |\no---o---o\n|       |\no---o---o\n  official: 2\n";
@@ -172,7 +172,7 @@ o---o---o---o
     #[test]
     fn more_than_32_cells_are_an_error() {
         let wide = "o".to_string() + &"---o".repeat(33);
-        insta::assert_snapshot!(error(&wide), @"line 1, column 130: expected at most 32 cells side by side, found 33 cells");
+        insta::assert_snapshot!(error(&wide), @"line 1, column 130: expected at most 32 cells per row, found 33 cells");
         let high = "o---o\n|   |\n".repeat(33) + "o---o\n";
         insta::assert_snapshot!(error(&high), @"line 66, column 1: expected at most 32 rows of cells, found one more");
     }

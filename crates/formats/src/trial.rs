@@ -79,7 +79,8 @@ mod tests {
     use super::*;
     use crate::format::Format;
 
-    /// A maze as columns from west to east, with cells from south to north.
+    /// A maze with one line for each column, from west to east. The numbers in a line are cells
+    /// from south to north.
     const MAZE: &str = "4\n1,7,5,4\n2,10,3,6\n11,13,14,8\n9,5,13,4\n";
 
     fn parse(text: &str) -> Result<Maze, ParseError> {

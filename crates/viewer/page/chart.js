@@ -3,7 +3,7 @@
 
 import { query, setAttributes, setText } from "./dom.js";
 
-/** In units of the view box. The label of the maximum is in the space above the lines. */
+/** The dimensions in units of the view box. The space above y = TOP contains the label of the maximum. */
 const [WIDTH, HEIGHT, TOP] = [512, 100, 20];
 
 export class Chart {
@@ -33,7 +33,7 @@ export class Chart {
     const max = Math.max(1, ...open.map(Number), ...closed.map(Number));
     /** @param {number} distance */
     const y = (distance) => (HEIGHT - (distance / max) * (HEIGHT - TOP)).toFixed(1);
-    /** A step line, with gaps where there is no path. @param {(number | null)[]} distances */
+    /** Returns a step line, with gaps where there is no path. @param {(number | null)[]} distances */
     const line = (distances) => {
       let path = "";
       distances.forEach((distance, i) => {
@@ -44,7 +44,7 @@ export class Chart {
     };
     query(this.#panel, ".plot .optimistic", SVGElement).setAttribute("d", line(open));
     query(this.#panel, ".plot .pessimistic", SVGElement).setAttribute("d", line(closed));
-    // The line of a path that is new in the last state has no length: mark its end with a dot.
+    // If a path is first found in the last state, its line has no length. A dot marks the end of the line.
     const end = closed.at(-1) ?? null;
     query(this.#panel, ".plot .dot", SVGElement).setAttribute("d", end === null ? "" : `M${WIDTH} ${y(end)}h0`);
     setText(this.#panel, ".max", states > 0 ? max : "");

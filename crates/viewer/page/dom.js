@@ -1,8 +1,8 @@
-// @ts-check DOM helpers. Unchanged values are not written again, since even writing the same value triggers a
-// layout.
+// @ts-check
+// DOM helpers. They skip unchanged values, since writing even the same value triggers a layout.
 
 /**
- * Returns the first element that matches a selector, which must exist.
+ * Returns the first element that matches a selector. Throws an error if there is none.
  * @template {Element} [T=HTMLElement]
  * @param {ParentNode} root
  * @param {string} selector
@@ -45,7 +45,7 @@ export const nextFrame = () => new Promise(requestAnimationFrame);
 /** @param {number} milliseconds */
 export const sleep = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
-/** Shows an error until it is dismissed or the next action starts. @param {unknown} error */
+/** Shows an error until the user dismisses it or starts another action. @param {unknown} error */
 export function showError(error) {
   if (!(error instanceof Error) || error.name === "AbortError") return;
   // `fetch` fails with a TypeError when there is no response.

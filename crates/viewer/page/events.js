@@ -1,7 +1,7 @@
 // @ts-check
-// The stream of server-sent events, open while the tab is visible.
+// The stream of server-sent events, which is open while the tab is visible.
 
-/** Milliseconds before reopening a stream that the browser does not reconnect itself. */
+/** Milliseconds before a stream is reopened if the browser does not reconnect by itself. */
 const RETRY = 2000;
 
 /**

@@ -1,5 +1,5 @@
 // @ts-check
-// The figures of the shown state, and its announcement to screen readers.
+// Shows the figures of a state, and announces the state to screen readers.
 
 import { formatNumber, pluralize, query, setAttributes, setText } from "./dom.js";
 import { HEADINGS } from "./state.js";

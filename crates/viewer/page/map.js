@@ -1,6 +1,6 @@
 // @ts-check
-// The map of the maze. The server draws it; a state then updates only the elements that differ, since most
-// of the thousands of elements stay the same from state to state.
+// The map of the maze, which is an SVG drawn by the server. For each state, the page updates only the elements that
+// change, since most of the thousands of elements stay the same.
 
 import { setAttributes } from "./dom.js";
 import { DX, DY, HEADINGS, VISITED, WALL_BITS } from "./state.js";
@@ -15,14 +15,14 @@ import { DX, DY, HEADINGS, VISITED, WALL_BITS } from "./state.js";
 const PITCH = 20;
 export const dark = matchMedia("(prefers-color-scheme: dark)");
 
-/** One attribute of many elements, as numbers. Writes an attribute only when its number changes. */
+/** An attribute of many elements, with a number for each element. The attribute is written when its number changes. */
 class Attributes {
   /** @param {Element[]} elements @param {string} name @param {(value: number, index: number) => string} format */
   constructor(elements, name, format) {
     this.elements = elements;
     this.name = name;
     this.format = format;
-    // No value is -2, so the first state writes all attributes.
+    // -2 is not a valid number, so the first state writes all attributes.
     this.values = new Int16Array(elements.length).fill(-2);
   }
 
@@ -68,7 +68,7 @@ export class MazeMap {
       const wall = isTrue[i] ? "wall true" : "wall";
       return !reported ? wall : isTrue[i] || !source.truth ? `${wall} known` : "wall mistaken";
     });
-    /** The cells on both sides of each wall, and its bit in each: either may report the wall. */
+    /** The two cells next to each wall, and the bit of the wall in each cell. Either cell may report the wall. */
     this.#wallSides = walls.map((wall) => {
       const [x, y, side] = (wall.getAttribute("data-wall") ?? "").split(",");
       const heading = "NESW".indexOf(side);
@@ -138,7 +138,7 @@ export class MazeMap {
     return `${(x + 0.5) * PITCH}${separator}${(this.#source.height - y - 0.5) * PITCH}`;
   }
 
-  /** Cell under the pointer, y * width + x, or null. @param {{ clientX: number, clientY: number }} pointer */
+  /** The cell under the pointer as y * width + x, or null. @param {{ clientX: number, clientY: number }} pointer */
   cellAt({ clientX, clientY }) {
     const { width, height } = this.#source;
     const point = new DOMPoint(clientX, clientY).matrixTransform(this.svg.getScreenCTM()?.inverse());
@@ -146,7 +146,7 @@ export class MazeMap {
     return x >= 0 && y >= 0 && x < width && y < height ? y * width + x : null;
   }
 
-  /** Outlines a cell. @param {number | null} cell */
+  /** Outlines a cell, or removes the outline if `cell` is null. @param {number | null} cell */
   highlight(cell) {
     if (cell === null) return this.#cursor.remove();
     const { width, height } = this.#source;
@@ -156,7 +156,10 @@ export class MazeMap {
   }
 }
 
-/** Returns the path of a centred number, empty if it is negative. @param {number} number @param {DrawingStyle} style */
+/**
+ * Returns the SVG path of a centred number, or an empty path if the number is negative.
+ * @param {number} number @param {DrawingStyle} style
+ */
 function numberPath(number, { advance, digits }) {
   if (number < 0) return "";
   return [...`${number}`]

@@ -1,5 +1,5 @@
 // @ts-check
-// The searchable list of mazes. Thumbnails load as they scroll into view; a click loads a maze.
+// The searchable list of mazes. Thumbnails load as they scroll into view; a click on an entry loads the maze.
 
 import * as api from "./api.js";
 import { clearError, cloneTemplate, confirmReset, pluralize, query, setText, showError } from "./dom.js";
@@ -32,7 +32,7 @@ export class MazeList {
     this.#element.onkeydown = (event) => this.#handleKey(event);
   }
 
-  /** Selects the text, so that typing replaces it. */
+  /** Focuses the search field and selects the text, so that typing replaces the text. */
   focusSearch() {
     this.#search.focus();
     this.#search.select();
@@ -71,7 +71,7 @@ export class MazeList {
     return { maze, item, button, searchText };
   }
 
-  /** Shows the mazes that contain all words, in any order and case. */
+  /** Shows the mazes that match all search words, in any order and ignoring case. */
   #filter() {
     const words = this.#search.value.toLowerCase().split(/\s+/);
     for (const { searchText, item } of this.#entries) item.hidden = !words.every((word) => searchText.includes(word));
@@ -84,7 +84,7 @@ export class MazeList {
     return this.#entries.filter(({ item }) => !item.hidden);
   }
 
-  /** Tab reaches one maze of the list: the given, the current or the first. @param {unknown} [preferred] */
+  /** Makes one maze reachable with Tab: the preferred, the current or the first maze. @param {unknown} [preferred] */
   #setTabStop(preferred) {
     const shown = this.#shown;
     const current = shown.find(({ maze }) => maze.path === this.#current) ?? shown[0];
@@ -98,7 +98,7 @@ export class MazeList {
     const { key, target } = event;
     const searching = target === this.#search;
     if (searching && key === "Enter") {
-      event.preventDefault(); // or the key would also press a button of the dialog
+      event.preventDefault(); // otherwise the key would also press a button of the dialog
       if (shown.length > 0 && this.#search.value.trim()) void this.#select(shown[0].maze);
     }
     const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity }[key];
@@ -111,7 +111,7 @@ export class MazeList {
     this.#setTabStop(next);
   }
 
-  /** Asks for confirmation if this deletes states. @param {api.MazeEntry} maze */
+  /** Loads a maze, after confirmation if loading deletes states. @param {api.MazeEntry} maze */
   async #select({ path, name, error }) {
     clearError();
     if (error !== null) return showError(new Error(error));

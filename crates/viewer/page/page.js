@@ -1,5 +1,5 @@
 // @ts-check
-// Entry point: connects the server's events with the lists of mazes and recordings and the panels.
+// Entry point: passes the server's events to the panels and to the lists of mazes and recordings.
 
 import * as api from "./api.js";
 import { clearError, query, setAttributes, setText, showError, sleep } from "./dom.js";
@@ -13,7 +13,7 @@ const LIVE = "live";
 
 /** @type {Map<string, Panel>} */
 const panels = new Map();
-/** Id of the panel that receives keyboard shortcuts. */
+/** ID of the panel that receives keyboard shortcuts. */
 let active = "";
 /** @type {RunForm | undefined} */
 let runForm;
@@ -35,12 +35,12 @@ let openIds = info.opened;
 
 listen(
   (event) => {
-    // The simulator was restarted: its runs and recordings reuse the ids shown here.
+    // The simulator was restarted. Its new runs and recordings reuse the IDs on this page.
     if (event.server !== info.server) return location.reload();
     if (event.run !== null) panels.get(LIVE)?.follow(event.run, event.states ?? 0);
     mazes?.setCurrent(event.maze);
     runForm?.show(event.mouse);
-    // Compare with the previous event: this one may be older than a recording that was just opened.
+    // Compare with the previous event, not with the panels: a recording may have opened after this event was sent.
     for (const id of openIds) if (!event.opened.includes(id)) remove(id);
     openIds = event.opened;
     if (!info.records || event.recordings === recordingsVersion) return;
@@ -70,7 +70,7 @@ function openPanel(id) {
   close.hidden = id === LIVE;
   close.onclick = () => {
     remove(id);
-    // Another page may have closed it already.
+    // Another page may already have closed the recording.
     api.closeRecording(id).catch((error) => error.isNotFound || showError(error));
   };
   void panel.load();
@@ -84,7 +84,7 @@ function activate(id) {
   for (const [other, { element }] of panels) element.classList.toggle("active", other === id);
 }
 
-/** Removes a panel and moves its focus, if it has it, to a neighbour. @param {string} id */
+/** Removes a panel. If the panel has the focus, a neighbour receives the focus. @param {string} id */
 function remove(id) {
   const panel = panels.get(id);
   if (!panel) return;

@@ -1,6 +1,6 @@
 // @ts-check
-// A panel shows one source of states, the live simulation or a recording: its map, player controls and
-// the figures of the shown state.
+// A panel shows a source of states, which is either the live simulation or a recording. The panel contains the map,
+// the player controls and the figures of the shown state.
 
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
@@ -11,15 +11,15 @@ import { DX, DY, decodeState } from "./state.js";
 import { Timeline } from "./timeline.js";
 
 /**
- * Pause after drawing a live state: the time that drawing took times `factor`, within `min` and `max`
- * milliseconds. While states arrive fast the factor is larger, to leave the processors to the search.
+ * The pause after drawing a live state is the drawing time multiplied by `factor`, but at least `min` and at most `max`
+ * milliseconds. While states arrive fast, `fastFactor` applies instead, to leave the processors to the search.
  */
 const DRAW_PAUSE = { min: 25, max: 150, factor: 2, fastFactor: 10 };
-/** With more new states than this per draw, the weights are hidden: drawing them takes half of the time. */
+/** If more states than this are new in a draw, the weights are hidden, since they take half of the drawing time. */
 const FAST_STATES = 50;
 /** Milliseconds without drawing until weights are shown again. */
 const FAST_TIMEOUT = 100;
-/** Milliseconds between loads of the source: clients may reset as often as they like. */
+/** Minimum time between loads of the source, in milliseconds. Clients may reset more often. */
 const LOAD_PAUSE = 100;
 /** Milliseconds between updates of the chart, and before a state is announced. */
 const SLOW_INTERVAL = 1000;
@@ -75,7 +75,7 @@ export class Panel {
     const map = query(element, ".map");
     map.onpointermove = (event) => this.#highlight(this.#map?.cellAt(event) ?? null);
     map.onpointerleave = map.onblur = () => this.#highlight(null);
-    // Without the focus on the map, arrow keys still step through the history after a click.
+    // A click does not focus the map, so the arrow keys still step through the history after a click.
     map.onmousedown = (event) => event.preventDefault();
     map.onkeydown = (event) => this.#handleKey(event);
   }
@@ -93,7 +93,7 @@ export class Panel {
     return this.#latest !== null && this.#latest.run > (this.#source?.run ?? -1);
   }
 
-  /** Loads the source, replacing what the panel shows. */
+  /** Loads the source and replaces the content of the panel. */
   async load() {
     if (this.#loading) return;
     this.#loading = true;
@@ -107,7 +107,7 @@ export class Panel {
       this.#install(source, await api.drawing(source, signal));
     } catch (error) {
       retry = isRunOver(error);
-      if (!retry) showError(error); // the next event loads again
+      if (!retry) showError(error); // the next event loads the source again
     }
     await sleep(LOAD_PAUSE);
     this.#loading = false;
@@ -148,7 +148,7 @@ export class Panel {
     this.element.remove();
   }
 
-  /** Draws the target state until it is shown. Targets passed in the meantime are skipped, not queued. */
+  /** Draws until the target state is shown. States that stop being the target during a draw are skipped. */
   async #draw() {
     if (this.#drawing) {
       if (!this.timeline.following) this.#endPause();
@@ -215,7 +215,7 @@ export class Panel {
     return { numbers: checked("numbers"), heat: checked("heat"), trail: checked("trail") };
   }
 
-  /** Updates the chart, the export links and the announcement, which need not follow each state. */
+  /** Updates the chart, the export links and the announcement. These updates need not follow each state. */
   #showSlowly() {
     this.#slowTimer ||= setTimeout(
       async () => {
@@ -242,7 +242,7 @@ export class Panel {
     );
   }
 
-  /** Exports save the shown state, layers and theme. */
+  /** Makes the export links save the shown state, layers and theme. */
   #updateExportLinks() {
     if (!this.#source) return;
     const layers = Object.entries(this.#layers).map(([layer, shown]) => `&${layer}=${shown}`);
@@ -255,7 +255,7 @@ export class Panel {
     }
   }
 
-  /** Arrow keys move the highlight, at first from the cell of the mouse. @param {KeyboardEvent} event */
+  /** Moves the highlight with the arrow keys. The first move starts at the mouse. @param {KeyboardEvent} event */
   #handleKey(event) {
     const source = this.#source;
     const heading = ["ArrowUp", "ArrowRight", "ArrowDown", "ArrowLeft"].indexOf(event.key);

@@ -1,12 +1,12 @@
 // @ts-check
-// The list of the server's recordings, and recordings from the user's files.
+// The list of the server's recordings, and the upload of recordings from the user's files.
 
 import * as api from "./api.js";
 import { clearError, cloneTemplate, formatNumber, query, setText, showError, sleep } from "./dom.js";
 
-/** Milliseconds between requests for the list: clients may reset as often as they like. */
+/** Minimum time between requests for the list, in milliseconds. Clients may reset more often. */
 const REFRESH_PAUSE = 1000;
-/** Names of the server's recordings: time, maze, number. */
+/** Names of the server's recordings, which consist of date, time, maze and number. */
 const NAME = /^[\d-]+_[\d-]+_(.+)_\d+$/;
 
 export class RecordingList {
@@ -52,7 +52,7 @@ export class RecordingList {
     this.#refreshing = false;
   }
 
-  /** Keeps existing items, since one may have the focus. @param {api.RecordingEntry[]} entries */
+  /** Updates the list but keeps existing items, since one may have the focus. @param {api.RecordingEntry[]} entries */
   #show(entries) {
     const list = query(this.#element, "ul");
     query(this.#element, ".empty").hidden = entries.length > 0;
@@ -88,7 +88,8 @@ export class RecordingList {
   /** @param {FileList | null | undefined} files */
   async #upload(files) {
     clearError();
-    // One at a time, since the server limits parallel uploads. Copy the list: clearing the input empties it.
+    // Upload one file at a time, since the server limits parallel uploads. Copy the list of files, since
+    // clearing the input empties the list.
     for (const file of [...(files ?? [])]) await this.#open(api.uploadRecording(file));
   }
 

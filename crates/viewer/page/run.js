@@ -1,5 +1,5 @@
 // @ts-check
-// The form that runs a bundled strategy. The server runs it as an ordinary client.
+// The form that runs a bundled strategy. The server runs the strategy as an ordinary client.
 
 import * as api from "./api.js";
 import { clearError, confirmReset, query, setAttributes, setText, showError } from "./dom.js";
@@ -26,7 +26,7 @@ export class RunForm {
     form.onsubmit = async (event) => {
       event.preventDefault();
       clearError();
-      // The states of a bundled strategy need no confirmation: running it again reproduces them.
+      // The states of a bundled strategy are deleted without confirmation, since another run reproduces them.
       const states = this.#status ? 0 : liveStates();
       if (states > 0 && !(await confirmReset("Run", strategy.value, states))) return;
       api.startMouse(strategy.value, Number(pace.value)).catch(showError);

@@ -1,18 +1,18 @@
 // @ts-check
-// Decodes states: the message `S` of docs/protocol.md.
+// Decodes states, which are messages `S` as described in docs/protocol.md.
 
 /**
- * A decoded state. `weights` and `walls` hold the cell (x, y) at y * width + x. Headings count
- * clockwise from north = 0.
+ * A decoded state. `weights` and `walls` store the cell (x, y) at index y * width + x. Headings are
+ * numbered clockwise, starting with north = 0.
  * @typedef {{ x: number, y: number, heading: number, weights: Uint8Array, walls: Uint8Array }} State
  * @typedef {{ width: number, height: number }} Size
  */
 
 export const VISITED = 1;
-/** Wall bit of a cell by heading. */
+/** The bit of a cell's wall for each heading. */
 export const WALL_BITS = [16, 2, 4, 8];
 export const HEADINGS = ["north", "east", "south", "west"];
-/** Offset to the next cell by heading. */
+/** The offset to the next cell for each heading. */
 export const DX = [0, 1, 0, -1];
 export const DY = [1, 0, -1, 0];
 
@@ -30,7 +30,7 @@ export function decodeState(message, size) {
   };
 }
 
-/** @param {Uint8Array} encoded the order, then one byte per cell @param {Size} size */
+/** @param {Uint8Array} encoded the order of the cells, then one byte per cell @param {Size} size */
 function decodeMatrix(encoded, { width, height }) {
   const bytes = encoded.subarray(1);
   if (encoded[0] !== COLUMN_MAJOR) return bytes;

@@ -1,10 +1,10 @@
 // @ts-check
-// The player controls: they choose the state to show, which is the newest while following. Indices count
-// from 0, the numbers shown to the user from 1.
+// The player controls, which select the state to show. While following, the newest state is shown. Indices start
+// at 0, but the state numbers on the page start at 1.
 
 import { formatNumber, query, setAttributes, setText } from "./dom.js";
 
-/** States per arrow key with Shift. */
+/** Step of the arrow keys with Shift, in states. */
 const LARGE_STEP = 10;
 /** Milliseconds between updates of the number of states while not following. */
 const COUNT_INTERVAL = 200;
@@ -65,7 +65,7 @@ export class Timeline {
     this.#jump.reportValidity();
   }
 
-  /** Index of the state to show, -1 if there is none. */
+  /** Index of the state to show, or -1 if there are no states. */
   get target() {
     return this.following ? this.states - 1 : Math.min(this.#selected, this.states - 1);
   }
@@ -78,7 +78,7 @@ export class Timeline {
 
   /** @param {number} states */
   grow(states) {
-    if (states <= this.states) return; // received out of order
+    if (states <= this.states) return; // an older event, received late
     this.states = states;
     if (this.following) return this.#onChange();
     this.#timer ||= setTimeout(() => {
@@ -95,7 +95,7 @@ export class Timeline {
   /** @param {number} index */
   seek(index) {
     this.playing = false;
-    if (this.states > 0) this.#moveTo(false, index); // else keep following, for the first state
+    if (this.states > 0) this.#moveTo(false, index); // otherwise keep following, to show the first state
   }
 
   /** @param {boolean} following @param {number} index */
@@ -106,7 +106,7 @@ export class Timeline {
     this.#onChange();
   }
 
-  /** Plays from the shown state, or from the first if the last is shown. */
+  /** Plays from the shown state. If the last state is shown, plays from the first state. */
   #play() {
     let from = this.target === this.states - 1 ? 0 : this.target;
     let [speed, started] = [0, 0];
@@ -126,7 +126,7 @@ export class Timeline {
     requestAnimationFrame(tick);
   }
 
-  /** Returns true if the key is a shortcut. @param {KeyboardEvent} event */
+  /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event */
   handleKey({ key, shiftKey }) {
     const step = shiftKey ? LARGE_STEP : 1;
     if (key === "ArrowLeft") this.seek(this.target - step);

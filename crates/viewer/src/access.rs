@@ -1,8 +1,8 @@
 //! Access control for the page and its API.
 //!
-//! Other web sites in the same browser can send requests to this server. Other sites cannot read
-//! the responses, since the server sends no CORS headers. The checks in this module reject the
-//! requests of other web sites and prevent DNS rebinding.
+//! Other web sites that are open in the same browser as the page can send requests to this server.
+//! Other web sites cannot read the responses, since the server sends no CORS headers. The checks in
+//! this module reject the requests of other web sites and prevent DNS rebinding.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use axum::response::{IntoResponse, Response};
 
 use crate::api_error::ApiError;
 
-/// The content security policy, which allows the page to load resources only from this server.
+/// The content security policy, which restricts the page to resources from this server.
 const CONTENT_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
     img-src 'self' blob: data:; connect-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
@@ -28,8 +28,8 @@ pub(crate) struct Access {
     /// The token that every request must contain, or `None` if only this machine can reach the
     /// server.
     token: Option<String>,
-    /// The name of the cookie with the token. The name contains the port, since browsers share
-    /// cookies between all ports of a host.
+    /// The name of the cookie that contains the token. The cookie name includes the port, since
+    /// browsers share cookies between all ports of a host.
     cookie_name: String,
 }
 
@@ -38,8 +38,8 @@ impl Access {
         Self { token, cookie_name: format!("mmsim-{port}") }
     }
 
-    /// Returns the path and query of a URL that passes the token to the page, or an empty string if
-    /// there is no token.
+    /// Returns the part of the page's URL after the port. This part contains the token, or is empty
+    /// if there is no token.
     pub(crate) fn query(&self) -> String {
         self.token.as_ref().map(|token| format!("/?token={token}")).unwrap_or_default()
     }
@@ -56,16 +56,17 @@ impl Access {
         }
     }
 
-    /// Returns the host of a request. Without a token, the host must be a name that always refers
-    /// to this machine. With a token, every host is safe, since a browser sends the cookie only to
-    /// the host that set it.
+    /// Returns the host of a request, or an error if the host is not allowed. Without a token, only
+    /// hosts that always refer to this machine are allowed. With a token, every host is allowed,
+    /// since a browser sends the cookie only to the host that set it.
     fn check_host(&self, uri: &Uri, headers: &HeaderMap) -> Result<String, ApiError> {
         let mut hosts = headers.get_all(header::HOST).iter();
         let host = match (hosts.next(), hosts.next(), uri.authority()) {
             (Some(host), None, None) => host.to_str().unwrap_or_default().to_ascii_lowercase(),
             (host, _, authority) => {
                 let text = format!(
-                    "expected one Host header and a relative target, found {host:?} and {authority:?}"
+                    "expected one Host header and a target without a host, found {host:?} and \
+                     {authority:?}"
                 );
                 return Err(ApiError::bad_request(text));
             }
@@ -115,7 +116,7 @@ impl Access {
         tokens.chain(query_token(uri)).any(|sent| constant_time_eq(sent, token))
     }
 
-    /// Returns the cookie to set if the URL of a request contains the token.
+    /// Returns a cookie with the token if the URL of a request contains a token.
     fn cookie_for(&self, uri: &Uri) -> Option<HeaderValue> {
         let (token, _) = (self.token.as_ref()?, query_token(uri)?);
         let cookie = format!("{}={token}; Path=/; HttpOnly; SameSite=Lax", self.cookie_name);
@@ -150,8 +151,8 @@ pub(crate) async fn guard(
     ] {
         headers.insert(name, HeaderValue::from_static(value));
     }
-    // With a token, the page is on another host. Without encryption, browsers ignore this header
-    // there and log a warning.
+    // With a token, the host is usually not loopback. On such hosts, browsers ignore this header
+    // without encryption and log a warning.
     if access.token.is_none() {
         let name = HeaderName::from_static("cross-origin-opener-policy");
         headers.insert(name, HeaderValue::from_static("same-origin"));
@@ -181,8 +182,8 @@ fn query_token(uri: &Uri) -> Option<&str> {
     uri.query()?.split('&').find_map(|pair| pair.strip_prefix("token="))
 }
 
-/// Compares two strings in a time that depends only on their lengths, so the time reveals no prefix
-/// of the token.
+/// Compares two strings in a time that depends only on their lengths. The time does not reveal how
+/// much of a guessed token is correct.
 fn constant_time_eq(sent: &str, token: &str) -> bool {
     let differing = sent.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
     sent.len() == token.len() && differing == 0

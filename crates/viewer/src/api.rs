@@ -143,7 +143,7 @@ struct SourceInfo {
     goals: Vec<[u8; 2]>,
     states: usize,
     state_bytes: usize,
-    /// True if the true maze is known.
+    /// True if the actual maze is known.
     truth: bool,
     shortest_path: Option<u16>,
     /// The integrity of a recording, which is `closed`, `cut` or `damaged`.

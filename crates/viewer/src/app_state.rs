@@ -20,16 +20,17 @@ const MAX_OPEN_RECORDINGS: usize = 8;
 
 /// The state that all HTTP handlers share.
 pub(crate) struct AppState {
-    /// An ID of this process that allows a page to detect a restart.
+    /// The ID of this server process. If the ID changes, a page knows that the server was
+    /// restarted.
     pub(crate) server_id: String,
     pub(crate) live: Option<LiveServer>,
     /// The folder whose recordings the page lists.
     pub(crate) recordings_dir: Option<PathBuf>,
     pub(crate) mazes: MazeList,
     pub(crate) limits: Limits,
-    /// The queue for drawing PNG pictures, one at a time.
+    /// The queue for PNG pictures, which are drawn one at a time.
     pub(crate) pictures: JobQueue,
-    /// The queue for drawing GIFs of up to several hundred frames, one at a time.
+    /// The queue for GIFs, which are drawn one at a time and have up to several hundred frames.
     pub(crate) animations: JobQueue,
     /// The queue for reading and writing recordings.
     pub(crate) recording_jobs: JobQueue,

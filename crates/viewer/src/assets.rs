@@ -5,7 +5,7 @@ use axum::http::header;
 use axum::routing::get;
 use mmsim_drawing::{page_json, stylesheet};
 
-/// Expands to the name, media type and content of each file.
+/// Expands to a list with the name, media type and content of each file.
 macro_rules! files {
     ($($name:literal: $media_type:expr),+ $(,)?) => {
         &[$(($name, $media_type, include_str!(concat!("../page/", $name)))),+]

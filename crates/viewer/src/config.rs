@@ -32,7 +32,8 @@ impl ViewerConfig {
         Self { mazes, ..self }
     }
 
-    /// Lists the recordings in a folder, usually the folder that the server records to.
+    /// Sets the folder whose recordings the page lists. The server usually records to the same
+    /// folder.
     pub fn with_recordings(self, folder: impl Into<Option<PathBuf>>) -> Self {
         Self { recordings_dir: folder.into(), ..self }
     }

@@ -1,10 +1,10 @@
-//! Bounds on the distance from the start to the goal, for a single state or over a run.
+//! Bounds on the distance from the start to the goal, for a single state or for samples of a run.
 
 use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_solvers::Distances;
 use serde::Serialize;
 
-/// The maximum number of samples of a run.
+/// The maximum number of sampled states of a run.
 const MAX_SAMPLES: usize = 512;
 
 /// Bounds on the number of steps from the start to the nearest goal cell. A bound is `None` if
@@ -52,7 +52,7 @@ impl Default for DistanceHistory {
 }
 
 impl DistanceHistory {
-    /// Extends the history to `states` states without computing existing samples again.
+    /// Extends the history to `states` states without recomputing existing samples.
     pub(crate) fn extend<E>(
         &mut self,
         states: usize,
@@ -105,12 +105,12 @@ mod tests {
         );
         assert!(
             !DistanceBounds::new(&map).is_proven_optimal(),
-            "without a path there is no optimal one"
+            "without a path, no path is optimal"
         );
     }
 
     #[test]
-    fn extending_equals_computing_afresh() {
+    fn extending_equals_recomputing() {
         let bounds_at = |index: usize| {
             let optimistic = u16::try_from(index % 60_000).ok();
             Ok::<_, ()>(DistanceBounds {

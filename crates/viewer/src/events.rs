@@ -19,22 +19,23 @@ use crate::limits::MAX_EVENT_STREAMS;
 use crate::live::LiveServer;
 use crate::mouse::RunnerStatus;
 
-/// The usual interval between polls, which is below the threshold of perception. More frequent
-/// events would leave the browser less time to draw.
+/// The usual interval at which an event stream polls the state of the server. Users do not notice
+/// so short a delay. More frequent events would leave the browser less time to draw.
 const POLL_INTERVAL: Duration = Duration::from_millis(33);
 
-/// The interval between polls of an idle simulation or a fast search. Handling an event takes a
-/// page a third of the time that drawing a state takes. A page also receives the number of states
-/// with each state.
+/// The polling interval of an event stream while the simulation is idle or the search is fast. A
+/// page takes a third as long to handle an event as to draw a state. During a fast search, events
+/// are less important, since each state that a page fetches also contains the number of states.
 const SLOW_POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The number of new states between two events above which a search counts as fast.
+/// A search counts as fast if more new states than this arrive between two events.
 const FAST_SEARCH_STATES: usize = 50;
 
 /// The time without changes after which a simulation counts as idle.
 const IDLE_AFTER: Duration = Duration::from_secs(2);
 
-/// The maximum time between events, which allows both sides to notice a closed connection.
+/// The maximum time between events. Regular events allow the server and the page to notice a closed
+/// connection.
 const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(10);
 
 static EVENT_STREAMS: Semaphore = Semaphore::const_new(MAX_EVENT_STREAMS);

@@ -16,15 +16,16 @@ use crate::api_error::ApiError;
 /// The maximum number of threads for [`run_blocking`].
 pub(crate) const MAX_BLOCKING_THREADS: usize = 4;
 
-/// Runs a job that takes a few milliseconds on the pool of blocking threads.
+/// Runs a short job on a thread pool for blocking jobs. The job should take only a few
+/// milliseconds.
 pub(crate) async fn run_blocking<T: Send + 'static>(
     job: impl FnOnce() -> Result<T, ApiError> + Send + 'static,
 ) -> Result<T, ApiError> {
     tokio::task::spawn_blocking(job).await.map_err(ApiError::internal)?
 }
 
-/// A queue for jobs of one kind that take seconds. The queue limits the number of jobs that run at
-/// the same time.
+/// A queue for long jobs of one kind, which may take seconds. The queue limits the number of jobs
+/// that run at the same time.
 pub(crate) struct JobQueue {
     /// The plural name of the jobs, such as `pictures`.
     kind: &'static str,
@@ -39,8 +40,8 @@ impl JobQueue {
         Self { kind, permits, max_wait, in_background: false }
     }
 
-    /// Runs the jobs at the lowest priority, so that they do not slow down a search. On a busy
-    /// machine, such jobs may take a long time.
+    /// Runs the jobs at the lowest priority, so that the jobs do not slow down a search. On a busy
+    /// machine, jobs at this priority may take a long time.
     pub(crate) fn in_background(self) -> Self {
         Self { in_background: true, ..self }
     }
@@ -55,8 +56,9 @@ impl JobQueue {
         permit.map_err(busy)?.map_err(ApiError::internal)
     }
 
-    /// Waits for a permit and runs the job on a new thread, since a thread that has lowered its
-    /// priority cannot raise it again. A long job must check the cancel token regularly.
+    /// Waits for a permit and runs the job on a new thread. The thread is not reused, since a
+    /// thread that has lowered its priority cannot raise it again. A long job must check the cancel
+    /// token regularly.
     pub(crate) async fn run<T: Send + 'static>(
         &self,
         job: impl FnOnce(&CancelToken) -> Result<T, ApiError> + Send + 'static,
@@ -141,7 +143,7 @@ mod tests {
                     let _ = sender.send(run_until_cancelled(cancel));
                     cancel.check()
                 });
-                // The client disconnects, either in the queue or during the job.
+                // The client disconnects while the job waits in the queue or runs.
                 assert!(timeout(Duration::from_millis(20), endless).await.is_err());
             }
             assert_eq!(queue.run(|cancel| cancel.check().map(|()| 7)).await.ok(), Some(7));
@@ -163,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn concurrent_jobs_and_the_wait_are_limited() {
+    fn concurrent_jobs_and_waiting_times_are_limited() {
         static RUNNING: AtomicUsize = AtomicUsize::new(0);
         let job = |_: &CancelToken| {
             assert_eq!(RUNNING.fetch_add(1, Ordering::SeqCst), 0, "one at a time");
@@ -190,7 +192,8 @@ mod tests {
     fn background_jobs_have_the_lowest_priority() {
         fn nice() -> i32 {
             let stat = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
-            // The value is in the 19th field. The 3rd field follows the name in parentheses.
+            // The nice value is the 19th field. The text after the name in parentheses starts with
+            // the 3rd field.
             stat.rsplit(") ").next().unwrap().split(' ').nth(19 - 3).unwrap().parse().unwrap()
         }
         let normal = nice();

@@ -1,5 +1,5 @@
-//! A web page for watching a micromouse search: the maze, the mouse, and a slider for all states of
-//! the search.
+//! A web page for watching a micromouse search. The page shows the maze and the mouse, and has a
+//! slider to select any state of the search.
 //!
 //! [`Viewer`] is a small web server that contains all files of the page. A stream of events reports
 //! the number of states, and the page fetches only the states it draws. A search never waits for a

@@ -9,13 +9,13 @@ use serde::Serialize;
 
 use crate::api_error::ApiError;
 
-/// A catalogue of mazes with facts about each maze.
+/// A catalogue of mazes, with the size and the shortest path of each maze.
 pub(crate) struct MazeList {
     catalogue: Catalogue,
     entries: OnceLock<Vec<MazeEntry>>,
 }
 
-/// A maze in the list on the page.
+/// An entry in the page's list of mazes.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct MazeEntry {
     path: String,
@@ -33,14 +33,14 @@ impl MazeList {
         Self { catalogue, entries: OnceLock::new() }
     }
 
-    /// Returns all mazes. The first call of this function reads the maze files.
+    /// Returns all mazes, and reads the maze files on the first call.
     pub(crate) fn entries(&self) -> &[MazeEntry] {
         let read = || self.catalogue.entries().iter().map(MazeEntry::new).collect();
         self.entries.get_or_init(read)
     }
 
-    /// Reads the maze with this path, which must be in the catalogue. Returns the name and the
-    /// maze.
+    /// Reads the maze with the path `wanted`, which must be in the catalogue. Returns the name and
+    /// the maze.
     pub(crate) fn read(&self, wanted: &str) -> Result<(String, Maze), ApiError> {
         let entry = self.catalogue.entries().iter().find(|entry| path(entry) == wanted);
         let not_found = || ApiError::not_found(format!("no listed maze has the path {wanted:?}"));
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_facts_of_readable_mazes_and_errors_of_others() {
+    fn readable_mazes_have_facts_and_others_have_errors() {
         let list = MazeList::new(Catalogue::from_texts(&[
             ("a/open.txt", "o---o---o\n| S   G |\no---o---o\n"),
             ("a/closed.txt", "o---o---o\n| S | G |\no---o---o\n"),

@@ -18,7 +18,7 @@ const REPLY_TIMEOUT: Duration = Duration::from_secs(10);
 /// The maximum pause between two steps, in milliseconds.
 const MAX_PACE_MS: u64 = 10_000;
 
-/// A runner that runs one bundled mouse at a time against a simulator.
+/// Runs bundled mice against a simulator, at most one mouse at a time.
 pub(crate) struct Runner {
     /// The address of the simulator.
     endpoint: String,
@@ -103,7 +103,7 @@ impl Runner {
     }
 }
 
-/// A guard that writes the outcome to the status when dropped, even if the thread of the mouse
+/// A guard that, when dropped, writes the outcome to the status, even if the thread of the mouse
 /// panics.
 struct OutcomeOnDrop {
     control: Arc<RunControl>,

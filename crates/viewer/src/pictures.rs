@@ -48,7 +48,7 @@ impl PictureOptions {
     }
 }
 
-/// Draws the maze before the first state as an SVG that the page can update.
+/// Draws the initial SVG of a run, which the page updates for each state.
 pub(crate) fn page_svg(source: &Source, run: u32) -> Result<String, ApiError> {
     let description = source.describe(run)?;
     let scene = match &description.truth {
@@ -86,8 +86,8 @@ pub(crate) fn gif(
     animation.map_or(Err(PictureError::NoFrame), Animation::finish).map_err(ApiError::internal)
 }
 
-/// Calls `draw` with the scene of a state, or with the scene of the maze if the run has no states
-/// yet.
+/// Calls `draw` with the scene of a state, or with the scene of the unexplored maze if the run has
+/// no states yet.
 pub(crate) fn draw_state<T>(
     source: &Source,
     run: u32,

@@ -1,4 +1,4 @@
-//! Listing, opening and saving of recordings.
+//! Functions that list, open and save recordings.
 
 use std::fs;
 use std::io::{self, Seek};
@@ -16,7 +16,7 @@ use crate::source::Source;
 /// The maximum number of listed recordings.
 const MAX_LISTED: usize = 500;
 
-/// A recording in the list on the page.
+/// An entry in the page's list of recordings.
 #[derive(Debug, Serialize)]
 pub(crate) struct RecordingEntry {
     name: String,
@@ -88,8 +88,7 @@ pub(crate) fn save(source: &Source, run: u32, cancel: &CancelToken) -> Result<fs
     Ok(file)
 }
 
-/// Returns a title for an uploaded file, which is the shortened file name without control
-/// characters.
+/// Returns a title for an uploaded file: the file name, shortened and without control characters.
 pub(crate) fn title(name: &str) -> String {
     let title: String = name.chars().filter(|c| !c.is_control()).take(100).collect();
     if title.is_empty() { "recording".into() } else { title }

@@ -12,14 +12,15 @@ use mmsim_server::{Monitor, MonitorError, Status};
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory};
 
-/// The maximum number of unpacked blocks in the cache of a source, enough for two states and their
-/// trails.
+/// The maximum number of unpacked blocks in the cache of a source, which is enough for two states
+/// and their trails.
 const CACHED_BLOCKS: usize = 8;
 
-/// The maximum number of attempts to describe the current run, which may end at any time.
+/// The maximum number of attempts to describe the current run. An attempt fails if the run ends
+/// during the attempt.
 const MAX_ATTEMPTS: usize = 100;
 
-/// The run number that all recordings have.
+/// The run number of every recording.
 const RECORDED_RUN: u32 = 0;
 
 /// A source of states with a cache of recently read data.
@@ -43,12 +44,12 @@ struct RunCache {
     distances: DistanceHistory,
 }
 
-/// The properties of a run that never change.
+/// The constant properties of a run.
 pub(crate) struct RunDescription {
     pub(crate) title: String,
     pub(crate) info: Info,
     pub(crate) size: MazeSize,
-    /// The map of a mouse before the first state.
+    /// The map that a mouse has before the first state.
     pub(crate) unexplored: KnownMaze,
     pub(crate) truth: Option<Maze>,
 }
@@ -176,7 +177,7 @@ impl Source {
         let states = Arc::new(self.read_block(run, index)?);
         let first = index - index % Block::STATES;
         self.cache(run, |cache| {
-            // The newest block may have grown.
+            // Remove an older copy of the block, which may have grown since.
             cache.blocks.retain(|cached| cached.get(first).is_none());
             cache.blocks.push_back(Arc::clone(&states));
             if cache.blocks.len() > CACHED_BLOCKS {
@@ -197,7 +198,7 @@ impl Source {
         states.ok_or_else(|| ApiError::not_found(format!("state {index} does not exist")))
     }
 
-    /// Returns the distances over a run and caches them.
+    /// Returns the distance bounds at sampled states of a run, and caches the bounds.
     pub(crate) fn distances(&self, run: u32) -> Result<DistanceHistory, ApiError> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
         let mut distances = self.cache(run, |cache| cache.distances.clone());
@@ -209,7 +210,8 @@ impl Source {
         Ok(distances)
     }
 
-    /// Calls `access` with the cache of a run. The cache of any other run is cleared.
+    /// Clears the cache if it belongs to a run other than `run`, then calls `access` with the
+    /// cache.
     fn cache<T>(&self, run: u32, access: impl FnOnce(&mut RunCache) -> T) -> T {
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if cache.run != run {

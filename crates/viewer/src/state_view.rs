@@ -9,14 +9,14 @@ use crate::api_error::ApiError;
 use crate::distances::DistanceBounds;
 use crate::source::Source;
 
-/// A state of a run and its figures.
+/// A state of a run, with the figures that the page shows.
 #[derive(Debug, Serialize)]
 pub(crate) struct StateView {
     /// The index of the state.
     at: usize,
     /// The current number of states of the run.
     states: usize,
-    /// The message `S` as the client sent it.
+    /// The state message `S`, exactly as the client sent it.
     state: Vec<u8>,
     steps: u64,
     turns: u64,
@@ -25,7 +25,7 @@ pub(crate) struct StateView {
     distances: DistanceBounds,
     #[serde(rename = "solved")]
     is_proven_optimal: bool,
-    /// The last cells that the mouse visited, as y × width + x, oldest first.
+    /// The most recently visited cells, as y × width + x, oldest first.
     trail: Vec<u16>,
 }
 
@@ -53,7 +53,7 @@ impl StateView {
     }
 }
 
-/// Returns the last cells that the mouse visited up to this state, oldest first.
+/// Returns the most recently visited cells at the state `last`, oldest first.
 pub(crate) fn trail(source: &Source, run: u32, last: usize) -> Result<Vec<Cell>, ApiError> {
     let (mut index, mut cells) = (last.saturating_sub(TRAIL_CELLS - 1), Vec::new());
     while index <= last {

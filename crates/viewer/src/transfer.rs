@@ -1,4 +1,4 @@
-//! A minimum transfer rate, so that a client that stops sending or reading cannot hold its
+//! Enforcement of a minimum transfer rate. A client that stops sending or reading cannot hold its
 //! connection forever.
 
 use std::io;
@@ -21,10 +21,10 @@ use crate::api_error::ApiError;
 use crate::app_state::AppState;
 use crate::limits::{Limits, MAX_BODY_BYTES, MIN_RATE};
 
-/// The deadline of a transfer, which must not be slower than [`MIN_RATE`].
+/// The deadline of a transfer that must not be slower than [`MIN_RATE`].
 struct RateDeadline {
     max_lag: Duration,
-    /// The time at which the transfer fails unless more bytes are transferred.
+    /// The time at which the transfer fails if no more bytes have been transferred by then.
     expires_at: Instant,
     paused_at: Option<Instant>,
 }
@@ -34,7 +34,8 @@ impl RateDeadline {
         Self { max_lag, expires_at: Instant::now() + max_lag, paused_at: None }
     }
 
-    /// Extends the deadline by the time that `bytes` bytes may take, up to the maximum lag.
+    /// Extends the deadline by the time that `bytes` bytes take at [`MIN_RATE`]. The new deadline
+    /// is at most `max_lag` from now.
     fn extend(&mut self, bytes: usize) {
         let allowed = Duration::from_secs(bytes as u64) / MIN_RATE;
         self.expires_at = (self.expires_at + allowed).min(Instant::now() + self.max_lag);
@@ -82,7 +83,7 @@ pub(crate) async fn receive_body(
     Ok(())
 }
 
-/// Receives the whole body of a request before its handler runs.
+/// Receives the whole body of a request before the handler of the request runs.
 pub(crate) async fn buffer_body(
     State(state): State<Arc<AppState>>,
     request: Request,

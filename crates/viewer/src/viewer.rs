@@ -28,15 +28,14 @@ use crate::limits::Limits;
 use crate::transfer::Connection;
 use crate::{api, jobs};
 
-/// The minimum size of a compressed response, in bytes. Views of single states are frequent and
-/// shorter, so they are not compressed.
+/// The minimum size of a compressed response, in bytes. Views of single states, which are frequent,
+/// are smaller and therefore not compressed.
 const MIN_COMPRESSED_BYTES: u64 = 4096;
 
-/// The delay before the next attempt to accept a connection after an error, such as a lack of file
-/// descriptors.
+/// The delay before accepting connections again after an error, such as a lack of file descriptors.
 const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(250);
 
-/// A web server that is already listening. [`spawn`](Self::spawn) starts to serve requests.
+/// A web server that is already listening. [`spawn`](Self::spawn) starts serving requests.
 ///
 /// ```
 /// use mmsim_server::{Server, Simulation};
@@ -59,8 +58,8 @@ pub struct Viewer {
     limits: Limits,
 }
 
-/// A handle to a web server on a separate thread. The web server runs until it is stopped or the
-/// process exits.
+/// A handle to a web server that runs on a separate thread. The web server runs until it is stopped
+/// or the process exits.
 pub struct ViewerHandle {
     address: String,
     stop: oneshot::Sender<()>,
@@ -94,7 +93,7 @@ impl Viewer {
         format!("http://{}{}", self.local, self.access.query())
     }
 
-    /// Starts to serve requests on a new thread.
+    /// Starts serving requests on a new thread.
     ///
     /// # Errors
     /// Returns an error if the system cannot create a thread or an event queue.

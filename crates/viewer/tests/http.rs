@@ -55,7 +55,7 @@ fn states_are_returned_unchanged() {
     watched.stop();
 }
 
-/// Tests that a history can be read while it grows.
+/// Tests that a history can be read while the history grows.
 #[test]
 fn new_states_of_a_cached_block_are_returned() {
     let watched = WatchedServer::new("127.0.0.1", None);
@@ -89,7 +89,7 @@ fn a_view_contains_the_figures_of_a_state() {
     );
     let sent = watched.send_states(700);
     let view = watched.get("/api/sources/live/moment?run=1&at=6").json();
-    // It is three steps from (2, 1) back to the start.
+    // The distance from (2, 1) back to the start is three steps.
     assert_eq!(
         view,
         json!({"at": 6, "states": 700, "state": sent[6], "steps": 3 + 3 + 2, "turns": 0,

@@ -1,4 +1,4 @@
-//! Tests with slow clients and full queues: no client can hold a connection forever.
+//! Tests that no client can hold a connection forever, even with slow transfers or full queues.
 
 mod harness;
 
@@ -11,7 +11,7 @@ use harness::{Response, WatchedServer};
 use mmsim_tests::{TIMEOUT, wait_for};
 use mmsim_viewer::Limits;
 
-/// Returns limits with short timeouts and this maximum number of connections.
+/// Returns limits with short timeouts and at most `connections` connections.
 fn limits(connections: usize) -> Limits {
     let timeout = Duration::from_secs(2);
     Limits { connections, header_time: timeout, max_lag: timeout, ..Limits::default() }
@@ -37,7 +37,7 @@ fn trickle(mut stream: TcpStream) -> Vec<u8> {
         }
     });
     let mut response = Vec::new();
-    // Fails if a byte arrives after the connection was closed, which resets it.
+    // Fails if a byte arrives after the server closed the connection, which resets the connection.
     let _ = stream.read_to_end(&mut response);
     let _ = stop.send(());
     sender.join().unwrap();
