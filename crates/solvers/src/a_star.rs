@@ -28,8 +28,8 @@ pub struct ShortestPath {
     length: u16,
     /// The offset from the bit of a cell to the bit of its northern neighbour.
     stride: usize,
-    /// The index in [`PREFERENCE`] of the path's heading from each cell, as two bits per cell: the
-    /// first element holds the low bits, the second the high bits.
+    /// For each cell, the index in [`PREFERENCE`] of the heading that the path takes there. The
+    /// first array holds the low bits of the indices, and the second array holds the high bits.
     towards: [[u64; WORDS]; 2],
 }
 
@@ -59,8 +59,7 @@ impl ShortestPath {
     /// Returns the heading of each step, from the first step to the last.
     pub fn headings(&self) -> impl Iterator<Item = Heading> + '_ {
         let mut bit = usize::from(self.from.y) * self.stride + usize::from(self.from.x);
-        // Offsets to the bit of the next cell. This is a table, because branches would be
-        // unpredictable.
+        // Offsets to the bit of the next cell, in a table, because branches would be unpredictable.
         let offsets = [usize::MAX, self.stride.wrapping_neg(), 1, self.stride];
         (0..self.length).map(move |_| {
             let [low, high] = self.towards.map(|plane| (plane[bit / 64 % WORDS] >> (bit % 64)) & 1);
@@ -75,7 +74,8 @@ impl ShortestPath {
 type CellBits<const N: usize> = [u64; N];
 
 /// An A* search that runs backwards: it begins at the last cell of the path and ends at the first
-/// cell. The result can therefore be followed forwards.
+/// cell. The search finds the heading towards the last cell for every visited cell, so the path can
+/// be followed forwards.
 ///
 /// Every step changes the heuristic distance to `end` by 1. A step nearer to `end` therefore keeps
 /// the estimated length of the path, and a step away from `end` increases the estimate by 2.
@@ -143,10 +143,10 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
         None
     }
 
-    /// Returns the cells that are one step away from `cells`. Steps north lead through the northern
-    /// sides of the cells in `north`, and steps south through those of the cells in `south`. Steps
-    /// east lead through the eastern sides of the cells in `east`, and steps west through those of
-    /// the cells in `west`.
+    /// Returns the cells that are one step away from `cells`. A step north may cross the northern
+    /// side of a cell in `north`, and a step south the northern side of a cell in `south`. A step
+    /// east may cross the eastern side of a cell in `east`, and a step west the eastern side of a
+    /// cell in `west`.
     fn step(
         cells: &CellBits<N>,
         north: &CellBits<N>,
@@ -163,13 +163,13 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
         })
     }
 
-    /// Returns the heading of the path from each settled cell, encoded as in [`ShortestPath`].
-    /// `odd` contains the settled cells in odd-numbered layers.
+    /// Returns the next heading towards the last cell for each settled cell, encoded as in
+    /// [`ShortestPath`]. `odd` contains the settled cells in odd-numbered layers.
     ///
-    /// A step that leads away from `end` is part of a shortest path if both of its cells are in the
-    /// same layer. A step that leads nearer to `end` is part of a shortest path if its cells are in
-    /// different layers. Neighbours are in the same layer or in successive layers, so it is enough
-    /// to compare the parities of their layers.
+    /// A step away from `end` is part of a shortest path to the last cell if both cells of the step
+    /// are in the same layer. A step nearer to `end` is part of a shortest path to the last cell if
+    /// the cells of the step are in different layers. Neighbours are in the same layer or in
+    /// successive layers, so it is enough to compare the parities of their layers.
     fn towards(&self, settled: &CellBits<N>, odd: &CellBits<N>) -> [[u64; WORDS]; 2] {
         let Self { north: [north, south], east: [east, west], .. } = self;
         let (south_odd, south_settled) = (up::<N, STRIDE>(odd), up::<N, STRIDE>(settled));
@@ -198,12 +198,12 @@ fn and<const N: usize>(cells: &CellBits<N>, others: &CellBits<N>) -> CellBits<N>
     from_fn(|i| cells[i] & others[i])
 }
 
-/// Replaces each cell by its northern neighbour.
+/// Replaces each cell of a set by its northern neighbour.
 fn up<const N: usize, const STRIDE: usize>(cells: &CellBits<N>) -> CellBits<N> {
     from_fn(|i| cells[i] << STRIDE | if i > 0 { cells[i - 1] >> (64 - STRIDE) } else { 0 })
 }
 
-/// Replaces each cell by its southern neighbour.
+/// Replaces each cell of a set by its southern neighbour.
 fn down<const N: usize, const STRIDE: usize>(cells: &CellBits<N>) -> CellBits<N> {
     from_fn(|i| cells[i] >> STRIDE | if i + 1 < N { cells[i + 1] << (64 - STRIDE) } else { 0 })
 }

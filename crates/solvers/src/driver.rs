@@ -37,8 +37,7 @@ pub struct SearchDriver<'m, S> {
     states: u32,
     /// The last decision, or `None` once the mouse has acted on it.
     decision: Option<Move>,
-    /// The error of the last decision. It is stored in a separate field so that `decision` takes
-    /// only one byte.
+    /// The error of the last decision, stored separately so that `decision` takes only one byte.
     error: Option<SearchError>,
     phase: Phase,
     stats: SearchStats,
@@ -68,17 +67,16 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         Self { mouse, max_states, states: 0, decision: None, error: None, phase, stats }
     }
 
-    /// Takes the step that the strategy chose last, reads the walls around the mouse, and asks the
-    /// strategy for the next move. Returns `false` once the search is over. The first call takes no
-    /// step.
+    /// Takes the step that the strategy chose in the previous call, if any, reads the walls around
+    /// the mouse, and asks the strategy for the next move. Returns `false` once the search is over.
     ///
     /// Before the first decision, if the wall behind the mouse is unknown, the driver also reads
     /// the walls for the opposite heading.
     ///
     /// # Errors
     /// Returns an error if the walls cannot be read, if they contradict earlier readings, or if the
-    /// mouse would crash. If the strategy fails, this call still returns `true`, so that the caller
-    /// can report the state in which the error occurred. The next call returns the error.
+    /// mouse would crash. An error of the strategy is returned one call later, so that the caller
+    /// can first report the state in which the error occurred.
     #[inline]
     pub fn advance<E>(
         &mut self,

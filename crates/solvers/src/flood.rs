@@ -62,8 +62,9 @@ enum Steps {
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct SmallSteps {
     lines: SmallLines,
-    /// True if the maze has 16×16 cells and all of them can reach a target. Only then can
-    /// `UNREACHABLE_BYTE` be a distance, because a path of 255 steps passes through 256 cells.
+    /// True if the maze has 16×16 cells and all of them can reach a target. `UNREACHABLE_BYTE` can
+    /// be a distance only if this field is true, because a path of 255 steps passes through 256
+    /// cells.
     all_reached: bool,
 }
 
@@ -118,8 +119,7 @@ impl Distances {
         run_with(instructions, FloodTask { walls, targets }, walls.size())
     }
 
-    /// Floods the maze again and overwrites the distances in place. Assigning a new value would
-    /// copy 2 KiB.
+    /// Floods the maze again in place, because assigning new `Distances` would copy 2 KiB.
     pub(crate) fn reflood(&mut self, walls: &Walls, targets: &CellSet) {
         if self.size == walls.size() {
             run(
@@ -261,7 +261,7 @@ impl Task for FloodTask<'_> {
 
 struct RefloodTask<'a> {
     flood: FloodTask<'a>,
-    /// The distances to overwrite. They belong to a maze of the same size as the flooded maze.
+    /// The distances to overwrite, which must belong to a maze of the same size.
     steps: &'a mut Steps,
 }
 

@@ -5,8 +5,8 @@ use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 use crate::a_star::ShortestPath;
 use crate::flood::Distances;
 
-/// A route that visits the goal and the corners of a maze. The order is that of the robot published
-/// for the project "plot and navigate a virtual maze".
+/// A route that visits the goal and the corners of a maze. The published robot of the project "plot
+/// and navigate a virtual maze" visits them in the same order.
 ///
 /// ```text
 ///  2. top left ┌───────┐ 5. top right
@@ -81,8 +81,8 @@ impl KeyPointRoute {
         Self::new(goals, points.into_iter().flatten())
     }
 
-    /// Creates the route with all three corners, but without the final visit to the centre. The
-    /// mouse makes this visit on its fast run.
+    /// Creates the route with all three corners, but without the final visit to the centre, which
+    /// the mouse makes on its fast run.
     #[must_use]
     pub fn there_and_back(size: MazeSize, start: Cell, goals: CellSet) -> Self {
         let mut route = Self::swing(size, start, goals, Self::CORNERS);

@@ -32,7 +32,7 @@
 //! If several neighbours are equally good, the strategies prefer front, left, right and back, in
 //! this order. The example clients of the reference simulator have the same preference.
 //!
-//! The feature `std` is enabled by default. Without it, the crate is `no_std` and never allocates
+//! Without the feature `std` (enabled by default), the crate is `no_std` and never allocates
 //! memory.
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 // Marks the items of optional features on docs.rs.

@@ -78,9 +78,9 @@ impl<S: Strategy> Mouse<S> {
         self.map.observe(self.pose, around)
     }
 
-    /// Adds walls to the map that were read after a half turn. `around` is relative to
-    /// [`turned_round`](Self::turned_round), but the pose of the mouse does not change. This
-    /// reading is necessary at the start, where the wall behind the mouse may be unknown.
+    /// Adds to the map the walls that the mouse read after a half turn. `around` is relative to
+    /// [`turned_round`](Self::turned_round), but the pose of the mouse does not change. This method
+    /// is needed at the start, where the wall behind the mouse may be unknown.
     ///
     /// # Errors
     /// Returns an error and keeps the map unchanged if the walls contradict an earlier reading.

@@ -50,7 +50,7 @@ impl PathBounds {
 #[must_use]
 pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
     let mut map = KnownMaze::unexplored(maze);
-    // True walls never contradict each other.
+    // Readings of the actual walls never contradict each other.
     let observe = |map: &mut KnownMaze, pose| {
         let _ = map.observe(pose, maze.walls().around(pose));
     };

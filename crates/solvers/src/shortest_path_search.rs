@@ -22,8 +22,8 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 ///   than the shortest known path.
 ///
 /// The weight of a cell is its distance in steps to the current target of the mouse. If the goal is
-/// reachable, the strategy always finds a path and proves that it is shortest. Otherwise, the mouse
-/// returns to the start, and the strategy reports that the goal is unreachable.
+/// reachable, the strategy always finds a path and proves that it is shortest. If the goal is
+/// unreachable, the mouse returns to the start, where the strategy reports this.
 #[derive(Clone, Debug)]
 pub struct ShortestPathSearch {
     leg: Leg,

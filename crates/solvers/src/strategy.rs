@@ -43,8 +43,8 @@ pub trait Strategy {
         None
     }
 
-    /// Returns the phase to which the last [`next_move`](Self::next_move) belongs. The default
-    /// implementation suits a strategy that stops at the goal: the phase is always the search run.
+    /// Returns the phase to which the last [`next_move`](Self::next_move) belongs. By default, the
+    /// phase is always the search run, which suits a strategy that stops at the goal.
     fn phase(&self) -> Phase {
         Phase::SearchRun
     }
@@ -137,10 +137,10 @@ pub fn open_steps(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Ce
     })
 }
 
-/// Returns the step to the neighbour with the smallest number, and this number. Considers only
-/// steps through sides known to be open, and returns `None` if there are none. `numbers` holds one
-/// number for each neighbour, in the order of [`Heading::ALL`](mmsim_maze::Heading::ALL). Ties are
-/// broken in the order of [`Step::ALL`].
+/// Compares the neighbours that can be entered through a side known to be open. Returns the step to
+/// the neighbour with the smallest number, and this number, or `None` if no side is known to be
+/// open. `numbers` holds one number for each neighbour, in the order of
+/// [`Heading::ALL`](mmsim_maze::Heading::ALL). Ties are broken in the order of [`Step::ALL`].
 // The code does not branch on walls or numbers, because such branches would be unpredictable.
 pub(crate) fn step_to_least(map: &KnownMaze, pose: Pose, numbers: [u32; 4]) -> Option<(Step, u32)> {
     const CLOSED: u64 = 1 << 63;

@@ -8,9 +8,9 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// A strategy that counts its visits to each cell and goes to the least visited neighbour.
 ///
-/// The weight of a cell is the number of visits to it. The start begins with one extra visit, as in
-/// the example client of the reference simulator. The strategy always reaches a reachable goal, but
-/// takes detours.
+/// The weight of a cell is the number of visits to it. The weight of the start includes one extra
+/// visit, as in the example client of the reference simulator. The strategy always reaches a
+/// reachable goal, but takes detours.
 #[derive(Clone, Debug)]
 pub struct WeightIncrement {
     /// `visits[x][y]`

@@ -12,12 +12,12 @@ use super::plane::{BitOps, Line, ParityPlane, Words, to_words};
 use super::task::Task;
 use super::x86::{Sse2, simd};
 
-/// A 128-bit vector with three-operand logic. This logic requires the AVX-512 features F and VL.
+/// A 128-bit vector, whose three-operand logic requires the AVX-512 features F and VL.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Avx512Small(Sse2<1>);
 
-/// A 512-bit vector. Its operations require the AVX-512 features F and BW.
+/// A 512-bit vector, whose operations require the AVX-512 features F and BW.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Avx512Large(__m512i);
@@ -131,12 +131,13 @@ fn bytes_of<W: Words>(planes: &[W; 8], word: usize) -> __m512i {
     bytes
 }
 
-/// A truth table for three-operand logic. Bit 4a + 2b + c is the result for the bits a, b and c.
+/// Truth tables for three-operand logic. Bit 4a + 2b + c of a table is the result for the bits a, b
+/// and c.
 const AND_OR: i32 = 0b1110_1010;
 const OR_AND: i32 = 0b1010_1000;
 const OR_WITHOUT: i32 = 0b0101_0100;
 
-/// Returns 32 consecutive row numbers modulo 32. The first number is `further`.
+/// Returns 32 consecutive row numbers modulo 32, beginning with `further`.
 const fn neighbour_rows(further: u16) -> [u16; 32] {
     let mut rows = [further; 32];
     let mut row = 1;

@@ -5,7 +5,7 @@ use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 use super::plane::{BitOps, ParityPlane, SIDE, Words};
 
 /// One value for the dark cells of a maze and one for the light cells. Cells are coloured like a
-/// chessboard. The cell (0, 0) is dark, like a1.
+/// chessboard. The cell (0, 0) is dark, like the square a1.
 #[derive(Clone, Copy)]
 pub(super) struct ByColour<T> {
     pub(super) dark: T,
@@ -18,11 +18,11 @@ pub(super) type CellPlanes<H> = ByColour<H>;
 /// The openings of a maze, grouped by the colour of the cell that they lead into.
 pub(super) type Bitboard<H> = ByColour<Openings<H>>;
 
-/// The openings into the cells of one colour. All of them come from cells of the other colour.
+/// The openings that lead into the cells of one colour from cells of the other colour.
 #[derive(Clone, Copy)]
 pub(super) struct Openings<B> {
     /// The cells that can be entered from the neighbour in the same pair of columns, 2k and 2k + 1.
-    /// Both cells have the same bit in the planes of their colours.
+    /// The two cells of such a pair have the same bit in the planes of the two colours.
     same: B,
     /// The cells that can be entered by a step east from the previous pair of columns.
     east: B,
@@ -43,7 +43,7 @@ impl<B: BitOps> Openings<B> {
     }
 
     /// Returns the wave that follows `wave`: the neighbours of `wave` that are not in the preceding
-    /// wave `before`. If each wave has only one colour, no other cells need to be excluded, because
+    /// wave `before`. If each wave has only one colour, it is enough to exclude `before`, because
     /// every neighbour of a wave belongs to the preceding or to the following wave.
     #[inline(always)]
     pub(super) fn onward(&self, wave: B, before: B) -> B {
@@ -51,11 +51,11 @@ impl<B: BitOps> Openings<B> {
         along.or_without(across, before)
     }
 
-    /// Returns two sets. Their union contains the cells that can be entered from `cells`.
+    /// Returns the cells that can be entered from `cells`, as two sets that the caller combines.
     #[inline(always)]
     fn along_and_across(&self, cells: B) -> [B; 2] {
-        // With three-operand logic, the chain of dependent operations after the shifts has length
-        // three, including the union.
+        // With three-operand logic, only three operations after the shifts depend on each other.
+        // The union of the two sets is one of these operations.
         let same = cells.and(self.same);
         let across = cells.down::<1>().and(self.west);
         let along = cells.up::<1>().and_or(self.east, same);
@@ -229,7 +229,8 @@ fn open<H: ParityPlane>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u3
     open
 }
 
-/// Splits rows of bits into planes of even and odd columns. Bit x of row y is the cell (x, y).
+/// Splits rows of bits into planes of even and odd columns. Bit x of row y stands for the cell (x,
+/// y).
 #[inline(always)]
 fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
     let mut planes = [H::Words::repeat(0); 2];

@@ -8,7 +8,8 @@ use super::plane::{ParityPlane, SIDE};
 use super::task::Task;
 use super::waves::{self, Marks};
 
-/// The downhill headings of all cells: the headings in which a step leads nearer to a target.
+/// The downhill headings of all cells. A heading is downhill if a step in this direction leads
+/// nearer to a target.
 ///
 /// A mouse that always takes a downhill heading reaches a target. Downhill headings are computed
 /// faster than [`Distances`](crate::Distances), because they need only the two lowest bits of each
@@ -24,8 +25,7 @@ use super::waves::{self, Marks};
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Downhill {
-    /// For each heading, the cells in which it is downhill. The headings are in the order of
-    /// [`Heading::ALL`].
+    /// For each heading of [`Heading::ALL`], the cells in which this heading is downhill.
     cells: [CellSet; 4],
 }
 

@@ -18,12 +18,12 @@ pub(crate) struct ExplorationTarget {
 }
 
 impl ExplorationTarget {
-    /// Selects the next cell to explore for a mouse in the cell `mouse`. Returns `None` if one of
-    /// the optimistic shortest paths is known to be open, or if there is no path.
+    /// Selects the cell that a mouse in the cell `mouse` should explore next. Returns `None` if one
+    /// of the optimistic shortest paths is known to be open, or if there is no path.
     ///
     /// A layer consists of all cells on the optimistic shortest paths that have the same distance
-    /// from the start. The fewer cells a layer has, the narrower it is. Candidates are the
-    /// unvisited cells of these paths next to an unknown wall that one of these paths crosses. If
+    /// from the start. The fewer cells a layer has, the narrower it is. A candidate is an unvisited
+    /// cell on an optimistic shortest path, next to an unknown wall that such a path crosses. If
     /// some layers contain candidates but no visited cell, only the candidates in the narrowest of
     /// these layers are considered. The target is the candidate nearest to the mouse. If several
     /// candidates are equally near, the target is the candidate farthest from the start, because
@@ -89,10 +89,10 @@ struct ShortestPaths<B> {
     /// The goal cells at which the paths end.
     ends: B,
     start: B,
-    /// The cells that the waves from the start have reached, in four sets by their distance from
-    /// the start modulo 4. The first set contains the layer one step before the ends of the paths.
-    /// Four sets suffice to separate the layers, because the distances of connected neighbours
-    /// differ by 1.
+    /// The cells that waves from the start have reached, grouped into four sets by their distance
+    /// from the start modulo 4. The first set contains the layer one step before the ends of the
+    /// paths. Four sets suffice to separate the layers, because the distances of connected
+    /// neighbours differ by 1.
     layers: [B; 4],
     /// The length of the paths in steps.
     length: usize,
@@ -150,8 +150,8 @@ impl<B: ParityPlane> ShortestPaths<B> {
     }
 
     /// Calls `visit` with each layer and the index of its colour, from the ends of the paths back
-    /// to the start. Up to three empty layers may follow the start. `visit` returns `false` to
-    /// stop. It may still be called for up to four more layers, and must then return `false` again.
+    /// to the start. Up to three empty layers may follow the start. After `visit` has returned
+    /// `false`, it may be called for up to four more layers and must return `false` for them, too.
     #[inline(always)]
     fn for_each_layer(&self, mut visit: impl FnMut(usize, B) -> bool) {
         let mut layer = self.ends;
@@ -230,8 +230,8 @@ impl<B: ParityPlane> ShortestPaths<B> {
         if narrowest.width == Narrowest::<B>::NONE.width { unexplored } else { narrowest.cells }
     }
 
-    /// Returns the candidates nearest to the mouse. All of them have the same colour, whose index
-    /// is also returned.
+    /// Returns the candidates nearest to the mouse and the index of their colour, which is the same
+    /// for all of them.
     #[inline(always)]
     fn nearest(&self, mouse: Cell, candidates: [B; 2]) -> Option<(usize, B)> {
         let near = usize::from(is_dark(mouse) != self.ends_are_dark);
@@ -243,8 +243,8 @@ impl<B: ParityPlane> ShortestPaths<B> {
         Some(((near + usize::from(steps)) % 2, nearest))
     }
 
-    /// Returns those of `cells` that are farthest from the start. `cells_colour` is the index of
-    /// the colour of `cells`.
+    /// Returns the cells in `cells` that are farthest from the start. `cells_colour` is the index
+    /// of the colour of `cells`.
     #[inline(always)]
     fn first_layer_with(&self, cells_colour: usize, cells: B) -> B {
         let mut first = B::NONE;
@@ -409,7 +409,7 @@ o---o---o---o---o---o
     }
 
     impl Paths {
-        /// Creates the layer of the goal cells nearest to the start, at which the paths end.
+        /// Begins with the goal cells nearest to the start, at which the paths end.
         fn to_goals(map: &KnownMaze, from_start: &Distances) -> Self {
             let nearest = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
             let is_end = |&goal: &Cell| nearest.is_some() && from_start.at(goal) == nearest;

@@ -18,12 +18,12 @@ pub enum Instructions {
     /// Operations on 64-bit words, which are available on every processor.
     Portable,
     /// SSE2, which every x86-64 processor has. Programs without an operating system may be compiled
-    /// without it.
+    /// without SSE2.
     Sse2,
     /// AVX2 and BMI1, which most x86-64 processors since 2015 have.
     Avx2,
-    /// AVX-512 with the extensions BW and VL, which most servers and some laptops have. This
-    /// variant requires the crate feature `avx512`.
+    /// AVX-512 with the extensions BW and VL, which most servers and some laptops have. AVX-512 is
+    /// available only with the crate feature `avx512`.
     Avx512,
 }
 

@@ -13,7 +13,7 @@ impl Distances {
     ///
     /// Distances are correct if each reachable cell, except for the targets, is one step farther
     /// from the targets than its nearest open neighbour. Changed walls around a cell can violate
-    /// this condition only in the cell itself and in its neighbours.
+    /// this condition only for the cell itself and its neighbours.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -39,7 +39,7 @@ impl Distances {
     /// this cell is still correct.
     pub(crate) fn is_downhill_open(&self, walls: &Walls, cell: Cell) -> bool {
         let (steps, around, sides) = (self.raw(cell), self.raw_around(cell), walls.sides(cell));
-        // The code has no branches here, because they would be unpredictable.
+        // This code has no branches, because branches would be unpredictable.
         let is_downhill = |any: u8, heading: Heading| {
             let is_nearer = u8::from(around[heading as usize] < steps);
             any | u8::from(!sides.has(heading)) & is_nearer

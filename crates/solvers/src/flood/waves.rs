@@ -23,7 +23,7 @@ pub(super) struct Flooded<B> {
 }
 
 /// One counter for each cell. A counter holds the number of waves before the wave that reached the
-/// cell. Bit i of the counters is stored in element `FIRST` + i.
+/// cell. Element `FIRST` + i of `code` holds bit i of the counters.
 ///
 /// The counters are Gray codes, so each wave changes only one bit of each counter.
 struct Counts<B, const FIRST: usize> {
@@ -108,7 +108,7 @@ fn waves_of_one_colour<B: BitOps>(
             break;
         }
     }
-    // The counters hold pairs of waves. Far targets have no open neighbour, and their distance is
+    // The counters count pairs of waves. Far targets have no open neighbour, and their distance is
     // 0.
     [near.into_marks(B::NONE, unvisited_near), far.into_marks(far_at_first, unvisited_far)]
 }

@@ -1,7 +1,7 @@
 //! Floods with SSE2, which every x86-64 processor has, and with AVX2. This file is compiled only if
 //! the compiler may use SSE2.
 //!
-//! Only this file, `avx512.rs` and `dispatch.rs` contain `unsafe` code. A call of an intrinsic is
+//! Only this file, `avx512.rs` and `dispatch.rs` contain `unsafe` code. A call to an intrinsic is
 //! `unsafe` unless the calling function enables the feature of the intrinsic, and trait methods
 //! cannot enable features. None of the intrinsics used here accesses memory through a pointer, so
 //! the only requirement is that the processor has the instruction. SSE2 is always available on
@@ -22,7 +22,7 @@ use super::task::Task;
 #[repr(transparent)]
 pub(super) struct Sse2<const VECTORS: usize>(pub(super) [__m128i; VECTORS]);
 
-/// Runs a task on SSE2 planes. The compiler translates their operations to AVX2 instructions.
+/// Runs a task on SSE2 planes, whose operations the compiler translates to AVX2 instructions.
 #[target_feature(enable = "avx2,bmi1,popcnt")]
 pub(super) unsafe fn run_avx2<H: ParityPlane, T: Task>(task: T) -> T::Output {
     task.run::<H>()
