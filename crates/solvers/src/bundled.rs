@@ -74,7 +74,7 @@ impl BundledStrategy {
             Self::LeftWall => "follow the wall on the left",
             Self::Swing => "visit centre and corners, return, and run the shortest known path",
             Self::ShortestPathSearch => {
-                "explore until the shortest path is proven, return, and run it"
+                "explore until a path is proven to be shortest, return, and run it"
             }
         }
     }

@@ -133,8 +133,7 @@ impl<H: ParityPlane> CellPlanes<H> {
         let mut words = H::Words::repeat(0);
         let bit = usize::from(cell.y) * H::ROW_BITS + usize::from(cell.x / 2);
         if usize::from(cell.x / 2) < H::ROW_BITS {
-            // Each word is written as a whole, so that the plane can be loaded with one
-            // instruction.
+            // Each word is written completely, so that the plane can be loaded as a whole.
             for (i, word) in words.as_mut().iter_mut().enumerate() {
                 *word = u64::from(i == bit / 64) << (bit % 64);
             }
@@ -229,8 +228,7 @@ fn open<H: ParityPlane>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u3
     open
 }
 
-/// Splits rows of bits into planes of even and odd columns. Bit x of row y stands for the cell (x,
-/// y).
+/// Splits rows of bits into planes of even and odd columns. Bit x of row y is the cell (x, y).
 #[inline(always)]
 fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
     let mut planes = [H::Words::repeat(0); 2];
