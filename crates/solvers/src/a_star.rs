@@ -4,14 +4,14 @@ use core::array::from_fn;
 
 use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 
-/// The number of words that hold one bit for each cell of a maze.
+/// The number of 64-bit words that hold one bit for each cell of the largest maze.
 const WORDS: usize = MazeSize::MAX_AREA / 64;
 
 /// A shortest path between two cells, found by A* with the heuristic |dx| + |dy|.
 ///
 /// # Ties
-/// If there are several shortest paths, each step takes the first possible heading in the order
-/// west, south, east, north.
+/// Among several shortest paths, each step takes the first heading in the order west, south, east,
+/// north that stays on a shortest path.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, Maze};
@@ -26,18 +26,19 @@ const WORDS: usize = MazeSize::MAX_AREA / 64;
 pub struct ShortestPath {
     from: Cell,
     length: u16,
-    /// The number of bits from a cell to its northern neighbour.
+    /// The offset from the bit of a cell to the bit of its northern neighbour.
     stride: usize,
-    /// Two bits per cell, which hold the index of the next heading in [`PREFERENCE`].
+    /// For each cell, the index in [`PREFERENCE`] of the heading that the path takes there. The
+    /// first array holds the low bits of the indices, and the second array holds the high bits.
     towards: [[u64; WORDS]; 2],
 }
 
-/// The order of headings in which ties are broken.
+/// The headings, in the order in which ties are broken.
 const PREFERENCE: [Heading; 4] = [Heading::West, Heading::South, Heading::East, Heading::North];
 
 impl ShortestPath {
-    /// Finds a shortest path between two cells. Returns `None` if there is no path or if a cell is
-    /// outside the maze.
+    /// Finds a shortest path between two cells. Returns `None` if there is no path or if either
+    /// cell is outside the maze.
     #[must_use]
     pub fn find(walls: &Walls, from: Cell, to: Cell) -> Option<Self> {
         let size = walls.size();
@@ -55,11 +56,10 @@ impl ShortestPath {
         self.length
     }
 
-    /// Returns the heading of each step, from the first to the last.
+    /// Returns the heading of each step, from the first step to the last.
     pub fn headings(&self) -> impl Iterator<Item = Heading> + '_ {
         let mut bit = usize::from(self.from.y) * self.stride + usize::from(self.from.x);
-        // Offsets to the bit of the next cell. This is a table, because branches would be
-        // unpredictable.
+        // Offsets to the bit of the next cell, in a table, because branches would be unpredictable.
         let offsets = [usize::MAX, self.stride.wrapping_neg(), 1, self.stride];
         (0..self.length).map(move |_| {
             let [low, high] = self.towards.map(|plane| (plane[bit / 64 % WORDS] >> (bit % 64)) & 1);
@@ -70,22 +70,25 @@ impl ShortestPath {
     }
 }
 
-/// A set of cells. Bit x + `STRIDE` · y stands for the cell (x, y).
+/// A set of cells. Bit x + s · y stands for the cell (x, y), where s is the number of bits per row.
 type CellBits<const N: usize> = [u64; N];
 
-/// An A* search from the target back to the start of the path, so that the path can be followed
-/// forwards.
+/// An A* search that runs backwards: it begins at the last cell of the path and ends at the first
+/// cell. The search finds the heading towards the last cell for every visited cell, so the path can
+/// be followed forwards.
 ///
-/// Every step changes the heuristic distance to the end by 1. So a step towards the end keeps the
-/// estimated length of the path, and a step away from the end increases the estimate by 2. Instead
-/// of a heap, the search uses layers of cells with the same estimate. Bit operations expand all
-/// cells of a layer together.
+/// Every step changes the heuristic distance to `end` by 1. A step nearer to `end` therefore keeps
+/// the estimated length of the path, and a step away from `end` increases the estimate by 2.
+/// Instead of a heap, the search uses layers. A layer consists of all cells with the same estimate,
+/// and bit operations expand all cells of a layer together.
 struct LayeredSearch<const N: usize, const STRIDE: usize> {
+    /// The first cell of the path, at which the search ends.
     end: Cell,
-    /// The open northern and eastern sides of cells. Steps north or east through sides of the first
-    /// set lead nearer to the end. Steps south or west through sides of the second set lead nearer
-    /// to the end.
+    /// The cells with an open northern side. A step north through such a side leads nearer to `end`
+    /// if the cell is in the first set, and farther from `end` if it is in the second set.
     north: [CellBits<N>; 2],
+    /// The cells with an open eastern side. A step east through such a side leads nearer to `end`
+    /// if the cell is in the first set, and farther from `end` if it is in the second set.
     east: [CellBits<N>; 2],
 }
 
@@ -140,7 +143,10 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
         None
     }
 
-    /// Returns the neighbours of `cells` that can be reached through the given sides.
+    /// Returns the cells that are one step away from `cells`. A step north may cross the northern
+    /// side of a cell in `north`, and a step south the northern side of a cell in `south`. A step
+    /// east may cross the eastern side of a cell in `east`, and a step west the eastern side of a
+    /// cell in `west`.
     fn step(
         cells: &CellBits<N>,
         north: &CellBits<N>,
@@ -157,12 +163,13 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
         })
     }
 
-    /// Returns the next heading of the path in each settled cell, encoded as in [`ShortestPath`].
-    /// `odd` holds the cells in odd layers.
+    /// Returns the next heading towards the last cell for each settled cell, encoded as in
+    /// [`ShortestPath`]. `odd` contains the settled cells in odd-numbered layers.
     ///
-    /// A step away from the end is on a shortest path if both cells are in the same layer. A step
-    /// nearer to the end is on a shortest path if the layers of the cells differ. Neighbours are in
-    /// the same layer or in successive layers, so the parity of their layers suffices.
+    /// A step away from `end` is part of a shortest path to the last cell if both cells of the step
+    /// are in the same layer. A step nearer to `end` is part of a shortest path to the last cell if
+    /// the cells of the step are in different layers. Neighbours are in the same layer or in
+    /// successive layers, so it is enough to compare the parities of their layers.
     fn towards(&self, settled: &CellBits<N>, odd: &CellBits<N>) -> [[u64; WORDS]; 2] {
         let Self { north: [north, south], east: [east, west], .. } = self;
         let (south_odd, south_settled) = (up::<N, STRIDE>(odd), up::<N, STRIDE>(settled));
@@ -191,12 +198,12 @@ fn and<const N: usize>(cells: &CellBits<N>, others: &CellBits<N>) -> CellBits<N>
     from_fn(|i| cells[i] & others[i])
 }
 
-/// Moves the bit of each cell to its northern neighbour.
+/// Replaces each cell of a set by its northern neighbour.
 fn up<const N: usize, const STRIDE: usize>(cells: &CellBits<N>) -> CellBits<N> {
     from_fn(|i| cells[i] << STRIDE | if i > 0 { cells[i - 1] >> (64 - STRIDE) } else { 0 })
 }
 
-/// Moves the bit of each cell to its southern neighbour.
+/// Replaces each cell of a set by its southern neighbour.
 fn down<const N: usize, const STRIDE: usize>(cells: &CellBits<N>) -> CellBits<N> {
     from_fn(|i| cells[i] >> STRIDE | if i + 1 < N { cells[i + 1] << (64 - STRIDE) } else { 0 })
 }

@@ -10,7 +10,7 @@ use crate::strategy::Strategy;
 use crate::swing::Swing;
 use crate::weight_increment::WeightIncrement;
 
-/// A strategy of this crate, selected by name.
+/// A bundled strategy, which can be selected by name.
 ///
 /// ```
 /// use mmsim_solvers::BundledStrategy;
@@ -74,14 +74,14 @@ impl BundledStrategy {
             Self::LeftWall => "follow the wall on the left",
             Self::Swing => "visit centre and corners, return, and run the shortest known path",
             Self::ShortestPathSearch => {
-                "explore until the shortest path is proven, return, and run it"
+                "explore until a path is proven to be shortest, return, and run it"
             }
         }
     }
 
-    /// Returns the default limit on the number of states in a search. In 281 real mazes of up to
-    /// 32×32 cells, a swing takes up to 1,531 states, because it visits far corners and returns
-    /// before its fast run.
+    /// Returns the default limit on the number of states in a search, where each decision is one
+    /// state. In 281 real mazes of up to 32×32 cells, [`Swing`] takes up to 1,531 states, because
+    /// the mouse visits distant corners and returns to the start before its fast run.
     pub const fn max_states(self) -> u32 {
         match self {
             Self::FloodFill | Self::WeightIncrement | Self::LeftWall => 1000,
@@ -89,7 +89,7 @@ impl BundledStrategy {
         }
     }
 
-    /// Creates the strategy for a new search.
+    /// Creates the strategy in its initial state.
     #[must_use]
     pub fn strategy(self) -> Box<dyn Strategy + Send> {
         match self {

@@ -8,10 +8,10 @@ use crate::mouse::{Crash, Mouse};
 use crate::stats::SearchStats;
 use crate::strategy::{Move, Phase, SearchError, Strategy};
 
-/// Drives a [`Mouse`] through a maze, one decision at a time, and counts what it does.
+/// Drives a [`Mouse`] through a maze, one decision at a time, and counts its steps and turns.
 ///
-/// A driver performs no input or output. The caller provides the walls around a pose, so the same
-/// loop works with a maze in memory, a simulator or real sensors:
+/// A driver performs no I/O. The caller provides the walls around a pose, so the same loop works
+/// with a maze in memory, a simulator or real sensors:
 ///
 /// ```
 /// use mmsim_maze::{KnownMaze, Maze, Pose, WallsAround};
@@ -30,14 +30,14 @@ use crate::strategy::{Move, Phase, SearchError, Strategy};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-#[must_use = "a driver does nothing until it advances"]
+#[must_use = "a driver does nothing until `advance` is called"]
 pub struct SearchDriver<'m, S> {
     mouse: &'m mut Mouse<S>,
     max_states: u32,
     states: u32,
     /// The last decision, or `None` once the mouse has acted on it.
     decision: Option<Move>,
-    /// The error of the last decision. A field of its own, so that a step copies only one byte.
+    /// The error of the last decision, stored separately so that `decision` takes only one byte.
     error: Option<SearchError>,
     phase: Phase,
     stats: SearchStats,
@@ -67,16 +67,16 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         Self { mouse, max_states, states: 0, decision: None, error: None, phase, stats }
     }
 
-    /// Takes the step that the strategy chose, reads the walls around the mouse, and asks the
-    /// strategy for the next move. Returns `false` once the search is over.
+    /// Takes the step that the strategy chose in the previous call, if any, reads the walls around
+    /// the mouse, and asks the strategy for the next move. Returns `false` once the search is over.
     ///
-    /// Before the first decision, the driver also reads the walls behind the mouse if the wall at
-    /// its back is unknown.
+    /// Before the first decision, if the wall behind the mouse is unknown, the driver also reads
+    /// the walls for the opposite heading.
     ///
     /// # Errors
     /// Returns an error if the walls cannot be read, if they contradict earlier readings, or if the
-    /// mouse would crash. An error of the strategy is returned by the next call of this method, so
-    /// that the caller can still report the state in which the error occurred.
+    /// mouse would crash. An error of the strategy is returned one call later, so that the caller
+    /// can first report the state in which the error occurred.
     #[inline]
     pub fn advance<E>(
         &mut self,
@@ -108,8 +108,8 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
     /// Does the same as [`advance`](Self::advance), but reads the walls from a maze in memory.
     ///
     /// # Errors
-    /// Returns an error if the strategy cannot continue, if the mouse would crash, or if its map
-    /// contradicts the maze.
+    /// Returns an error if the strategy cannot continue, if the mouse would crash, or if the map of
+    /// the mouse contradicts the maze.
     pub fn advance_in(&mut self, maze: &Maze) -> Result<bool, DriveError<Infallible>> {
         self.advance(|pose| Ok(maze.walls().around(pose)))
     }
@@ -119,18 +119,19 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         self.mouse
     }
 
-    /// Returns the last decision, or `None` before the first decision and after a failed reading.
+    /// Returns the last decision or the error of the strategy. Returns `None` before the first
+    /// decision and after a failed reading.
     pub fn decision(&self) -> Option<Result<Move, SearchError>> {
         self.error.map(Err).or(self.decision.map(Ok))
     }
 
-    /// Returns the number of steps and turns in each phase.
+    /// Returns the steps and turns counted in each phase.
     pub const fn stats(&self) -> &SearchStats {
         &self.stats
     }
 
-    /// Returns the phase to which the last decision belongs. Once the fast run has begun, the phase
-    /// no longer changes.
+    /// Returns the phase of the last decision. Once the fast run has begun, the phase no longer
+    /// changes.
     pub const fn phase(&self) -> Phase {
         self.phase
     }
@@ -172,7 +173,7 @@ mod tests {
     const ROOM: &str = "o---o---o\n|     G |\no   o   o\n| S     |\no---o---o\n";
     const CORRIDOR: &str = "o---o\n| G |\no   o\n| S |\no   o\n|   |\no---o\n";
 
-    /// A strategy that returns prepared decisions in prepared phases.
+    /// A strategy that replays a list of decisions and phases.
     struct Script {
         decisions: Vec<(Result<Move, SearchError>, Phase)>,
         calls: usize,

@@ -48,7 +48,7 @@ pub struct Distances {
     steps: Steps,
 }
 
-// Not boxed, because there may be no allocator.
+// The large variant is not boxed, because there may be no allocator.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, PartialEq, Eq, Debug)]
 enum Steps {
@@ -62,8 +62,9 @@ enum Steps {
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct SmallSteps {
     lines: SmallLines,
-    /// True if all cells can reach a target. `UNREACHABLE_BYTE` is a distance only if all cells can
-    /// reach a target, because a path of 255 steps passes through all 256 cells.
+    /// True if the maze has 16×16 cells and all of them can reach a target. `UNREACHABLE_BYTE` can
+    /// be a distance only if this field is true, because a path of 255 steps passes through 256
+    /// cells.
     all_reached: bool,
 }
 
@@ -94,8 +95,8 @@ impl Distances {
         run(FloodTask { walls, targets }, walls.size())
     }
 
-    /// Floods the map of a mouse twice from the targets. Returns the optimistic distances, with
-    /// unknown walls open, and the pessimistic distances, with unknown walls closed.
+    /// Floods the map of a mouse twice. Returns the optimistic distances, which treat unknown walls
+    /// as open, and the pessimistic distances, which treat them as closed.
     ///
     /// ```
     /// use mmsim_maze::{Cell, KnownMaze, MazeSize};
@@ -107,18 +108,18 @@ impl Distances {
     /// ```
     #[must_use]
     pub fn flood_both(map: &KnownMaze, targets: &CellSet) -> [Self; 2] {
-        // Two floods, because the pessimistic one ends early.
+        // Two separate floods are fast, because the pessimistic flood ends early.
         [Unknown::Open, Unknown::Closed].map(|unknown| Self::flood(map.walls(unknown), targets))
     }
 
-    /// Does the same as [`flood`](Self::flood) with the given instructions. Falls back to a lesser
-    /// instruction set if the given instructions are not available.
+    /// Does the same as [`flood`](Self::flood), but uses the given instruction set. Falls back to a
+    /// slower instruction set if the given one is not available.
     #[must_use]
     pub fn flood_with(instructions: Instructions, walls: &Walls, targets: &CellSet) -> Self {
         run_with(instructions, FloodTask { walls, targets }, walls.size())
     }
 
-    /// Floods the maze again in place, because an assignment would copy 2 KiB.
+    /// Floods the maze again in place, because assigning new `Distances` would copy 2 KiB.
     pub(crate) fn reflood(&mut self, walls: &Walls, targets: &CellSet) {
         if self.size == walls.size() {
             run(
@@ -131,8 +132,8 @@ impl Distances {
     }
 
     /// Returns the number of steps from `cell` to the nearest target, or `None` if no target is
-    /// reachable or the cell is outside the maze. [`rows`](Self::rows) is faster for reading all
-    /// cells.
+    /// reachable or the cell is outside the maze. To read all cells, use [`rows`](Self::rows),
+    /// which is faster.
     #[inline]
     pub fn at(&self, cell: Cell) -> Option<u16> {
         Some(self.raw(cell)).filter(|&steps| steps != UNREACHABLE)
@@ -175,7 +176,7 @@ impl Distances {
         }
     }
 
-    /// Does the same as [`raw`](Self::raw) for a cell inside the maze.
+    /// Does the same as [`raw`](Self::raw), but expects a cell inside the maze.
     #[inline]
     fn raw_inside(&self, x: usize, y: usize) -> u16 {
         match &self.steps {
@@ -185,8 +186,8 @@ impl Distances {
     }
 
     /// Returns the distances of a cell's neighbours, in the order of
-    /// [`Heading::ALL`](mmsim_maze::Heading::ALL). The value for a neighbour outside the maze is
-    /// arbitrary, which avoids bounds checks.
+    /// [`Heading::ALL`](mmsim_maze::Heading::ALL). The values for neighbours outside the maze are
+    /// arbitrary, so this method needs no bounds checks.
     pub(crate) fn raw_around(&self, cell: Cell) -> [u16; 4] {
         let (x, y) = (usize::from(cell.x), usize::from(cell.y));
         match &self.steps {
@@ -213,7 +214,7 @@ impl SmallSteps {
         Self { lines, all_reached: flooded.is_full() }
     }
 
-    /// Returns the distance of the cell at this index, or [`UNREACHABLE`] if it cannot reach a
+    /// Returns the distance of the cell at `index`, or [`UNREACHABLE`] if the cell cannot reach a
     /// target.
     #[inline]
     fn raw(&self, index: usize) -> u16 {
@@ -224,7 +225,8 @@ impl SmallSteps {
     }
 }
 
-/// Returns the indices of the neighbours of the cell at `index` in rows of `row` cells.
+/// Returns the indices of the neighbours of the cell at `index`, where `row` is the number of cells
+/// per row.
 fn neighbours(index: usize, row: usize) -> [usize; 4] {
     [index + row, index + 1, index.wrapping_sub(row), index.wrapping_sub(1)]
 }
@@ -259,7 +261,7 @@ impl Task for FloodTask<'_> {
 
 struct RefloodTask<'a> {
     flood: FloodTask<'a>,
-    /// The distances to overwrite, for a maze of the same size as the flooded maze.
+    /// The distances to overwrite, which must belong to a maze of the same size.
     steps: &'a mut Steps,
 }
 
@@ -360,7 +362,7 @@ o---o---o---o
         assert_eq!(Distances::flood(&walls, &targets).reachable_cells(), 0);
     }
 
-    /// Computes the distances naively: relaxes every step until nothing changes.
+    /// Computes the distances naively, by relaxing every step until no distance changes.
     fn naive(walls: &Walls, targets: &CellSet) -> Vec<Option<u16>> {
         let size = walls.size();
         let mut steps: Vec<Option<u16>> =

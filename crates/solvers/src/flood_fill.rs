@@ -8,8 +8,8 @@ use crate::strategy::{Move, SearchError, Strategy, step_to_least};
 /// A strategy that goes to the neighbour with the shortest optimistic distance to the goal. The
 /// strategy floods the maze again only if new walls change a distance.
 ///
-/// The weights of the cells are their distances to the goal in steps. The strategy reaches every
-/// reachable goal and reports unreachable goals.
+/// The weight of a cell is its distance to the goal in steps. The strategy always reaches the goal,
+/// or reports that the goal is unreachable.
 #[derive(Clone, Debug)]
 pub struct FloodFill {
     distances: Distances,
@@ -17,7 +17,7 @@ pub struct FloodFill {
 }
 
 impl FloodFill {
-    /// Creates the strategy for a new search.
+    /// Creates the strategy in its initial state.
     pub const fn new() -> Self {
         Self { distances: Distances::unreachable(MazeSize::CLASSIC), has_begun: false }
     }

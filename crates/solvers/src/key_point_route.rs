@@ -5,8 +5,8 @@ use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 use crate::a_star::ShortestPath;
 use crate::flood::Distances;
 
-/// A route that visits the goal and the corners of a maze, in the order published with the robot of
-/// "plot and navigate a virtual maze".
+/// A route that visits the goal and the corners of a maze. The published robot of the project "plot
+/// and navigate a virtual maze" visits them in the same order.
 ///
 /// ```text
 ///  2. top left ┌───────┐ 5. top right
@@ -33,7 +33,7 @@ pub struct KeyPointRoute {
     goals: CellSet,
     passed: CellSet,
     points: [KeyPoint; 8],
-    /// The indices of the remaining points.
+    /// The indices of the remaining elements of `points`.
     ahead: core::ops::Range<usize>,
 }
 
@@ -45,7 +45,7 @@ enum KeyPoint {
 }
 
 impl KeyPointRoute {
-    /// The number of corners in the full route.
+    /// The maximum number of corners in a route.
     pub const CORNERS: usize = 3;
 
     /// Creates a route to the centre.
@@ -60,7 +60,7 @@ impl KeyPointRoute {
         Self::new(goals, [KeyPoint::Centre, KeyPoint::Start(start)])
     }
 
-    /// Creates the full route, with only the first `corners` of its three corners. The full route
+    /// Creates a route with the first `corners` of three corners. The route with all three corners
     /// visits the centre, top left, bottom right, centre, top right, centre, start and centre.
     #[must_use]
     pub fn swing(size: MazeSize, start: Cell, goals: CellSet, corners: usize) -> Self {
@@ -81,8 +81,8 @@ impl KeyPointRoute {
         Self::new(goals, points.into_iter().flatten())
     }
 
-    /// Creates the full route without the final centre. The mouse visits the final centre on its
-    /// fast run.
+    /// Creates the route with all three corners, but without the final visit to the centre, which
+    /// the mouse makes on its fast run.
     #[must_use]
     pub fn there_and_back(size: MazeSize, start: Cell, goals: CellSet) -> Self {
         let mut route = Self::swing(size, start, goals, Self::CORNERS);
@@ -90,7 +90,7 @@ impl KeyPointRoute {
         route
     }
 
-    /// Marks a cell as passed. A corner that was passed is not visited again.
+    /// Marks a cell as passed. The route skips corners that have been passed.
     pub fn pass(&mut self, cell: Cell) {
         self.passed.insert(cell);
     }
@@ -111,7 +111,7 @@ impl KeyPointRoute {
     }
 
     /// Returns the next key point for a mouse in the cell `from`, or `None` if the route is
-    /// complete. Skips key points that have been reached or that these walls make unreachable.
+    /// complete. Skips key points that have been reached or that `walls` make unreachable.
     pub fn target(&mut self, walls: &Walls, from: Cell) -> Option<Cell> {
         while !self.ahead.is_empty() {
             let target = match self.points[self.ahead.start] {
@@ -134,11 +134,12 @@ impl KeyPointRoute {
 /// `from`, or `None` if no goal cell is reachable. Ties are broken in favour of the northernmost,
 /// then the westernmost cell.
 ///
-/// In a trial maze of n×n cells, the centre is the cell (n/2 - 1, n/2) if it is reachable.
+/// In a maze of n×n cells with even n and four goal cells in the middle, the centre is the cell
+/// (n/2 - 1, n/2) if that cell is reachable.
 #[must_use]
 pub fn centre(goals: &CellSet, walls: &Walls, from: Cell) -> Option<Cell> {
     let size = walls.size();
-    // Twice the distance from the middle, because the middle may lie between cells.
+    // The distances from the middle are doubled, because the middle may lie between cells.
     let off = |coordinate: u8, side: u8| (2 * coordinate + 1).abs_diff(side);
     let reached = Distances::flood(walls, &[from].into_iter().collect());
     goals.iter().filter(|&cell| reached.at(cell).is_some()).min_by_key(|cell| {
@@ -156,7 +157,7 @@ mod tests {
     const SIZE: MazeSize = MazeSize::CLASSIC;
     const START: Cell = Cell::new(0, 0);
 
-    /// Returns the cells of the route with these walls.
+    /// Returns the cells that the route visits in a maze with these walls.
     fn cells(mut route: KeyPointRoute, walls: &Walls) -> Vec<(u8, u8)> {
         let mut here = START;
         let next = || {

@@ -6,13 +6,14 @@ use crate::strategy::{Move, SearchError, Strategy, open_steps};
 
 /// A left-wall follower, which takes the first open step in the order left, front, right, back.
 ///
-/// The weight of every cell is 0. A wall follower never reaches a goal that is not connected to the
-/// outer wall, as in most contest mazes. This is the simplest strategy and serves as an example.
+/// A wall follower never reaches a goal whose walls are not connected to the outer wall, and most
+/// contest mazes have such a goal. The left-wall follower is the simplest strategy and serves as an
+/// example. The weight of every cell is 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LeftWall;
 
 impl LeftWall {
-    /// Creates the strategy for a new search.
+    /// Creates the strategy.
     pub const fn new() -> Self {
         Self
     }

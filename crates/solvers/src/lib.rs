@@ -1,7 +1,7 @@
 //! Search strategies for a micromouse, and the flood algorithms that they use.
 //!
-//! A [`Strategy`] is pure: it gets the known walls and the pose of the mouse, and returns the next
-//! move. A strategy uses no socket, clock or thread, so the same strategy runs in memory, against a
+//! A [`Strategy`] takes the known walls and the pose of the mouse, and returns the next move. A
+//! strategy uses no socket, clock or thread, so the same strategy runs in memory, against a
 //! simulator, and on a real mouse. A [`Mouse`] combines a strategy with a map and a pose:
 //!
 //! ```
@@ -29,11 +29,11 @@
 //! processor supports.
 //!
 //! # Ties
-//! If several neighbours are equally good, a mouse prefers front, left, right and back, in this
-//! order, like the example clients of the reference simulator.
+//! If several neighbours are equally good, the strategies prefer front, left, right and back, in
+//! this order. The example clients of the reference simulator have the same preference.
 //!
-//! Without its feature `std`, which is enabled by default, the crate is `no_std` and never
-//! allocates memory.
+//! Without the feature `std` (enabled by default), the crate is `no_std` and never allocates
+//! memory.
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 // Marks the items of optional features on docs.rs.
 #![cfg_attr(docsrs, feature(doc_cfg))]

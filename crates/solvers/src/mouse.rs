@@ -26,7 +26,7 @@ pub struct Crash {
     pub cell: Cell,
     /// The side through which the mouse would have left the cell.
     pub heading: Heading,
-    /// The known state of the wall on this side of the cell.
+    /// The state of the wall on this side, according to the map.
     pub state: WallState,
 }
 
@@ -39,7 +39,7 @@ fn describe(state: WallState) -> &'static str {
 }
 
 impl<S: Strategy> Mouse<S> {
-    /// Creates a mouse that knows `map` and is at `pose`.
+    /// Creates a mouse at `pose` with the given map of known walls.
     #[must_use]
     pub const fn new(strategy: S, map: KnownMaze, pose: Pose) -> Self {
         Self { strategy, map, pose }
@@ -60,12 +60,12 @@ impl<S: Strategy> Mouse<S> {
         &self.strategy
     }
 
-    /// Returns the strategy's number for `cell`, see [`Strategy::weight`].
+    /// Returns the weight of `cell`, see [`Strategy::weight`].
     pub fn weight(&self, cell: Cell) -> Option<u16> {
         self.strategy.weight(cell)
     }
 
-    /// Returns the phase to which the last decision belongs, see [`Strategy::phase`].
+    /// Returns the phase of the last decision, see [`Strategy::phase`].
     pub fn phase(&self) -> Phase {
         self.strategy.phase()
     }
@@ -78,9 +78,9 @@ impl<S: Strategy> Mouse<S> {
         self.map.observe(self.pose, around)
     }
 
-    /// Adds the walls that the mouse reads while it faces backwards. This reading is necessary at
-    /// the start, where the wall behind the mouse may be unknown. The pose of the mouse does not
-    /// change.
+    /// Adds to the map the walls that the mouse read after a half turn. `around` is relative to
+    /// [`turned_round`](Self::turned_round), but the pose of the mouse does not change. This method
+    /// is needed at the start, where the wall behind the mouse may be unknown.
     ///
     /// # Errors
     /// Returns an error and keeps the map unchanged if the walls contradict an earlier reading.
@@ -88,12 +88,12 @@ impl<S: Strategy> Mouse<S> {
         self.map.observe(self.turned_round(), around)
     }
 
-    /// Returns the pose of the mouse after a half turn on the spot.
+    /// Returns the pose that the mouse would have after a half turn on the spot.
     pub const fn turned_round(&self) -> Pose {
         Pose::new(self.pose.cell, self.pose.heading.back())
     }
 
-    /// Lets the strategy decide on the next move.
+    /// Asks the strategy for the next move.
     ///
     /// # Errors
     /// Returns an error if the strategy cannot continue.
@@ -104,7 +104,8 @@ impl<S: Strategy> Mouse<S> {
     /// Takes a step.
     ///
     /// # Errors
-    /// Returns an error without moving the mouse if the side is not known to be open.
+    /// Returns an error, and does not move the mouse, if the step leads through a side that is not
+    /// known to be open.
     #[inline]
     pub fn go(&mut self, step: Step) -> Result<(), Crash> {
         let Pose { cell, heading } = self.pose;

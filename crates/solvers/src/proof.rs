@@ -19,10 +19,11 @@ use crate::flood::steps_between;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PathBounds {
-    /// The optimistic distance in steps, with unknown walls open; `None` if known walls block every
-    /// path.
+    /// The optimistic distance in steps, which treats unknown walls as open, or `None` if known
+    /// walls block every path.
     pub optimistic: Option<u16>,
-    /// The pessimistic distance in steps, with unknown walls closed; `None` if no path is known.
+    /// The pessimistic distance in steps, which treats unknown walls as closed, or `None` if no
+    /// path is known.
     pub pessimistic: Option<u16>,
 }
 
@@ -41,15 +42,15 @@ impl PathBounds {
     }
 }
 
-/// Returns the number of steps after which a search of `maze` has proven the shortest path, or
-/// `None` if it never does. `poses` holds the poses in which the mouse read the walls: the start
-/// pose, and one pose for each step.
+/// Returns the number of steps after which a search of `maze` has proven that a known path is
+/// shortest, or `None` if the search never proves this. `poses` holds the poses in which the mouse
+/// read the walls: the start pose, and then the pose after each step.
 ///
-/// A search does not need this number, so it is computed after the search.
+/// The search itself does not need this number, so it can be computed after the search.
 #[must_use]
 pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
     let mut map = KnownMaze::unexplored(maze);
-    // True walls never contradict each other.
+    // Readings of the actual walls never contradict each other.
     let observe = |map: &mut KnownMaze, pose| {
         let _ = map.observe(pose, maze.walls().around(pose));
     };
@@ -60,7 +61,7 @@ pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
         }
     }
     (0..).zip(poses).find_map(|(steps, &pose)| {
-        // A cell that was visited before shows no new walls.
+        // A cell that was visited before reveals no new walls.
         let is_new = steps == 0 || !map.visited().contains(pose.cell);
         observe(&mut map, pose);
         (is_new && PathBounds::new(&map).is_proven()).then_some(steps)
@@ -79,7 +80,7 @@ mod tests {
         Pose::new(Cell::new(x, y), heading)
     }
 
-    /// Returns the bounds after each of the poses, in which the mouse reads the walls.
+    /// Returns the bounds after the mouse has read the walls in each of the poses.
     fn bounds(maze: &str, poses: &[Pose]) -> Vec<(Option<u16>, Option<u16>)> {
         let maze: Maze = maze.parse().unwrap();
         let mut map = KnownMaze::unexplored(&maze);

@@ -1,4 +1,4 @@
-//! The shortest-path search, which explores until the shortest path is proven.
+//! The shortest-path search, which explores until a known path is proven to be shortest.
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown};
 
@@ -9,33 +9,36 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 /// returns to the start, and runs to the goal.
 ///
 /// - The mouse goes to the goal by flood fill. If several neighbours are equally near, the mouse
-///   prefers the neighbour nearest to the goal regardless of walls, which keeps the most paths
-///   open.
+///   prefers the neighbour that would be nearest to the goal without walls. This choice keeps the
+///   most paths open.
 /// - From the goal, the mouse explores the optimistic shortest paths from the start to the goal. A
-///   layer consists of all cells on these paths with the same distance from the start. Every path
-///   crosses every layer, so a few walls in an unvisited layer may block all paths. The mouse goes
-///   to the nearest cell of the narrowest unvisited layers.
+///   layer consists of all cells on these paths that have the same distance from the start. Every
+///   path crosses every layer, so a few walls in a narrow layer may block all paths. The mouse goes
+///   to the nearest cell in the narrowest of the unvisited layers.
 /// - The exploration ends as soon as one of these paths is known to be open, because the optimistic
 ///   distance then equals the pessimistic distance. The mouse always enters the goal before it
-///   returns, even if the shortest path is proven one step earlier.
-/// - On the return run, the mouse tries unknown walls if the path through them may be shorter.
+///   returns, even if a path is proven to be shortest one step earlier.
+/// - On the return run, the mouse tries a path through unknown walls if that path may be shorter
+///   than the shortest known path.
 ///
-/// The weights of the cells are their distances to the mouse's target in steps. The strategy always
-/// proves the shortest path, or returns to the start and reports that the goal is unreachable.
+/// The weight of a cell is its distance in steps to the current target of the mouse. If the goal is
+/// reachable, the strategy always finds a path and proves that it is shortest. If the goal is
+/// unreachable, the mouse returns to the start, where the strategy reports this.
 #[derive(Clone, Debug)]
 pub struct ShortestPathSearch {
     leg: Leg,
-    /// The cells in which the mouse has made a decision. Visiting a cell again shows no new walls.
+    /// The cells in which the strategy has made a decision. Visiting such a cell again reveals no
+    /// new walls.
     visited: CellSet,
-    /// The target of the exploration.
+    /// The current target of the exploration.
     target: Option<ExplorationTarget>,
     distances: Distances,
-    /// The south-western and the north-eastern corner of the bounding box of the goal cells,
-    /// computed at the first step.
+    /// The south-western and the north-eastern corner of the bounding box of the goal cells, or
+    /// `None` before the first decision.
     goal_corners: Option<[Cell; 2]>,
 }
 
-/// A part of the search.
+/// A section of the search.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Leg {
     ToGoal,
@@ -47,7 +50,7 @@ enum Leg {
 }
 
 impl ShortestPathSearch {
-    /// Creates the strategy for a new search.
+    /// Creates the strategy in its initial state.
     pub const fn new() -> Self {
         Self {
             leg: Leg::ToGoal,
@@ -167,8 +170,8 @@ fn corners(cells: &CellSet) -> [Cell; 2] {
 }
 
 /// Returns the distances of a cell's neighbours from a bounding box, in the order of
-/// [`Heading::ALL`](mmsim_maze::Heading::ALL). The distance is the number of columns or of rows,
-/// whichever is larger, regardless of walls.
+/// [`Heading::ALL`](mmsim_maze::Heading::ALL). The distance is the difference in columns or in
+/// rows, whichever is larger. Walls are ignored.
 fn crow_flies_around(cell: Cell, [south_west, north_east]: [Cell; 2]) -> [u8; 4] {
     let off = |from: u8, at: u8, to: u8| from.saturating_sub(at).max(at.saturating_sub(to));
     let columns = |x| off(south_west.x, x, north_east.x);

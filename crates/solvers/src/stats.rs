@@ -1,10 +1,10 @@
-//! The cost of a search: the number of steps and turns in each phase.
+//! The cost of a search: the steps and turns in each phase.
 
 use mmsim_maze::Step;
 
 use crate::strategy::Phase;
 
-/// The number of steps and turns of a search in each [`Phase`].
+/// The steps and turns of a search, counted separately for each [`Phase`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SearchStats {
@@ -14,17 +14,18 @@ pub struct SearchStats {
     pub return_run: PhaseStats,
     /// The steps and turns of the fast run.
     pub fast_run: PhaseStats,
-    /// The number of steps, in all phases, until the mouse first entered a goal cell.
+    /// The number of steps in all phases until the mouse first entered a goal cell, or `None` if
+    /// the mouse has not entered one.
     pub steps_to_goal: Option<u32>,
 }
 
-/// The number of steps and turns in one phase.
+/// The steps and turns in one phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PhaseStats {
-    /// The number of steps of one cell each.
+    /// The number of steps. Each step is one cell long.
     pub steps: u32,
-    /// The number of quarter turns, with a half turn counted as two.
+    /// The number of quarter turns. A half turn counts as two quarter turns.
     pub turns: u32,
 }
 

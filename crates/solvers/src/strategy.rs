@@ -5,7 +5,7 @@ use mmsim_maze::{Cell, KnownMaze, Pose, Step, Unknown};
 /// A search strategy, which decides on the next move from the known walls and the pose of the
 /// mouse.
 ///
-/// A strategy is pure: it uses no socket, clock or thread. The only method to implement is
+/// A strategy uses no socket, clock or thread. The only required method is
 /// [`next_move`](Self::next_move).
 ///
 /// ```
@@ -27,9 +27,10 @@ use mmsim_maze::{Cell, KnownMaze, Pose, Step, Unknown};
 /// }
 /// ```
 pub trait Strategy {
-    /// Decides on the next move in this pose. The map already contains the walls around the mouse.
+    /// Decides on the next move of a mouse in `pose`. The map already contains the walls around the
+    /// mouse.
     ///
-    /// This method is called exactly once for each reading, in the order of the search.
+    /// This method is called exactly once after each reading of the walls.
     ///
     /// # Errors
     /// Returns an error if the search cannot continue.
@@ -37,13 +38,13 @@ pub trait Strategy {
 
     /// Returns the number that a viewer shows in `cell` after the last
     /// [`next_move`](Self::next_move), for example a distance in steps or a number of visits.
-    /// Returns `None` if the viewer shows nothing.
+    /// Returns `None` if the viewer should show nothing.
     fn weight(&self, _cell: Cell) -> Option<u16> {
         None
     }
 
-    /// Returns the phase to which the last [`next_move`](Self::next_move) belongs. A strategy that
-    /// stops in the goal never leaves the search run.
+    /// Returns the phase to which the last [`next_move`](Self::next_move) belongs. By default, the
+    /// phase is always the search run, which suits a strategy that stops at the goal.
     fn phase(&self) -> Phase {
         Phase::SearchRun
     }
@@ -127,7 +128,7 @@ pub enum SearchError {
 }
 
 /// Returns the steps that a mouse in `pose` can take through sides known to be open, in the order
-/// front, left, right, back. Each step is returned with the cell to which it leads.
+/// front, left, right, back. Each step is paired with the cell to which it leads.
 pub fn open_steps(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Cell)> + '_ {
     let possible = map.walls(Unknown::Closed).sides(pose.cell);
     Step::ALL.into_iter().filter_map(move |step| {
@@ -136,10 +137,11 @@ pub fn open_steps(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Ce
     })
 }
 
-/// Returns the open step to the neighbour with the smallest number, and this number, or `None` if
-/// no step is open. `numbers` holds the numbers in the order of
+/// Compares the neighbours that can be entered through a side known to be open. Returns the step to
+/// the neighbour with the smallest number, and this number, or `None` if no side is known to be
+/// open. `numbers` holds one number for each neighbour, in the order of
 /// [`Heading::ALL`](mmsim_maze::Heading::ALL). Ties are broken in the order of [`Step::ALL`].
-// No branches on walls or numbers: they are unpredictable.
+// The code does not branch on walls or numbers, because such branches would be unpredictable.
 pub(crate) fn step_to_least(map: &KnownMaze, pose: Pose, numbers: [u32; 4]) -> Option<(Step, u32)> {
     const CLOSED: u64 = 1 << 63;
     let possible = map.walls(Unknown::Closed).sides(pose.cell);

@@ -7,17 +7,18 @@ use crate::flood::Distances;
 use crate::key_point_route::{KeyPointRoute, centre};
 use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 
-/// A strategy that visits the key points of a [`KeyPointRoute`], and then runs from the start to
-/// the goal on the shortest known path. The strategy finds an optimistic shortest path to each key
+/// A strategy that visits the key points of a [`KeyPointRoute`] and then runs from the start to the
+/// goal on the shortest known path. The strategy finds an optimistic shortest path to each key
 /// point with A*, and plans again whenever the mouse sees a new wall.
 ///
-/// The weights of the cells are their distances in steps to the current key point, or to the goal
-/// on the fast run. The strategy reaches every reachable goal and reports unreachable goals.
+/// The weight of a cell is its distance in steps to the current key point or, on the fast run, to
+/// the goal. The strategy always reaches the goal, or reports that the goal is unreachable.
 #[derive(Clone, Debug)]
 pub struct Swing {
     /// The route, or `None` before the first decision.
     route: Option<KeyPointRoute>,
-    /// The path to the next key point, and the number of its steps that the mouse has taken.
+    /// The path to the next key point, and the number of steps that the mouse has taken on this
+    /// path.
     plan: Option<(ShortestPath, usize)>,
     /// The walls for which the path was planned.
     walls: Walls,
@@ -26,7 +27,7 @@ pub struct Swing {
 }
 
 impl Swing {
-    /// Creates the strategy for a new search.
+    /// Creates the strategy in its initial state.
     pub const fn new() -> Self {
         Self {
             route: None,

@@ -1,4 +1,4 @@
-//! Searches in memory for tests of strategies.
+//! A helper that runs searches in memory to test strategies.
 
 use mmsim_maze::{KnownMaze, Maze};
 
@@ -16,7 +16,8 @@ pub(crate) struct Outcome {
     pub(crate) drawing: String,
 }
 
-/// Searches the maze drawn in `text` until the strategy stops, for at most `max_steps` steps.
+/// Searches the maze drawn in `text` until the strategy stops or the mouse has taken `max_steps`
+/// steps.
 pub(crate) fn search(strategy: impl Strategy, text: &str, max_steps: u32) -> Outcome {
     let maze: Maze = text.parse().unwrap();
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(&maze), maze.start());

@@ -8,9 +8,9 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// A strategy that counts its visits to each cell and goes to the least visited neighbour.
 ///
-/// The weights of the cells are their numbers of visits. The start counts one extra visit, as in
-/// the reference simulator's example client. The strategy reaches every reachable goal, but takes
-/// detours.
+/// The weight of a cell is the number of visits to it. The weight of the start includes one extra
+/// visit, as in the example client of the reference simulator. The strategy always reaches a
+/// reachable goal, but takes detours.
 #[derive(Clone, Debug)]
 pub struct WeightIncrement {
     /// `visits[x][y]`
@@ -19,7 +19,7 @@ pub struct WeightIncrement {
 }
 
 impl WeightIncrement {
-    /// Creates the strategy for a new search.
+    /// Creates the strategy in its initial state.
     pub const fn new() -> Self {
         Self { visits: [[0; SIDE]; SIDE], has_begun: false }
     }

@@ -1,4 +1,4 @@
-//! Floods with AVX-512. The rules for `unsafe` in `x86.rs` apply here, too.
+//! Floods with AVX-512. The rules for `unsafe` code in `x86.rs` also apply to this file.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
@@ -12,12 +12,12 @@ use super::plane::{BitOps, Line, ParityPlane, Words, to_words};
 use super::task::Task;
 use super::x86::{Sse2, simd};
 
-/// A vector of 128 bits with three-operand logic, which needs the AVX-512 features F and VL.
+/// A 128-bit vector, whose three-operand logic requires the AVX-512 features F and VL.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Avx512Small(Sse2<1>);
 
-/// A vector of 512 bits, which needs the AVX-512 features F and BW.
+/// A 512-bit vector, whose operations require the AVX-512 features F and BW.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Avx512Large(__m512i);
@@ -54,7 +54,7 @@ impl Avx512Small {
     }
 }
 
-/// Implements operations by those of SSE2.
+/// Implements operations by calling the same operations of the SSE2 vector.
 macro_rules! forward {
     ($($operation:ident($($other:ident)?)),*) => { $(
         #[inline(always)]
@@ -101,8 +101,7 @@ impl BitOps for Avx512Small {
     }
 }
 
-/// Does the same as [`ParityPlane::spread`], but uses each word of a plane as a mask for 64
-/// bytes.
+/// Does the same as [`ParityPlane::spread`]. Each word of a plane is used as a mask for 64 bytes.
 #[inline(always)]
 fn spread_by_masks<H: ParityPlane>(even: &[H; 8], odd: &[H; 8], lines: &mut [[Line; 8]]) {
     let (even, odd) = (to_words(even), to_words(odd));
@@ -121,7 +120,7 @@ fn spread_by_masks<H: ParityPlane>(even: &[H; 8], odd: &[H; 8], lines: &mut [[Li
     }
 }
 
-/// Returns 64 bytes. Bit i of byte j is bit j of `planes[i][word]`.
+/// Returns 64 bytes, in which bit i of byte j is bit j of `planes[i][word]`.
 #[inline(always)]
 fn bytes_of<W: Words>(planes: &[W; 8], word: usize) -> __m512i {
     let mut bytes = simd!(_mm512_setzero_si512());
@@ -132,12 +131,13 @@ fn bytes_of<W: Words>(planes: &[W; 8], word: usize) -> __m512i {
     bytes
 }
 
-/// Truth tables of three-operand logic: bit 4a + 2b + c is the result for the bits a, b and c.
+/// Truth tables for three-operand logic. Bit 4a + 2b + c of a table is the result for the bits a, b
+/// and c.
 const AND_OR: i32 = 0b1110_1010;
 const OR_AND: i32 = 0b1010_1000;
 const OR_WITHOUT: i32 = 0b0101_0100;
 
-/// Returns 32 consecutive row numbers, starting at `further`, modulo 32.
+/// Returns 32 consecutive row numbers modulo 32, beginning with `further`.
 const fn neighbour_rows(further: u16) -> [u16; 32] {
     let mut rows = [further; 32];
     let mut row = 1;

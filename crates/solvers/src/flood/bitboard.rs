@@ -1,10 +1,11 @@
-//! A maze as a bitboard, which holds the openings between cells of the two colours.
+//! Bitboards, which store the openings of a maze separately for the two colours of a chessboard.
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
 use super::plane::{BitOps, ParityPlane, SIDE, Words};
 
-/// A value for each colour. The cell (0, 0) is dark, like a1 on a chessboard.
+/// One value for the dark cells of a maze and one for the light cells. Cells are coloured like a
+/// chessboard. The cell (0, 0) is dark, like the square a1.
 #[derive(Clone, Copy)]
 pub(super) struct ByColour<T> {
     pub(super) dark: T,
@@ -14,18 +15,18 @@ pub(super) struct ByColour<T> {
 /// A set of cells, stored as one plane for each colour.
 pub(super) type CellPlanes<H> = ByColour<H>;
 
-/// The openings of a maze into the cells of each colour.
+/// The openings of a maze, grouped by the colour of the cell that they lead into.
 pub(super) type Bitboard<H> = ByColour<Openings<H>>;
 
-/// The openings through which cells of one colour can be entered from cells of the other colour.
+/// The openings that lead into the cells of one colour from cells of the other colour.
 #[derive(Clone, Copy)]
 pub(super) struct Openings<B> {
-    /// The cells that can be entered from the cell with the same bit, which is the neighbour in the
-    /// same pair of columns.
+    /// The cells that can be entered from the neighbour in the same pair of columns, 2k and 2k + 1.
+    /// The two cells of such a pair have the same bit in the planes of the two colours.
     same: B,
-    /// The cells that can be entered by a step east from a cell with another bit.
+    /// The cells that can be entered by a step east from the previous pair of columns.
     east: B,
-    /// The cells that can be entered by a step west from a cell with another bit.
+    /// The cells that can be entered by a step west from the next pair of columns.
     west: B,
     /// The cells that can be entered by a step north.
     north: B,
@@ -42,19 +43,19 @@ impl<B: BitOps> Openings<B> {
     }
 
     /// Returns the wave that follows `wave`: the neighbours of `wave` that are not in the preceding
-    /// wave `before`. For waves of one colour, no other cells need to be excluded, since each
-    /// neighbour is either one step nearer or one step farther.
+    /// wave `before`. If each wave has only one colour, it is enough to exclude `before`, because
+    /// every neighbour of a wave belongs to the preceding or to the following wave.
     #[inline(always)]
     pub(super) fn onward(&self, wave: B, before: B) -> B {
         let [along, across] = self.along_and_across(wave);
         along.or_without(across, before)
     }
 
-    /// Returns two sets whose union is the set of all neighbours of `cells`.
+    /// Returns the cells that can be entered from `cells`, as two sets that the caller combines.
     #[inline(always)]
     fn along_and_across(&self, cells: B) -> [B; 2] {
-        // With three-operand logic this takes three dependent operations after the shifts, including
-        // the union.
+        // With three-operand logic, only three operations after the shifts depend on each other.
+        // The union of the two sets is one of these operations.
         let same = cells.and(self.same);
         let across = cells.down::<1>().and(self.west);
         let along = cells.up::<1>().and_or(self.east, same);
@@ -105,15 +106,14 @@ impl<H: ParityPlane> Bitboard<H> {
 }
 
 impl<T> ByColour<T> {
-    /// Returns the values of the near colour and of the far colour.
+    /// Returns the values of the near and the far colour, in this order.
     #[inline(always)]
     pub(super) fn near_and_far(self, near_is_dark: bool) -> [T; 2] {
         let Self { dark, light } = self;
         if near_is_dark { [dark, light] } else { [light, dark] }
     }
 
-    /// Combines the values of the near and the far colour, the inverse of
-    /// [`near_and_far`](Self::near_and_far).
+    /// Inverse of [`near_and_far`](Self::near_and_far).
     #[inline(always)]
     pub(super) fn from_near_and_far([near, far]: [T; 2], near_is_dark: bool) -> Self {
         let (dark, light) = if near_is_dark { (near, far) } else { (far, near) };
@@ -133,7 +133,7 @@ impl<H: ParityPlane> CellPlanes<H> {
         let mut words = H::Words::repeat(0);
         let bit = usize::from(cell.y) * H::ROW_BITS + usize::from(cell.x / 2);
         if usize::from(cell.x / 2) < H::ROW_BITS {
-            // Each word is written whole, so that the plane can be loaded at once.
+            // Each word is written completely, so that the plane can be loaded as a whole.
             for (i, word) in words.as_mut().iter_mut().enumerate() {
                 *word = u64::from(i == bit / 64) << (bit % 64);
             }
@@ -147,7 +147,7 @@ impl<H: ParityPlane> CellPlanes<H> {
     }
 }
 
-/// Returns true if a cell is dark, like (0, 0).
+/// Returns true if a cell is dark.
 pub(super) const fn is_dark(cell: Cell) -> bool {
     (cell.x ^ cell.y) & 1 == 0
 }
@@ -186,7 +186,7 @@ impl<H: ParityPlane> CellPlanes<H> {
     /// Returns the cells in even columns and the cells in odd columns.
     #[inline(always)]
     pub(super) fn columns(self) -> [H; 2] {
-        // The exchange is its own inverse.
+        // `by_colour` is its own inverse: it swaps the two planes in odd rows.
         let CellPlanes { dark, light } = by_colour([self.dark, self.light]);
         [dark, light]
     }
@@ -199,14 +199,15 @@ pub(super) fn even_rows<H: ParityPlane>() -> H {
     H::from_words(H::Words::repeat(word))
 }
 
-/// Converts even and odd columns to dark and light cells.
+/// Converts planes of even and odd columns to planes of dark and light cells.
 #[inline(always)]
 fn by_colour<H: ParityPlane>([even, odd]: [H; 2]) -> CellPlanes<H> {
     let swapped = even.xor(odd).without(even_rows());
     CellPlanes { dark: even.xor(swapped), light: odd.xor(swapped) }
 }
 
-/// Returns the sides without a wall in the first `height` rows, masked by `columns`.
+/// Returns the sides without a wall, limited to the first `height` rows and to the bits of
+/// `columns`.
 #[inline(always)]
 fn open<H: ParityPlane>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u32; SIDE] {
     // Full rows, followed by empty rows. The offset selects the number of full rows.
@@ -227,7 +228,7 @@ fn open<H: ParityPlane>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u3
     open
 }
 
-/// Splits rows of bits into even and odd columns. Bit x of row y is the cell (x, y).
+/// Splits rows of bits into planes of even and odd columns. Bit x of row y is the cell (x, y).
 #[inline(always)]
 fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
     let mut planes = [H::Words::repeat(0); 2];
@@ -266,7 +267,7 @@ fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
     [H::from_words(even), H::from_words(odd)]
 }
 
-/// Merges even and odd columns into rows of bits, the inverse of [`split`].
+/// Merges planes of even and odd columns into rows of bits. Inverse of [`split`].
 #[inline(always)]
 pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [u32; SIDE] {
     let (even, odd) = (even.to_words(), odd.to_words());
@@ -299,7 +300,7 @@ pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [u32; SIDE] {
     rows
 }
 
-/// Moves even bits to the lower half and odd bits to the upper half.
+/// Moves the even bits to the lower half of the word and the odd bits to the upper half.
 ///
 /// The algorithm is from section 7-2 of Warren, Hacker's Delight, 2nd edition.
 #[inline(always)]
@@ -319,7 +320,7 @@ const fn shuffle(bits: u32) -> u32 {
     swap(bits, 0x2222_2222, 1)
 }
 
-/// Swaps the bits of `mask` with the bits `distance` positions above them.
+/// Swaps the bits selected by `mask` with the bits that are `distance` positions higher.
 #[inline(always)]
 const fn swap(bits: u32, mask: u32, distance: u32) -> u32 {
     let differing = (bits ^ bits >> distance) & mask;

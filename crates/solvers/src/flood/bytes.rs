@@ -3,9 +3,9 @@
 use super::plane::{Line, ParityPlane};
 use super::waves::{Flooded, Marks};
 
-/// Writes 8 bits of each distance, starting at bit `first`, as one byte per cell. The rows are
-/// ordered from south to north, and the cells of each row from west to east. The bytes of unvisited
-/// cells have all bits set.
+/// Writes one byte per cell, which holds the bits `first` to `first` + 7 of the cell's distance.
+/// The rows are ordered from south to north, and the cells of each row from west to east. The bytes
+/// of unvisited cells have all bits set.
 #[inline(always)]
 pub(super) fn write<H: ParityPlane>(flooded: &Flooded<H>, first: usize, lines: &mut [[Line; 8]]) {
     let (mut even, mut odd) = ([H::NONE; 8], [H::NONE; 8]);

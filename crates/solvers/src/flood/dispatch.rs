@@ -1,4 +1,4 @@
-//! The selection of instructions for a task.
+//! Selection of the instruction set for a task.
 
 use mmsim_maze::MazeSize;
 
@@ -10,20 +10,20 @@ use super::task::Task;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 use super::x86::{self, run_avx2};
 
-/// Runs a task with the best available instructions.
+/// Runs a task with the best available instruction set.
 pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
     run_with(Instructions::Avx512, task, size)
 }
 
-/// Runs a task with the given instructions. Falls back to a lesser instruction set if the given
-/// instructions are not available.
+/// Runs a task with the given instruction set. Falls back to a slower instruction set if the given
+/// one is not available.
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
 pub(super) fn run_with<T: Task>(_: Instructions, task: T, size: MazeSize) -> T::Output {
     if is_small(size) { task.run::<[u64; 2]>() } else { task.run::<[u64; 8]>() }
 }
 
-/// Runs a task with the given instructions. Falls back to a lesser instruction set if the given
-/// instructions are not available.
+/// Runs a task with the given instruction set. Falls back to a slower instruction set if the given
+/// one is not available.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 #[allow(unsafe_code)]
 pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
@@ -47,7 +47,7 @@ pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeS
     unsafe { run(task) }
 }
 
-/// Runs a task with each available instruction set and checks each result.
+/// Runs a task with each available instruction set and calls `check` with each result.
 #[cfg(test)]
 pub(super) fn with_each<T: Task>(
     task: impl Fn() -> T,

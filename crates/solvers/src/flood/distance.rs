@@ -9,8 +9,8 @@ use super::task::Task;
 use super::waves;
 
 /// Returns the number of steps from a cell to the nearest target, or `None` if no target is
-/// reachable or the cell is outside the maze. This is faster than a flood, because it stops at the
-/// first target and stores no distances.
+/// reachable or the cell is outside the maze. This function is faster than a flood, because it
+/// stops at the first target and stores no distances.
 ///
 /// ```
 /// use mmsim_maze::{Cell, MazeSize, Walls};

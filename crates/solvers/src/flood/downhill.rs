@@ -1,4 +1,4 @@
-//! Downhill headings, in which a step leads nearer to a target.
+//! Downhill headings: the headings in which a step leads nearer to a target.
 
 use mmsim_maze::{Cell, CellSet, Heading, Walls};
 
@@ -8,11 +8,12 @@ use super::plane::{ParityPlane, SIDE};
 use super::task::Task;
 use super::waves::{self, Marks};
 
-/// The downhill headings of all cells: the headings in which a step leads nearer to a target.
+/// The downhill headings of all cells. A heading is downhill if a step in this direction leads
+/// nearer to a target.
 ///
-/// A mouse needs only downhill headings to reach a target. Downhill headings are computed faster
-/// than [`Distances`](crate::Distances), because the two lowest bits of each distance suffice: the
-/// distances of connected neighbours differ by at most 1.
+/// A mouse that always takes a downhill heading reaches a target. Downhill headings are computed
+/// faster than [`Distances`](crate::Distances), because they need only the two lowest bits of each
+/// distance. Two bits suffice, because the distances of connected neighbours differ by at most 1.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -24,7 +25,7 @@ use super::waves::{self, Marks};
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Downhill {
-    /// One set of cells for each heading, in the order of [`Heading::ALL`].
+    /// For each heading of [`Heading::ALL`], the cells in which this heading is downhill.
     cells: [CellSet; 4],
 }
 
@@ -35,7 +36,7 @@ impl Downhill {
         run(DownhillTask { walls, targets }, walls.size())
     }
 
-    /// Returns the cells from which a step towards `heading` leads nearer to the targets.
+    /// Returns the cells from which a step in the direction of `heading` leads nearer to a target.
     pub const fn towards(&self, heading: Heading) -> &CellSet {
         &self.cells[heading as usize]
     }
@@ -66,7 +67,7 @@ impl Task for DownhillTask<'_> {
         let (low, high) = (rows(|marks| marks.planes[0]), rows(|marks| marks.planes[1]));
         let unvisited = rows(|marks| marks.unvisited);
         let size = walls.size();
-        // The cells where b is one step farther than a.
+        // The cells in which the distance `b` is one step longer than the distance `a`.
         let is_further = |a: (u32, u32), b: (u32, u32)| (a.0 ^ b.0) & !(a.1 ^ b.1 ^ a.0);
         let at = |y: usize| (low[y], high[y]);
         let mut cells = [[0; SIDE]; 4];

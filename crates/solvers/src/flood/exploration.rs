@@ -1,4 +1,4 @@
-//! Selection of the next cell to explore in order to prove the shortest path.
+//! Selection of the cell that a mouse explores next while it searches for a proven shortest path.
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown};
 
@@ -8,7 +8,7 @@ use super::plane::ParityPlane;
 use super::task::Task;
 use super::waves::first_targets;
 
-/// The result of the selection of the next cell to explore.
+/// The cell to explore next, and the paths to which it belongs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct ExplorationTarget {
     /// The cell to explore next.
@@ -18,15 +18,16 @@ pub(crate) struct ExplorationTarget {
 }
 
 impl ExplorationTarget {
-    /// Returns the cell that a mouse in the cell `mouse` explores next. Returns `None` if one of
-    /// the optimistic shortest paths is known to be open, or if there is no path.
+    /// Selects the cell that a mouse in the cell `mouse` should explore next. Returns `None` if one
+    /// of the optimistic shortest paths is known to be open, or if there is no path.
     ///
-    /// A layer consists of all cells on these paths with the same distance from the start.
-    /// Candidates are unvisited cells beside unknown walls on the paths. If some layers contain
-    /// candidates but no visited cell, only the candidates in the narrowest of these layers are
-    /// considered. The target is the candidate nearest to the mouse. If several candidates are
-    /// equally near, the target is the candidate farthest from the start, because the mouse can
-    /// visit the other candidates on its way back.
+    /// A layer consists of all cells on the optimistic shortest paths that have the same distance
+    /// from the start. The fewer cells a layer has, the narrower it is. A candidate is an unvisited
+    /// cell on an optimistic shortest path, next to an unknown wall that such a path crosses. If
+    /// some layers contain candidates but no visited cell, only the candidates in the narrowest of
+    /// these layers are considered. The target is the candidate nearest to the mouse. If several
+    /// candidates are equally near, the target is the candidate farthest from the start, because
+    /// the mouse can visit the other candidates on its way back.
     pub(crate) fn find(map: &KnownMaze, mouse: Cell) -> Option<Self> {
         run(FindTarget { map, mouse }, map.size())
     }
@@ -63,41 +64,42 @@ impl Task for FindTarget<'_> {
 /// The openings and the visited cells of one colour.
 #[derive(Clone, Copy)]
 struct Colour<B> {
-    /// The openings into cells of this colour, with unknown walls open.
+    /// The openings into cells of this colour, with unknown walls treated as open.
     optimistic: Openings<B>,
-    /// The openings into cells of this colour, with unknown walls closed.
+    /// The openings into cells of this colour, with unknown walls treated as closed.
     known: Openings<B>,
     visited: B,
 }
 
-/// The cells of one colour on the shortest paths.
+/// The cells of one colour that belong to the optimistic shortest paths.
 #[derive(Clone, Copy)]
 struct PathCells<B> {
     all: B,
-    /// The cells in the narrowest layers without a visited cell.
+    /// The cells in the narrowest of the layers that contain no visited cell.
     narrowest: B,
 }
 
 /// The optimistic shortest paths from the start to the goal.
 ///
-/// The colours of successive layers alternate. In arrays of two, the first element belongs to the
-/// colour of the goal cells at the ends of the paths.
+/// The colours of successive layers alternate. Arrays of two elements have one element for each
+/// colour. The first element belongs to the colour of the goal cells at which the paths end.
 struct ShortestPaths<B> {
     colours: [Colour<B>; 2],
     ends_are_dark: bool,
-    /// The goal cells at the ends of the paths.
+    /// The goal cells at which the paths end.
     ends: B,
     start: B,
-    /// Four sets of cells, one for each distance from the start modulo 4, beginning with the layer
-    /// before the ends of the paths. Neighbouring cells are one step apart, so four sets suffice to
-    /// separate the layers.
+    /// The cells that waves from the start have reached, grouped into four sets by their distance
+    /// from the start modulo 4. The first set contains the layer one step before the ends of the
+    /// paths. Four sets suffice to separate the layers, because the distances of connected
+    /// neighbours differ by 1.
     layers: [B; 4],
     /// The length of the paths in steps.
     length: usize,
 }
 
 impl<B: ParityPlane> ShortestPaths<B> {
-    /// Sends waves from the start until one reaches a goal cell.
+    /// Sends waves from the start until a wave reaches a goal cell.
     #[inline(always)]
     fn find(map: &KnownMaze) -> Option<Self> {
         let start = CellPlanes::<B>::from_cell(map.start().cell);
@@ -131,7 +133,7 @@ impl<B: ParityPlane> ShortestPaths<B> {
                 }
             }
         }
-        // From the layer before the ends, backwards.
+        // The sets are stored backwards, beginning with the layer before the ends.
         let mut before = [B::NONE; 4];
         for (i, layer) in before.iter_mut().enumerate() {
             *layer = layers[(length + 3 - i) % 4];
@@ -148,15 +150,14 @@ impl<B: ParityPlane> ShortestPaths<B> {
     }
 
     /// Calls `visit` with each layer and the index of its colour, from the ends of the paths back
-    /// to the start, and possibly with a few empty layers after the start. After `visit` has
-    /// returned `false`, it is called for at most four more layers, for which it must also return
-    /// `false`.
+    /// to the start. Up to three empty layers may follow the start. After `visit` has returned
+    /// `false`, it may be called for up to four more layers and must return `false` for them, too.
     #[inline(always)]
     fn for_each_layer(&self, mut visit: impl FnMut(usize, B) -> bool) {
         let mut layer = self.ends;
         let mut goes_on = visit(0, layer);
         for _ in 0..self.length.div_ceil(4) {
-            // Four at a time, so that indices are constants.
+            // Four layers at a time, so that the indices are constants.
             for (i, &cells) in self.layers.iter().enumerate() {
                 let colour = (i + 1) % 2;
                 layer = self.colours[colour].optimistic.from(layer, cells);
@@ -176,8 +177,8 @@ impl<B: ParityPlane> ShortestPaths<B> {
         }
         let (mut all, mut all_open) = ([B::NONE; 2], [B::NONE; 2]);
         let mut narrowest = Narrowest::NONE;
-        // The cells of a layer from which a path to the goal is known to be open. This set is soon
-        // empty.
+        // The cells of a layer from which a path to the goal is known to be open. After a few
+        // layers, this set is usually empty.
         let (mut open, mut is_over) = (B::ALL, false);
         self.for_each_layer(|colour, layer| {
             let Colour { known, visited, .. } = &self.colours[colour];
@@ -197,7 +198,7 @@ impl<B: ParityPlane> ShortestPaths<B> {
         (!is_open).then(|| [cells(0), cells(1)])
     }
 
-    /// Returns the candidates for exploration, see [`ExplorationTarget::find`].
+    /// Returns the candidates that [`ExplorationTarget::find`] considers.
     #[inline(always)]
     fn candidates(&self, found: &[PathCells<B>; 2]) -> [B; 2] {
         let mut unexplored = [B::NONE; 2];
@@ -213,8 +214,9 @@ impl<B: ParityPlane> ShortestPaths<B> {
         if is_any { candidates } else { self.narrowest(unexplored) }
     }
 
-    /// Returns the cells of `unexplored` in the narrowest layers that contain unexplored cells but
-    /// no visited cell. If there is no such layer, returns all unexplored cells.
+    /// Considers the layers that contain unexplored cells but no visited cell. Returns the
+    /// unexplored cells of the narrowest of these layers, or all unexplored cells if there is no
+    /// such layer.
     #[inline(always)]
     fn narrowest(&self, unexplored: [B; 2]) -> [B; 2] {
         let mut narrowest = Narrowest::NONE;
@@ -228,8 +230,8 @@ impl<B: ParityPlane> ShortestPaths<B> {
         if narrowest.width == Narrowest::<B>::NONE.width { unexplored } else { narrowest.cells }
     }
 
-    /// Returns the candidates nearest to the mouse, which all have the same colour, and the index
-    /// of this colour.
+    /// Returns the candidates nearest to the mouse and the index of their colour, which is the same
+    /// for all of them.
     #[inline(always)]
     fn nearest(&self, mouse: Cell, candidates: [B; 2]) -> Option<(usize, B)> {
         let near = usize::from(is_dark(mouse) != self.ends_are_dark);
@@ -241,7 +243,7 @@ impl<B: ParityPlane> ShortestPaths<B> {
         Some(((near + usize::from(steps)) % 2, nearest))
     }
 
-    /// Returns the members of `cells` that are farthest from the start. `cells_colour` is the index
+    /// Returns the cells in `cells` that are farthest from the start. `cells_colour` is the index
     /// of the colour of `cells`.
     #[inline(always)]
     fn first_layer_with(&self, cells_colour: usize, cells: B) -> B {
@@ -256,7 +258,7 @@ impl<B: ParityPlane> ShortestPaths<B> {
     }
 }
 
-/// Cells of the narrowest layers, collected layer by layer.
+/// Cells of the narrowest layers that have been found so far.
 struct Narrowest<B> {
     width: u32,
     cells: [B; 2],
@@ -265,7 +267,8 @@ struct Narrowest<B> {
 impl<B: ParityPlane> Narrowest<B> {
     const NONE: Self = Self { width: u32::MAX, cells: [B::NONE; 2] };
 
-    /// Adds `cells` of a layer, unless the layer is empty or wider than an earlier layer.
+    /// Adds `cells`, which belong to `layer`, unless the layer is empty or wider than the narrowest
+    /// layers so far. If the layer is narrower, its cells replace all earlier cells.
     #[inline(always)]
     fn add(&mut self, colour: usize, layer: B, cells: B) {
         let width = count(layer);
@@ -356,7 +359,7 @@ o---o---o---o---o---o
         }
     }
 
-    /// Finds the target naively, cell by cell, from distances.
+    /// Finds the target naively, by comparing the distances of single cells.
     fn naive(map: &KnownMaze, mouse: Cell) -> Option<ExplorationTarget> {
         let open = map.walls(Unknown::Open);
         let from_start = Distances::flood(open, &only(map.start().cell));
@@ -367,9 +370,9 @@ o---o---o---o---o---o
         Some(ExplorationTarget { cell: reachable.min_by_key(near_and_far_out)?, paths })
     }
 
-    /// Follows the optimistic shortest paths from goal to start. Returns the candidates, see
-    /// [`ExplorationTarget::find`], and all cells on the paths. Returns `None` if one of the paths
-    /// is known to be open.
+    /// Follows the optimistic shortest paths from goal to start. Returns the candidates that
+    /// [`ExplorationTarget::find`] considers, and all cells on the paths. Returns `None` if one of
+    /// the paths is known to be open.
     fn candidates(map: &KnownMaze, from_start: &Distances) -> Option<(CellSet, CellSet)> {
         let mut paths = Paths::to_goals(map, from_start);
         let (mut width, mut narrowest, mut others) = (usize::MAX, CellSet::EMPTY, CellSet::EMPTY);
@@ -393,19 +396,20 @@ o---o---o---o---o---o
         Some((candidates, paths.found)).filter(|_| !paths.sure.contains(map.start().cell))
     }
 
-    /// The cells on the shortest paths, found from the goal backwards, layer by layer.
+    /// The cells on the optimistic shortest paths, found layer by layer from the goal back to the
+    /// start.
     struct Paths {
         cells: [Cell; MazeSize::MAX_AREA],
         count: usize,
         found: CellSet,
         /// The cells from which a path to the goal is known to be open.
         sure: CellSet,
-        /// The cells beside an unknown wall on a path.
+        /// The cells next to an unknown wall that a path crosses.
         doubtful: CellSet,
     }
 
     impl Paths {
-        /// Begins with the ends of the paths, which are the goal cells nearest to the start.
+        /// Begins with the goal cells nearest to the start, at which the paths end.
         fn to_goals(map: &KnownMaze, from_start: &Distances) -> Self {
             let nearest = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
             let is_end = |&goal: &Cell| nearest.is_some() && from_start.at(goal) == nearest;
@@ -420,7 +424,8 @@ o---o---o---o---o---o
             paths
         }
 
-        /// Finds the layer one step nearer to the start than `layer`.
+        /// Adds the layer that is one step nearer to the start than `layer`, and returns its
+        /// indices.
         fn go_back(
             &mut self,
             map: &KnownMaze,

@@ -1,15 +1,15 @@
-//! Parity planes, which store the cells of one chessboard colour with one bit per cell, and their
-//! conversion to one byte per cell.
+//! Parity planes, which store cells of one chessboard colour with one bit per cell, and the
+//! conversion of planes to one byte per cell.
 
 use mmsim_maze::MazeSize;
 
-/// The bytes of 16 adjacent cells of a row, from the west.
+/// The bytes of 16 adjacent cells in a row, from west to east.
 pub(super) type Line = [u8; 16];
 
-/// The longest side of a maze in cells.
+/// The maximum side length of a maze in cells.
 pub(super) const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// The longest side of a small maze, whose planes take two words each.
+/// The maximum side length of a small maze in cells. The planes of small mazes take two words each.
 pub(super) const SMALL_SIDE: usize = 16;
 
 /// Returns true if the planes of a maze of this size take two words instead of eight.
@@ -26,11 +26,11 @@ pub(super) const fn is_small(size: MazeSize) -> bool {
 ///            x = 0   1     2     3
 /// ```
 ///
-/// Rows are stored from south to north. Bit x / 2 of a row is the cell in column x. In mazes of up
-/// to 16×16 cells, a row takes 8 bits and a plane takes 2 words. In larger mazes, a row takes 16
-/// bits and a plane takes 8 words.
+/// Rows are stored from south to north. Bit ⌊x / 2⌋ of a row stands for the cell in column x. In
+/// mazes of up to 16×16 cells, a row takes 8 bits and a plane takes 2 words. In larger mazes, a row
+/// takes 16 bits and a plane takes 8 words.
 ///
-/// Shifts may carry bits into another row, but the masks of a bitboard remove such bits.
+/// Shifts may move bits into another row. The masks of a bitboard clear such bits.
 pub(super) trait ParityPlane: BitOps {
     /// The words of a plane, in the order from south to north.
     type Words: Words;
@@ -46,7 +46,8 @@ pub(super) trait ParityPlane: BitOps {
 
     fn to_words(self) -> Self::Words;
 
-    /// Writes one byte per cell. Bit i of a byte comes from plane i of the even or odd columns.
+    /// Writes one byte per cell. Bit i of a byte comes from `even[i]` if the cell is in an even
+    /// column, otherwise from `odd[i]`.
     #[inline(always)]
     fn spread(mut even: [Self; 8], mut odd: [Self; 8], lines: &mut [[Line; 8]]) {
         transpose_bits(&mut even);
@@ -54,8 +55,8 @@ pub(super) trait ParityPlane: BitOps {
         Self::interleave(&even, &odd, lines);
     }
 
-    /// Merges the bytes of even and odd columns into lines. Byte j of element i belongs to line j
-    /// and to the i-th even or odd column.
+    /// Merges the bytes of even and odd columns into lines. Byte j of `even[i]` belongs to the i-th
+    /// even column of line j, and byte j of `odd[i]` to the i-th odd column.
     #[inline(always)]
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
         let (even, odd) = (to_words(even), to_words(odd));
@@ -74,7 +75,7 @@ pub(super) trait ParityPlane: BitOps {
 
 /// An array of words.
 pub(super) trait Words: Copy + AsRef<[u64]> + AsMut<[u64]> {
-    /// Creates an array that holds the same word everywhere.
+    /// Creates an array that consists of copies of a word.
     fn repeat(word: u64) -> Self;
 }
 
@@ -85,9 +86,9 @@ impl<const N: usize> Words for [u64; N] {
     }
 }
 
-/// The bit operations of a wave.
+/// The bit operations that a flood needs.
 pub(super) trait BitOps: Copy {
-    /// No cell.
+    /// No bits.
     const NONE: Self;
     /// All bits.
     const ALL: Self;

@@ -1,7 +1,7 @@
 //! The instruction sets that a flood can use.
 
 /// An instruction set for floods. All instruction sets give the same distances, so only benchmarks
-/// choose one. All other code uses the [best](Self::best) available set.
+/// need to choose one. All other code uses the [best](Self::best) available set.
 ///
 /// ```
 /// use mmsim_maze::{MazeSize, Walls};
@@ -15,15 +15,15 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Instructions {
-    /// Operations on words of 64 bits, which every processor has.
+    /// Operations on 64-bit words, which are available on every processor.
     Portable,
-    /// SSE2, which every x86-64 processor has, but which may be disabled in programs without an
-    /// operating system.
+    /// SSE2, which every x86-64 processor has. Programs without an operating system may be compiled
+    /// without SSE2.
     Sse2,
     /// AVX2 and BMI1, which most x86-64 processors since 2015 have.
     Avx2,
-    /// AVX-512 with the extensions BW and VL, which most servers and some laptops have. The support
-    /// for AVX-512 requires the crate feature `avx512`.
+    /// AVX-512 with the extensions BW and VL, which most servers and some laptops have. AVX-512 is
+    /// available only with the crate feature `avx512`.
     Avx512,
 }
 
@@ -31,16 +31,16 @@ impl Instructions {
     /// All instruction sets, in ascending order of speed.
     pub const ALL: &'static [Self] = &[Self::Portable, Self::Sse2, Self::Avx2, Self::Avx512];
 
-    /// Returns the best instruction set that is available.
+    /// Returns the best available instruction set.
     #[must_use]
     pub fn best() -> Self {
         let mut from_best = Self::ALL.iter().copied().rev();
         from_best.find(|instructions| instructions.is_available()).unwrap_or(Self::Portable)
     }
 
-    /// Returns true if this processor supports the instructions and this crate was built with them.
-    /// Without the feature `std`, only instructions that every processor of the target supports are
-    /// available.
+    /// Returns true if this processor supports the instruction set and this crate was built with
+    /// support for it. Without the feature `std`, only instruction sets that every processor of the
+    /// target supports are available.
     pub fn is_available(self) -> bool {
         match self {
             Self::Portable => true,

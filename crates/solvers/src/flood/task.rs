@@ -1,4 +1,4 @@
-//! Tasks on parity planes, which run with any instruction set.
+//! Tasks on parity planes. A task can run with any instruction set.
 
 use super::plane::ParityPlane;
 
@@ -6,6 +6,6 @@ use super::plane::ParityPlane;
 pub(super) trait Task {
     type Output;
 
-    /// Runs the task on planes of the type that suits the size of the maze.
+    /// Runs the task on planes of type `H`, which must suit the size of the maze.
     fn run<H: ParityPlane>(self) -> Self::Output;
 }

@@ -11,9 +11,9 @@ impl Distances {
     /// The distances must have been correct for the same targets before the change, and no other
     /// walls may have changed. If the size of the maze has changed, the maze is always flooded.
     ///
-    /// Distances are correct if each cell is one step farther from the targets than the best of its
-    /// neighbours. New walls around a cell can change this only for the cell itself and its
-    /// neighbours.
+    /// Distances are correct if each reachable cell, except for the targets, is one step farther
+    /// from the targets than its nearest open neighbour. Changed walls around a cell can violate
+    /// this condition only for the cell itself and its neighbours.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -34,12 +34,12 @@ impl Distances {
         changes
     }
 
-    /// Returns true if the cell is a target or has an open neighbour nearer to a target. For a
-    /// mouse that goes downhill and only adds walls around itself, `true` means that the distance
-    /// of its cell is still correct.
+    /// Returns true if the cell is a target or has an open neighbour nearer to a target. If a mouse
+    /// always goes downhill and only adds walls around its cell, `true` means that the distance of
+    /// this cell is still correct.
     pub(crate) fn is_downhill_open(&self, walls: &Walls, cell: Cell) -> bool {
         let (steps, around, sides) = (self.raw(cell), self.raw_around(cell), walls.sides(cell));
-        // Without branches, because they would be unpredictable.
+        // This code has no branches, because branches would be unpredictable.
         let is_downhill = |any: u8, heading: Heading| {
             let is_nearer = u8::from(around[heading as usize] < steps);
             any | u8::from(!sides.has(heading)) & is_nearer
@@ -47,9 +47,10 @@ impl Distances {
         steps == 0 || Heading::ALL.into_iter().fold(0, is_downhill) > 0
     }
 
-    /// Returns true if the distances are still correct with the walls around `seen`: the distances
-    /// of open neighbours differ by at most one step, and `seen` and each cell behind a wall have
-    /// an open neighbour nearer to a target.
+    /// Returns true if the distances are still correct after the walls around `seen` have changed.
+    /// This method checks that the distances of `seen` and of its open neighbours differ by at most
+    /// one step, and that neither `seen` nor a cell behind one of its walls has lost its last open
+    /// neighbour nearer to a target.
     fn remains_correct(&self, walls: &Walls, seen: Cell) -> bool {
         if walls.size() != self.size {
             return false;

@@ -3,7 +3,7 @@
 use super::bitboard::{Bitboard, CellPlanes, Openings, even_rows};
 use super::plane::{BitOps, ParityPlane};
 
-/// The number of bits of a distance, which is at most 1,023 steps in a maze of 32×32 cells.
+/// The number of bits in a distance. The longest distance in a maze of 32×32 cells is 1,023 steps.
 pub(super) const PLANES: usize = 10;
 
 /// The distances of all cells of one colour, as bit planes.
@@ -14,16 +14,16 @@ pub(super) struct Marks<B> {
     pub(super) unvisited: B,
 }
 
-/// The distances of all cells. The near colour is the colour of the first wave, and the far colour
-/// is the opposite one.
+/// The distances of all cells. The near colour is the colour of the first wave, or dark if the
+/// first wave has both colours. The far colour is the opposite colour.
 pub(super) struct Flooded<B> {
     pub(super) near: Marks<B>,
     pub(super) far: Marks<B>,
     pub(super) near_is_dark: bool,
 }
 
-/// A counter for each cell, which counts the waves before the wave that reached the cell. The
-/// lowest bit of the counters has index `FIRST`.
+/// One counter for each cell. A counter holds the number of waves before the wave that reached the
+/// cell. Element `FIRST` + i of `code` holds bit i of the counters.
 ///
 /// The counters are Gray codes, so each wave changes only one bit of each counter.
 struct Counts<B, const FIRST: usize> {
@@ -36,7 +36,7 @@ impl<B: BitOps, const FIRST: usize> Counts<B, FIRST> {
         Self { code: [B::NONE; PLANES] }
     }
 
-    /// Increments the counters of `cells` to `count`.
+    /// Increments the counters of `cells` from `count` - 1 to `count`.
     #[inline(always)]
     fn add(&mut self, count: u32, cells: B) {
         // No distance has more bits than there are planes.
@@ -45,7 +45,8 @@ impl<B: BitOps, const FIRST: usize> Counts<B, FIRST> {
         }
     }
 
-    /// Converts the counters to binary numbers. `low` provides the bits below the index `FIRST`.
+    /// Converts the counters to binary distances. `low` provides the bits of the planes below
+    /// `FIRST`.
     #[inline(always)]
     fn into_marks(mut self, low: B, unvisited: B) -> Marks<B> {
         for i in (FIRST + 1..PLANES).rev() {
@@ -73,7 +74,7 @@ pub(super) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> F
     if !is_dark && !edge.dark.is_empty() {
         return waves_of_both_colours(board, edge, unvisited);
     }
-    // Indexed instead of branched, because the colour is unpredictable.
+    // The planes are indexed by colour, because a branch on the colour would be unpredictable.
     let (near, far) = (usize::from(!is_dark), usize::from(is_dark));
     let (into, unvisited) = ([board.dark, board.light], [unvisited.dark, unvisited.light]);
     let edge = [edge.dark, edge.light][near];
@@ -82,8 +83,8 @@ pub(super) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> F
     Flooded { near, far, near_is_dark: is_dark }
 }
 
-/// Sends waves from cells of the near colour, so each wave contains cells of only one colour.
-/// Returns the distances of near cells and of far cells.
+/// Sends waves from `edge`, whose cells all have the near colour. Each wave then contains cells of
+/// only one colour. Returns the distances of the near and the far colour, in this order.
 #[inline(always)]
 fn waves_of_one_colour<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],
@@ -93,8 +94,8 @@ fn waves_of_one_colour<B: BitOps>(
     let (mut near, mut far) = (Counts::<B, 1>::new(), Counts::<B, 1>::new());
     let (mut wave, far_at_first) = (edge, unvisited_far);
     for round in 0.. {
-        // Unrolled twice, so that one of the counts always changes the same bit, and so that the end is
-        // checked less often.
+        // Each round runs two iterations. The odd counts then always change the same bit, and the
+        // end is checked less often.
         for count in [2 * round + 1, 2 * round + 2] {
             let far_wave = into_far.from(wave, unvisited_far);
             unvisited_far = unvisited_far.without(far_wave);
@@ -107,7 +108,7 @@ fn waves_of_one_colour<B: BitOps>(
             break;
         }
     }
-    // The counters hold pairs of waves. Far targets have no open neighbour, and their distance is
+    // The counters count pairs of waves. Far targets have no open neighbour, and their distance is
     // 0.
     [near.into_marks(B::NONE, unvisited_near), far.into_marks(far_at_first, unvisited_far)]
 }
@@ -142,7 +143,8 @@ fn waves_of_both_colours<B: BitOps>(
 }
 
 impl<B: ParityPlane> Flooded<B> {
-    /// Converts a plane of each colour to the bits of even columns and of odd columns.
+    /// Converts the planes that `plane` returns for the two colours to planes of even and odd
+    /// columns.
     #[inline(always)]
     pub(super) fn columns(&self, plane: impl Fn(&Marks<B>) -> B) -> [B; 2] {
         let even: B = even_rows();
@@ -152,16 +154,17 @@ impl<B: ParityPlane> Flooded<B> {
         [near.xor(swapped), far.xor(swapped)]
     }
 
-    /// Returns true if waves have reached every cell of the planes.
+    /// Returns true if the waves have reached every cell that the planes can hold.
     #[inline(always)]
     pub(super) fn is_full(&self) -> bool {
         self.near.unvisited.or(self.far.unvisited).is_empty()
     }
 }
 
-/// Sends waves from cells of the near colour until one reaches a target. Returns the targets that
-/// this wave reaches and the number of steps, or `None` if no target is reachable. The targets have
-/// the near colour if the number of steps is even, otherwise the far colour.
+/// Sends waves from `from`, whose cells all have the near colour, until a wave reaches a target.
+/// Returns the targets in this wave and their distance in steps, or `None` if no target is
+/// reachable. The returned targets have the near colour if the distance is even, otherwise the far
+/// colour.
 #[inline(always)]
 pub(super) fn first_targets<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],

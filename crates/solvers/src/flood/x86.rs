@@ -1,12 +1,12 @@
-//! Floods with SSE2, which every x86-64 processor has, and with AVX2. This file is only compiled if
+//! Floods with SSE2, which every x86-64 processor has, and with AVX2. This file is compiled only if
 //! the compiler may use SSE2.
 //!
-//! Only this file, `avx512.rs` and `dispatch.rs` contain `unsafe` code. Intrinsics need `unsafe`
-//! outside functions that enable their feature, and trait methods cannot enable features. None of
-//! the intrinsics used here accesses memory through a pointer, so the only requirement is that the
-//! processor has the instruction. SSE2 is always available on x86-64. Code for other features is
-//! only reached through functions that enable these features. `dispatch.rs` calls such a function
-//! only if the processor supports its features.
+//! Only this file, `avx512.rs` and `dispatch.rs` contain `unsafe` code. A call to an intrinsic is
+//! `unsafe` unless the calling function enables the feature of the intrinsic, and trait methods
+//! cannot enable features. None of the intrinsics used here accesses memory through a pointer, so
+//! the only requirement is that the processor has the instruction. SSE2 is always available on
+//! x86-64. Code that uses other features runs only inside functions that enable these features, and
+//! `dispatch.rs` calls such a function only if the processor supports the features.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
@@ -17,12 +17,12 @@ use core::mem::transmute;
 use super::plane::{BitOps, Line, ParityPlane};
 use super::task::Task;
 
-/// A plane of 128 bits per vector: one vector in mazes of up to 16×16 cells, otherwise four.
+/// A plane that consists of 128-bit vectors: one in mazes of up to 16×16 cells, otherwise four.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Sse2<const VECTORS: usize>(pub(super) [__m128i; VECTORS]);
 
-/// Runs a task on SSE2 planes, for which the compiler selects AVX2 instructions.
+/// Runs a task on SSE2 planes, whose operations the compiler translates to AVX2 instructions.
 #[target_feature(enable = "avx2,bmi1,popcnt")]
 pub(super) unsafe fn run_avx2<H: ParityPlane, T: Task>(task: T) -> T::Output {
     task.run::<H>()
