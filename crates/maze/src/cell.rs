@@ -37,9 +37,10 @@ impl Cell {
         const EAST: &[u16; 4] = &[0, 1, 0, BACK];
         const NORTH: &[u16; 4] = &[1, 0, BACK, 0];
         // Avoids a branch on the heading, because the turns of a mouse are unpredictable.
-        let [x, x_overflow] = (self.x as u16).wrapping_add(EAST[heading as usize]).to_le_bytes();
-        let [y, y_overflow] = (self.y as u16).wrapping_add(NORTH[heading as usize]).to_le_bytes();
-        if x_overflow | y_overflow == 0 { Some(Self { x, y }) } else { None }
+        let x = (self.x as u16).wrapping_add(EAST[heading as usize]).to_le_bytes();
+        let y = (self.y as u16).wrapping_add(NORTH[heading as usize]).to_le_bytes();
+        // A coordinate outside 0 to 255 changes its high byte.
+        if let ([x, 0], [y, 0]) = (x, y) { Some(Self { x, y }) } else { None }
     }
 }
 

@@ -50,7 +50,7 @@ impl AcceptBackoff {
     }
 }
 
-/// The timer of a stopping server. A stopping server still answers requests that clients have
+/// The timer of a server that is shutting down. A stopping server still answers requests that clients have
 /// already sent.
 #[derive(Debug)]
 pub(crate) struct Drain {

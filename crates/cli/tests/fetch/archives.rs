@@ -10,7 +10,7 @@ use tar::{EntryType, Header};
 const BOMB_PARTS: usize = 10 << 10;
 const PART: &[u8] = &[0; 1 << 20];
 
-/// Pairs of a file name and the content.
+/// File names, each with the content of the file.
 pub(crate) type Contents<'a> = &'a [(&'a str, &'a str)];
 
 pub(crate) fn tar(contents: Contents) -> Vec<u8> {
