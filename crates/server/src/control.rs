@@ -46,7 +46,7 @@ pub struct StopHandle(pub(crate) Arc<Control>);
 
 impl StopHandle {
     /// Stops the server after it has answered the requests that have already arrived. Waits at most
-    /// one second for the end of the server. Does nothing if the server has already ended.
+    /// one second for the server to stop. Does nothing if the server has already stopped.
     pub fn stop(self) {
         let control = &*self.0;
         control.is_stopping.store(true, Ordering::Release);
