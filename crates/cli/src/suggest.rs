@@ -14,12 +14,11 @@ pub(crate) fn suggest(word: &str, commands: &Command) -> Option<String> {
         name.map(str::to_string)
     };
     let for_mazes = || Some(format!("mazes {}", similar(commands.find_subcommand("mazes")?, 1)?));
-    let arguments = match similar(commands, 2).or_else(for_mazes) {
-        Some(command) => format!("{command} …"),
-        None => {
-            Collection::at(None).ok()?.select(word).ok()?;
-            format!("--maze {word}")
-        }
+    let arguments = if let Some(command) = similar(commands, 2).or_else(for_mazes) {
+        format!("{command} …")
+    } else {
+        Collection::at(None).ok()?.select(word).ok()?;
+        format!("--maze {word}")
     };
     Some(format!(" (did you mean {}?)", own_command(&arguments)))
 }

@@ -160,12 +160,11 @@ mod tests {
 
     /// The reference implementation looks up the neighbouring walls one by one.
     fn reference(walls: &Walls, site: WallSite) -> usize {
-        let size = walls.size();
         let (x, y) = (i32::from(site.cell.x), i32::from(site.cell.y));
         let has_wall = |x: i32, y: i32, heading| {
             let inside = |x: i32, y: i32| {
                 let cell = u8::try_from(x).ok().zip(u8::try_from(y).ok());
-                cell.map(|(x, y)| Cell::new(x, y)).filter(|&cell| size.contains(cell))
+                cell.map(|(x, y)| Cell::new(x, y)).filter(|&cell| walls.size().contains(cell))
             };
             let beyond =
                 if heading == Heading::North { inside(x, y + 1) } else { inside(x + 1, y) };

@@ -97,8 +97,8 @@ mod tests {
         let prior = WallPrior::learn([&maze]);
         let batch = MazeBatch::repeat(maze.walls());
         let [north, east] = [Heading::North, Heading::East].map(|heading| {
-            let site = WallSite { cell: Cell::new(3, 1), heading };
-            prior.probability(batch.neighbours(site)[0])
+            let wall = WallSite { cell: Cell::new(3, 1), heading };
+            prior.probability(batch.neighbours(wall)[0])
         });
         assert!(north > 240 && east < 16, "{north} {east}");
     }
