@@ -89,7 +89,7 @@ fn assumptions_about_the_input_are_reported() {
     insta::assert_snapshot!(ambiguous.stderr, @"rows.txt: the digits fit more than one maze; read as: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west");
     let errors = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
     insta::assert_snapshot!(errors("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
-    insta::assert_snapshot!(errors("."), @"mmsim: .: is a folder, not a maze file");
+    insta::assert_snapshot!(errors("."), @"mmsim: . is a folder, not a maze file");
     assert!(errors("missing.txt").starts_with("mmsim: cannot read missing.txt: "));
 }
 
