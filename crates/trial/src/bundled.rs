@@ -9,7 +9,7 @@ use crate::champion::{Champion, StoppingRule, WallPrior};
 use crate::count_expansion::CountExpansion;
 use crate::random_walk::RandomWalk;
 use crate::robot::Robot;
-use crate::swing::{KeyPoints, Swing, Variant};
+use crate::swing::{KeyPoints, SwingRobot, Variant};
 
 /// One of the robots in this crate.
 ///
@@ -26,9 +26,9 @@ pub enum BundledRobot {
     Random,
     /// [`CountExpansion`]
     CountExpansion,
-    /// [`Swing`]
+    /// [`SwingRobot`]
     Swing,
-    /// [`Swing::timed`]
+    /// [`SwingRobot::timed`]
     SwingTimed,
     /// [`Champion`] with [`StoppingRule::Proven`].
     Proven,
@@ -41,9 +41,9 @@ pub enum BundledRobot {
 pub struct Settings {
     /// The random seed.
     pub seed: u64,
-    /// The number of maze corners that [`Swing`] visits.
+    /// The number of maze corners that [`SwingRobot`] visits.
     pub key_points: KeyPoints,
-    /// The part of the key point route that [`Swing`] follows.
+    /// The part of the key point route that [`SwingRobot`] follows.
     pub variant: Variant,
     /// The probability, from 0 to 1, that a sensor reading is wrong by one cell.
     pub noise: f64,
@@ -105,8 +105,8 @@ impl BundledRobot {
         match self {
             Self::Random => Box::new(RandomWalk::new(unexplored, seed)),
             Self::CountExpansion => Box::new(CountExpansion::new(unexplored)),
-            Self::Swing => Box::new(Swing::new(unexplored, variant, key_points)),
-            Self::SwingTimed => Box::new(Swing::timed(unexplored, variant, key_points)),
+            Self::Swing => Box::new(SwingRobot::new(unexplored, variant, key_points)),
+            Self::SwingTimed => Box::new(SwingRobot::timed(unexplored, variant, key_points)),
             Self::Proven => Box::new(champion(StoppingRule::Proven)),
             Self::Champion => Box::new(champion(StoppingRule::default())),
         }

@@ -36,7 +36,7 @@ pub use race::{RaceSteps, race_optimum};
 pub use random_walk::RandomWalk;
 pub use robot::{Robot, run_observed_trial, run_trial};
 pub use survey::Survey;
-pub use swing::{KeyPoints, KeyPointsError, Swing, UnknownVariant, Variant};
+pub use swing::{KeyPoints, KeyPointsError, SwingRobot, UnknownVariant, Variant};
 pub use trial::{Score, Trial, TrialOutcome, TrialPhase};
 
 /// Runs the code in the README of this crate.

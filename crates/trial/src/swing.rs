@@ -19,7 +19,7 @@ use crate::survey::Survey;
 /// The robot moves backwards only through sides known to be open. The robot skips unreachable [key
 /// points](KeyPointRoute), and it [gives up](Action::GiveUp) if no goal cell is reachable.
 #[derive(Clone, Debug)]
-pub struct Swing {
+pub struct SwingRobot {
     survey: Survey,
     route: KeyPointRoute,
     cost: PathCost,
@@ -49,7 +49,7 @@ enum PlannedPath {
     TimeSteps(Box<RaceSteps>),
 }
 
-/// The part of the key point route that a [`Swing`] robot follows. These variants are from the
+/// The part of the key point route that a [`SwingRobot`] follows. These variants are from the
 /// published report.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
@@ -85,7 +85,7 @@ pub struct KeyPointsError {
     pub found: String,
 }
 
-impl Swing {
+impl SwingRobot {
     /// Creates the published robot, which minimizes the number of cells in a path.
     pub fn new(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
         Self::with_cost(PathCost::Cells, unexplored, variant, key_points)
@@ -187,7 +187,7 @@ impl Swing {
     }
 }
 
-impl Robot for Swing {
+impl Robot for SwingRobot {
     fn next_move(&mut self, sensors: [u8; 3]) -> Action {
         let walls = self.survey.map().walls(Unknown::Open).clone();
         self.survey.observe(sensors);
@@ -293,7 +293,7 @@ mod tests {
     fn joins_cells_and_turns_before_moving_back_into_the_unknown() {
         let maze: Maze =
             "o---o\n| S |\no   o\n|   |\no   o\n|   |\no   o\n| G |\no---o\n".parse().unwrap();
-        for new in [Swing::new, Swing::timed] {
+        for new in [SwingRobot::new, SwingRobot::timed] {
             let unexplored = KnownMaze::unexplored(&maze);
             let mut robot = new(unexplored, Variant::JustArrive, KeyPoints::default());
             let expected = ["(-90, 0)", "(-90, 3)", "(Reset, Reset)", "(0, -3)"];
@@ -306,7 +306,8 @@ mod tests {
         let text = "o---o---o---o\n|   | G |   |\no---o---o   o\n| S         |\no---o---o---o\n";
         let maze: Maze = text.parse().unwrap();
         for &variant in Variant::ALL {
-            let mut robot = Swing::new(KnownMaze::unexplored(&maze), variant, KeyPoints::default());
+            let mut robot =
+                SwingRobot::new(KnownMaze::unexplored(&maze), variant, KeyPoints::default());
             assert_eq!(run_trial(&maze, &mut robot), TrialOutcome::GaveUp, "{variant}");
         }
     }
@@ -314,7 +315,7 @@ mod tests {
     #[test]
     fn noisy_sensors_are_harmless() {
         check_noisy_trials(|maze| {
-            Swing::new(KnownMaze::unexplored(maze), Variant::All, KeyPoints::default())
+            SwingRobot::new(KnownMaze::unexplored(maze), Variant::All, KeyPoints::default())
         });
     }
 }
