@@ -216,7 +216,7 @@ impl<'a> Observed<'a> {
         if let Ok(decoded) = decoded {
             let mut buffer = vec![0xa5; request.len()];
             assert_eq!(decoded.encode(&mut buffer), Ok(request.len()));
-            assert_eq!(buffer, request, "the request changes when it is decoded and encoded");
+            assert_eq!(buffer, request, "the request changes when it is decoded and re-encoded");
         }
         assert_eq!(change, expected);
         assert_eq!(simulation.history().len(), states.len());

@@ -66,8 +66,8 @@ impl Canvas {
     }
 }
 
-/// Returns the beginning of a drawing, up to its first part. The beginning contains the styles and
-/// the names of the hidden layers.
+/// Returns everything in a drawing before its first part: the styles and the names of the hidden
+/// layers.
 fn head<'a>(drawing: &'a str, parts: &[Part]) -> &'a str {
     &drawing[..parts.first().map_or(drawing.len(), |part| part.text.start)]
 }

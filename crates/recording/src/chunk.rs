@@ -30,12 +30,12 @@ pub(crate) fn unpack(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> 
     let found = records.len();
     if found != length {
         return Err(format!(
-            "a chunk with a wrong length (expected {length} bytes, found {found})"
+            "a chunk of the wrong length (expected {length} bytes, found {found})"
         ));
     }
     match crc32fast::hash(&records) {
         found if checksum != 0 && found != checksum => Err(format!(
-            "a chunk with a wrong checksum (expected {checksum:08x}, found {found:08x})"
+            "a chunk with the wrong checksum (expected {checksum:08x}, found {found:08x})"
         )),
         _ => Ok(records),
     }
@@ -104,8 +104,8 @@ mod tests {
     #[test]
     fn inconsistent_chunks_are_errors() {
         let error = |chunk: &[u8]| unpack(chunk, 100).unwrap_err();
-        insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk with a wrong length (expected 99 bytes, found 21)");
-        insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with a wrong checksum (expected 00000007, found 910bc603)");
+        insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk of the wrong length (expected 99 bytes, found 21)");
+        insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with the wrong checksum (expected 00000007, found 910bc603)");
         insta::assert_snapshot!(error(&chunk(101, 0, b"", RECORDS)), @"a chunk of 101 bytes, which exceeds the limit of 100");
         insta::assert_snapshot!(error(&chunk(21, 0, b"lz4\x1b", RECORDS)), @r#"a chunk with the unknown compression "lz4\x1b""#);
         insta::assert_snapshot!(error(&chunk(21, 0, b"zstd", RECORDS)), @"a chunk that cannot be decompressed: Unknown frame descriptor");

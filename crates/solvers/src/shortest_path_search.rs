@@ -9,8 +9,8 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 /// returns to the start, and runs to the goal.
 ///
 /// - The mouse goes to the goal by flood fill. If several neighbours are equally near, the mouse
-///   prefers the neighbour that would be nearest to the goal without walls. This choice keeps the
-///   most paths open.
+///   prefers the one that would be nearest to the goal if there were no walls. This choice keeps
+///   the most paths open.
 /// - From the goal, the mouse explores the optimistic shortest paths from the start to the goal. A
 ///   layer consists of all cells on these paths that have the same distance from the start. Every
 ///   path crosses every layer, so a few walls in a narrow layer may block all paths. The mouse goes

@@ -19,7 +19,7 @@ use crate::trial::sensor_headings;
 /// Before each step the robot floods the maze from its position, with unknown walls open, and
 /// numbers the cells in the order in which the flood reaches them. Cells at the same distance are
 /// expanded by column from west to east, and within a column from south to north. Each cell is
-/// expanded to the north, west, south and east, in this order. The plan is traced back from the
+/// expanded to the north, west, south and east, in that order. The plan is traced back from the
 /// centre through the neighbours with the lowest numbers, so it is not always a shortest path. The
 /// robot moves up to 3 cells along the first straight of the plan.
 ///

@@ -101,8 +101,8 @@ pub(crate) fn straight(
     std::iter::successors(Some(cell), next).skip(1).take(MARGIN)
 }
 
-/// Returns the pose after a turn and a move. A move ends early at a wall, and a negative number of
-/// cells moves backwards.
+/// Returns the pose after a turn and a move. A move ends early at a wall. A negative number of
+/// cells moves the robot backwards.
 pub(crate) fn moved(walls: &Walls, pose: Pose, rotation: Rotation, cells: i8) -> Pose {
     let heading = rotation.turn(pose.heading);
     let towards = if cells < 0 { heading.back() } else { heading };

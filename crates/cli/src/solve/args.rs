@@ -28,7 +28,7 @@ pub(crate) struct SolveArgs {
     /// Wait MS milliseconds after each step; unless MS is 0, draw each step on a terminal
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pub(crate) pace: u64,
-    /// Record the acknowledged states to FILE, which must not exist; view it with `mmsim replay`
+    /// Record the acknowledged states to a new file, FILE; view it with `mmsim replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// Give up if a reply takes longer than S seconds [default: no limit for the first reply, 10

@@ -12,7 +12,7 @@ use mmsim_trial::{
 use crate::parallel::map_each;
 use crate::selection::Selected;
 
-/// A maze and a robot to run in this maze.
+/// A maze and a robot to run in it.
 pub(crate) type Job<'a> = (&'a Selected, &'a Contender);
 
 /// Runs trials on all processors. Returns the outcomes in the order of the jobs.

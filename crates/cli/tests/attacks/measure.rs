@@ -22,7 +22,7 @@ pub(crate) struct Resources {
 }
 
 impl Resources {
-    /// Returns the resources of a process, or `None` on systems other than Linux.
+    /// Returns the resource usage of a process, or `None` on systems other than Linux.
     pub(crate) fn from_process(process: u32) -> Option<Self> {
         let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
         let number = |name: &str| {

@@ -106,7 +106,7 @@ impl<H: ParityPlane> Bitboard<H> {
 }
 
 impl<T> ByColour<T> {
-    /// Returns the values of the near and the far colour, in this order.
+    /// Returns the values of the near and the far colour, in that order.
     #[inline(always)]
     pub(super) fn near_and_far(self, near_is_dark: bool) -> [T; 2] {
         let Self { dark, light } = self;

@@ -84,7 +84,7 @@ pub(super) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> F
 }
 
 /// Sends waves from `edge`, whose cells all have the near colour. Each wave then contains cells of
-/// only one colour. Returns the distances of the near and the far colour, in this order.
+/// only one colour. Returns the distances of the near and the far colour, in that order.
 #[inline(always)]
 fn waves_of_one_colour<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],
