@@ -70,7 +70,7 @@ fn unsupported_content_is_refused_and_the_old_file_is_kept() {
     assert_eq!((lossy.code, &old("out.num")[..]), (Some(0), NUM));
     insta::assert_snapshot!(lossy.stderr, @"omitted: goal (0, 1) (1, 1), which will be read as (0, 0) (1, 0) (0, 1) (1, 1)");
     let files = fs::read_dir(home.path()).unwrap().count();
-    assert_eq!(files, 3, "nothing is left beside them");
+    assert_eq!(files, 3, "no other files remain");
 }
 
 #[test]
@@ -133,6 +133,6 @@ fn pipes_and_devices_are_not_replaced() {
     }
     let mode = fs::metadata(path("folder/target.num")).unwrap().permissions().mode();
     assert_eq!(mode & 0o777, 0o640);
-    assert_eq!(fs::read_dir(home.path()).unwrap().count(), 6, "nothing is left beside them");
+    assert_eq!(fs::read_dir(home.path()).unwrap().count(), 6, "no other files remain");
     assert_eq!(fs::read_dir(path("folder")).unwrap().count(), 2);
 }

@@ -139,7 +139,7 @@ fn json_has_an_object_for_each_maze() {
     assert_eq!((&first["width"], &first["height"]), (&3.into(), &2.into()));
     assert_eq!(first["goals"], serde_json::json!([[1, 0], [1, 1]]));
     let different: HashSet<_> = mazes.iter().map(|maze| maze["maze"].to_string()).collect();
-    assert_eq!(different.len(), 3, "all that there are of this size: {different:?}");
+    assert_eq!(different.len(), 3, "every maze of this size: {different:?}");
     assert!(mazes.iter().all(|maze| maze["shortest_path"].as_u64() >= Some(2)), "{json}");
 }
 

@@ -307,7 +307,7 @@ fn a_recording_changed_by_another_program_refuses_states_until_reset() {
             assert!(ask(&socket, b"info").windows(11).any(|bytes| bytes == b"\"states\":20"));
         }
         assert_eq!(ask(&socket, b"reset"), b"ok");
-        assert!(fs::read(&file).unwrap() == bytes, "left as it is");
+        assert!(fs::read(&file).unwrap() == bytes, "the file is unchanged");
     }
     assert_eq!(ask(&socket, &state(7)), b"ok");
     let (_, recording) = recordings(&home.path().join("r")).pop().unwrap();

@@ -96,7 +96,7 @@ impl CellWalls {
         self.0 & Self::VISITED != 0
     }
 
-    /// Returns true if the mouse believes that there is a wall on this side of the cell.
+    /// Returns true if the mouse believes that this side of the cell has a wall.
     pub const fn wall(self, heading: Heading) -> bool {
         self.0 & Self::flag(heading) != 0
     }

@@ -8,8 +8,8 @@ use crate::args::ServerArgs;
 
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
-    /// Maze file, or folder to search recursively [default: ~/.mmsim if it exists, else the bundled
-    /// mazes]
+    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
     pub(crate) mazes: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) server: ServerArgs,

@@ -20,7 +20,7 @@ pub(crate) struct MazesArgs {
 pub(crate) enum MazesCommand {
     /// List mazes
     List {
-        /// Maze file, or folder to search recursively [default: ~/.mmsim if it exists, else the
+        /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
         /// bundled mazes]
         mazes: Option<PathBuf>,
         /// Print a JSON array
@@ -32,8 +32,8 @@ pub(crate) enum MazesCommand {
         /// Maze file, or words from the path of a maze
         #[arg(required = true)]
         name: Vec<String>,
-        /// File or folder to search for the maze [default: ~/.mmsim if it exists, else the bundled
-        /// mazes]
+        /// File or folder to search for the maze [default: ~/.mmsim if it has mazes, else the
+        /// bundled mazes]
         #[arg(long, value_name = "PATH")]
         mazes: Option<PathBuf>,
         /// Format of the maze file NAME [default: detected from its content]

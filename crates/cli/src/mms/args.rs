@@ -23,8 +23,8 @@ after Ctrl-C.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct MmsArgs {
-    /// Maze file, or folder to search recursively [default: ~/.mmsim if it exists, else the bundled
-    /// mazes]
+    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
     #[arg(conflicts_with = "connect")]
     pub(crate) mazes: Option<PathBuf>,
     /// Program to run as the mouse, and its arguments

@@ -17,8 +17,8 @@ pub(crate) struct RenderArgs {
     /// File to write: .svg or .png, or .gif to animate a recording. An existing file is replaced
     #[arg(short, long, value_name = "FILE", value_parser = parse_picture)]
     pub(crate) output: Picture,
-    /// File or folder to search for the maze [default: ~/.mmsim if it exists, else the bundled
-    /// mazes]
+    /// File or folder to search for the maze [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
     #[arg(long, value_name = "PATH")]
     pub(crate) mazes: Option<PathBuf>,
     /// Draw state N of a recording; a .gif ends with state N [default: the last state]

@@ -8,8 +8,8 @@ use crate::args::ServerArgs;
 
 #[derive(Debug, Args)]
 pub(crate) struct ServeArgs {
-    /// Maze file, or folder to search recursively [default: ~/.mmsim if it exists, else the bundled
-    /// mazes]
+    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
     pub(crate) mazes: Option<PathBuf>,
     /// Host name or address to listen on; * for all interfaces
     #[arg(short = 'H', long, default_value = "127.0.0.1")]
