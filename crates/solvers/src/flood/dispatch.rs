@@ -28,17 +28,16 @@ pub(super) fn run_with<T: Task>(_: Instructions, task: T, size: MazeSize) -> T::
 #[allow(unsafe_code)]
 pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
     use Instructions::{Avx2, Avx512, Portable, Sse2};
-    let is_available = |some: Instructions| some.is_available();
     // A single call, so that the result is written in place.
     let run: unsafe fn(T) -> T::Output = match (instructions, is_small(size)) {
         (Portable, true) => T::run::<[u64; 2]>,
         (Portable, false) => T::run::<[u64; 8]>,
         #[cfg(feature = "avx512")]
-        (Avx512, true) if is_available(Avx512) => run_avx512::<Avx512Small, T>,
+        (Avx512, true) if Avx512.is_available() => run_avx512::<Avx512Small, T>,
         #[cfg(feature = "avx512")]
-        (Avx512, false) if is_available(Avx512) => run_avx512::<Avx512Large, T>,
-        (Avx512 | Avx2, true) if is_available(Avx2) => run_avx2::<x86::Sse2<1>, T>,
-        (Avx512 | Avx2, false) if is_available(Avx2) => run_avx2::<x86::Sse2<4>, T>,
+        (Avx512, false) if Avx512.is_available() => run_avx512::<Avx512Large, T>,
+        (Avx512 | Avx2, true) if Avx2.is_available() => run_avx2::<x86::Sse2<1>, T>,
+        (Avx512 | Avx2, false) if Avx2.is_available() => run_avx2::<x86::Sse2<4>, T>,
         (Avx512 | Avx2 | Sse2, true) => T::run::<x86::Sse2<1>>,
         (Avx512 | Avx2 | Sse2, false) => T::run::<x86::Sse2<4>>,
     };
