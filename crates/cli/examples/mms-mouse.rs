@@ -1,5 +1,6 @@
-//! A flood-fill mouse for the simulator mms, written with the published crate `mms-rs` and without
-//! mmsim. It displays its distances and the walls it has sensed.
+//! A flood-fill mouse for the simulator mms, written with the published crate `mms-rs`. It does not
+//! depend on mmsim. It displays the distances that it has computed and the walls that it has
+//! sensed.
 //!
 //! ```sh
 //! cargo build -p mmsim --examples
@@ -60,7 +61,7 @@ fn next((x, y): (i32, i32), direction: usize) -> (i32, i32) {
 struct MazeMap {
     width: i32,
     height: i32,
-    /// Whether a wall was sensed, for each cell and direction.
+    /// For each cell and direction, true if a wall was sensed.
     walls: Vec<[bool; 4]>,
     /// The distances displayed in the cells.
     displayed: Vec<usize>,
@@ -89,7 +90,7 @@ impl MazeMap {
         Ok(())
     }
 
-    /// Returns the optimistic distance of each cell to the centre: unknown walls are open.
+    /// Returns the distance from each cell to the centre, treating unknown walls as open.
     fn flood(&self) -> Vec<usize> {
         let mut distances = vec![usize::MAX; self.walls.len()];
         let mut queue: VecDeque<_> =

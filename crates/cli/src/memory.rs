@@ -9,9 +9,9 @@ mod system {
 
     use rlimit::Resource;
 
-    /// The hierarchies of control groups, version 2 and version 1. Each entry holds the folder, the
-    /// file with the limit, the file with the usage, and the key of the reclaimable file pages in
-    /// `memory.stat`.
+    /// The two control group hierarchies: version 2 and version 1. Each entry holds the folder of
+    /// the hierarchy, the names of the files that contain the limit and the usage, and the key in
+    /// `memory.stat` for the file pages that can be reclaimed.
     const GROUPS: [[&str; 4]; 2] = [
         ["sys/fs/cgroup", "memory.max", "memory.current", "inactive_file "],
         [
@@ -75,7 +75,7 @@ mod system {
         after(text, key)?.checked_mul(1024)
     }
 
-    /// Returns the number after `key` from a line that starts with `key`.
+    /// Returns the number that follows `key` in the line that starts with `key`.
     fn after(text: &str, key: &str) -> Option<u64> {
         text.lines()
             .find_map(|line| line.strip_prefix(key)?.split_whitespace().next()?.parse().ok())

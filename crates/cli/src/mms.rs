@@ -61,7 +61,7 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
         note(format_args!("still serving at {address}; press Ctrl-C to stop"));
         interrupt.wait();
     } else if !viewer.no_viewer {
-        note("viewer page closed with the mouse; use --stay to keep it open");
+        note("viewer page closed because the mouse exited; use --stay to keep it open");
     }
     server.stop()?;
     Ok(exit.code())
@@ -181,7 +181,7 @@ impl<T: Transport> Session<'_, T> {
         }
     }
 
-    /// Reports an incomplete line, because the mouse may be waiting for a reply to this line.
+    /// Reports an incomplete line, because the mouse may be waiting for a reply to it.
     fn report_incomplete(&self, start: &[u8]) {
         if !start.is_empty() {
             let (line, start) = (self.lines + 1, excerpt(start));

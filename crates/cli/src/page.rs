@@ -26,7 +26,8 @@ pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, Stri
     Ok(None)
 }
 
-/// Serves the page, reports its address, and opens a browser with `--open`. Returns the address.
+/// Serves the page, prints its address, and opens the page in a browser if `--open` is set. Returns
+/// the address.
 pub(crate) fn serve(
     viewer: Option<Viewer>,
     config: ViewerConfig,

@@ -1,4 +1,4 @@
-//! Parallel work on all processors.
+//! Runs work in parallel on all processors.
 
 use rayon::prelude::*;
 

@@ -40,7 +40,8 @@ pub(crate) fn run(args: &RenderArgs) -> CommandResult {
 }
 
 /// Opens a recording. If `file` cannot be read or is not an MCAP file, returns `None`, because the
-/// argument may select a maze. If the name ends in .mcap, returns the error instead.
+/// argument may select a maze. If the name of the file ends in .mcap, returns an error instead of
+/// `None`.
 fn recording(args: &RenderArgs, file: &Path) -> Result<Option<Recording>, OpenError> {
     let is_named_mcap = file.extension().is_some_and(|extension| extension == "mcap");
     match Recording::open_within(file, &recording_budget(&args.reading)) {
@@ -88,7 +89,7 @@ fn animation(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureRe
     let indices = frame_indices(states, MAX_FRAMES);
     if indices.len() < states {
         let (frames, picture) = (indices.len(), args.output.path.display());
-        note(format_args!("{picture}: {frames} evenly spaced frames of {states} states"));
+        note(format_args!("{picture}: drawing {frames} of {states} states, evenly spaced"));
     }
     let mut reader = recording.history().reader();
     let mut animation = None;
@@ -114,7 +115,7 @@ fn still(args: &RenderArgs, scene: Scene<'_>) -> PictureResult {
 /// A recorded search and the options for drawing it.
 struct RecordedSearch<'a> {
     truth: Option<&'a Maze>,
-    /// The known maze before the first state.
+    /// The mouse's map before the first state.
     initial: KnownMaze,
     /// The index of the last state to draw.
     last: Option<usize>,

@@ -180,7 +180,7 @@ struct ReplayReport<'a> {
     /// The length of the intact part in bytes, or `None` if the file was closed properly.
     whole_bytes: Option<u64>,
     maze: Option<String>,
-    /// The pose in each state, or `None` with `--at`.
+    /// The pose in each state, or `None` if `--at` is set.
     #[serde(skip_serializing_if = "Option::is_none")]
     poses: Option<Poses<'a>>,
     /// The state that `--at` selects, or the last state.

@@ -19,11 +19,11 @@ pub(crate) struct Screen {
     strategy: BundledStrategy,
     /// True if the map is shown during the search.
     is_live: bool,
-    /// True if a map has been drawn before.
+    /// True if a map has already been drawn.
     drawn: bool,
 }
 
-/// Describes the end of a search for the summary line.
+/// Returns how a search ended, as text for the summary line.
 pub(crate) fn ending(run: &SearchRun) -> &'static str {
     if run.stats.goal_reached() { "goal reached" } else { "goal not reached" }
 }
@@ -119,8 +119,8 @@ fn mouse_pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
     pictures(mouse.map(), mouse.pose(), |cell| mouse.weight(cell).unwrap_or(u16::MAX))
 }
 
-/// Returns two pictures of a mouse's map: a wide one, which shows the weights unless all of them
-/// are zero, and a compact one.
+/// Returns a wide and a compact picture of a mouse's map. The wide picture shows the weights unless
+/// all of them are zero.
 pub(crate) fn pictures(map: &KnownMaze, pose: Pose, weight: impl Fn(Cell) -> u16) -> [String; 2] {
     let number = |cell| Some(weight(cell)).filter(|&weight| weight != u16::MAX);
     let drawing = map.picture().with_mouse(pose);
@@ -130,8 +130,8 @@ pub(crate) fn pictures(map: &KnownMaze, pose: Pose, weight: impl Fn(Cell) -> u16
     [numbers, drawing.compact().to_string()]
 }
 
-/// Returns the compact picture if stdout is a terminal that is wide enough for it but not for the
-/// wide one. The height does not matter, because the terminal scrolls.
+/// Returns the wide picture, unless stdout is a terminal that has room only for the compact
+/// picture. The height does not matter, because the terminal scrolls.
 pub(crate) fn wide_or_compact([wide, compact]: [String; 2]) -> String {
     let room = (terminal().0, usize::MAX);
     let is_better = !fits(&wide, room) && fits(&compact, room);

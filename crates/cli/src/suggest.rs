@@ -5,8 +5,9 @@ use clap::Command;
 use crate::output::own_command;
 use crate::selection::Collection;
 
-/// Returns a suggestion for the user who typed `mmsim WORD` with an unknown `WORD`: a command or a
-/// subcommand of `mmsim mazes` with a similar name, or `--maze WORD` if a maze matches.
+/// Returns a suggestion for the unknown command `mmsim WORD`. The suggestion is a command with a
+/// similar name, a subcommand of `mmsim mazes` with a similar name, or `--maze WORD` if a maze
+/// matches, in that order of preference.
 pub(crate) fn suggest(word: &str, commands: &Command) -> Option<String> {
     let similar = |commands: &Command, typos: usize| {
         let mut names = commands.get_subcommands().map(Command::get_name);

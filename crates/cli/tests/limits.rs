@@ -100,7 +100,7 @@ fn low_descriptor_limits_are_reported() {
     }
 }
 
-/// Writes a small recording with many equal states. Each chunk holds 10,000 states.
+/// Writes a small recording with many identical states. Each chunk holds 10,000 states.
 fn bomb(home: &Home, name: &str, chunks: usize) -> PathBuf {
     const CHUNK: u8 = 6;
     let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();

@@ -1,4 +1,4 @@
-//! No command prints control characters from file names or from other programs.
+//! Checks that no command prints control characters from file names or from other programs.
 #![cfg(unix)]
 
 mod harness;
@@ -28,7 +28,7 @@ fn check_ended(arguments: &[&str], ended: &Output) {
 }
 
 /// Returns a home folder in which a folder, a recording and several mazes have malicious names. The
-/// mazes include duplicate, closed and ambiguous mazes.
+/// mazes include a duplicate, an ambiguous maze, and a maze whose goal is unreachable.
 fn evil_home() -> (Home, String) {
     let home = Home::new();
     let folder = format!("mazes{EVIL}");

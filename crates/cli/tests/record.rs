@@ -75,7 +75,7 @@ fn send_in_advance(address: &str, acknowledged: &AtomicU64, killed: &AtomicBool)
     }
 }
 
-/// The number of states sent before the first acknowledgement.
+/// The maximum number of unacknowledged states.
 const AHEAD: u64 = 100;
 
 /// A guard that sets a flag on drop, even during a panic.
@@ -252,7 +252,7 @@ fn a_full_history_refuses_states_and_a_reset_makes_room() {
     assert_eq!(ask(&socket, &state(0)), b"ok");
 }
 
-/// Windows does not remove a folder with an open file.
+/// Windows does not move a folder that contains an open file.
 #[cfg(unix)]
 #[test]
 fn a_lost_folder_refuses_states_until_reset() {

@@ -121,7 +121,7 @@ fn long_searches_have_at_most_400_frames() {
     }
     writer.close().unwrap();
     let ended = home.run(&["render", "long.mcap", "-o", "long.gif", "--width", "16"]);
-    assert_eq!(ended.stderr, "long.gif: 400 evenly spaced frames of 1000 states\n");
+    assert_eq!(ended.stderr, "long.gif: drawing 400 of 1000 states, evenly spaced\n");
     assert_eq!(gif_frames(&read(&home, "long.gif")).0, 400);
 }
 

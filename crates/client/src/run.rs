@@ -39,7 +39,7 @@ pub enum RunError {
         /// The simulator's error message.
         reason: String,
     },
-    /// The reply is not part of the protocol.
+    /// The protocol does not define such a reply.
     #[error(transparent)]
     UnknownReply(#[from] UnknownReply),
     /// The reply belongs to a different kind of request.
@@ -56,14 +56,14 @@ pub enum RunError {
     /// A reply contradicts an earlier reply.
     #[error(transparent)]
     Contradiction(#[from] Contradiction),
-    /// A wall is missing at the edge of the maze, so the maze is larger than expected.
+    /// A wall is missing at the edge of the expected maze, so the actual maze is larger.
     #[error("expected a maze of {size} cells, found no wall on the {heading} side of {cell}")]
     LargerMaze {
         /// The expected size.
         size: MazeSize,
-        /// The cell at the edge of the maze.
+        /// The cell at the edge of the expected maze.
         cell: Cell,
-        /// The side of the cell without a wall.
+        /// The side of the cell on which the wall is missing.
         heading: Heading,
     },
     /// The strategy cannot continue.
@@ -110,8 +110,9 @@ pub struct BrokenRun {
 }
 
 /// Runs a search, beginning with a `reset`. In each cell, the search requests the walls, lets the
-/// mouse choose a step, sends the state, and takes the step. If the side behind the mouse is
-/// unknown at the start, the search first requests the walls in the opposite heading.
+/// mouse choose a step, sends the state, and takes the step. If the wall behind the mouse is
+/// unknown at the start, the search first requests the walls around a mouse that faces the opposite
+/// way.
 ///
 /// The search ends when the strategy stops, or after `max_states` states. After each state,
 /// `observe` is called with the mouse and the current results; [`ControlFlow::Break`] ends the

@@ -8,7 +8,7 @@ use crate::posts::{CellSide, Post, walls_to_outer_wall};
 use crate::splitmix64::SplitMix64;
 use crate::tree::{self, PassageParams};
 
-/// The minimum side length, in cells, of a maze in which cells can surround the goal.
+/// The minimum side length, in cells, of a maze in which the goal does not touch the outer wall.
 pub(crate) const MIN_SIDE: u8 = 3;
 
 /// The maximum number of attempts to generate a maze whose goal is far enough from the start.

@@ -15,7 +15,7 @@ pub enum Style {
     /// cells, the shortest path is at least 28 steps long, which is twice its length in a maze
     /// without walls.
     ///
-    /// If a side of the maze is shorter than three cells, cells cannot surround the goal, and the
+    /// If a side of the maze is shorter than three cells, the goal touches the outer wall, and the
     /// maze is a [`Perfect`](Self::Perfect) maze.
     Contest,
     /// A maze with exactly one path between any two cells, if the goal counts as one cell. Every

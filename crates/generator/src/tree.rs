@@ -9,7 +9,7 @@ use crate::splitmix64::SplitMix64;
 /// free cells.
 ///
 /// This is Wilson's algorithm ("Generating random spanning trees more quickly than the cover time",
-/// STOC 1996): a random walk starts at a cell outside the tree and ends in the tree; the walk
+/// STOC 1996). Each random walk starts at a cell outside the tree and ends in the tree. The walk
 /// without its loops becomes a new branch.
 pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, rng: &mut SplitMix64) {
     let size = walls.size();
@@ -50,8 +50,8 @@ pub(crate) struct PassageParams {
 /// Opens walls until there is exactly one path between any two cells of `free`. The search starts
 /// in the cell `root` of `free`, facing `heading`.
 ///
-/// The algorithm is a depth-first search, which creates long passages, with the addition that
-/// passages end at random.
+/// The algorithm is a depth-first search, which creates long passages. To create more dead ends, it
+/// also ends passages at random.
 pub(crate) fn winding(
     walls: &mut Walls,
     (root, heading): (Cell, Heading),

@@ -70,7 +70,7 @@ pub struct Status {
 /// number.
 const STATES_BITS: u32 = 40;
 
-/// The largest run number. Numbering then starts again at 1.
+/// The largest run number. The run after it has number 1.
 pub(crate) const MAX_RUN: u32 = (1 << (64 - STATES_BITS)) - 1;
 
 /// The current [`Status`] in one atomic word, which the server writes and any thread reads.

@@ -59,7 +59,7 @@ impl Monitor {
     /// Returns a description of the simulation that is served.
     ///
     /// # Errors
-    /// The server has ended.
+    /// Returns an error if the server has ended.
     pub fn served(&self) -> Result<Served, MonitorError> {
         self.query(|service| {
             let (info, maze) = (service.simulation.info(), service.simulation.maze().clone());
@@ -67,10 +67,10 @@ impl Monitor {
         })
     }
 
-    /// Returns a block of the states of a run, or `None` if the run has fewer blocks.
+    /// Returns the block of states with this index, or `None` if the run has fewer blocks.
     ///
     /// # Errors
-    /// The run or the server has ended.
+    /// Returns an error if the run or the server has ended.
     pub fn block(&self, run: u32, index: usize) -> Result<Option<Block>, MonitorError> {
         self.query_run(run, move |service| service.simulation.history().block(index))
     }
@@ -78,7 +78,7 @@ impl Monitor {
     /// Returns the times at which the states of a run arrived.
     ///
     /// # Errors
-    /// The run or the server has ended.
+    /// Returns an error if the run or the server has ended.
     pub fn times(&self, run: u32) -> Result<Times, MonitorError> {
         self.query_run(run, |service| service.times.clone())
     }
@@ -86,7 +86,7 @@ impl Monitor {
     /// Replaces the maze and begins a new run with an empty history.
     ///
     /// # Errors
-    /// The server has ended.
+    /// Returns an error if the server has ended.
     pub fn serve(&self, name: &str, maze: Maze) -> Result<Status, MonitorError> {
         let name = name.to_string();
         self.query(move |service| service.replace_maze(&name, maze))

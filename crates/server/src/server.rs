@@ -24,7 +24,7 @@ pub struct Server {
     pub(crate) queries: (Sender<Query>, Receiver<Query>),
 }
 
-/// The error when a server cannot continue.
+/// The error that stopped a server.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot receive requests on {address}: {source}")]
 pub struct ServeError {
@@ -39,8 +39,8 @@ impl Server {
     /// or `*` for all IPv4 addresses of this machine.
     ///
     /// # Errors
-    /// The port is in use, the host cannot be resolved, its address does not belong to this
-    /// machine, or the operating system reports another error.
+    /// Returns an error if the port is in use, the host cannot be resolved, the address of the host
+    /// does not belong to this machine, or the operating system reports another error.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let listener = listen(host, port)?;
         let failed = |source| BindError::Listen { host: host.into(), port, source };
@@ -95,7 +95,7 @@ impl Server {
     /// no request stops the server.
     ///
     /// # Errors
-    /// Polling the connections failed.
+    /// Returns an error if polling the connections fails.
     pub fn run(mut self, simulation: &mut Simulation) -> Result<(), ServeError> {
         let (recorder, queries, control) = (self.recorder.take(), &self.queries.1, &*self.control);
         let mut service = SimulationService::new(simulation, recorder, queries, control);
@@ -137,10 +137,10 @@ impl Background {
     /// Stops the server and returns the simulation with its history.
     ///
     /// # Errors
-    /// The server had already failed.
+    /// Returns an error if the server has already failed.
     ///
     /// # Panics
-    /// The server's thread panicked, which is a bug in this crate.
+    /// Panics if the server's thread has panicked, which is a bug in this crate.
     pub fn stop(self) -> Result<Simulation, ServeError> {
         self.stop.stop();
         // Propagates a panic of the server's thread.

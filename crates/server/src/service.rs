@@ -62,8 +62,8 @@ impl<'s> SimulationService<'s> {
         info!(states, refused = self.refused, "stopped");
     }
 
-    /// Stores the time of the newest state and records the state. Returns an error message if one
-    /// of these steps fails.
+    /// Stores the time of the newest state and records the state. Returns an error message if
+    /// either step fails.
     fn keep_state(&mut self, request: &[u8]) -> Result<(), String> {
         let (simulation, times) = (&*self.simulation, &mut self.times);
         let (states, limit) = (simulation.history.len() - 1, simulation.history.limit());
@@ -105,8 +105,8 @@ impl<'s> SimulationService<'s> {
 }
 
 impl Service for SimulationService<'_> {
-    /// Answers a request. `ping` and refused requests do not count as activity, because a client
-    /// can send them forever without searching the maze.
+    /// Answers a request and returns true if it counts as activity. `ping` and refused requests do
+    /// not count, because a client can send them forever without searching the maze.
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut ReplyBuffer) -> bool {
         if frames == 1 {
             match self.simulation.handle(request, reply) {

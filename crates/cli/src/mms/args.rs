@@ -39,7 +39,7 @@ pub(crate) struct MmsArgs {
     /// Stop the mouse when its number of turns plus its effective distance exceeds N
     #[arg(long, value_name = "N")]
     pub(crate) limit: Option<u32>,
-    /// Wait MS milliseconds after each cell and each turn
+    /// Wait MS milliseconds after each step and each turn
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pub(crate) pace: u64,
     /// Keep serving after the mouse exits, until Ctrl-C; implied by --open

@@ -20,7 +20,8 @@ const START_BYTES: usize = 40;
 /// The maximum number of lines that are queued for execution.
 const MAX_LINES_AHEAD: usize = 256;
 
-/// The maximum number of replies that the mouse has not read. This many replies take about 10 MB.
+/// The maximum number of replies that the mouse may leave unread. This many replies take about 10
+/// MB.
 const MAX_UNREAD_REPLIES: usize = 1 << 20;
 
 /// The process of a mouse, which is killed on drop.
@@ -40,12 +41,12 @@ pub(crate) enum Line {
     Whole(Vec<u8>),
     /// The start of a line that exceeds the maximum length.
     TooLong(Vec<u8>),
-    /// The last line of the output if it has no newline.
+    /// The last line of the output, if it does not end with a newline.
     Unfinished(Vec<u8>),
 }
 
 impl Child {
-    /// Starts a program with its arguments. The program inherits stderr.
+    /// Starts a program with its arguments. The program inherits the stderr of this process.
     pub(crate) fn start(command: &[OsString]) -> Result<Self, String> {
         let [program, arguments @ ..] = command else {
             return Err("no program given after --".into());
@@ -93,12 +94,13 @@ impl Child {
         Ok(())
     }
 
-    /// Returns the start of the mouse's incomplete line, which may be empty.
+    /// Returns the start of the line that the mouse has not completed, or no bytes if the last line
+    /// is complete.
     pub(crate) fn incomplete_line(&self) -> Vec<u8> {
         self.incomplete_line.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Closes the mouse's stdin after all replies are written.
+    /// Closes the mouse's stdin after all replies have been written.
     pub(crate) fn end_replies(&mut self) {
         self.replies = None;
     }

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::interrupt::Interrupt;
 
-/// A mouse that has exited or was stopped.
+/// A mouse that is no longer running.
 pub(crate) struct MouseExit {
     pub(crate) mouse: SimulatedMouse,
     pub(crate) cause: ExitCause,
@@ -19,7 +19,7 @@ pub(crate) struct MouseExit {
     pub(crate) refused: u64,
 }
 
-/// The reason why a mouse is no longer running.
+/// The reason why a mouse is not running.
 pub(crate) enum ExitCause {
     Exited(ExitStatus),
     Limit(u32),
@@ -30,7 +30,9 @@ pub(crate) enum ExitCause {
 }
 
 impl MouseExit {
-    /// Returns the mouse's exit code if the mouse exited by itself, else an exit code of mmsim.
+    /// Returns the exit code of this process. If the mouse exited, this is the exit code of the
+    /// mouse, or 128 plus the number of the signal that killed it. Otherwise it is 1, or
+    /// [`Interrupt::CODE`] after Ctrl-C.
     pub(crate) fn code(&self) -> i32 {
         match &self.cause {
             ExitCause::Exited(status) => {

@@ -16,7 +16,7 @@ pub(crate) struct Simulator<'a, T> {
     reported: KnownMaze,
     interrupt: &'a Interrupt,
     pace: Duration,
-    /// A copy of the mouse at the time when its state was last sent.
+    /// A copy of the mouse, made when its state was last sent.
     last: Option<SimulatedMouse>,
 }
 

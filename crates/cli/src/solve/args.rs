@@ -25,10 +25,10 @@ pub(crate) struct SolveArgs {
     /// swing and shortest-path-search, which also return to the start; 1000 for the others]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_steps: Option<u32>,
-    /// Wait MS milliseconds after each step; unless MS is 0, draw each step on a terminal
+    /// Wait MS milliseconds after each step and, unless MS is 0, draw each step on the terminal
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pub(crate) pace: u64,
-    /// Record the acknowledged states to a new file, FILE; view it with `mmsim replay`
+    /// Record the acknowledged states to FILE, which must not exist; view it with `mmsim replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// Give up if a reply takes longer than S seconds [default: no limit for the first reply, 10

@@ -24,8 +24,8 @@ without --once, it is 0 after Ctrl-C.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct TrialArgs {
-    /// Maze files, folders to search recursively, or words from the path of a maze (in ~/.mmsim,
-    /// else bundled)
+    /// Maze files, folders to search recursively, or words from the path of a maze, which is
+    /// searched for in ~/.mmsim and then in the bundled mazes
     #[arg(required = true, value_name = "MAZE")]
     pub(crate) mazes: Vec<PathBuf>,
     /// Robot to run; may be repeated

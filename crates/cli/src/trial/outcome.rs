@@ -120,7 +120,8 @@ impl TrialResult {
         Some(Score { explore_steps: optimum + 1, race_steps: optimum })
     }
 
-    /// Returns by how much the race steps and the score exceed their lower bounds.
+    /// Returns by how much the race steps and the score exceed those of a robot that knows the
+    /// maze.
     pub(crate) fn excess(&self) -> Option<(u32, f64)> {
         let (score, bound) = (self.score()?, self.bound()?);
         Some((score.race_steps - bound.race_steps, score.value() - bound.value()))

@@ -6,7 +6,7 @@ use mmsim_trial::{BundledRobot, TrialOutcome};
 
 use super::outcome::{Job, TrialResult};
 
-/// A table with fixed column widths, so each line can be printed before the next line is known.
+/// A table with fixed column widths. Each line can be printed before the next line is known.
 pub(crate) struct ResultTable {
     maze_width: usize,
     robot_width: usize,
@@ -96,7 +96,7 @@ pub(crate) struct Means {
     pub(crate) explore_steps: f64,
     pub(crate) race_steps: f64,
     pub(crate) score: f64,
-    /// The mean difference between the score and the score of a robot that knows the maze.
+    /// The mean of the differences between the score and that of a robot that knows the maze.
     pub(crate) excess: f64,
 }
 

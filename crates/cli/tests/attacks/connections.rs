@@ -1,4 +1,4 @@
-//! Attacks with connections: too many, idle, slow, and closed without warning.
+//! Attacks with connections that are too many, idle, slow, or closed without warning.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -139,7 +139,7 @@ fn a_slow_mouse_stays_connected_among_connections_that_only_ping() {
     });
 }
 
-/// Only Linux accepts connections on all loopback addresses.
+/// This test connects from 127.0.0.2, which not every system provides by default.
 #[cfg(target_os = "linux")]
 #[test]
 fn one_address_cannot_take_all_connections() {

@@ -1,6 +1,6 @@
 //! Attacks on a running server while a correct client searches the served maze. Every search must
 //! succeed. After each attack, the server must have as many threads and descriptors as before, and
-//! use hardly more memory.
+//! its memory may grow only slightly.
 //!
 //! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes each attack 20
 //! times as long and prints measurements.
@@ -317,8 +317,8 @@ fn wrong_frames_and_commands() {
     });
 }
 
-/// A reset must release the memory of a long history, even if clients have connected in the
-/// meantime.
+/// A reset must release the memory of a long history, even if clients have connected while the
+/// history was growing.
 #[test]
 fn a_reset_releases_memory() {
     let target = Target::start();

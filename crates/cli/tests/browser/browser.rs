@@ -68,7 +68,8 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Starts a simulator with these arguments and runs a test in a browser that shows its page.
+/// Starts a simulator with these arguments, opens the simulator's page in a browser, and runs a
+/// test.
 pub(crate) fn with_page(arguments: &[&str], test: impl FnOnce(&Browser, &Simulator)) {
     with_browser(|browser| {
         let simulator = Simulator::start(arguments);
@@ -161,7 +162,8 @@ impl Browser {
         self.run("return document.querySelector(arguments[0]) !== null", &[json!(selector)])
     }
 
-    /// Returns true if the page in a frame has an element that matches `selector`.
+    /// Returns true if the page in the frame that matches the selector `frame` has an element that
+    /// matches `selector`.
     pub(crate) fn frame_has(&self, frame: &str, selector: &str) -> bool {
         self.wait(async {
             self.client.find(Locator::Css(frame)).await?.enter_frame().await?;
@@ -190,7 +192,7 @@ impl Browser {
         self.wait(self.client.perform_actions(actions));
     }
 
-    /// Presses `key` while `held` is held down.
+    /// Presses `key` while holding down `held`.
     pub(crate) fn press_with(&self, held: Key, key: char) {
         let held = char::from(held);
         let actions = [held, key, key, held].into_iter().zip([true, true, false, false]);

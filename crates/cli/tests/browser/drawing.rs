@@ -1,4 +1,4 @@
-//! Compares the map on the page with the map that is expected for a maze and a client's states.
+//! Compares the map on the page with the expected map of a maze and a client's states.
 
 use std::fmt::Debug;
 
@@ -94,7 +94,7 @@ impl Drawing {
         }
     }
 
-    /// Reads the map in the panel for a source of states.
+    /// Reads the map from the panel that shows the states from `source`.
     pub(crate) fn on_page(browser: &Browser, source: &str) -> Self {
         let script = r#"
             const svg = document.querySelector(`.panel[data-source="${arguments[0]}"] .map svg`);
@@ -115,7 +115,7 @@ impl Drawing {
         browser.run(script, &[json!(source)])
     }
 
-    /// Asserts that `shown` has the same elements as this map, and reports differences.
+    /// Asserts that `shown` has the same elements as this map, and reports any differences.
     pub(crate) fn assert_shown(&self, shown: &Self) {
         assert_eq!(self.view_box, shown.view_box);
         assert_same("cells", &self.cells, &shown.cells);

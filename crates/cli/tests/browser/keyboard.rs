@@ -13,10 +13,11 @@ use crate::test_state::TestState;
 
 #[derive(Debug, Deserialize)]
 struct Focus {
-    /// The index among the focusable elements, or `None` if no element has the focus.
+    /// The index of the focused element in the list of focusable elements, or `None` if no
+    /// focusable element has the focus.
     index: Option<usize>,
     name: String,
-    /// True if the element looks different with the focus.
+    /// True if the user can see that the element has the focus.
     is_visible: bool,
 }
 
@@ -33,8 +34,8 @@ fn focusable(browser: &Browser) -> Vec<String> {
     browser.run(script, &[])
 }
 
-/// Returns the focused element. The focus is visible if the element or an ancestor looks different
-/// without the focus.
+/// Returns the focused element. Its focus is visible if removing the focus changes how the element
+/// or one of its ancestors looks.
 fn focus_of(browser: &Browser) -> Focus {
     let script = "
         const element = document.activeElement;

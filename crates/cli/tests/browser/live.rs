@@ -1,4 +1,4 @@
-//! The live panel follows the states that clients send.
+//! Checks that the live panel follows the states that clients send.
 
 use std::thread;
 

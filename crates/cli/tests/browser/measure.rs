@@ -1,5 +1,5 @@
 //! Measurements of the page: its latency, and how much it slows down the simulator. The
-//! measurements only print results. Run them with:
+//! measurements print results and check no limits. Run them with:
 //!
 //! `cargo test --release -p mmsim --test browser -- --ignored --nocapture --test-threads=1`
 
@@ -28,7 +28,7 @@ fn search(simulator: &Simulator) -> Vec<Vec<u8>> {
 }
 
 /// Sends up to `rate` states per second without waiting for each reply, until `is_enough` returns
-/// true for the number of acknowledged states. Returns this number.
+/// true for the number of acknowledged states. Returns that number.
 fn stream(
     address: &str,
     messages: &[Vec<u8>],
@@ -179,8 +179,8 @@ fn the_rate_of_states_with_a_page_open() {
     });
 }
 
-/// A script that runs before a new page loads. It measures the times at which the page shows and
-/// paints the state LAST, in milliseconds since navigation.
+/// A script that runs before a new page loads. It measures when the page shows and when it paints
+/// the state with the index LAST, in milliseconds since navigation.
 const MEASURE_DRAWN: &str = r#"
     window.drawn = new Promise((yes) => new MutationObserver(() => {
         const panel = document.querySelector('[data-source="live"]');

@@ -1,4 +1,4 @@
-//! The content security policy: only scripts from the server run in the page.
+//! Checks that the content security policy lets only scripts from the server run in the page.
 
 use serde_json::json;
 

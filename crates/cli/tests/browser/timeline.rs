@@ -1,4 +1,4 @@
-//! The player controls: the page shows state N exactly as it was sent.
+//! Checks that the player controls show each state exactly as the client sent it.
 
 use std::thread;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! The clients search like `mmsim solve flood-fill` and report errors.
+//! Checks that the clients search like `mmsim solve flood-fill` and report errors.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

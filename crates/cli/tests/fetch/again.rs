@@ -77,8 +77,8 @@ fn cleans_up_after_a_killed_fetch() {
     assert_eq!(fs::read_dir(&mazes).unwrap().count(), 2, "the folder and the lock");
 }
 
-/// Unreleased versions stored fetched mazes directly in the folder that the user chooses. If a
-/// fetch kept these mazes, each maze would be listed twice.
+/// Unreleased versions stored fetched mazes directly in the folder that the user had chosen. If a
+/// new fetch did not remove these mazes, each maze would be listed twice.
 #[test]
 fn mazes_of_unreleased_versions_are_not_fetched_again() {
     let home = Home::new();

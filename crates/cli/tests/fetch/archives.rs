@@ -1,4 +1,4 @@
-//! Building archives, valid and malicious.
+//! Builds valid and malicious archives.
 
 use std::io::Write;
 
@@ -10,7 +10,7 @@ use tar::{EntryType, Header};
 const BOMB_PARTS: usize = 10 << 10;
 const PART: &[u8] = &[0; 1 << 20];
 
-/// File names, each with the content of the file.
+/// Pairs of a file name and the content of that file.
 pub(crate) type Contents<'a> = &'a [(&'a str, &'a str)];
 
 pub(crate) fn tar(contents: Contents) -> Vec<u8> {

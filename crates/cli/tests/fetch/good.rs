@@ -112,7 +112,7 @@ fn tar_gz_may_have_several_members_and_long_names() {
     assert!(home.path().join("mazes/fetched").join(&name[4..]).is_file());
 }
 
-/// GNU gzip also ignores zeros after the data.
+/// Zeros after the compressed data are ignored, as in GNU gzip.
 #[test]
 fn zeros_after_a_tar_gz_are_ignored() {
     let home = Home::new();
@@ -217,7 +217,8 @@ fn unportable_names_are_skipped() {
     }
 }
 
-/// Some tools for Windows write backslashes and separate entries for folders.
+/// Some Windows tools separate the parts of a path with backslashes and add an entry for each
+/// folder.
 #[test]
 fn backslashes_in_a_zip_are_separators() {
     let home = Home::new();

@@ -233,7 +233,7 @@ impl Serving {
         })
     }
 
-    /// Sends a signal. The name is given without the prefix SIG.
+    /// Sends the signal with this name, which has no prefix SIG.
     #[cfg(unix)]
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
