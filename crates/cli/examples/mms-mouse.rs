@@ -12,7 +12,7 @@ use std::error::Error;
 
 use mms_rs::{Direction, MmsApi};
 
-/// A step in each direction, clockwise from north.
+/// The changes of x and y for a step in each direction, clockwise from north.
 const STEPS: [(i32, i32); 4] = [(0, 1), (1, 0), (0, -1), (-1, 0)];
 
 fn main() -> Result<(), Box<dyn Error>> {

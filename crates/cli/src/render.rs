@@ -1,4 +1,4 @@
-//! `mmsim render`: pictures of mazes and recordings.
+//! `mmsim render`: draw mazes and recordings.
 
 pub(crate) mod args;
 

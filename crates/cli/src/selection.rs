@@ -91,7 +91,7 @@ impl Collection {
         Self { catalogue: embedded::catalogue(), path: PathBuf::new(), is_default: false }
     }
 
-    /// Returns the name of the collection for messages.
+    /// Returns the name of the collection for use in messages.
     fn location(&self) -> String {
         match self.path.to_str() {
             Some("") => "the bundled mazes".into(),

@@ -111,7 +111,7 @@ fn straights(maze: &Maze) -> Vec<usize> {
     straights
 }
 
-/// Counts the staircases of four steps. Both directions of a staircase count as one.
+/// Counts the staircases of four steps. A staircase is counted once, not once for each direction.
 fn stairs(maze: &Maze) -> usize {
     let step =
         |cell: Cell, heading| cell.neighbour(heading).filter(|_| !maze.walls().has(cell, heading));

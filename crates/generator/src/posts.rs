@@ -2,7 +2,7 @@
 
 use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 
-/// The maximum number of posts in a row.
+/// The maximum number of posts along one side of a maze.
 const SIDE: usize = MazeSize::MAX_SIDE as usize + 1;
 
 /// A side of a cell, which may have a wall.

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::interrupt::Interrupt;
 
-/// A mouse that is no longer running.
+/// A mouse that is not running.
 pub(crate) struct MouseExit {
     pub(crate) mouse: SimulatedMouse,
     pub(crate) cause: ExitCause,
@@ -46,7 +46,7 @@ impl MouseExit {
         }
     }
 
-    /// Returns a summary line.
+    /// Returns a summary of the run in one line.
     pub(crate) fn summary(&self) -> String {
         let how = match &self.cause {
             ExitCause::Exited(status) => match signal(*status) {

@@ -55,8 +55,8 @@ fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
     ]
 }
 
-/// Runs all trials and prints the tables. A robot without a score also appears in the tables and is
-/// not an error.
+/// Runs all trials and prints the tables. A robot without a score also appears in the tables and
+/// does not count as an error.
 pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     let tables = comparisons(args);
     let trials = Trials::run(&tables, mazes);

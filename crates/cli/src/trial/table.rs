@@ -96,7 +96,7 @@ pub(crate) struct Means {
     pub(crate) explore_steps: f64,
     pub(crate) race_steps: f64,
     pub(crate) score: f64,
-    /// The mean of the differences between the score and that of a robot that knows the maze.
+    /// The mean amount by which the scores exceed those of a robot that knows the maze.
     pub(crate) excess: f64,
 }
 

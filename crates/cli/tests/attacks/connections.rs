@@ -1,4 +1,5 @@
-//! Attacks with connections that are too many, idle, slow, or closed without warning.
+//! Attacks with too many connections, idle or slow connections, and connections that close without
+//! warning.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -27,7 +27,7 @@ use mmsim_protocol::Reply;
 use mmsim_tests::{TIMEOUT_MS, malformed_requests, wait_for};
 use searcher::while_searching;
 
-/// Returns the factor by which attacks are lengthened, 1 by default.
+/// Returns the factor by which attacks are prolonged. The default is 1.
 fn force() -> usize {
     static FORCE: OnceLock<usize> = OnceLock::new();
     *FORCE.get_or_init(|| env::var("MMSIM_ATTACK_FORCE").map_or(1, |force| force.parse().unwrap()))

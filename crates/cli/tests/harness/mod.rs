@@ -233,7 +233,7 @@ impl Serving {
         })
     }
 
-    /// Sends the signal with this name, which has no prefix SIG.
+    /// Sends a signal. `name` is the name of the signal without the prefix SIG, such as `TERM`.
     #[cfg(unix)]
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
