@@ -109,7 +109,7 @@ fn a_recording_is_shown_on_the_page() {
     assert_eq!(home.run(&["replay", "own.mcap", "--serve", "--at", "1"]).code, Some(2));
 }
 
-/// These tests need the lists of open files and threads that Linux provides.
+/// Some of these tests read a server's open files and threads from `/proc`, which Linux provides.
 #[cfg(target_os = "linux")]
 mod on_linux {
     use std::fs;

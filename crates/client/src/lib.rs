@@ -1,8 +1,8 @@
 //! A micromouse's search run against a maze simulator.
 //!
 //! [`search_run`] runs a [`Mouse`](mmsim_solvers::Mouse) with any strategy. A [`Transport`]
-//! connects the mouse to a simulator. [`Zmq`] connects to a server, and [`InMemory`] to a function
-//! that handles requests in the same process.
+//! connects the mouse to a simulator. [`Zmq`] connects to a server. [`InMemory`] passes requests to
+//! a function in the same process.
 //!
 //! ```
 //! use std::ops::ControlFlow;

@@ -26,7 +26,8 @@ use crate::simulator::Simulator;
 pub(crate) const WINDOW_SIZE: (u32, u32) = (1280, 860);
 
 /// The browser that all tests share, because starting a browser takes longer than most tests. Only
-/// one test at a time uses the browser. The browser closes when no test uses it or waits for it.
+/// one test at a time uses the browser. The browser closes when no test is using it or waiting for
+/// it.
 static SHARED: Mutex<Weak<Mutex<Option<Browser>>>> = Mutex::new(Weak::new());
 
 /// A browser with one page.

@@ -27,8 +27,8 @@ fn search(simulator: &Simulator) -> Vec<Vec<u8>> {
     states.iter().map(|state| state.message('C', 'C')).collect()
 }
 
-/// Sends up to `rate` states per second without waiting for each reply, until `is_enough` returns
-/// true for the number of acknowledged states. Returns that number.
+/// Sends up to `rate` states per second without waiting for each reply. Stops when `is_enough`
+/// returns true for the number of acknowledged states, and returns that number.
 fn stream(
     address: &str,
     messages: &[Vec<u8>],
