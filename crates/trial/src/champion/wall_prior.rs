@@ -66,8 +66,8 @@ impl WallPrior {
     }
 }
 
-/// Returns the index of some neighbouring walls, and the indices after mirroring these walls
-/// horizontally, vertically and both ways.
+/// Returns the index `neighbours`, and the indices that result from mirroring the neighbouring
+/// walls horizontally, vertically and both ways.
 fn mirrored(neighbours: usize) -> [usize; 4] {
     let permuted =
         |from: [usize; 8]| (0..8).fold(0, |index, to| index | (neighbours >> from[to] & 1) << to);
