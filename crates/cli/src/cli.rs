@@ -77,8 +77,8 @@ pub(crate) enum Command {
 }
 
 impl Cli {
-    /// Parses the command line. Exits if the command line is invalid, and after printing help or
-    /// the version.
+    /// Parses the command line. Exits if the command line is invalid or asks for help or the
+    /// version.
     pub(crate) fn parse_or_exit() -> Self {
         let arguments = verbosity_after_command(env::args_os().collect());
         let parsed = Self::try_parse_from(&arguments);

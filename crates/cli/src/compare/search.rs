@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::cpu_time::measure;
 
-/// The measured values of a search. They exclude the fast run unless stated otherwise. The field
-/// names are JSON keys and CSV column names.
+/// The measured values of a search. The values exclude the fast run unless stated otherwise. The
+/// field names are JSON keys and CSV column names.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Figures {
     pub(crate) goal_reached: bool,

@@ -127,7 +127,7 @@ pub(super) fn ambiguity(way: &str) -> String {
     format!("the digits fit more than one maze; read as: {way}")
 }
 
-/// Formats the findings as one line for each kind.
+/// Formats the findings, with one line for each kind.
 pub(super) fn lines(findings: &[Finding]) -> String {
     let mut findings = findings.to_vec();
     findings.sort_by_key(|finding| finding.kind);

@@ -34,8 +34,8 @@ pub(super) struct Hypothesis {
     open: Box<[[[f32; 2]; SIDE]; SIDE]>,
 }
 
-/// A side counts as open if the probability that it is open is at least this value. It counts as
-/// closed if the probability that it is closed is at least this value.
+/// A side counts as open if the probability that it is open is at least this value. A side counts
+/// as closed if the probability that it is closed is at least this value.
 const CERTAIN: f32 = 0.9;
 /// With noisy sensors, the probability that a side is open never exceeds this value, nor does the
 /// probability that the side is closed. The value is below 1 so that later readings can still

@@ -7,7 +7,7 @@ use super::maze_batch::{MazeBatch, WallSite};
 
 /// The probability of a wall at a site, given the walls at the eight neighbouring sites. Six of the
 /// neighbouring sites share a post with the site. The other two are parallel to the site, on the
-/// opposite sides of the two adjacent cells.
+/// far sides of the two adjacent cells.
 ///
 /// ```text
 ///        o---8---o         1, 4  in line, beyond a post
