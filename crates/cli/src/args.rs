@@ -8,7 +8,7 @@ use clap::{ArgAction, Args};
 use mmsim_maze::{Cell, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
 
-/// Options for the amount of output on stderr.
+/// Options that control the amount of output on stderr.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct VerbosityArgs {
     /// Print only errors and warnings
@@ -39,8 +39,8 @@ pub(crate) struct RetentionArgs {
     /// Record each run, from reset to reset, to a new file in DIR; view it with `mmsim replay`
     #[arg(long, value_name = "DIR")]
     pub(crate) record: Option<PathBuf>,
-    /// Limit the history to MIB mebibytes, each holding about 100,000 states; further states are
-    /// refused until reset. Recordings open in the viewer have their own limit, which is also MIB
+    /// Limit the history to MIB mebibytes; further states are refused until reset. One mebibyte
+    /// holds about 100,000 states. Recordings opened in the viewer have a separate limit of MIB
     /// mebibytes [default: half of the free memory for the history, a quarter for recordings]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) history_limit: Option<u64>,
@@ -49,8 +49,8 @@ pub(crate) struct RetentionArgs {
 /// Options of commands that read recordings.
 #[derive(Debug, Args)]
 pub(crate) struct ReadingArgs {
-    /// Limit the memory for open recordings to MIB mebibytes, each holding about 100,000 states;
-    /// larger recordings are refused [default: half of the free memory]
+    /// Limit the memory for open recordings to MIB mebibytes; larger recordings are refused. One
+    /// mebibyte holds about 100,000 states [default: half of the free memory]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) history_limit: Option<u64>,
 }
@@ -71,7 +71,7 @@ pub(crate) struct ServerArgs {
     pub(crate) viewer: ViewerArgs,
 }
 
-/// Options for what a mouse knows before its first step: the maze size and the goal.
+/// Options that define what a mouse knows before its first step: the maze size and the goal.
 #[derive(Debug, Args)]
 pub(crate) struct KnownMazeArgs {
     /// Width and height of the maze in cells [default: 16x16, or the server's size with --goal
@@ -84,7 +84,7 @@ pub(crate) struct KnownMazeArgs {
     pub(crate) goal: Vec<Option<Cell>>,
 }
 
-/// Returns an argument parser that accepts the name of each value and returns the value.
+/// Returns an argument parser that accepts the names of `values` and returns the named value.
 pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
     values: impl IntoIterator<Item = T>,
     describe: fn(T) -> PossibleValue,
@@ -96,7 +96,8 @@ pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// Returns the selected values without duplicates. An element `None` selects all values.
+/// Returns the selected values without duplicates. An element `None` of `selected` stands for all
+/// values.
 pub(crate) fn each_once<T: Copy + PartialEq>(selected: &[Option<T>], all: &[T]) -> Vec<T> {
     let mut values = Vec::new();
     for &value in selected.iter().flat_map(|value| value.as_ref().map_or(all, slice::from_ref)) {

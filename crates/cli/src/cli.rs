@@ -77,8 +77,8 @@ pub(crate) enum Command {
 }
 
 impl Cli {
-    /// Parses the command line. Exits if the command line is invalid, and after printing help or
-    /// the version.
+    /// Parses the command line. Exits if the command line is invalid or asks for help or the
+    /// version.
     pub(crate) fn parse_or_exit() -> Self {
         let arguments = verbosity_after_command(env::args_os().collect());
         let parsed = Self::try_parse_from(&arguments);
@@ -125,7 +125,8 @@ fn is_command(name: &OsStr) -> bool {
     name == "help" || Cli::command().get_subcommands().any(|command| command.get_name() == name)
 }
 
-/// Returns the first command name in the arguments if it follows valid server options.
+/// Returns the first command name in the arguments if all arguments before it are valid server
+/// options.
 fn command_after_options(arguments: &[OsString]) -> Option<&OsStr> {
     let mut names = arguments.iter().enumerate().skip(2);
     let (at, name) = names.find(|(_, name)| is_command(name))?;
@@ -140,9 +141,9 @@ fn unknown_word(arguments: &[OsString]) -> Option<&str> {
         .then_some(word)
 }
 
-/// Moves verbosity options after the command: `mmsim -q solve` becomes `mmsim solve -q`. Leaves all
-/// other options in place: after them, a word such as `mazes` may be the name of a folder instead
-/// of a command.
+/// Moves verbosity options after the command: `mmsim -q solve` becomes `mmsim solve -q`. If other
+/// options come first, changes nothing, because a word such as `mazes` may then be the name of a
+/// folder instead of a command.
 fn verbosity_after_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     let is_verbosity = |argument: &&OsString| {
         let short = argument.as_encoded_bytes().strip_prefix(b"-").unwrap_or_default();

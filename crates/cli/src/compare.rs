@@ -35,8 +35,8 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     Ok(all_readable)
 }
 
-/// Runs each strategy in each maze. Uses `threads` threads, or one per processor for `None`. Shows
-/// a progress bar on a terminal.
+/// Runs each strategy in each maze. Uses `threads` threads, or one thread per processor if
+/// `threads` is `None`. Shows a progress bar on a terminal.
 fn compare(
     strategies: &[BundledStrategy],
     mazes: &[Selected],

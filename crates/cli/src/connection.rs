@@ -13,7 +13,7 @@ pub(crate) fn endpoint(connect: &str) -> String {
 }
 
 /// Returns the known maze and the start pose that the arguments define, or `None` with `--goal
-/// server`. Usage errors refer to `command`.
+/// server`. A usage error shows the usage of `command`.
 pub(crate) fn maze_from_args(
     command: &'static str,
     KnownMazeArgs { size, goal }: &KnownMazeArgs,
@@ -53,8 +53,8 @@ pub(crate) fn ask_maze(
     Ok((map, start))
 }
 
-/// Warns that a reply is late. Of the notices for one request, only the first and every tenth cause
-/// a warning.
+/// Warns that a reply is late. The transport sends a notice every second; for each request, only
+/// the first notice and every tenth notice cause a warning.
 pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     let Waiting { endpoint, elapsed, notices, answered } = waiting;
     if *notices != 1 && notices % 10 != 0 {
@@ -71,7 +71,7 @@ pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     ));
 }
 
-/// Formats the error. Adds a hint if the maze size or the goal may be wrong, or if no simulator
+/// Formats the error, with a hint if the maze size or the goal may be wrong, or if no simulator
 /// replies.
 pub(crate) fn explain(error: &RunError) -> String {
     match error {

@@ -2,7 +2,7 @@
 
 use mmsim_formats::Catalogue;
 
-/// Embeds files from the folder `mazes`. Each file becomes a pair of its name and its content.
+/// Embeds files from the folder `mazes` as pairs of file name and content.
 macro_rules! mazes {
     ($($name:literal),+ $(,)?) => {
         &[$(($name, include_str!(concat!("../../../mazes/", $name)))),+]

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use mmsim_maze::Escaped;
 
-/// Formats rows as a table with escaped text. The first column is left-aligned; all other columns
-/// are right-aligned.
+/// Formats rows as a table and escapes the text of the cells. The first column is left-aligned; all
+/// other columns are right-aligned.
 pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     let escaped = |row: &Vec<String>| row.iter().map(|cell| Escaped(cell).to_string()).collect();
     let rows: Vec<Vec<String>> = rows.iter().map(escaped).collect();

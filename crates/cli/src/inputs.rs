@@ -7,7 +7,7 @@ use mmsim_formats::Catalogue;
 use crate::output::warn;
 use crate::selection::{Collection, Selected, SelectionError};
 
-/// The readable mazes from the command line, in order.
+/// The readable mazes, in the order in which the command line names them.
 pub(crate) struct Inputs {
     pub(crate) mazes: Vec<Selected>,
     /// True if no maze was skipped.

@@ -10,7 +10,7 @@ use crate::output::note;
 /// A receiver of Ctrl-C and other signals.
 pub(crate) struct Interrupt {
     signals: Receiver<()>,
-    /// A sender that keeps the channel open even if every signal is ignored.
+    /// An unused sender, which keeps the channel open even if every signal is ignored.
     _open: Sender<()>,
 }
 
@@ -38,7 +38,8 @@ impl Interrupt {
         let _ = self.signals.recv();
     }
 
-    /// Waits for an interrupt until the timeout. Returns true if there was an interrupt.
+    /// Waits for an interrupt, but at most for the given time. Returns true if there was an
+    /// interrupt.
     pub(crate) fn wait_for(&self, timeout: Duration) -> bool {
         !matches!(self.signals.recv_timeout(timeout), Err(RecvTimeoutError::Timeout))
     }

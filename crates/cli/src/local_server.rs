@@ -1,4 +1,4 @@
-//! Starting a server, on its own or for a mouse in the same process.
+//! Starts a server, either alone or for a mouse in the same process.
 
 use std::error::Error;
 
@@ -16,15 +16,15 @@ use crate::retention::{self, MemoryLimits};
 use crate::selection::Selected;
 use crate::{page, stderr};
 
-/// The host address of a server for a mouse in the same process.
+/// The host address on which a server listens for a mouse in the same process.
 const HOST: &str = "127.0.0.1";
 
 /// The warning for a server that other machines can reach.
 const EXPOSED: &str = "anyone who can reach this port can read walls, add states and delete the \
     history: the protocol has no authentication and no encryption";
 
-/// The requested maximum number of open files: one for each possible connection, and 100 for
-/// everything else.
+/// The maximum number of open files that is requested from the system: one for each possible
+/// connection, and 100 for everything else.
 const DESCRIPTORS: u64 = (MAX_CONNECTIONS + MAX_VIEWER_CONNECTIONS) as u64 + 100;
 
 /// A server that is ready to run.
@@ -48,8 +48,8 @@ pub(crate) fn start(
     Ok((ready.server.spawn(ready.simulation), ready.interrupt))
 }
 
-/// Prepares a server for the selected maze, reports its address, and starts catching Ctrl-C. Unless
-/// `viewer` is `None`, also serves the viewer page, which lists `mazes`.
+/// Prepares a server for the selected maze, prints the server's address, and starts catching
+/// Ctrl-C. Unless `viewer` is `None`, also serves the viewer page, which lists `mazes`.
 pub(crate) fn prepare(
     selected: Selected,
     mazes: Catalogue,
@@ -89,7 +89,7 @@ fn bind(host: &str, port: u16) -> Result<Server, String> {
     Server::bind(host, port).map_err(|error| with_port_hint(&error, "--port"))
 }
 
-/// Formats the error. If the port is in use, adds a hint to set `option` to 0.
+/// Formats the error, with a hint to set `option` to 0 if the port is in use.
 pub(crate) fn with_port_hint(error: &BindError, option: &str) -> String {
     match error {
         BindError::InUse { .. } => format!("{error} (try {option} 0)"),

@@ -99,7 +99,7 @@ fn survive_file_size_limit() {
 #[cfg(not(unix))]
 const fn survive_file_size_limit() {}
 
-/// Sets the verbosity of stderr. The command line overrides `RUST_LOG`.
+/// Sets how much is printed to stderr. Verbosity options override `RUST_LOG`.
 fn configure_messages(verbosity: VerbosityArgs) {
     let filter = match verbosity {
         VerbosityArgs { quiet: true, .. } => EnvFilter::new("error"),

@@ -1,10 +1,10 @@
 //! Evaluates the champion on mazes outside its training set.
 //!
 //! The mazes are divided into two halves. Blocks of eight successive mazes stay together, because
-//! mazes of the same contest are adjacent in the list. A wall prior is learnt from one half, and
-//! the champion with this prior runs in the mazes of the other half with several seeds. The same is
-//! done with the halves swapped. For comparison, the robot `proven` explores until no faster race
-//! is possible.
+//! mazes of the same contest are adjacent in the list. A [`WallPrior`] is learnt from each half.
+//! The champion then uses this prior in the mazes of the other half, with several seeds. For
+//! comparison, the example also runs the robot `proven`, which explores until no faster race is
+//! possible.
 //!
 //! ```sh
 //! cargo run --release -p mmsim-trial --example cross_validation -- MAZES...

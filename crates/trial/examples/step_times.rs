@@ -1,6 +1,6 @@
-//! Measures how long the champion takes per step. Prints the median, the 99th percentile and the
-//! maximum over complete trials in all mazes of the given paths, with noise-free and with noisy
-//! sensors.
+//! Measures how long the champion takes per step in complete trials, with noise-free and with noisy
+//! sensors. For each given path, prints the median, the 99th percentile and the maximum of the step
+//! times in all mazes of the path.
 //!
 //! Each trial runs three times, and only the fastest time of each step counts, which reduces the
 //! influence of other processes.

@@ -1,4 +1,5 @@
-//! Learns a wall prior from mazes and prints it as the source file `src/champion/contest.rs`:
+//! Learns a [`WallPrior`] from mazes and prints the prior as the source file
+//! `src/champion/contest.rs`:
 //!
 //! ```sh
 //! cargo run --release -p mmsim-trial --example wall_prior -- MAZES... > crates/trial/src/champion/contest.rs

@@ -29,18 +29,19 @@ pub use wall_prior::WallPrior;
 ///
 /// **After reaching the goal** the champion samples random mazes that agree with the known walls; a
 /// [`WallPrior`] gives the probabilities of the unknown walls. In each sample, the champion finds
-/// the fastest path from the start to the goal, and the stretch of this path between its first and
-/// its last unknown wall. The champion computes how many race steps the path saves and how many
-/// steps it takes to explore the stretch. Both numbers are summed over all samples. A
+/// the fastest path from the start to the goal. The part of this path from its first to its last
+/// unknown wall is a stretch. The champion computes how many race steps the path saves and how many
+/// steps are necessary to explore the stretch. Both numbers are summed over all samples. A
 /// [`StoppingRule`] sets the minimum gain per exploration step. Among the stretches with more than
-/// this gain, the robot moves to the stretch with the largest total gain. The total also includes
-/// the gains of the other stretches, which count less the farther away they are. The robot stops
-/// exploring if no stretch has more than the minimum gain or if no faster race is possible.
+/// this gain, the robot moves to the stretch with the largest total gain. The total gain of a
+/// stretch is its own gain plus the gains of the other stretches, which count less the farther away
+/// they are. The robot stops exploring if no stretch has more than the minimum gain or if no faster
+/// race is possible.
 ///
 /// The champion assumes that the maze is similar to a contest maze, in which the goal cells form a
-/// room with one entrance. In other mazes, the champion may explore too little or too much. But the
-/// champion never relies on sampled walls when it moves: with noise-free sensors, it crosses only
-/// sides that it has seen to be open.
+/// room with one entrance. In other mazes, the champion may explore too little or too much.
+/// However, the champion never relies on sampled walls when it moves: with noise-free sensors, it
+/// crosses only sides that it has seen to be open.
 ///
 /// With noisy sensors the champion keeps a probability for each wall and repeats uncertain
 /// readings. The champion also tracks several hypotheses about its position, because a wall that it
@@ -180,9 +181,10 @@ impl RaceBounds {
     }
 
     /// Returns the next cell on the way to the goal: a cell at the edge of the explored area, or a
-    /// goal cell. If all unknown walls are open, the path to the goal through this cell has the
-    /// fewest steps. Ties are broken by the number of steps to the cell plus the Manhattan distance
-    /// from the cell to the goal, then by the number of steps to the cell.
+    /// goal cell. Under the assumption that all unknown walls are open, a path to the goal with the
+    /// fewest steps leads through the returned cell. Ties are broken by the number of steps to the
+    /// cell plus the Manhattan distance from the cell to the goal, then by the number of steps to
+    /// the cell.
     fn nearest_to_goal(&self, map: &KnownMaze) -> Option<Cell> {
         let manhattan = |cell: Cell, goal: Cell| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y);
         let to_any_goal = |cell| map.goals().iter().map(|goal| manhattan(cell, goal)).min();
@@ -195,9 +197,9 @@ impl RaceBounds {
         edge.filter(|&cell| key(cell).is_some()).min_by_key(|&cell| key(cell))
     }
 
-    /// Returns the nearest cell at the edge of the explored area through which a race of fewer than
-    /// `upper` steps may be possible. If there is no such cell, returns the nearest cell through
-    /// which a race of exactly `upper` steps may be possible.
+    /// Returns the nearest cell at the edge of the explored area that may be part of a race of
+    /// fewer than `upper` steps. If there is no such cell, returns the nearest cell that may be
+    /// part of a race of exactly `upper` steps.
     fn nearest_improving(&self, map: &KnownMaze, upper: u16) -> Option<Cell> {
         let from_start = RaceSteps::flood_from(map.walls(Unknown::Open), map.start().cell);
         let key = |cell| {

@@ -33,7 +33,7 @@ use crate::trial::sensor_headings;
 #[derive(Clone, Debug)]
 pub struct CountExpansion {
     survey: Survey,
-    /// For each heading of [`ORDER`], the set of cells from which a wall was seen in this
+    /// For each heading of [`ORDER`], the set of cells from which a wall was seen in that
     /// direction.
     walls: [CellSet; 4],
     has_visited_goal: bool,
@@ -66,7 +66,7 @@ impl CountExpansion {
     }
 
     /// Returns the neighbour of `cell` in direction `ORDER[place]`, or `None` if a wall was seen
-    /// from `cell` in this direction.
+    /// from `cell` in that direction.
     fn beyond(&self, cell: Cell, place: usize) -> Option<Cell> {
         let next = self.survey.map().size().neighbour(cell, ORDER[place]);
         next.filter(|_| !self.walls[place].contains(cell))

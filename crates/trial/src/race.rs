@@ -5,7 +5,8 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose, Walls};
 use crate::action::{Action, Rotation};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
-/// The number of empty rows north and south of the maze, which make bounds checks unnecessary.
+/// The number of empty rows beyond each of the northern and southern edges of the maze. The empty
+/// rows make bounds checks unnecessary.
 const MARGIN: usize = Action::MAX_CELLS as usize;
 const UNREACHABLE: u16 = u16::MAX;
 
@@ -13,8 +14,8 @@ const UNREACHABLE: u16 = u16::MAX;
 ///
 /// A step is a straight move of 1 to 3 cells. The robot's heading does not affect the distance,
 /// because a step may begin with a left or right turn, and a robot can move backwards. A target
-/// counts as reached only if a step ends in it. This is no restriction, because the robot can make
-/// a shorter step that ends in a target instead of crossing it.
+/// counts as reached only if a step ends in it. This rule makes no path longer, because a step that
+/// would cross a target can end in the target instead.
 ///
 /// The distances are computed by breadth-first search. Each round of the search takes a few bit
 /// operations per row of the maze.
@@ -73,7 +74,7 @@ impl RaceSteps {
         Action::towards(pose.heading, heading, cells)
     }
 
-    /// Returns the direction of the move in [`next_move`](Self::next_move) and its number of cells.
+    /// Returns the move of [`next_move`](Self::next_move) as a direction and a number of cells.
     pub(crate) fn next_straight(&self, walls: &Walls, pose: Pose) -> Option<(Heading, usize)> {
         let here = self.at(pose.cell)?;
         let towards =

@@ -83,7 +83,7 @@ pub(crate) mod tests {
         actions
     }
 
-    /// Checks that trials with noisy sensors neither panic nor leave the maze.
+    /// Checks that a robot with noisy sensors neither panics nor leaves the maze.
     pub(crate) fn check_noisy_trials<R: Robot>(new_robot: impl Fn(&Maze) -> R) {
         let text = "o---o---o---o\n|         G |\no   o---o   o\n| S         |\no---o---o---o\n";
         let maze: Maze = text.parse().unwrap();

@@ -92,7 +92,7 @@ impl SwingRobot {
     }
 
     /// Creates the improved robot that the published report suggests. The improved robot minimizes
-    /// the number of time steps in a path. A straight move of up to 3 cells takes one time step.
+    /// the number of time steps of a path. A straight move of up to 3 cells takes one time step.
     pub fn timed(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
         Self::with_cost(PathCost::TimeSteps, unexplored, variant, key_points)
     }

@@ -63,7 +63,7 @@ pub enum TrialOutcome {
 
 /// The number of steps of each run. A lower score is better.
 ///
-/// [`Display`](fmt::Display) prints the score with three decimals, like the published tester.
+/// [`Display`](fmt::Display) prints the score with three decimal places, like the published tester.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Score {
     /// The number of steps of the first run, including the reset.

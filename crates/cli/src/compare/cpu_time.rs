@@ -9,7 +9,7 @@ pub(super) fn measure<R>(work: impl FnOnce() -> R) -> (R, Duration) {
     (result, thread_time().saturating_sub(begin))
 }
 
-/// Returns the processor time of this thread since an arbitrary point in time.
+/// Returns the processor time that this thread has used so far.
 #[cfg(unix)]
 fn thread_time() -> Duration {
     use rustix::time::{ClockId, clock_gettime};
@@ -17,8 +17,8 @@ fn thread_time() -> Duration {
     clock_gettime(ClockId::ThreadCPUTime).try_into().unwrap_or_default()
 }
 
-/// Returns the wall-clock time since the first call. Windows measures processor time only in steps
-/// of 16 ms, which is too coarse.
+/// Returns the wall-clock time since the first call. The wall-clock time replaces the processor
+/// time, which Windows measures only in steps of 16 ms.
 #[cfg(not(unix))]
 fn thread_time() -> Duration {
     use std::sync::LazyLock;

@@ -41,7 +41,7 @@ pub(crate) struct StrategyReport {
     /// The number of mazes with a reachable goal.
     reachable: usize,
     goal_reached: usize,
-    /// The number of mazes in which the goal is unreachable and the strategy reported it.
+    /// The number of mazes in which the strategy correctly reported that the goal is unreachable.
     rightly_given_up: usize,
     /// The number of mazes in which the goal was reached and the shortest path was proven.
     proven: usize,
@@ -49,7 +49,8 @@ pub(crate) struct StrategyReport {
     /// the shortest path in the true maze.
     shortest_path_found: usize,
     steps_to_goal: Option<f64>,
-    /// The mean number of steps until the shortest path was proven, over the `proven` mazes.
+    /// The mean number of steps until the shortest path was proven. Only the mazes counted in
+    /// `proven` contribute to this mean.
     steps_until_proven: Option<f64>,
     steps_in_all: Option<f64>,
     turns: Option<f64>,
@@ -114,8 +115,8 @@ impl StrategyReport {
         ]
     }
 
-    /// Writes each search as one line of CSV, preceded by a header if nothing has been written yet.
-    /// Escapes control characters, so that each search stays on one line.
+    /// Writes each search as one line of CSV. Writes a header first if nothing has been written
+    /// yet. Escapes control characters, so that each search stays on one line.
     pub(crate) fn write_csv<W: std::io::Write>(&self, csv: &mut csv::Writer<W>) -> csv::Result<()> {
         #[derive(Serialize)]
         struct StrategyColumn {

@@ -1,4 +1,4 @@
-//! Searching a maze in memory and measuring the search.
+//! Runs a search in memory and measures it.
 
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_solvers::{
@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::cpu_time::measure;
 
-/// The figures of a search. The figures exclude the fast run unless stated otherwise. The field
-/// names are JSON keys and CSV column names.
+/// The measured values of a search. The values exclude the fast run unless stated otherwise. The
+/// field names are JSON keys and CSV column names.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Figures {
     pub(crate) goal_reached: bool,
@@ -32,7 +32,7 @@ pub(crate) struct Figures {
     pub(crate) time_us: f64,
     /// The error that ended the search run or the fast run early.
     pub(crate) error: Option<String>,
-    /// True if the goal is unreachable and the strategy reported it.
+    /// True if the strategy correctly reported that the goal is unreachable.
     #[serde(skip)]
     pub(crate) is_rightly_given_up: bool,
 }
@@ -231,8 +231,8 @@ o---o---o---o
         assert!(!endless.is_rightly_given_up);
     }
 
-    /// A strategy that steps forward until it reaches the goal. Its fast run begins with the second
-    /// state.
+    /// A strategy that steps forward until it reaches the goal. The fast run of this strategy
+    /// begins with the second state.
     #[derive(Default)]
     struct Straight {
         states: u32,

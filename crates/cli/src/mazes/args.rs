@@ -81,7 +81,7 @@ pub(crate) struct ConvertArgs {
     /// Format of IN [default: detected from its content]
     #[arg(long, value_parser = format(|_| true))]
     pub(crate) format: Option<Format>,
-    /// Format of OUT [default: from its extension, text for stdout]
+    /// Format of OUT [default: selected by its extension; for stdout, the text format]
     #[arg(long, value_parser = format(Format::is_writable))]
     pub(crate) to: Option<Format>,
     /// Omit a start or goal that the format cannot store
@@ -132,9 +132,9 @@ pub(crate) struct GenerateArgs {
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) count: u32,
     /// File to write. The extension .trial, .maz or .num selects the format; all other files are
-    /// text. With --count above 1, or if the path is an existing folder or ends in a separator,
-    /// write each maze to a file such as contest-16x16-1.txt in this folder [default: print the
-    /// mazes, separated by blank lines]
+    /// text. If the path is an existing folder, if it ends in a separator, or if --count is above
+    /// 1, each maze is written to a file in the folder of that name, such as contest-16x16-1.txt
+    /// [default: print the mazes, separated by blank lines]
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Overwrite existing files whose content differs

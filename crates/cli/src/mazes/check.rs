@@ -47,7 +47,7 @@ pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> Comm
 }
 
 impl Checked {
-    /// Checks a file. `seen` maps each maze found so far to the first file that contains this maze.
+    /// Checks a file. `seen` maps each maze found so far to the first file that contains it.
     fn new(entry: &Entry, format: Option<Format>, seen: &mut HashMap<Maze, PathBuf>) -> Self {
         let path = entry.path();
         let content = match entry.content() {
@@ -80,8 +80,8 @@ impl Checked {
         Self { row: MazeRow::from_error(path, error), format: None, findings }
     }
 
-    /// Formats a line with the properties of the maze or the first error, then the remaining
-    /// findings with one line for each kind.
+    /// Formats one line with the properties of the maze, or with the first error if the file cannot
+    /// be read. The remaining findings follow, with one line for each kind.
     fn text(&self) -> String {
         let printed = usize::from(self.row.error.is_some()).min(self.findings.len());
         format!("{}\n{}", self.row.line(), lines(&self.findings[printed..]))

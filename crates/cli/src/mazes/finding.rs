@@ -17,12 +17,13 @@ pub(super) struct Finding {
     column: Option<usize>,
     byte: Option<usize>,
     cell: Option<[u8; 2]>,
-    /// The position as text, for a summary of several findings.
+    /// The position of the problem as text, for a line that summarizes several findings.
     #[serde(skip)]
     place: String,
 }
 
-/// The kind of a finding. Findings are printed in this order, errors before warnings.
+/// The kind of a finding. Findings are printed in the order of these variants, in which errors
+/// precede warnings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum FindingKind {
@@ -126,7 +127,7 @@ pub(super) fn ambiguity(way: &str) -> String {
     format!("the digits fit more than one maze; read as: {way}")
 }
 
-/// Formats the findings as one line for each kind.
+/// Formats the findings, with one line for each kind.
 pub(super) fn lines(findings: &[Finding]) -> String {
     let mut findings = findings.to_vec();
     findings.sort_by_key(|finding| finding.kind);

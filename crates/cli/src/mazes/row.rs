@@ -49,8 +49,8 @@ impl MazeRow {
         Self { path: path.display().to_string(), error: Some(error.to_string()), ..Self::default() }
     }
 
-    /// Formats the path and the properties, or the error, as escaped text. An error message already
-    /// contains the path.
+    /// Formats the path and the properties of the maze as escaped text. If the file cannot be read,
+    /// formats only the error, which already contains the path.
     pub(super) fn line(&self) -> String {
         let Self { path, width: Some(width), height: Some(height), goals: Some(goals), .. } = self
         else {

@@ -12,7 +12,7 @@ use crate::action::Action;
 /// [`Survey`](crate::Survey).
 #[derive(Clone, Debug)]
 pub(super) struct BeliefState {
-    /// At least one hypothesis, in descending order of likelihood.
+    /// The hypotheses, in descending order of likelihood. There is always at least one hypothesis.
     hypotheses: Vec<Hypothesis>,
     noise: f64,
 }
@@ -31,8 +31,9 @@ impl BeliefState {
         &self.hypotheses[0]
     }
 
-    /// Multiplies the weight of each hypothesis by the likelihood of the readings and updates its
-    /// map.
+    /// Updates the weight and the map of each hypothesis. The weight is multiplied by the
+    /// likelihood of the readings. If all weights become 0, relocalized copies of the most likely
+    /// hypothesis replace the hypotheses.
     pub(super) fn observe(&mut self, sensors: [u8; 3]) {
         let weight = |hypothesis: &Hypothesis| {
             let likelihood = hypothesis.likelihood(hypothesis.survey.pose(), sensors, self.noise);

@@ -11,22 +11,22 @@ use crate::race::RaceSteps;
 #[derive(Clone, Debug)]
 pub(super) struct ExplorationValue {
     samples: MazeSamples,
-    /// The known walls at the time when the samples were drawn, first with all unknown walls open
-    /// and then with all unknown walls closed.
+    /// The known walls at the time when the samples were drawn. In the first element, all unknown
+    /// walls are open; in the second element, all unknown walls are closed.
     known: [Walls; 2],
     /// The number of samples drawn since the known walls last changed.
     count: usize,
-    /// The unknown stretches of the fastest races, one for each sample with a race that is faster
-    /// than the fastest known race.
+    /// The unknown stretch of the fastest race in each sample. Samples without a race that is
+    /// faster than the fastest known race are omitted.
     stretches: Vec<UnknownStretch>,
 }
 
-/// When this number of samples is reached, no more are drawn until the known walls change.
+/// The maximum number of samples to draw while the known walls stay the same.
 const MAX_SAMPLES: usize = 1024;
 
-/// A group of unknown stretches that have the same end cell nearer to the robot.
+/// A group of unknown stretches whose ends nearer to the robot are in the same cell.
 struct Candidate {
-    /// The nearer end of all stretches in the group.
+    /// The cell of the nearer ends.
     end: Cell,
     /// The number of race steps that the stretches save, summed over all samples.
     saved: u32,
@@ -110,8 +110,8 @@ impl ExplorationValue {
 
     /// Returns the expected saving per exploration step, in thirtieths of a race step, for a
     /// candidate that is `steps` steps away. The steps to the candidate count in every sample, but
-    /// the length of a stretch counts only in samples in which the stretch is open. If the stretch
-    /// is closed, the robot notices this at the near end.
+    /// the length of a stretch counts only in samples in which the stretch is open. The robot
+    /// notices at the nearer end whether a stretch is open.
     fn gain(&self, candidate: &Candidate, steps: u16) -> f64 {
         #[allow(clippy::cast_precision_loss)]
         let steps = self.count as f64 * f64::from(steps) + f64::from(candidate.length);

@@ -29,11 +29,13 @@ pub(super) struct Hypothesis {
     /// the hypothesis is wrong.
     pub(super) has_finished: bool,
     pub(super) weight: f64,
-    /// The probability that a side is open, as `[y][x][side]`. Side 0 is north and side 1 is east.
+    /// The probability that a side is open, indexed as `[y][x][side]`. Side 0 is north and side 1
+    /// is east.
     open: Box<[[[f32; 2]; SIDE]; SIDE]>,
 }
 
-/// A side counts as open or as closed if the probability of this state is at least this value.
+/// A side counts as open if the probability that it is open is at least this value. A side counts
+/// as closed if the probability that it is closed is at least this value.
 const CERTAIN: f32 = 0.9;
 /// With noisy sensors, the probability that a side is open never exceeds this value, nor does the
 /// probability that the side is closed. The value is below 1 so that later readings can still
@@ -116,8 +118,8 @@ impl Hypothesis {
         sensor_headings(pose.heading).into_iter().zip(sensors).map(likelihood).product()
     }
 
-    /// Returns the joint probability of the reading and each true number of open cells, from 0
-    /// upwards.
+    /// Returns a joint probability for each possible true number of open cells, from 0 upwards: the
+    /// probability of both this number and the reading.
     fn likelihoods(
         &self,
         cell: Cell,

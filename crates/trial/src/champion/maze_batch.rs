@@ -100,8 +100,8 @@ impl MazeBatch {
         Walls::from_rows(self.size, rows(true), rows(false))
     }
 
-    /// Returns a byte for each maze, in which the eight bits are the walls at the eight
-    /// neighbouring sites. The byte is an index into the table of
+    /// Returns one byte for each maze. Each bit of the byte stands for one of the eight
+    /// neighbouring sites and is set if the site has a wall. The byte is an index into the table of
     /// [`WallPrior`](super::wall_prior::WallPrior).
     pub(super) fn neighbours(&self, site: WallSite) -> [u8; Self::LEN] {
         let here = site.index();

@@ -10,8 +10,8 @@ use super::wall_prior::WallPrior;
 /// unknown walls.
 ///
 /// Each sample is the state of a Markov chain. Resampling draws every unknown wall again at random,
-/// given its neighbouring walls (Gibbs sampling). It processes 64 mazes at once. The goal cells
-/// form a room with the known entrances or, if none is known, with one random entrance.
+/// given its neighbouring walls (Gibbs sampling). Resampling processes 64 mazes at once. The goal
+/// cells form a room with the known entrances or, if none is known, with one random entrance.
 #[derive(Clone, Debug)]
 pub(super) struct MazeSamples {
     batches: Vec<MazeBatch>,

@@ -18,7 +18,7 @@ pub(super) struct UnknownStretch {
 /// Finds the [`UnknownStretch`] of the fastest race in a sampled maze.
 pub(super) struct StretchFinder<'m> {
     map: &'m KnownMaze,
-    /// The number of unknown walls that a step from a cell crosses, as `[cells -
+    /// The number of unknown walls that a step from a cell crosses, indexed as `[cells -
     /// 1][heading][x][y]`.
     unknown: Box<[[[[u8; SIDE]; SIDE]; 4]; 3]>,
 }
@@ -105,9 +105,9 @@ impl<'m> StretchFinder<'m> {
         Some(UnknownStretch { ends: [before, behind], length: to - from + 1, race })
     }
 
-    /// Returns a step from `cell` to a cell of `layer`, as its heading and number of cells,
-    /// together with the number of unknown walls on the path from `cell` to the goal. Among the
-    /// possible steps, the returned step minimizes this number.
+    /// Returns the step from `cell` to a cell of `layer` that minimizes the number of unknown walls
+    /// on the way from `cell` to the goal. The result contains this number, and the heading and the
+    /// number of cells of the step.
     fn step<const ROWS: usize, const PADDED: usize>(
         &self,
         straights: &Straights<ROWS, PADDED>,

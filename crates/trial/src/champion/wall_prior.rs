@@ -7,7 +7,7 @@ use super::maze_batch::{MazeBatch, WallSite};
 
 /// The probability of a wall at a site, given the walls at the eight neighbouring sites. Six of the
 /// neighbouring sites share a post with the site. The other two are parallel to the site, on the
-/// opposite sides of the two adjacent cells.
+/// far sides of the two adjacent cells.
 ///
 /// ```text
 ///        o---8---o         1, 4  in line, beyond a post
@@ -66,8 +66,8 @@ impl WallPrior {
     }
 }
 
-/// Returns the index of some neighbouring walls, and the indices after mirroring these walls
-/// horizontally, vertically and both ways.
+/// Returns the index `neighbours`, and the indices that result from mirroring the neighbouring
+/// walls horizontally, vertically and both ways.
 fn mirrored(neighbours: usize) -> [usize; 4] {
     let permuted =
         |from: [usize; 8]| (0..8).fold(0, |index, to| index | (neighbours >> from[to] & 1) << to);

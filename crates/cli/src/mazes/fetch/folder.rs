@@ -1,8 +1,8 @@
 //! Updates the folder of fetched mazes. The user chooses its parent folder.
 //!
-//! A fetch writes the fetched files to a new folder. It also copies the files in the old folder
-//! that the user has added or changed. Finally, the new folder replaces the old one. A manifest in
-//! the folder lists the fetched files.
+//! A fetch writes the fetched files to a new folder. It also copies the files that the user has
+//! added to the old folder or changed there. Finally, the new folder replaces the old one. A
+//! manifest in the folder lists the fetched files.
 
 use std::collections::HashMap;
 use std::fs::{self, File};
@@ -93,8 +93,8 @@ fn replace_locked(parent: &Path, files: &Files) -> Result<Changes, String> {
     Ok(changes)
 }
 
-/// Copies the files that the user has added or changed from the old folder, if there is one.
-/// Returns the changes to the fetched files.
+/// Copies to `new` the files in `folder` that the user has added or changed. Copies nothing if
+/// `folder` does not exist. Returns the changes to the fetched files.
 fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, String> {
     let mut changes = Changes { new: files.len(), ..Changes::default() };
     if !folder.exists() {

@@ -13,7 +13,8 @@ use url::Url;
 use super::archive::MAX_ARCHIVE_BYTES;
 use crate::output::{own_command, progress};
 
-/// The timeout for the connection, for the response and for each read.
+/// The time limit for connecting, the limit for waiting for the response, and the limit for each
+/// read.
 const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// The maximum duration of a download in minutes.
