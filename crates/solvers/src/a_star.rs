@@ -85,10 +85,10 @@ struct LayeredSearch<const N: usize, const STRIDE: usize> {
     /// The first cell of the path, at which the search ends.
     end: Cell,
     /// The cells with an open northern side. From a cell in the first set, a step north leads
-    /// nearer to `end`. From a cell in the second set, it leads farther away.
+    /// nearer to `end`. From a cell in the second set, such a step leads farther away.
     north: [CellBits<N>; 2],
     /// The cells with an open eastern side. From a cell in the first set, a step east leads nearer
-    /// to `end`. From a cell in the second set, it leads farther away.
+    /// to `end`. From a cell in the second set, such a step leads farther away.
     east: [CellBits<N>; 2],
 }
 

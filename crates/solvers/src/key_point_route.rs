@@ -5,8 +5,8 @@ use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 use crate::a_star::ShortestPath;
 use crate::flood::Distances;
 
-/// A route that visits the goal and the corners of a maze. The order comes from the robot that was
-/// published for the project "plot and navigate a virtual maze".
+/// A route that visits the goal and the corners of a maze. The order of the visits is that of the
+/// robot published for the project "plot and navigate a virtual maze".
 ///
 /// ```text
 ///  2. top left ┌───────┐ 5. top right
@@ -60,7 +60,7 @@ impl KeyPointRoute {
         Self::new(goals, [KeyPoint::Centre, KeyPoint::Start(start)])
     }
 
-    /// Creates a route through the first `corners` of the corners top left, bottom right and top
+    /// Creates a route through the first `corners` of three corners: top left, bottom right and top
     /// right. With all three corners, the route visits the centre, top left, bottom right, centre,
     /// top right, centre, start and centre.
     #[must_use]

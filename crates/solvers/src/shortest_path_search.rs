@@ -9,9 +9,9 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 /// returns to the start, and runs to the goal.
 ///
 /// - The mouse goes to the goal by flood fill. If several neighbours are equally near, the mouse
-///   ignores the walls and compares how many columns and how many rows away from the goal each of
-///   them is. It prefers the neighbour for which the larger of these two numbers is smallest,
-///   because this choice leaves the most alternative paths.
+///   ignores the walls and counts the columns and the rows from each neighbour to the goal. It
+///   prefers the neighbour for which the larger of the two numbers is smallest. This choice leaves
+///   the most alternative paths.
 /// - From the goal, the mouse explores the optimistic shortest paths from the start to the goal. A
 ///   layer consists of all cells on these paths that have the same distance from the start. Every
 ///   path crosses every layer, so a few walls in a narrow layer may block all paths. The mouse goes

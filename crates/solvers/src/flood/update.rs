@@ -35,7 +35,7 @@ impl Distances {
     }
 
     /// Returns true if the cell is a target or has an open neighbour nearer to a target. Suppose
-    /// that a mouse always goes downhill, and that it only adds walls, and only around its own
+    /// that a mouse always goes downhill, never removes a wall, and adds walls only around its own
     /// cell. If this method returns true for that cell, the distance of the cell is still correct.
     pub(crate) fn is_downhill_open(&self, walls: &Walls, cell: Cell) -> bool {
         let (steps, around, sides) = (self.raw(cell), self.raw_around(cell), walls.sides(cell));

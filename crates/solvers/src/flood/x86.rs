@@ -18,7 +18,7 @@ use super::plane::{BitOps, Line, ParityPlane};
 use super::task::Task;
 
 /// A plane that consists of 128-bit vectors. In mazes of up to 16×16 cells, a plane needs one
-/// vector. In larger mazes, it needs four.
+/// vector. In larger mazes, a plane needs four vectors.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Sse2<const VECTORS: usize>(pub(super) [__m128i; VECTORS]);
