@@ -77,7 +77,7 @@ impl MazeSize {
     pub const MAX_AREA: usize = Self::MAX_SIDE as usize * Self::MAX_SIDE as usize;
     /// The size of classic contest mazes, 16×16.
     pub const CLASSIC: Self = Self { width: 16, height: 16 };
-    /// The size of half-size contest mazes, 32×32.
+    /// The size of mazes for half-size micromice, 32×32.
     pub const HALF_SIZE: Self = Self { width: 32, height: 32 };
 
     /// Creates a size of `width` × `height` cells.
@@ -125,9 +125,9 @@ impl MazeSize {
         (0..self.height).flat_map(move |y| (0..self.width).map(move |x| Cell { x, y }))
     }
 
-    /// Returns the central cells, which are the default goal in contest rules. A maze of even width
-    /// has two central columns, and a maze of odd width has one. The same applies to the height and
-    /// the central rows.
+    /// Returns the central cells, which are the default goal. There are two central columns if the
+    /// width is even, and one if it is odd. The number of central rows depends on the height in the
+    /// same way.
     pub fn central_cells(self) -> CellSet {
         let middle = |side: u8| (side - 1) / 2..=side / 2;
         middle(self.height).flat_map(|y| middle(self.width).map(move |x| Cell { x, y })).collect()

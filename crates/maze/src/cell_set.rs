@@ -43,8 +43,8 @@ impl CellSet {
         &self.rows
     }
 
-    /// Adds `cell` to the set, and returns true if the set did not contain it before. If `cell` is
-    /// outside the largest possible maze (32×32 cells), returns false and leaves the set unchanged.
+    /// Adds `cell` to the set, and returns true if the set did not contain it before. A cell
+    /// outside the largest possible maze (32×32 cells) is not added, and the method returns false.
     pub fn insert(&mut self, cell: Cell) -> bool {
         let grows =
             cell.x < MazeSize::MAX_SIDE && cell.y < MazeSize::MAX_SIDE && !self.contains(cell);

@@ -35,7 +35,7 @@ impl Heading {
         self.turned(Step::Back)
     }
 
-    /// Returns the heading after `step`.
+    /// Returns the heading that results from the turn of `step`.
     // Avoids a branch on the heading, because the turns of a mouse are unpredictable.
     #[must_use]
     pub const fn turned(self, step: Step) -> Self {
@@ -77,8 +77,8 @@ impl fmt::Display for Heading {
     }
 }
 
-/// One step of a mouse: a turn in place (none for [`Front`](Self::Front)), then a move of one cell
-/// forward.
+/// One step of a mouse: a turn in place (except for [`Front`](Self::Front)), then a move of one
+/// cell forward.
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Step {
@@ -93,8 +93,7 @@ pub enum Step {
 }
 
 impl Step {
-    /// All steps, in order of preference for a strategy that has to choose between equally good
-    /// steps.
+    /// All steps, in the order in which strategies prefer them if several are equally good.
     pub const ALL: [Self; 4] = [Self::Front, Self::Left, Self::Right, Self::Back];
 }
 

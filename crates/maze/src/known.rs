@@ -1,4 +1,4 @@
-//! The map that a mouse builds of a maze.
+//! A mouse's map of a maze.
 
 use crate::cell::{Cell, MazeSize};
 use crate::cell_set::CellSet;
@@ -7,9 +7,9 @@ use crate::maze::Maze;
 use crate::pose::Pose;
 use crate::walls::{Sides, Walls, WallsAround};
 
-/// The map that a mouse builds of a maze. The map contains the size, the start, the goal cells, the
-/// visited cells, and the state of each wall (present, absent or unknown). The outer walls are
-/// known from the beginning.
+/// A mouse's map of a maze. The map contains the size, the start, the goal cells, the visited
+/// cells, and the state of each wall (present, absent or unknown). The outer walls are known from
+/// the beginning.
 ///
 /// [`walls`](Self::walls) treats unknown walls either as absent (for search runs) or as present
 /// (for fast runs).
@@ -82,7 +82,7 @@ pub struct Contradiction {
     pub cell: Cell,
     /// The side on which the observation contradicts the map.
     pub heading: Heading,
-    /// True if the mouse observed a wall on this side, false if it observed none.
+    /// True if the mouse observed a wall on that side, false if it observed none.
     pub found: bool,
 }
 
@@ -98,7 +98,7 @@ impl KnownMaze {
         Self { certain, possible, start, goals, visited: CellSet::EMPTY }
     }
 
-    /// Creates an unexplored map with the size, start and goal of `maze`.
+    /// Creates the map of an unexplored maze with the size, start and goal of `maze`.
     pub fn unexplored(maze: &Maze) -> Self {
         Self::new(maze.size(), maze.start().cell, *maze.goals())
     }
@@ -137,11 +137,11 @@ impl KnownMaze {
     }
 
     /// Records the walls that a mouse observes at `pose`, and marks the cell of `pose` as visited.
-    /// Outside the maze, no cell is marked as visited, and the only valid observation is a wall on
-    /// every side.
+    /// If `pose` is outside the maze, no cell is marked, and the only valid observation is a wall
+    /// on every side.
     ///
     /// # Errors
-    /// If the observation contradicts the map, returns an error and leaves the map unchanged.
+    /// Returns an error and leaves the map unchanged if the observation contradicts the map.
     pub fn observe(&mut self, pose: Pose, around: WallsAround) -> Result<(), Contradiction> {
         let Pose { cell, heading } = pose;
         let all = WallsAround { left: true, front: true, right: true };

@@ -1,4 +1,4 @@
-//! Micromouse mazes: cells, walls, the true maze, and the map that a mouse builds of it.
+//! Micromouse mazes: cells, walls, the true maze, and a mouse's map of it.
 //!
 //! ```text
 //!        north, y                 posts and walls of a 2×2 maze:

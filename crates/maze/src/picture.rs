@@ -10,7 +10,7 @@ use crate::maze::Maze;
 use crate::pose::Pose;
 use crate::walls::Walls;
 
-/// A text picture of a maze, or of the map of a mouse, with north at the top.
+/// A text picture of a maze or of a mouse's map, with north at the top.
 ///
 /// ```text
 /// o---o---o
@@ -143,8 +143,7 @@ impl<'a> TextPicture<'a> {
         }
     }
 
-    /// Writes a line of posts and the walls between them, which are on the `heading` side of row
-    /// `y`.
+    /// Writes a line of posts and walls. The walls are on the `heading` side of row `y`.
     fn write_posts(&self, f: &mut Formatter<'_>, y: u8, heading: Heading, width: usize) -> Result {
         for x in 0..self.size().width() {
             match self.wall(Cell::new(x, y), heading) {

@@ -132,8 +132,8 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
-    /// Returns the neighbours of `cell` that are not separated from `cell` by a wall, in the order
-    /// north, east, south, west.
+    /// Returns the neighbours of `cell` on the sides without a wall, in the order north, east,
+    /// south, west.
     pub fn open_neighbours(&self, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
         let sides = self.sides(cell);
         Heading::ALL

@@ -1,4 +1,4 @@
-//! Converts a state to a map of the walls that the client knows.
+//! Converts a state to a map of the maze.
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, WallState};
 
@@ -98,8 +98,8 @@ mod tests {
     }
 
     proptest! {
-        /// A state cannot represent an unknown wall of a visited cell, so the mouse knows all four
-        /// walls of each cell that it visits.
+        /// In this test, the mouse knows all four walls of each visited cell, because a state
+        /// cannot represent an unknown wall of a visited cell.
         #[test]
         fn a_map_survives_a_round_trip(
             (width, height) in (1usize..=32, 1usize..=32),

@@ -1,6 +1,6 @@
 //! Writes messages into the caller's buffer.
 
-/// The error when a buffer is too short for a message.
+/// The error for a buffer that is too short for a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a buffer of at least {expected} bytes, found {found}")]
 pub struct BufferTooSmall {

@@ -11,13 +11,13 @@ pub enum RequestError {
     /// The message is not a request of the protocol.
     #[error("expected ping, reset, info, W or S, found {0}")]
     Unknown(Excerpt<16>),
-    /// The walls request has the wrong length.
+    /// The length of the walls request is not 4 bytes.
     #[error("expected W, x, y and heading ({WALLS_REQUEST_BYTES} bytes), found {found} bytes")]
     WallsLength {
         /// The length of the message in bytes.
         found: usize,
     },
-    /// The state has the wrong length for the maze.
+    /// The length of the state does not fit the size of the maze.
     #[error(
         "expected a state of {} bytes for a maze of {size} cells, found {found} bytes",
         state_bytes(*size)

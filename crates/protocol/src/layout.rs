@@ -1,5 +1,5 @@
-//! The positions of the fields in a state: the letter, x, y, the heading, the order of the weights,
-//! the weights, the order of the walls, and the walls.
+//! The positions of the fields in a state. The fields are the letter `S`, x, y, the heading, the
+//! order of the weights, the weights, the order of the walls, and the walls, in that order.
 
 use core::ops::Range;
 

@@ -14,8 +14,8 @@
 //!
 //! Decoding never panics: any bytes result in a value or an error. The crate allocates no memory:
 //! `decode` borrows from the caller's bytes, and `encode` writes into the caller's buffer.
-//! [`StateMessage`] decodes only the fields of a state that are needed. The crate is `no_std`, so
-//! it also runs in a mouse's firmware. The crate works with any ZeroMQ library.
+//! [`StateMessage`] decodes each field of a state only on demand. The crate is `no_std`, so it also
+//! runs in a mouse's firmware. The crate works with any ZeroMQ library.
 //!
 //! # A complete client
 //!

@@ -65,8 +65,8 @@ impl<'a> Matrix<'a> {
     }
 }
 
-/// The flags of one cell in a state: one for a visited cell, and one for each wall that the mouse
-/// believes to be present.
+/// The flags of one cell in a state. One flag is set if the mouse has visited the cell. For each
+/// side, another flag is set if the mouse believes that the side has a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct CellWalls(pub u8);
 

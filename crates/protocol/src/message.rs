@@ -1,4 +1,4 @@
-//! Decodes only those fields of a state that are needed.
+//! Decodes the fields of a state on demand.
 
 use mmsim_maze::{Cell, Heading, MazeSize, Pose};
 
@@ -28,7 +28,8 @@ impl<'a> StateMessage<'a> {
     /// Creates a view of a state message for a maze of this size.
     ///
     /// # Errors
-    /// The message does not begin with `S`, or its length does not fit the size of the maze.
+    /// Returns an error if the message does not begin with `S`, or if its length does not fit the
+    /// size of the maze.
     pub const fn new(bytes: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
         if bytes.len() == state_bytes(size) && bytes[layout::LETTER] == b'S' {
             Ok(Self { size, bytes })
@@ -40,7 +41,7 @@ impl<'a> StateMessage<'a> {
     /// Returns the pose of the mouse.
     ///
     /// # Errors
-    /// The heading is invalid, or the cell is outside the maze.
+    /// Returns an error if the heading is invalid or the cell is outside the maze.
     pub fn pose(&self) -> Result<Pose, RequestError> {
         let [x, y, heading] =
             [layout::X, layout::Y, layout::HEADING].map(|index| self.bytes[index]);
@@ -50,7 +51,7 @@ impl<'a> StateMessage<'a> {
     /// Returns the matrix of weights.
     ///
     /// # Errors
-    /// The order is invalid.
+    /// Returns an error if the order is invalid.
     pub fn weights(&self) -> Result<Matrix<'a>, RequestError> {
         let area = self.size.area();
         let order = Order::decode(self.bytes[layout::WEIGHTS_ORDER], "weights")?;
@@ -60,7 +61,7 @@ impl<'a> StateMessage<'a> {
     /// Returns the matrix of walls.
     ///
     /// # Errors
-    /// The order is invalid.
+    /// Returns an error if the order is invalid.
     pub fn walls(&self) -> Result<Matrix<'a>, RequestError> {
         let area = self.size.area();
         let order = Order::decode(self.bytes[layout::walls_order(area)], "walls")?;

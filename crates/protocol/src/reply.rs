@@ -10,8 +10,8 @@ const OK: &[u8] = b"ok";
 /// The prefix of a reply that reports an error.
 pub const ERROR_PREFIX: &str = "error: ";
 
-/// A reply that borrows the bytes of its message. A reply can be decoded without knowing the
-/// request that it answers.
+/// A reply that borrows the bytes of its message. Decoding a reply does not require the request
+/// that it answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reply<'a> {
@@ -36,7 +36,7 @@ impl<'a> Reply<'a> {
     /// Decodes a reply.
     ///
     /// # Errors
-    /// The bytes are not a reply.
+    /// Returns an error if the bytes are not a reply.
     ///
     /// ```
     /// use mmsim_protocol::{Reply, WallsAround};
@@ -65,7 +65,7 @@ impl<'a> Reply<'a> {
     /// Writes the reply to the start of `buffer` and returns the length of the reply in bytes.
     ///
     /// # Errors
-    /// The buffer is shorter than the reply.
+    /// Returns an error if the buffer is shorter than the reply.
     pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
         match *self {
             Self::Pong => write_bytes(buffer, PONG),

@@ -24,7 +24,7 @@ pub enum Request<'a> {
     /// Reports the mouse's belief at one moment of its search.
     State(State<'a>),
     /// Asks for a description of the maze. Only this project's server supports `info`; the
-    /// reference server never replies to it.
+    /// reference server (mmsim 0.1.7, written in Python) never replies to it.
     Info,
 }
 
@@ -32,7 +32,7 @@ impl<'a> Request<'a> {
     /// Decodes a request. `size` is the size of the simulator's maze.
     ///
     /// # Errors
-    /// The bytes are not a request, or a cell is outside the maze.
+    /// Returns an error if the bytes are not a request, or if a cell is outside the maze.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, Heading, MazeSize, Pose, Request};
@@ -57,7 +57,7 @@ impl<'a> Request<'a> {
     /// Writes the request to the start of `buffer` and returns the length of the request in bytes.
     ///
     /// # Errors
-    /// The buffer is shorter than the request. A buffer of
+    /// Returns an error if the buffer is shorter than the request. A buffer of
     /// [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) bytes is long enough for any request.
     ///
     /// ```

@@ -53,7 +53,7 @@ impl<'a> State<'a> {
     /// Decodes a state message (`S`) for a maze of this size.
     ///
     /// # Errors
-    /// The bytes are not a valid state of a maze of this size.
+    /// Returns an error if the bytes are not a valid state of a maze of this size.
     pub fn decode(message: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
         let message = StateMessage::new(message, size)?;
         let (pose, weights, walls) = (message.pose()?, message.weights()?, message.walls()?);
@@ -63,7 +63,7 @@ impl<'a> State<'a> {
     /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
     ///
     /// # Errors
-    /// The buffer is shorter than the state.
+    /// Returns an error if the buffer is shorter than the state.
     pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
         let size = self.weights.size;
         let message = front_of(buffer, state_bytes(size))?;
@@ -74,8 +74,8 @@ impl<'a> State<'a> {
     }
 }
 
-/// A state that is encoded from a mouse's map and a function that returns the weight of each cell.
-/// Both matrices have the same order.
+/// A state that is encoded directly from a mouse's map. A function provides the weight of each
+/// cell. Both matrices have the same order.
 ///
 /// ```
 /// use mmsim_protocol::{Cell, Heading, KnownMaze, MapState, MazeSize, Order, Pose, State};
@@ -106,7 +106,7 @@ impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
     /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
     ///
     /// # Errors
-    /// The buffer is shorter than the state.
+    /// Returns an error if the buffer is shorter than the state.
     pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, BufferTooSmall> {
         let Self { pose, map, weight, order } = self;
         let size = map.size();

@@ -10,8 +10,8 @@ const WORDS: usize = MazeSize::MAX_AREA / 64;
 /// A shortest path between two cells, found by A* with the heuristic |dx| + |dy|.
 ///
 /// # Ties
-/// Among several shortest paths, each step takes the first heading in the order west, south, east,
-/// north that stays on a shortest path.
+/// If there are several shortest paths, each step takes the first of the headings west, south, east
+/// and north that leads along a shortest path.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, Maze};
@@ -28,7 +28,7 @@ pub struct ShortestPath {
     length: u16,
     /// The offset from the bit of a cell to the bit of its northern neighbour.
     stride: usize,
-    /// For each cell, the index in [`PREFERENCE`] of the heading that the path takes there. The
+    /// For each cell on the path, the index in [`PREFERENCE`] of the heading of the next step. The
     /// first array holds the low bits of the indices, and the second array holds the high bits.
     towards: [[u64; WORDS]; 2],
 }
@@ -74,21 +74,21 @@ impl ShortestPath {
 type CellBits<const N: usize> = [u64; N];
 
 /// An A* search that runs backwards: it begins at the last cell of the path and ends at the first
-/// cell. The search finds the heading towards the last cell for every visited cell, so the path can
-/// be followed forwards.
+/// cell. For every visited cell, the search finds the heading towards the last cell, so the path
+/// can be followed forwards.
 ///
-/// Every step changes the heuristic distance to `end` by 1. A step nearer to `end` therefore keeps
-/// the estimated length of the path, and a step away from `end` increases the estimate by 2.
+/// Every step changes the heuristic distance to `end` by 1. A step towards `end` therefore leaves
+/// the estimated length of the path unchanged, and a step away from `end` increases it by 2.
 /// Instead of a heap, the search uses layers. A layer consists of all cells with the same estimate,
 /// and bit operations expand all cells of a layer together.
 struct LayeredSearch<const N: usize, const STRIDE: usize> {
     /// The first cell of the path, at which the search ends.
     end: Cell,
-    /// The cells with an open northern side. A step north through such a side leads nearer to `end`
-    /// if the cell is in the first set, and farther from `end` if it is in the second set.
+    /// The cells with an open northern side. From a cell in the first set, a step north leads
+    /// nearer to `end`. From a cell in the second set, such a step leads farther away.
     north: [CellBits<N>; 2],
-    /// The cells with an open eastern side. A step east through such a side leads nearer to `end`
-    /// if the cell is in the first set, and farther from `end` if it is in the second set.
+    /// The cells with an open eastern side. From a cell in the first set, a step east leads nearer
+    /// to `end`. From a cell in the second set, such a step leads farther away.
     east: [CellBits<N>; 2],
 }
 
@@ -143,10 +143,9 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
         None
     }
 
-    /// Returns the cells that are one step away from `cells`. A step north may cross the northern
-    /// side of a cell in `north`, and a step south the northern side of a cell in `south`. A step
-    /// east may cross the eastern side of a cell in `east`, and a step west the eastern side of a
-    /// cell in `west`.
+    /// Returns the cells that are one step away from `cells`. A step north must start in a cell of
+    /// `north`, and a step east in a cell of `east`. A step south must end in a cell of `south`,
+    /// and a step west in a cell of `west`.
     fn step(
         cells: &CellBits<N>,
         north: &CellBits<N>,
@@ -163,13 +162,13 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
         })
     }
 
-    /// Returns the next heading towards the last cell for each settled cell, encoded as in
-    /// [`ShortestPath`]. `odd` contains the settled cells in odd-numbered layers.
+    /// For each settled cell, returns the next heading towards the last cell. The headings are
+    /// encoded as in [`ShortestPath`]. `odd` contains the settled cells in odd-numbered layers.
     ///
-    /// A step away from `end` is part of a shortest path to the last cell if both cells of the step
-    /// are in the same layer. A step nearer to `end` is part of a shortest path to the last cell if
-    /// the cells of the step are in different layers. Neighbours are in the same layer or in
-    /// successive layers, so it is enough to compare the parities of their layers.
+    /// A step away from `end` is part of a shortest path to the last cell if it stays in the same
+    /// layer. A step towards `end` is part of a shortest path to the last cell if it leads to a
+    /// different layer. Neighbours are in the same layer or in successive layers, so it is enough
+    /// to compare the parities of their layers.
     fn towards(&self, settled: &CellBits<N>, odd: &CellBits<N>) -> [[u64; WORDS]; 2] {
         let Self { north: [north, south], east: [east, west], .. } = self;
         let (south_odd, south_settled) = (up::<N, STRIDE>(odd), up::<N, STRIDE>(settled));

@@ -67,11 +67,12 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         Self { mouse, max_states, states: 0, decision: None, error: None, phase, stats }
     }
 
-    /// Takes the step that the strategy chose in the previous call, if any, reads the walls around
-    /// the mouse, and asks the strategy for the next move. Returns `false` once the search is over.
+    /// Takes the step that the strategy chose in the previous call (if any). Then reads the walls
+    /// around the mouse and asks the strategy for the next move. Returns `false` once the search is
+    /// over.
     ///
-    /// Before the first decision, if the wall behind the mouse is unknown, the driver also reads
-    /// the walls for the opposite heading.
+    /// If the wall behind the mouse is unknown before the first decision, the driver also reads the
+    /// walls for the opposite heading.
     ///
     /// # Errors
     /// Returns an error if the walls cannot be read, if they contradict earlier readings, or if the
@@ -119,13 +120,13 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         self.mouse
     }
 
-    /// Returns the last decision or the error of the strategy. Returns `None` before the first
-    /// decision and after a failed reading.
+    /// Returns the last decision, or the error if the strategy could not decide. Returns `None`
+    /// before the first decision and after a failed reading.
     pub fn decision(&self) -> Option<Result<Move, SearchError>> {
         self.error.map(Err).or(self.decision.map(Ok))
     }
 
-    /// Returns the steps and turns counted in each phase.
+    /// Returns the number of steps and turns in each phase.
     pub const fn stats(&self) -> &SearchStats {
         &self.stats
     }

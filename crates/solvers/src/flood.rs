@@ -176,7 +176,7 @@ impl Distances {
         }
     }
 
-    /// Does the same as [`raw`](Self::raw), but expects a cell inside the maze.
+    /// Does the same as [`raw`](Self::raw), but requires a cell inside the maze.
     #[inline]
     fn raw_inside(&self, x: usize, y: usize) -> u16 {
         match &self.steps {
@@ -186,8 +186,8 @@ impl Distances {
     }
 
     /// Returns the distances of a cell's neighbours, in the order of
-    /// [`Heading::ALL`](mmsim_maze::Heading::ALL). The values for neighbours outside the maze are
-    /// arbitrary, so this method needs no bounds checks.
+    /// [`Heading::ALL`](mmsim_maze::Heading::ALL). This method does not check bounds: the values
+    /// for neighbours outside the maze are arbitrary.
     pub(crate) fn raw_around(&self, cell: Cell) -> [u16; 4] {
         let (x, y) = (usize::from(cell.x), usize::from(cell.y));
         match &self.steps {

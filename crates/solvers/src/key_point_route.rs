@@ -5,8 +5,8 @@ use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 use crate::a_star::ShortestPath;
 use crate::flood::Distances;
 
-/// A route that visits the goal and the corners of a maze. The published robot of the project "plot
-/// and navigate a virtual maze" visits them in the same order.
+/// A route that visits the goal and the corners of a maze. The order of the visits is that of the
+/// robot published for the project "plot and navigate a virtual maze".
 ///
 /// ```text
 ///  2. top left ┌───────┐ 5. top right
@@ -60,8 +60,9 @@ impl KeyPointRoute {
         Self::new(goals, [KeyPoint::Centre, KeyPoint::Start(start)])
     }
 
-    /// Creates a route with the first `corners` of three corners. The route with all three corners
-    /// visits the centre, top left, bottom right, centre, top right, centre, start and centre.
+    /// Creates a route through the first `corners` of three corners: top left, bottom right and top
+    /// right. With all three corners, the route visits the centre, top left, bottom right, centre,
+    /// top right, centre, start and centre.
     #[must_use]
     pub fn swing(size: MazeSize, start: Cell, goals: CellSet, corners: usize) -> Self {
         let (east, north) = (size.width() - 1, size.height() - 1);
@@ -130,9 +131,9 @@ impl KeyPointRoute {
     }
 }
 
-/// Returns the goal cell nearest to the middle of the maze among those reachable from the cell
-/// `from`, or `None` if no goal cell is reachable. Ties are broken in favour of the northernmost,
-/// then the westernmost cell.
+/// Returns the goal cell nearest to the middle of the maze. Goal cells that are unreachable from
+/// the cell `from` are ignored. Returns `None` if no goal cell is reachable. Ties are broken in
+/// favour of the northernmost, then the westernmost cell.
 ///
 /// In a maze of n×n cells with even n and four goal cells in the middle, the centre is the cell
 /// (n/2 - 1, n/2) if that cell is reachable.

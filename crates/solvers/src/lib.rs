@@ -1,8 +1,8 @@
 //! Search strategies for a micromouse, and the flood algorithms that they use.
 //!
 //! A [`Strategy`] takes the known walls and the pose of the mouse, and returns the next move. A
-//! strategy uses no socket, clock or thread, so the same strategy runs in memory, against a
-//! simulator, and on a real mouse. A [`Mouse`] combines a strategy with a map and a pose:
+//! strategy uses no socket, clock or thread, so the same strategy can search a maze in memory, the
+//! maze of a simulator, or a real maze. A [`Mouse`] combines a strategy with a map and a pose:
 //!
 //! ```
 //! use mmsim_maze::{KnownMaze, Maze};
@@ -30,7 +30,8 @@
 //!
 //! # Ties
 //! If several neighbours are equally good, the strategies prefer front, left, right and back, in
-//! this order. The example clients of the reference simulator have the same preference.
+//! that order. The example clients of the reference simulator (mmsim 0.1.7, written in Python) have
+//! the same preference.
 //!
 //! Without the feature `std` (enabled by default), the crate is `no_std` and never allocates
 //! memory.

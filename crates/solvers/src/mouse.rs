@@ -26,7 +26,7 @@ pub struct Crash {
     pub cell: Cell,
     /// The side through which the mouse would have left the cell.
     pub heading: Heading,
-    /// The state of the wall on this side, according to the map.
+    /// The state of the wall on that side, according to the map.
     pub state: WallState,
 }
 
@@ -60,12 +60,12 @@ impl<S: Strategy> Mouse<S> {
         &self.strategy
     }
 
-    /// Returns the weight of `cell`, see [`Strategy::weight`].
+    /// Returns the weight of `cell` (see [`Strategy::weight`]).
     pub fn weight(&self, cell: Cell) -> Option<u16> {
         self.strategy.weight(cell)
     }
 
-    /// Returns the phase of the last decision, see [`Strategy::phase`].
+    /// Returns the phase of the last decision (see [`Strategy::phase`]).
     pub fn phase(&self) -> Phase {
         self.strategy.phase()
     }
@@ -73,17 +73,18 @@ impl<S: Strategy> Mouse<S> {
     /// Adds the walls around the mouse to its map.
     ///
     /// # Errors
-    /// Returns an error and keeps the map unchanged if the walls contradict an earlier reading.
+    /// Returns an error and leaves the map unchanged if the walls contradict an earlier reading.
     pub fn see(&mut self, around: WallsAround) -> Result<(), Contradiction> {
         self.map.observe(self.pose, around)
     }
 
-    /// Adds to the map the walls that the mouse read after a half turn. `around` is relative to
-    /// [`turned_round`](Self::turned_round), but the pose of the mouse does not change. This method
-    /// is needed at the start, where the wall behind the mouse may be unknown.
+    /// Adds to the map the walls that the mouse reads after a half turn. `around` describes the
+    /// walls as observed at the pose [`turned_round`](Self::turned_round). The pose of the mouse
+    /// itself does not change. This method is needed at the start, where the wall behind the mouse
+    /// may be unknown.
     ///
     /// # Errors
-    /// Returns an error and keeps the map unchanged if the walls contradict an earlier reading.
+    /// Returns an error and leaves the map unchanged if the walls contradict an earlier reading.
     pub fn see_behind(&mut self, around: WallsAround) -> Result<(), Contradiction> {
         self.map.observe(self.turned_round(), around)
     }

@@ -42,11 +42,11 @@ impl PathBounds {
     }
 }
 
-/// Returns the number of steps after which a search of `maze` has proven that a known path is
-/// shortest, or `None` if the search never proves this. `poses` holds the poses in which the mouse
+/// Returns the number of steps that the mouse has taken when its map first proves that a known path
+/// is shortest, or `None` if the map never proves it. `poses` holds the poses in which the mouse
 /// read the walls: the start pose, and then the pose after each step.
 ///
-/// The search itself does not need this number, so it can be computed after the search.
+/// The search itself does not need this number. Callers can compute the number after the search.
 #[must_use]
 pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
     let mut map = KnownMaze::unexplored(maze);

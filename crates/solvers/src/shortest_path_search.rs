@@ -9,21 +9,22 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 /// returns to the start, and runs to the goal.
 ///
 /// - The mouse goes to the goal by flood fill. If several neighbours are equally near, the mouse
-///   prefers the one that would be nearest to the goal if there were no walls. This choice keeps
-///   the most paths open.
+///   ignores the walls and counts the columns and the rows from each neighbour to the goal. It
+///   prefers the neighbour for which the larger of the two numbers is smallest. This choice leaves
+///   the most alternative paths.
 /// - From the goal, the mouse explores the optimistic shortest paths from the start to the goal. A
 ///   layer consists of all cells on these paths that have the same distance from the start. Every
 ///   path crosses every layer, so a few walls in a narrow layer may block all paths. The mouse goes
 ///   to the nearest cell in the narrowest of the unvisited layers.
 /// - The exploration ends as soon as one of these paths is known to be open, because the optimistic
 ///   distance then equals the pessimistic distance. The mouse always enters the goal before it
-///   returns, even if a path is proven to be shortest one step earlier.
+///   returns, even if the proof is complete one step earlier.
 /// - On the return run, the mouse tries a path through unknown walls if that path may be shorter
 ///   than the shortest known path.
 ///
 /// The weight of a cell is its distance in steps to the current target of the mouse. If the goal is
 /// reachable, the strategy always finds a path and proves that it is shortest. If the goal is
-/// unreachable, the mouse returns to the start, where the strategy reports this.
+/// unreachable, the mouse returns to the start before the strategy returns an error.
 #[derive(Clone, Debug)]
 pub struct ShortestPathSearch {
     leg: Leg,
@@ -38,13 +39,13 @@ pub struct ShortestPathSearch {
     goal_corners: Option<[Cell; 2]>,
 }
 
-/// A section of the search.
+/// The part of the search that the mouse is in.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Leg {
     ToGoal,
     Explore,
     Return,
-    /// The goal is unreachable, so the mouse returns to the start to report this.
+    /// The mouse returns to the start because the goal is unreachable.
     GiveUp,
     FastRun,
 }

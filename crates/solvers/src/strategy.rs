@@ -137,9 +137,9 @@ pub fn open_steps(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Ce
     })
 }
 
-/// Compares the neighbours that can be entered through a side known to be open. Returns the step to
-/// the neighbour with the smallest number, together with that number, or `None` if no side is known
-/// to be open. `numbers` holds one number for each neighbour, in the order of
+/// Returns the step to the neighbour with the smallest number, together with that number. Ignores
+/// neighbours behind sides that are not known to be open. Returns `None` if no side is known to be
+/// open. `numbers` holds one number for each neighbour, in the order of
 /// [`Heading::ALL`](mmsim_maze::Heading::ALL). Ties are broken in the order of [`Step::ALL`].
 // The code does not branch on walls or numbers, because such branches would be unpredictable.
 pub(crate) fn step_to_least(map: &KnownMaze, pose: Pose, numbers: [u32; 4]) -> Option<(Step, u32)> {

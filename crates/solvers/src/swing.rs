@@ -17,8 +17,7 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 pub struct Swing {
     /// The route, or `None` before the first decision.
     route: Option<KeyPointRoute>,
-    /// The path to the next key point, and the number of steps that the mouse has taken on this
-    /// path.
+    /// The path to the next key point, and the number of steps that the mouse has taken on it.
     plan: Option<(ShortestPath, usize)>,
     /// The walls for which the path was planned.
     walls: Walls,

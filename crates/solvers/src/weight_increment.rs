@@ -6,11 +6,11 @@ use crate::strategy::{Move, SearchError, Strategy, step_to_least};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// A strategy that counts its visits to each cell and goes to the least visited neighbour.
+/// A strategy that counts the visits to each cell and goes to the least visited neighbour.
 ///
 /// The weight of a cell is the number of visits to it. The weight of the start includes one extra
-/// visit, as in the example client of the reference simulator. The strategy always reaches a
-/// reachable goal, but takes detours.
+/// visit, as in the example client of the reference simulator (mmsim 0.1.7, written in Python). The
+/// strategy always reaches a reachable goal, but takes detours.
 #[derive(Clone, Debug)]
 pub struct WeightIncrement {
     /// `visits[x][y]`

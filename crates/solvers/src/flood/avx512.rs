@@ -1,4 +1,4 @@
-//! Floods with AVX-512. The rules for `unsafe` code in `x86.rs` also apply to this file.
+//! Floods with AVX-512. The rules for `unsafe` code at the top of `x86.rs` also apply to this file.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
@@ -137,7 +137,7 @@ const AND_OR: i32 = 0b1110_1010;
 const OR_AND: i32 = 0b1010_1000;
 const OR_WITHOUT: i32 = 0b0101_0100;
 
-/// Returns 32 consecutive row numbers modulo 32, beginning with `further`.
+/// Returns the numbers of all 32 rows, beginning with `further`. Row 31 is followed by row 0.
 const fn neighbour_rows(further: u16) -> [u16; 32] {
     let mut rows = [further; 32];
     let mut row = 1;

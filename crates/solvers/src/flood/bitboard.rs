@@ -1,4 +1,4 @@
-//! Bitboards, which store the openings of a maze separately for the two colours of a chessboard.
+//! Bitboards, which store the openings between cells that are coloured like a chessboard.
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
@@ -21,8 +21,8 @@ pub(super) type Bitboard<H> = ByColour<Openings<H>>;
 /// The openings that lead into the cells of one colour from cells of the other colour.
 #[derive(Clone, Copy)]
 pub(super) struct Openings<B> {
-    /// The cells that can be entered from the neighbour in the same pair of columns, 2k and 2k + 1.
-    /// The two cells of such a pair have the same bit in the planes of the two colours.
+    /// The cells that can be entered from the other column of the same pair. Columns 2k and 2k + 1
+    /// form a pair, in which the two cells of a row have the same bit position in their planes.
     same: B,
     /// The cells that can be entered by a step east from the previous pair of columns.
     east: B,
@@ -42,16 +42,18 @@ impl<B: BitOps> Openings<B> {
         along.or_and(across, wanted)
     }
 
-    /// Returns the wave that follows `wave`: the neighbours of `wave` that are not in the preceding
-    /// wave `before`. If each wave has only one colour, it is enough to exclude `before`, because
-    /// every neighbour of a wave belongs to the preceding or to the following wave.
+    /// Returns the wave that follows `wave`: the cells that can be entered from `wave` and are not
+    /// in the preceding wave, `before`. If each wave has only one colour, earlier waves need not be
+    /// excluded, because every open neighbour of a wave belongs to the preceding or to the
+    /// following wave.
     #[inline(always)]
     pub(super) fn onward(&self, wave: B, before: B) -> B {
         let [along, across] = self.along_and_across(wave);
         along.or_without(across, before)
     }
 
-    /// Returns the cells that can be entered from `cells`, as two sets that the caller combines.
+    /// Returns the cells that can be entered from `cells`, as two sets. The caller forms the union
+    /// of the sets.
     #[inline(always)]
     fn along_and_across(&self, cells: B) -> [B; 2] {
         // With three-operand logic, only three operations after the shifts depend on each other.
@@ -206,8 +208,8 @@ fn by_colour<H: ParityPlane>([even, odd]: [H; 2]) -> CellPlanes<H> {
     CellPlanes { dark: even.xor(swapped), light: odd.xor(swapped) }
 }
 
-/// Returns the sides without a wall, limited to the first `height` rows and to the bits of
-/// `columns`.
+/// Inverts rows of walls, so that each set bit stands for a side without a wall. Clears the bits
+/// outside `columns` and outside the first `height` rows.
 #[inline(always)]
 fn open<H: ParityPlane>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u32; SIDE] {
     // Full rows, followed by empty rows. The offset selects the number of full rows.

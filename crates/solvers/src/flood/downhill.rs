@@ -8,7 +8,7 @@ use super::plane::{ParityPlane, SIDE};
 use super::task::Task;
 use super::waves::{self, Marks};
 
-/// The downhill headings of all cells. A heading is downhill if a step in this direction leads
+/// The downhill headings of all cells. A heading is downhill if a step in that direction leads
 /// nearer to a target.
 ///
 /// A mouse that always takes a downhill heading reaches a target. Downhill headings are computed
@@ -25,7 +25,7 @@ use super::waves::{self, Marks};
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Downhill {
-    /// For each heading of [`Heading::ALL`], the cells in which this heading is downhill.
+    /// For each heading in [`Heading::ALL`], the cells in which that heading is downhill.
     cells: [CellSet; 4],
 }
 

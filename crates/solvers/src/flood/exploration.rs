@@ -23,11 +23,11 @@ impl ExplorationTarget {
     ///
     /// A layer consists of all cells on the optimistic shortest paths that have the same distance
     /// from the start. The fewer cells a layer has, the narrower it is. A candidate is an unvisited
-    /// cell on an optimistic shortest path, next to an unknown wall that such a path crosses. If
-    /// some layers contain candidates but no visited cell, only the candidates in the narrowest of
-    /// these layers are considered. The target is the candidate nearest to the mouse. If several
-    /// candidates are equally near, the target is the candidate farthest from the start, because
-    /// the mouse can visit the other candidates on its way back.
+    /// cell with an unknown wall that an optimistic shortest path crosses. If some layers contain
+    /// candidates but no visited cell, only the candidates in the narrowest of these layers are
+    /// considered. The target is the candidate nearest to the mouse. If several candidates are
+    /// equally near, the target is the candidate farthest from the start, because the mouse can
+    /// visit the other candidates on its way back.
     pub(crate) fn find(map: &KnownMaze, mouse: Cell) -> Option<Self> {
         run(FindTarget { map, mouse }, map.size())
     }
@@ -61,7 +61,7 @@ impl Task for FindTarget<'_> {
     }
 }
 
-/// The openings and the visited cells of one colour.
+/// The visited cells of one colour, and the openings into cells of that colour.
 #[derive(Clone, Copy)]
 struct Colour<B> {
     /// The openings into cells of this colour, with unknown walls treated as open.
@@ -149,9 +149,10 @@ impl<B: ParityPlane> ShortestPaths<B> {
         Some(Self { colours, ends_are_dark, ends, start, layers: before, length })
     }
 
-    /// Calls `visit` with each layer and the index of its colour, from the ends of the paths back
-    /// to the start. Up to three empty layers may follow the start. After `visit` has returned
-    /// `false`, it may be called for up to four more layers and must return `false` for them, too.
+    /// Calls `visit` for each layer, from the ends of the paths back to the start, with the index
+    /// of the colour and the cells of the layer. After the last layer, `visit` may be called for up
+    /// to three empty layers. To stop early, `visit` returns `false`. It may then be called for up
+    /// to four more layers, and must return `false` for each of them.
     #[inline(always)]
     fn for_each_layer(&self, mut visit: impl FnMut(usize, B) -> bool) {
         let mut layer = self.ends;
@@ -214,9 +215,9 @@ impl<B: ParityPlane> ShortestPaths<B> {
         if is_any { candidates } else { self.narrowest(unexplored) }
     }
 
-    /// Considers the layers that contain unexplored cells but no visited cell. Returns the
-    /// unexplored cells of the narrowest of these layers, or all unexplored cells if there is no
-    /// such layer.
+    /// Compares the layers that contain unexplored cells but no visited cell. Returns the
+    /// unexplored cells in the narrowest of them, or all unexplored cells if there is no such
+    /// layer.
     #[inline(always)]
     fn narrowest(&self, unexplored: [B; 2]) -> [B; 2] {
         let mut narrowest = Narrowest::NONE;
@@ -258,7 +259,7 @@ impl<B: ParityPlane> ShortestPaths<B> {
     }
 }
 
-/// Cells of the narrowest layers that have been found so far.
+/// Cells of the narrowest layers found so far. All of these layers have the same width.
 struct Narrowest<B> {
     width: u32,
     cells: [B; 2],
@@ -267,8 +268,8 @@ struct Narrowest<B> {
 impl<B: ParityPlane> Narrowest<B> {
     const NONE: Self = Self { width: u32::MAX, cells: [B::NONE; 2] };
 
-    /// Adds `cells`, which belong to `layer`, unless the layer is empty or wider than the narrowest
-    /// layers so far. If the layer is narrower, its cells replace all earlier cells.
+    /// Adds `cells`, which belong to `layer`. If the layer is empty, or wider than the earlier
+    /// layers, the cells are ignored. If it is narrower, the cells replace all earlier cells.
     #[inline(always)]
     fn add(&mut self, colour: usize, layer: B, cells: B) {
         let width = count(layer);
@@ -424,8 +425,8 @@ o---o---o---o---o---o
             paths
         }
 
-        /// Adds the layer that is one step nearer to the start than `layer`, and returns its
-        /// indices.
+        /// Adds the layer that is one step nearer to the start than `layer`. Returns the indices of
+        /// the new layer.
         fn go_back(
             &mut self,
             map: &KnownMaze,

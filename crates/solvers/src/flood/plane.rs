@@ -32,7 +32,7 @@ pub(super) const fn is_small(size: MazeSize) -> bool {
 ///
 /// Shifts may move bits into another row. The masks of a bitboard clear such bits.
 pub(super) trait ParityPlane: BitOps {
-    /// The words of a plane, in the order from south to north.
+    /// The words of a plane, from south to north.
     type Words: Words;
 
     /// True for planes of two words.
@@ -55,8 +55,8 @@ pub(super) trait ParityPlane: BitOps {
         Self::interleave(&even, &odd, lines);
     }
 
-    /// Merges the bytes of even and odd columns into lines. Byte j of `even[i]` belongs to the i-th
-    /// even column of line j, and byte j of `odd[i]` to the i-th odd column.
+    /// Merges the bytes of even and odd columns into lines. Byte j of `even[i]` belongs to line j
+    /// and the i-th even column. Byte j of `odd[i]` belongs to line j and the i-th odd column.
     #[inline(always)]
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
         let (even, odd) = (to_words(even), to_words(odd));

@@ -11,9 +11,9 @@ impl Distances {
     /// The distances must have been correct for the same targets before the change, and no other
     /// walls may have changed. If the size of the maze has changed, the maze is always flooded.
     ///
-    /// Distances are correct if each reachable cell, except for the targets, is one step farther
-    /// from the targets than its nearest open neighbour. Changed walls around a cell can violate
-    /// this condition only for the cell itself and its neighbours.
+    /// Distances are correct if the distance of each reachable cell, except for the targets, is one
+    /// more than the smallest distance among its open neighbours. Changed walls around a cell can
+    /// violate this condition only for the cell itself and its neighbours.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -34,9 +34,9 @@ impl Distances {
         changes
     }
 
-    /// Returns true if the cell is a target or has an open neighbour nearer to a target. If a mouse
-    /// always goes downhill and only adds walls around its cell, `true` means that the distance of
-    /// this cell is still correct.
+    /// Returns true if the cell is a target or has an open neighbour nearer to a target. Suppose
+    /// that a mouse always goes downhill, never removes a wall, and adds walls only around its own
+    /// cell. If this method returns true for that cell, the distance of the cell is still correct.
     pub(crate) fn is_downhill_open(&self, walls: &Walls, cell: Cell) -> bool {
         let (steps, around, sides) = (self.raw(cell), self.raw_around(cell), walls.sides(cell));
         // This code has no branches, because branches would be unpredictable.
@@ -48,9 +48,9 @@ impl Distances {
     }
 
     /// Returns true if the distances are still correct after the walls around `seen` have changed.
-    /// This method checks that the distances of `seen` and of its open neighbours differ by at most
-    /// one step, and that neither `seen` nor a cell behind one of its walls has lost its last open
-    /// neighbour nearer to a target.
+    /// This method checks two conditions. The distance of each open neighbour must differ from that
+    /// of `seen` by at most one step. Neither `seen` nor a cell behind one of its walls may have
+    /// lost its last open neighbour nearer to a target.
     fn remains_correct(&self, walls: &Walls, seen: Cell) -> bool {
         if walls.size() != self.size {
             return false;

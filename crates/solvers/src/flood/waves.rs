@@ -162,7 +162,7 @@ impl<B: ParityPlane> Flooded<B> {
 }
 
 /// Sends waves from `from`, whose cells all have the near colour, until a wave reaches a target.
-/// Returns the targets in this wave and their distance in steps, or `None` if no target is
+/// Returns the targets in that wave and their distance in steps, or `None` if no target is
 /// reachable. The returned targets have the near colour if the distance is even, otherwise the far
 /// colour.
 #[inline(always)]

@@ -5,8 +5,8 @@
 //! `unsafe` unless the calling function enables the feature of the intrinsic, and trait methods
 //! cannot enable features. None of the intrinsics used here accesses memory through a pointer, so
 //! the only requirement is that the processor has the instruction. SSE2 is always available on
-//! x86-64. Code that uses other features runs only inside functions that enable these features, and
-//! `dispatch.rs` calls such a function only if the processor supports the features.
+//! x86-64. Code that uses other features runs only inside functions that enable them. `dispatch.rs`
+//! calls such a function only if the processor supports the features.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
@@ -17,7 +17,8 @@ use core::mem::transmute;
 use super::plane::{BitOps, Line, ParityPlane};
 use super::task::Task;
 
-/// A plane that consists of 128-bit vectors: one in mazes of up to 16×16 cells, otherwise four.
+/// A plane that consists of 128-bit vectors. In mazes of up to 16×16 cells, a plane needs one
+/// vector. In larger mazes, a plane needs four vectors.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Sse2<const VECTORS: usize>(pub(super) [__m128i; VECTORS]);
