@@ -1,4 +1,4 @@
-//! A sans-IO codec for a REP socket. The codec implements ZMTP 3.1
+//! A codec for a REP socket that performs no I/O. The codec implements ZMTP 3.1
 //! (<https://rfc.zeromq.org/spec/37/>): it decodes received bytes into events, and encodes replies.
 //!
 //! ```text
