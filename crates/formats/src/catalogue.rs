@@ -115,9 +115,8 @@ impl Entry {
     }
 }
 
-/// Lists the files in a folder and its subfolders, except hidden and skipped files. A subfolder
-/// that cannot be listed is included in the result, because reading its entry will then report the
-/// error.
+/// Lists the files in a folder and its subfolders, except hidden and skipped files. The result also
+/// contains subfolders that cannot be listed. Reading such an entry returns the error.
 fn list_folder(folder: &Path) -> Vec<PathBuf> {
     let is_hidden = |entry: &DirEntry| {
         entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")

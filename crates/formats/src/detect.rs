@@ -65,8 +65,8 @@ fn detect_table(text: &str, first: &str) -> Format {
     if is_only_hex || makes_only_hex() { Format::Hex } else { Format::Csv }
 }
 
-/// Returns true if a line is a number of one or two digits. In a trial file, such a number is the
-/// side length.
+/// Returns true if a line is a number of one or two digits. The first line of a trial file is such
+/// a number: the side length of the maze.
 fn is_side(line: &str) -> bool {
     (1..=2).contains(&line.len()) && line.bytes().all(|c| c.is_ascii_digit())
 }

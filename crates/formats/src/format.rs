@@ -73,8 +73,9 @@ pub enum Format {
     /// The layout and the meaning of the bits are inferred. The bits 1, 2, 4 and 8 stand for the
     /// sides of a cell in one of two orders: either north, east, south, west, or east, north, west,
     /// south. A set bit means either a wall or an open side. Each line is either a row or a column
-    /// of the maze. The first line may be at either edge of the maze, and so may the first digit of
-    /// each line. There are 32 encodings in total.
+    /// of the maze. Rows may be listed from the north or from the south, and columns from the west
+    /// or from the east. Each line may begin at either end of its row or column. There are 32
+    /// encodings in total.
     ///
     /// An encoding is valid if the resulting maze has no contradictions, no gaps in the outer wall,
     /// and a start (0, 0) that is open only to the north.

@@ -49,8 +49,8 @@ impl Mark {
 /// Parses the drawing in `text`, which starts at line `first_line` of the file.
 ///
 /// # Errors
-/// Returns an error for each gap in the outer wall. Any other error stops the parser and is
-/// returned last.
+/// Returns an error for each gap in the outer wall. The parser stops at the first error of another
+/// kind, which is returned last.
 pub(crate) fn parse(text: &str, first_line: usize, dots: Dots) -> Result<Grid, Vec<ParseError>> {
     let (grid, errors) = read(text, first_line, dots)?;
     if errors.is_empty() { Ok(grid) } else { Err(errors) }

@@ -15,7 +15,7 @@ impl Format {
     ///
     /// # Errors
     /// Returns an error for each contradiction between adjacent cells and for each gap in the outer
-    /// wall. Any other error stops the reading and is returned last.
+    /// wall. Reading stops at the first error of another kind, which is returned last.
     ///
     /// ```
     /// use mmsim_formats::Format;
@@ -126,8 +126,8 @@ mod tests {
         )
     }
 
-    /// Generates mazes. About half of them are arbitrary. The others are square, often 16×16, and
-    /// have the default start and goal, so that most formats support them.
+    /// Generates mazes. About half of the mazes are arbitrary. The others are square, often 16×16,
+    /// and have the default start and goal, so that most formats support them.
     fn likely_maze() -> impl Strategy<Value = Maze> {
         (any_maze(), any::<bool>(), any::<bool>()).prop_map(|(maze, classic, marked)| {
             let width = maze.size().width().into();

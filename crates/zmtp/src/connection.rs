@@ -15,8 +15,8 @@ const MAX_EVENTS: usize = 64;
 /// A server connection over a non-blocking stream. The connection performs the handshake and
 /// answers requests.
 ///
-/// A connection never waits for its stream. When the stream becomes readable or writable, call
-/// [`set_ready`](Self::set_ready) and then [`turn`](Self::turn).
+/// The methods of a connection never wait for the stream. When the stream becomes readable or
+/// writable, call [`set_ready`](Self::set_ready) and then [`turn`](Self::turn).
 #[derive(Debug)]
 pub struct Connection<S> {
     stream: S,

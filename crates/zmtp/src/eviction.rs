@@ -1,4 +1,4 @@
-//! The choice of the connection to close when a new client connects to a full server.
+//! Decides which connection is closed when a new client connects to a full server.
 
 use std::collections::HashMap;
 use std::net::{IpAddr, Ipv6Addr};
@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crate::limits::SILENCE;
 
-/// The activity of a client, which decides whether its connection may be closed to make room for
+/// The activity of a client, which determines whether its connection may be closed to make room for
 /// another client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Activity {
@@ -37,8 +37,8 @@ impl Activity {
     }
 }
 
-/// Returns the network of an address: an IPv4 address itself, or the /64 prefix of an IPv6 address.
-/// IPv6 addresses with the same /64 prefix belong to one subnet.
+/// Returns the network of an address. The network is the IPv4 address itself, or the /64 prefix of
+/// the IPv6 address. IPv6 addresses with the same /64 prefix belong to one subnet.
 fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => Ipv6Addr::from_bits(address.to_bits() >> 64 << 64).into(),

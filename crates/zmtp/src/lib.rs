@@ -1,5 +1,5 @@
-//! A ZeroMQ REP server without libzmq. The crate consists of a codec for ZMTP 3.1, which performs
-//! no I/O, and a single-threaded server, whose memory use is limited.
+//! A ZeroMQ REP server without libzmq. The crate consists of a ZMTP 3.1 codec that performs no I/O,
+//! and a single-threaded server with limited memory use.
 //!
 //! Implement [`Service`] and pass the service to [`RepServer::run`], which answers all REQ and
 //! DEALER clients.
@@ -62,10 +62,10 @@
 //! # Why not libzmq
 //!
 //! In libzmq 4.3.4, any remote client can terminate a process that listens with libzmq. The client
-//! fills the receive queue with requests, sends a PING, and resets the connection. This takes about
-//! 8 KB and triggers an assertion failure (`!_io_error` in `stream_engine_base.cpp`). An unlimited
-//! queue avoids the failure, but then the memory use is not limited either. libzmq has three other
-//! faults that its users cannot avoid:
+//! fills the receive queue with requests, sends a PING, and resets the connection. This sequence
+//! takes about 8 KB and triggers an assertion failure (`!_io_error` in `stream_engine_base.cpp`).
+//! An unlimited queue avoids the failure, but then the memory use is not limited either. Users of
+//! libzmq cannot avoid three other faults of the library:
 //!
 //! - If a peer sends a request without an empty frame and disconnects, a REP socket loses the reply
 //!   to a well-behaved client.

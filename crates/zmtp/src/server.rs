@@ -51,8 +51,8 @@ pub struct RepServer {
 pub struct Waker(Arc<mio::Waker>);
 
 impl Waker {
-    /// Makes [`RepServer::run`] call its argument `is_stopping`, and [`Service::after_round`]. Does
-    /// nothing if the server has stopped.
+    /// Makes [`RepServer::run`] call [`Service::after_round`] and then its argument `is_stopping`.
+    /// Does nothing if the server has stopped.
     pub fn wake(&self) {
         let _ = self.0.wake();
     }

@@ -46,7 +46,7 @@ struct LongFrame {
     kept: Vec<u8>,
 }
 
-/// The part of a message that the decoder expects next after the handshake.
+/// After the handshake, the part of a message that the decoder expects next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
     /// The beginning of a message. The envelope of the previous message is still stored.
