@@ -1,4 +1,4 @@
-//! Collections of mazes that are built in or read from a folder.
+//! Collections of built-in mazes or of maze files in a folder.
 
 use std::borrow::Cow;
 use std::fs;
@@ -13,7 +13,7 @@ use crate::read::parse_maze;
 
 /// A collection of mazes.
 ///
-/// Creating a catalogue does not read the maze files. [`Entry::maze`] reads a maze.
+/// Creating a catalogue does not read the maze files. Call [`Entry::maze`] to read a maze.
 ///
 /// ```
 /// use mmsim_formats::Catalogue;
@@ -42,9 +42,10 @@ impl Catalogue {
         Self { entries: paths.map(|(path, text)| Entry { path, text }).collect() }
     }
 
-    /// Lists the file `path`, or all files in the folder `path` and its subfolders, sorted by path.
-    /// Hidden files and files with the extension `.md` or `.json` are skipped. Symbolic links are
-    /// followed. A subfolder that cannot be listed becomes an unreadable entry.
+    /// Creates a collection of the file `path`, or of all files in the folder `path` and its
+    /// subfolders. The entries are sorted by path. In folders, hidden files and files with the
+    /// extension `.md` or `.json` are skipped, and symbolic links are followed. A subfolder that
+    /// cannot be listed becomes an unreadable entry.
     ///
     /// # Errors
     /// Returns an error if `path` does not exist or cannot be listed.
@@ -60,7 +61,7 @@ impl Catalogue {
         Ok(Self { entries })
     }
 
-    /// Returns true if [`Self::from_path`] skips files with the extension of `path`.
+    /// Returns true if `path` has an extension that [`Self::from_path`] skips in folders.
     pub fn skips(path: &Path) -> bool {
         let extension = path.extension().unwrap_or_default();
         ["md", "json"].iter().any(|skipped| extension.eq_ignore_ascii_case(skipped))
@@ -71,8 +72,8 @@ impl Catalogue {
         &self.entries
     }
 
-    /// Returns the entries whose path contains every blank-separated word in `words`, ignoring
-    /// case.
+    /// Returns the entries whose path contains every word of `words`. The words are separated by
+    /// blanks, and case is ignored.
     pub fn matching(&self, words: &str) -> impl Iterator<Item = &Entry> {
         let words: Vec<String> = words.split_whitespace().map(str::to_lowercase).collect();
         self.entries.iter().filter(move |entry| {
@@ -114,8 +115,8 @@ impl Entry {
     }
 }
 
-/// Lists the files in a folder and its subfolders, except hidden and skipped files. Subfolders that
-/// cannot be listed are included, so that reading such an entry returns the error.
+/// Lists the files in a folder and its subfolders, except hidden and skipped files. The result also
+/// contains subfolders that cannot be listed. Reading such an entry returns the error.
 fn list_folder(folder: &Path) -> Vec<PathBuf> {
     let is_hidden = |entry: &DirEntry| {
         entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")

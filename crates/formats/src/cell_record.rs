@@ -14,7 +14,8 @@ pub(crate) struct CellRecord {
     pub(crate) found: String,
 }
 
-/// Returns all cells, column by column from west to east, and from south to north within a column.
+/// Returns all cells by column. The columns are listed from west to east, and the cells of a column
+/// from south to north.
 pub(crate) fn by_columns(size: MazeSize) -> impl Iterator<Item = Cell> {
     (0..size.width()).flat_map(move |x| (0..size.height()).map(move |y| Cell { x, y }))
 }

@@ -1,8 +1,8 @@
 //! Format detection.
 //!
-//! Detection also works for files with errors, so that error messages refer to the right format.
-//! The first lines of a file determine its format. The remaining lines are examined only if the
-//! first lines are ambiguous.
+//! A format is also detected for a file with errors, because the error messages depend on the
+//! format. Usually, the first two lines of a file determine its format. The remaining lines are
+//! examined only if the first two are ambiguous.
 
 use mmsim_maze::MazeSize;
 
@@ -65,13 +65,14 @@ fn detect_table(text: &str, first: &str) -> Format {
     if is_only_hex || makes_only_hex() { Format::Hex } else { Format::Csv }
 }
 
-/// Returns true if a line could be the side length in a trial file, a number of one or two digits.
+/// Returns true if a line is a number of one or two digits. The first line of a trial file is such
+/// a number: the side length of the maze.
 fn is_side(line: &str) -> bool {
     (1..=2).contains(&line.len()) && line.bytes().all(|c| c.is_ascii_digit())
 }
 
-/// Returns true if a line consists of at least three equal characters. Such a line may belong to a
-/// drawing that uses one character for posts and walls.
+/// Returns true if a line has at least three characters and all of them are the same. Such a line
+/// may belong to a drawing that uses one character for posts and walls.
 fn is_drawn(line: &str) -> bool {
     line.len() >= 3 && line.chars().all(|c| line.starts_with(c))
 }

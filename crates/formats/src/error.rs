@@ -39,12 +39,12 @@ pub enum ParseErrorKind {
 pub enum Location {
     /// A location in a text file.
     Text {
-        /// The line, counted from 1.
+        /// The line number, starting at 1.
         line: usize,
-        /// The column in characters, counted from 1.
+        /// The column number in characters, starting at 1.
         column: usize,
     },
-    /// The position of a byte in a binary file, counted from 1.
+    /// The position of a byte in a binary file, starting at 1.
     Byte(usize),
 }
 
@@ -88,7 +88,8 @@ impl From<ParseError> for Vec<ParseError> {
     }
 }
 
-/// Quotes text from a file for an error message. Escapes the text and shortens it to 24 characters.
+/// Quotes text from a file for an error message. Escapes the text and shortens it to at most 24
+/// characters.
 pub(crate) fn quoted(found: &str) -> String {
     const MAX_CHARACTERS: usize = 24;
     if found.is_empty() {

@@ -9,7 +9,8 @@ use mmsim_maze::Maze;
 use crate::error::ParseError;
 use crate::read::parse_maze;
 
-/// The maximum size of a maze file, in bytes. A 32×32 maze drawn as text takes 8,385 bytes.
+/// The maximum size of a maze file, in bytes. For comparison, a 32×32 maze drawn as text takes
+/// 8,385 bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// An error while reading a file or folder.
@@ -44,7 +45,7 @@ pub fn read_maze(path: &Path) -> Result<Maze, ReadError> {
         .map_err(|source| ReadError::Parse { path: path.into(), source })
 }
 
-/// Reads the content of a maze file, which can be passed to
+/// Reads the content of a maze file. The result can be passed to
 /// [`Format::detect`](crate::Format::detect) and [`Format::read`](crate::Format::read).
 ///
 /// # Errors

@@ -38,50 +38,56 @@ pub enum Format {
     /// are optional. Blank lines, trailing blanks and text after the last line of the maze are
     /// ignored.
     Text,
-    /// The [`Text`](Self::Text) format with unknown inner walls. Each unknown wall is drawn as a
-    /// dot, alone or between two blanks. The `.maze` files of kerikun11's micromouse library use
-    /// this format. Unknown walls are read as open. If the posts or outer walls are drawn as dots,
-    /// a dot means a wall.
+    /// The [`Text`](Self::Text) format, extended with unknown inner walls. Each unknown wall is
+    /// drawn as a dot, alone or between two blanks. The `.maze` files of kerikun11's micromouse
+    /// library use this format. Unknown walls are read as open. If the posts or outer walls of a
+    /// drawing are dots, a dot between two posts or two cells means a wall.
     Maze,
     /// The output of the OSHWDEM maze generator. The first line starts with `OSHWDEM`. A drawing
     /// follows, with `A` in the start cell and `B` in place of the post at the centre of the goal.
     /// The drawing is rotated: north is to the right and east is at the bottom.
     Oshwdem,
-    /// The format of the two-run trial: a line with the even side length n, followed by n lines of
-    /// n comma-separated numbers. The lines are the columns of the maze from west to east, and the
-    /// numbers in a line are the cells of the column from south to north. In each number, the bits
-    /// 1 (north), 2 (east), 4 (south) and 8 (west) are set for open sides.
+    /// The format of the two-run trial, which the crate `mmsim-trial` implements. The first line
+    /// contains an even number n, the side length of the square maze. Each of the next n lines
+    /// contains n comma-separated numbers. These lines are the columns of the maze from west to
+    /// east, and the numbers in a line are the cells of the column from south to north. In each
+    /// number, the bits 1 (north), 2 (east), 4 (south) and 8 (west) are set for open sides.
     Trial,
     /// A 16×16 maze as 256 bytes, one for each cell. The columns are stored from west to east, and
     /// the cells of each column from south to north. In each byte, the bits 1 (north), 2 (east), 4
     /// (south) and 8 (west) are set for walls.
     Maz,
-    /// One line for each cell, in any order: x, y, then 1 (wall) or 0 (no wall) for north, east,
-    /// south and west, separated by blanks. The largest x and y determine the size of the maze.
+    /// One line for each cell, in any order. Each line contains six numbers separated by blanks: x,
+    /// y, and 1 (wall) or 0 (no wall) for north, east, south and west. The largest x and y
+    /// determine the size of the maze.
     Num,
     /// The table format of Python micromouse simulators. The rows run from north to south and
     /// contain a code for each cell. The codes are separated by commas, semicolons or blanks. The
-    /// codes 1 to 16 stand for the walls W, N, E, S, SW, SE, NE, NW, WE, NS, SWE, NSE, NWE, NSW,
-    /// none and all. Codes may be written as floating-point numbers.
+    /// codes 1 to 16 stand for walls on these sides: W, N, E, S, SW, SE, NE, NW, WE, NS, SWE, NSE,
+    /// NWE, NSW, none, all. Codes may be written as floating-point numbers.
     Csv,
-    /// Rows of hex digits, one digit for each cell, optionally separated by commas, semicolons or
-    /// blanks. Each digit or each row may have the prefix `0x` or `0X`, and separated digits may
-    /// have the prefix `0`.
+    /// Lines of hex digits, with one digit for each cell. The digits may be separated by commas,
+    /// semicolons or blanks. Each digit or each line may have the prefix `0x` or `0X`. Separated
+    /// digits may also have the prefix `0`.
     ///
-    /// The layout and the meaning of the bits are inferred. The bits 1, 2, 4 and 8 stand either for
-    /// north, east, south and west, or for east, north, west and south. A set bit means either a
-    /// wall or an open side. Each line is a row or a column of the maze. The lines may be in either
-    /// order, and so may the digits of each line. There are 32 encodings in total. An encoding is
-    /// valid if the resulting maze has no contradictions, no gaps in the outer wall, and a start
-    /// (0, 0) that is open only to the north.
+    /// The layout and the meaning of the bits are inferred. The bits 1, 2, 4 and 8 stand for the
+    /// sides of a cell in one of two orders: either north, east, south, west, or east, north, west,
+    /// south. A set bit means either a wall or an open side. Each line is either a row or a column
+    /// of the maze. Rows may be listed from the north or from the south, and columns from the west
+    /// or from the east. Each line may begin at either end of its row or column. There are 32
+    /// encodings in total.
+    ///
+    /// An encoding is valid if the resulting maze has no contradictions, no gaps in the outer wall,
+    /// and a start (0, 0) that is open only to the north.
     ///
     /// If several encodings are valid, the first valid encoding with a reachable goal is used. If
     /// no valid encoding has a reachable goal, the first valid encoding is used. If another valid
     /// encoding gives a different maze,
     /// [`ParsedMaze::ambiguous_encoding`](crate::ParsedMaze::ambiguous_encoding) describes the
-    /// encoding that was used. The headings north, east, south and west are tried before east,
-    /// north, west and south. For both orders of the headings, set bits are tried as walls before
-    /// open sides. The layouts are tried in the order of this table:
+    /// encoding that was used. The encodings with the bit order north, east, south, west are tried
+    /// first. For each bit order, the encodings in which a set bit means a wall come before the
+    /// encodings in which it means an open side. In each of these four groups, the layouts are
+    /// tried in the order of this table:
     ///
     /// | lines | digits of a line |
     /// |---|---|

@@ -49,13 +49,14 @@ impl Mark {
 /// Parses the drawing in `text`, which starts at line `first_line` of the file.
 ///
 /// # Errors
-/// Returns an error for each gap in the outer wall, and the first error of any other kind.
+/// Returns an error for each gap in the outer wall. The parser stops at the first error of another
+/// kind, which is returned last.
 pub(crate) fn parse(text: &str, first_line: usize, dots: Dots) -> Result<Grid, Vec<ParseError>> {
     let (grid, errors) = read(text, first_line, dots)?;
     if errors.is_empty() { Ok(grid) } else { Err(errors) }
 }
 
-/// Returns true if the drawing, which may contain errors, has unknown walls.
+/// Returns true if the drawing has unknown walls. The drawing may contain errors.
 pub(crate) fn has_unknown(text: &str) -> bool {
     read(text, 1, Dots::Unknown).is_ok_and(|(grid, _)| !grid.unknown.is_empty())
 }
@@ -197,8 +198,8 @@ struct Line {
 }
 
 impl Line {
-    /// Returns the character at `index`, or a blank beyond the end of the line, since trailing
-    /// blanks may be missing.
+    /// Returns the character at `index`, or a blank if the line is too short, because trailing
+    /// blanks are optional.
     fn at(&self, index: usize) -> char {
         self.characters.get(index).copied().unwrap_or(' ')
     }
@@ -261,11 +262,13 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
     }
 }
 
-/// Returns true if the line after a row of posts is a row of cells rather than text after the maze.
-/// A row of cells usually starts with `|` or with the first character of the first row of cells. A
-/// line that starts with a blank, or is as long as a row of posts, is also a row of cells if the
-/// next line is a row of posts. If such lines ended the maze, a maze with a gap in its outer wall
-/// would be read as a smaller maze.
+/// Returns true if `line`, which follows a row of posts, is a row of cells rather than text after
+/// the maze.
+///
+/// A line is a row of cells if it starts with `|` or with the same character as the first row of
+/// cells. A line that starts with a blank, or is as long as a row of posts, is also a row of cells
+/// if the next line is a row of posts. Without this second rule, a maze with a gap in its outer
+/// wall could be read as a smaller maze.
 fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     let (posts, wall) = (&lines[0], lines.get(1).map_or('|', |cells| cells.at(0)));
     let is_as_long = |line: &Line| line.characters.len() == posts.characters.len();
@@ -278,7 +281,7 @@ fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
 }
 
 /// Infers the distance between adjacent posts (in characters) and the number of columns from the
-/// first line. Returns several candidates if posts and walls are the same character.
+/// first line. Returns several candidates if posts and walls are drawn with the same character.
 fn pitches(line: &Line) -> Result<Vec<(usize, usize)>> {
     let post = line.at(0);
     let pitches = match line.characters.iter().skip(1).position(|&c| c == post) {
@@ -294,7 +297,7 @@ fn pitches(line: &Line) -> Result<Vec<(usize, usize)>> {
     if possible.is_empty() { measured(&pitches[0]).map(|one| vec![one]) } else { Ok(possible) }
 }
 
-/// Returns the number of columns of the maze, according to the first line.
+/// Returns the number of columns of a maze whose first line is `line`.
 fn measure(line: &Line, pitch: usize) -> Result<usize> {
     let last = line.characters.len() - 1;
     if !last.is_multiple_of(pitch) || last == 0 {

@@ -1,5 +1,5 @@
-//! Mazes as rows of hex digits, with one digit for each cell. The encoding is inferred by trying 32
-//! candidates.
+//! Mazes as lines of hex digits, with one digit for each cell. The encoding is inferred by trying
+//! 32 candidates.
 
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Sides, Walls};
 
@@ -25,8 +25,8 @@ struct Layout {
 }
 
 impl Layout {
-    /// Returns all layouts. The layouts of drawings and of `.maz` files come first, since these
-    /// layouts are the most common.
+    /// Returns all layouts. The two most common layouts come first: the layout of drawings and the
+    /// layout of `.maz` files.
     fn all() -> impl Iterator<Item = Self> {
         use Heading::{East, North, South, West};
         let usual = [(North, West), (West, South)];
@@ -121,8 +121,8 @@ impl<'a> Encoding<'a> {
         format!("{layout}; bits 1, 2, 4 and 8 are {set} to the {one}, {two}, {four} and {eight}")
     }
 
-    /// Returns the walls on the side `heading` of all cells. Bit x of row y is set if the cell (x,
-    /// y) has a wall on this side.
+    /// Returns the cells that have a wall on the side `heading`. Bit x of row y stands for the cell
+    /// (x, y).
     fn walls_towards(self, heading: Heading) -> [u32; MAX_SIDE] {
         let bit = self.bits.iter().position(|&side| side == heading).unwrap_or(0);
         let columns = u32::MAX >> (u32::BITS - u32::from(self.digits.size.width()));
@@ -175,7 +175,7 @@ fn value(item: &Item) -> Option<u8> {
     u8::from_str_radix(item.text, 16).ok().filter(|_| item.text.len() == 1)
 }
 
-/// Removes the prefix of a separated digit.
+/// Removes the prefix of a single digit, if there is one.
 pub(crate) fn digit(item: Item) -> Item {
     let item = without_prefix(item, PREFIXES);
     if item.text.len() == 2 { without_prefix(item, ["0"]) } else { item }
@@ -228,7 +228,7 @@ fn parse_digit(item: &Item) -> Result<u8, ParseError> {
     value(item).ok_or_else(|| item.error("a hex digit"))
 }
 
-/// Returns an error for each fault of the encoding.
+/// Returns an error for each fault of the maze in this encoding.
 fn faults(rows: &[Vec<Item>], values: &[Vec<u8>], encoding: Encoding) -> Vec<ParseError> {
     let record = |(item, &value): (&Item, &u8)| CellRecord {
         sides: encoding.sides(value),
@@ -278,8 +278,8 @@ mod tests {
     use super::*;
     use crate::format::Format;
 
-    /// A maze as rows from the north. The bits 1, 2, 4 and 8 are set for walls to the north, east,
-    /// south and west.
+    /// A maze whose rows are listed from north to south. In each digit, the bits 1, 2, 4 and 8 are
+    /// set for walls to the north, east, south and west.
     const MAZE: &str = "9553\na93a\naaaa\nec46\n";
 
     fn parse(text: &str) -> Result<Maze, ParseError> {

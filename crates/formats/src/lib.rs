@@ -1,4 +1,4 @@
-//! Micromouse maze files: formats, detection, reading, writing, and collections of mazes.
+//! Reads and writes micromouse maze files, detects their formats, and lists collections of mazes.
 //!
 //! The format of a file is detected from its content, not from its name:
 //!
@@ -20,7 +20,7 @@
 //! ```
 //!
 //! [`read_maze`] reads a maze file, and [`Catalogue`] lists a folder of maze files. Errors report
-//! the line and column, what was expected, and what was found.
+//! the location, what was expected, and what was found.
 #![forbid(unsafe_code)]
 
 mod catalogue;

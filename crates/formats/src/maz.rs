@@ -8,10 +8,10 @@ use crate::parsed_maze::unmarked_maze;
 
 const SIZE: MazeSize = MazeSize::CLASSIC;
 
-/// Returns true if the content is a `.maz` file, possibly with errors. The bytes of a `.maz` file
-/// are below 16, and the first byte is usually 14, which means a start that is open only to the
-/// north. A text file does not start with byte 14, and contains bytes of 16 or more unless the file
-/// is blank.
+/// Returns true if the file is a `.maz` file, even if its content has errors. The bytes of a `.maz`
+/// file are below 16. The first byte is usually 14, because the start is usually open only to the
+/// north. A text file does not start with byte 14. Unless a text file is blank, it contains bytes
+/// of 16 or more.
 pub(crate) fn matches(content: &[u8]) -> bool {
     let is_low = content.iter().all(|&byte| byte < 16);
     let is_blank = content.iter().all(|byte| (9..=13).contains(byte));
@@ -86,7 +86,8 @@ mod tests {
         assert_eq!(Format::Maz.write(&maze).as_ref(), Ok(&seed));
     }
 
-    /// The bytes 10 and 13, which are line ends in text, mean a corridor and a dead end.
+    /// In text, the bytes 10 and 13 are line ends. In a `.maz` file, byte 10 is a corridor and byte
+    /// 13 is a dead end.
     #[test]
     fn whitespace_bytes_are_cells() {
         let walls = Walls::closed(SIZE);

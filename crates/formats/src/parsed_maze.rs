@@ -1,10 +1,10 @@
-//! Mazes read from files, with the assumptions made while reading.
+//! The result of reading a maze file.
 
 use mmsim_maze::{Cell, CellSet, Maze, MazeSize, Walls};
 
 use crate::error::{Location, ParseError};
 
-/// A maze read from a file, with the assumptions made while reading.
+/// A maze read from a file, and the assumptions that were made to read it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ParsedMaze {

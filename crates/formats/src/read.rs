@@ -10,11 +10,12 @@ use crate::rows::decode_text;
 use crate::{csv, hex, maz, num, oshwdem, text, trial};
 
 impl Format {
-    /// Reads a maze in this format. The result includes the assumptions made while reading.
+    /// Reads a maze in this format. The result also reports the assumptions that were made to read
+    /// the maze.
     ///
     /// # Errors
-    /// Returns an error for each contradiction and for each gap in the outer wall, and the first
-    /// error of any other kind.
+    /// Returns an error for each contradiction between adjacent cells and for each gap in the outer
+    /// wall. Reading stops at the first error of another kind, which is returned last.
     ///
     /// ```
     /// use mmsim_formats::Format;
@@ -39,10 +40,10 @@ impl Format {
         }
     }
 
-    /// Reads a maze in this format and discards the assumptions made while reading.
+    /// Reads a maze in this format, like [`read`](Self::read), but returns only the maze.
     ///
     /// # Errors
-    /// Returns the first of the errors that [`read`](Self::read) returns.
+    /// Returns the first error that [`read`](Self::read) returns.
     pub fn parse(self, content: &[u8]) -> Result<Maze, ParseError> {
         match self.read(content) {
             Ok(parsed) => Ok(parsed.maze),
@@ -125,8 +126,8 @@ mod tests {
         )
     }
 
-    /// Generates arbitrary mazes, and mazes that most formats support: square mazes with the
-    /// default start and goal, often of 16×16 cells.
+    /// Generates mazes. About half of the mazes are arbitrary. The others are square, often 16×16,
+    /// and have the default start and goal, so that most formats support them.
     fn likely_maze() -> impl Strategy<Value = Maze> {
         (any_maze(), any::<bool>(), any::<bool>()).prop_map(|(maze, classic, marked)| {
             let width = maze.size().width().into();

@@ -50,7 +50,7 @@ fn parse_columns(text: &str) -> Result<Vec<Vec<CellRecord>>, ParseError> {
 fn parse_side(line: usize, content: &str) -> Result<usize, ParseError> {
     let side = content.trim().parse().ok();
     let side = side.filter(|side| (2..=MAX_SIDE).contains(side) && side % 2 == 0);
-    let expected = "the side of the maze, an even number from 2 to 32";
+    let expected = "an even side length from 2 to 32";
     side.ok_or_else(|| ParseError::new(line, 1, expected, quoted(content.trim())))
 }
 
@@ -79,8 +79,8 @@ mod tests {
     use super::*;
     use crate::format::Format;
 
-    /// A maze with one line for each column, from west to east. The numbers in a line are cells
-    /// from south to north.
+    /// After the side length, each line is a column of the maze, from west to east. The numbers in
+    /// a line are the cells of the column, from south to north.
     const MAZE: &str = "4\n1,7,5,4\n2,10,3,6\n11,13,14,8\n9,5,13,4\n";
 
     fn parse(text: &str) -> Result<Maze, ParseError> {
@@ -118,8 +118,8 @@ mod tests {
         insta::assert_snapshot!(error("2,10", "2,8"), @"line 4, column 4: expected a wall between (1, 1) and (2, 1) to match line 3, column 3, found 13");
         insta::assert_snapshot!(error("1,7,5", "1,5,5"), @"line 3, column 3: expected a wall between (0, 1) and (1, 1) to match line 2, column 3, found 10");
         insta::assert_snapshot!(error("1,7", "5,7"), @"line 2, column 1: expected an outer wall to the south of (0, 0), found 5");
-        insta::assert_snapshot!(error("4\n1", "3\n1"), @r#"line 1, column 1: expected the side of the maze, an even number from 2 to 32, found "3""#);
-        insta::assert_snapshot!(error("4\n1", "34\n1"), @r#"line 1, column 1: expected the side of the maze, an even number from 2 to 32, found "34""#);
+        insta::assert_snapshot!(error("4\n1", "3\n1"), @r#"line 1, column 1: expected an even side length from 2 to 32, found "3""#);
+        insta::assert_snapshot!(error("4\n1", "34\n1"), @r#"line 1, column 1: expected an even side length from 2 to 32, found "34""#);
         insta::assert_snapshot!(error("10", "16"), @r#"line 3, column 3: expected a number from 0 to 15, found "16""#);
         insta::assert_snapshot!(error("10", ""), @"line 3, column 3: expected a number from 0 to 15, found the end of the line");
         insta::assert_snapshot!(error("10", "-1"), @r#"line 3, column 3: expected a number from 0 to 15, found "-1""#);

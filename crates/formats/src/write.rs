@@ -66,7 +66,7 @@ impl Format {
         let (holds, expected) = match self {
             Self::Text => return Ok(maze.to_string().into()),
             Self::Maz => (size == MazeSize::CLASSIC, "16x16 mazes"),
-            Self::Trial => (is_even_square, "square mazes with an even side"),
+            Self::Trial => (is_even_square, "square mazes with an even side length"),
             Self::Num => (true, "any size"),
             Self::Maze | Self::Oshwdem | Self::Csv | Self::Hex => {
                 return Err(WriteError::ReadOnly { format: self });
@@ -110,7 +110,7 @@ mod tests {
         let row = "o---o---o\n|       |\no---o---o\n";
         insta::assert_snapshot!(written(Format::Num, row), @"written");
         insta::assert_snapshot!(written(Format::Maz, row), @"the format maz supports only 16x16 mazes, but the maze is 2x1");
-        insta::assert_snapshot!(written(Format::Trial, row), @"the format trial supports only square mazes with an even side, but the maze is 2x1");
+        insta::assert_snapshot!(written(Format::Trial, row), @"the format trial supports only square mazes with an even side length, but the maze is 2x1");
         insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"the format num requires the start (0, 0), but the start is (1, 0)");
         insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"the format num requires the central cells as the goal, but the goal is (0, 0)");
         insta::assert_snapshot!(written(Format::Hex, row), @"the format hex is read-only (use text, trial, maz, num)");

@@ -23,8 +23,8 @@ pub enum BindError {
         /// The error from name resolution.
         source: io::Error,
     },
-    /// Listening on the port fails for another reason. For example, the address does not belong to
-    /// this machine, or the port requires privileges.
+    /// The operating system does not allow the program to listen on the port. For example, the
+    /// address does not belong to this machine, or the port requires privileges.
     #[error("cannot listen on port {port} on {host}: {source}")]
     Listen {
         /// The host, as passed to [`listen`].
@@ -52,7 +52,8 @@ pub fn listen(host: &str, port: u16) -> Result<TcpListener, BindError> {
     })
 }
 
-/// Resolves a host name. Prefers an IPv4 address, because clients try IPv4 first.
+/// Resolves a host name. If the host has IPv4 and IPv6 addresses, an IPv4 address is returned,
+/// because clients try IPv4 first.
 fn resolve(host: &str, port: u16) -> io::Result<SocketAddr> {
     let host = match host {
         "*" => "0.0.0.0",

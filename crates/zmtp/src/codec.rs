@@ -1,5 +1,5 @@
-//! A sans-IO codec for a REP socket. The codec implements ZMTP 3.1
-//! (<https://rfc.zeromq.org/spec/37/>): it decodes received bytes into events, and encodes replies.
+//! A codec for a REP socket. The codec implements ZMTP 3.1 (<https://rfc.zeromq.org/spec/37/>)
+//! without performing I/O: it decodes received bytes into events, and encodes replies.
 //!
 //! ```text
 //! greeting   FF, 8 bytes, 7F, version 3 1, mechanism in 20 bytes, 32 bytes: 64 bytes each way

@@ -15,8 +15,8 @@ const MAX_EVENTS: usize = 64;
 /// A server connection over a non-blocking stream. The connection performs the handshake and
 /// answers requests.
 ///
-/// A connection never waits for its stream. When the stream becomes readable or writable, call
-/// [`set_ready`](Self::set_ready) and then [`turn`](Self::turn).
+/// The methods of a connection never wait for the stream. When the stream becomes readable or
+/// writable, call [`set_ready`](Self::set_ready) and then [`turn`](Self::turn).
 #[derive(Debug)]
 pub struct Connection<S> {
     stream: S,
@@ -37,13 +37,13 @@ pub struct Connection<S> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Turn {
-    /// True if the connection has more work to do, so `turn` should be called again.
+    /// True if the connection has more work to do. In this case, call `turn` again.
     pub has_more: bool,
     /// True if [`Service::answer`] counted at least one request as activity.
     pub has_activity: bool,
 }
 
-/// The reason for the end of a connection.
+/// The reason why a connection has ended.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DisconnectReason {
@@ -97,8 +97,8 @@ impl<S: Read + Write> Connection<S> {
     /// replies.
     ///
     /// # Errors
-    /// Returns an error if the connection has ended. Valid requests that arrived before the end are
-    /// still answered.
+    /// Returns an error if the connection has ended. Before `turn` returns the error, it answers
+    /// valid requests that have already arrived.
     pub fn turn(
         &mut self,
         max_requests: usize,
@@ -108,7 +108,8 @@ impl<S: Read + Write> Connection<S> {
         self.send().and(turn)
     }
 
-    /// Receives bytes and answers requests, but does not send the last replies.
+    /// Receives bytes and answers requests. The caller must send the replies that remain in the
+    /// output buffer.
     fn process(
         &mut self,
         mut requests_left: usize,
@@ -213,8 +214,8 @@ mod tests {
     use crate::limits::MAX_REQUEST_BYTES;
     use crate::testing::{Echo, Wire};
 
-    /// Returns a new connection and the stream, in which a handshake and `incoming` wait to be
-    /// read.
+    /// Returns a new connection and its stream. The connection can read a handshake and then
+    /// `incoming` from the stream.
     fn connect(incoming: &[u8]) -> (Connection<Wire>, Wire) {
         let wire = Wire::new(incoming);
         (Connection::new(wire.clone()), wire)
@@ -231,8 +232,8 @@ mod tests {
         wire.sent().strip_prefix(&handshake[..]).unwrap().to_vec()
     }
 
-    /// Returns encoded requests of one byte each. The encoded replies of [`Echo`] are equal to
-    /// these requests.
+    /// Returns encoded requests, each with a body of one byte. [`Echo`] replies with the same
+    /// bytes.
     fn requests(range: std::ops::Range<u8>) -> Vec<u8> {
         range.flat_map(|n| [1, 0, 0, 1, n]).collect()
     }

@@ -1,5 +1,5 @@
-//! All connections of a server. This module decides when each connection takes a turn and when it
-//! is closed. Functions that need the current time take it as an argument.
+//! All connections of a server. This module decides when connections take turns and when they are
+//! closed. Functions that need the current time take it as an argument.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::fmt;
@@ -24,8 +24,7 @@ pub(crate) struct Connections<S> {
     /// The identifiers of the connections that may have work to do, in the order of their turns.
     /// The queue contains each identifier at most once.
     queue: VecDeque<usize>,
-    /// The deadlines of the connections that have a deadline, and the identifiers of these
-    /// connections.
+    /// The deadlines of connections. Each deadline is paired with the identifier of its connection.
     deadlines: BTreeSet<(Instant, usize)>,
     /// The streams of closed connections. The server has to deregister these streams.
     pub(crate) closed: Vec<S>,
@@ -34,8 +33,8 @@ pub(crate) struct Connections<S> {
 struct Entry<S> {
     connection: Connection<S>,
     activity: Activity,
-    /// The time at which the server closes the connection if its phase is still not
-    /// [`Phase::Ready`].
+    /// The time at which the server closes the connection, unless the connection is in
+    /// [`Phase::Ready`] by then.
     deadline: Option<Instant>,
     is_queued: bool,
 }
@@ -137,8 +136,8 @@ impl<S: Read + Write> Connections<S> {
         true
     }
 
-    /// Sends pending replies, and drops the connections that fail. Returns true if some replies are
-    /// still pending.
+    /// Sends pending replies, and drops the connections on which sending fails. Returns true if
+    /// some replies are still pending.
     pub(crate) fn flush(&mut self) -> bool {
         self.queue.clear();
         self.entries.retain(|_, entry| entry.connection.send().is_ok());
@@ -175,9 +174,9 @@ impl<S: Read + Write> Connections<S> {
         turn.has_activity
     }
 
-    /// Gives a last turn to a connection that is about to be closed. Bytes that have just arrived
-    /// may be a reason to keep the connection. Returns true if a request in this turn counted as
-    /// activity.
+    /// Gives a last turn to a connection that is about to be closed, because bytes that have just
+    /// arrived may be a reason to keep the connection. Returns true if a request in this turn
+    /// counted as activity.
     fn give_last_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
         if let Some(entry) = self.entries.get_mut(&id) {
             entry.connection.set_ready(true, false);

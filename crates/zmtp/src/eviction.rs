@@ -1,4 +1,4 @@
-//! The choice of the connection to close when a new client connects to a full server.
+//! Decides which connection is closed when a new client connects to a full server.
 
 use std::collections::HashMap;
 use std::net::{IpAddr, Ipv6Addr};
@@ -6,14 +6,14 @@ use std::time::Instant;
 
 use crate::limits::SILENCE;
 
-/// The activity of a client, which decides whether its connection may be closed to make room for
+/// The activity of a client, which determines whether its connection may be closed to make room for
 /// another client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Activity {
     network: IpAddr,
     /// True if the client has sent at least one request that counts as activity.
     has_requested: bool,
-    /// The time of the client's latest activity. The initial value is the time at which the client
+    /// The time of the client's latest activity. Initially, this is the time at which the client
     /// connected.
     last_active: Instant,
 }
@@ -37,8 +37,8 @@ impl Activity {
     }
 }
 
-/// Returns the network of an address: an IPv4 address itself, or the /64 prefix of an IPv6 address.
-/// All addresses with the same /64 prefix belong to one site.
+/// Returns the network of an address. The network is the IPv4 address itself, or the /64 prefix of
+/// the IPv6 address. IPv6 addresses with the same /64 prefix belong to one subnet.
 fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => Ipv6Addr::from_bits(address.to_bits() >> 64 << 64).into(),
@@ -48,10 +48,10 @@ fn network(address: IpAddr) -> IpAddr {
 
 /// Chooses the connection to close when a new client connects to a full server.
 ///
-/// Connections on which no request has counted as activity are chosen first, and then connections
-/// that have been silent for longer. A connection that has been silent for less than [`SILENCE`] is
-/// closed only if its network has more than half of all connections and the new client belongs to
-/// another network.
+/// If there are connections on which no request has counted as activity, one of these is chosen.
+/// Among several candidates, the one that has been silent for the longest time is chosen. A
+/// connection that has been silent for less than [`SILENCE`] is closed only if more than half of
+/// all connections belong to its network and the new client belongs to another network.
 pub(crate) fn choose_evicted<'s, T>(
     connections: impl Iterator<Item = (T, &'s Activity)> + Clone,
     newcomer: Option<IpAddr>,
@@ -83,8 +83,8 @@ mod tests {
     const ELSEWHERE: [u8; 4] = [192, 0, 2, 7];
     const SECOND: Duration = Duration::from_secs(1);
 
-    /// Returns connections from [`HERE`]. Each element of `times` contains the second at which a
-    /// client connected and the second of its latest request, if any.
+    /// Returns the activity of clients with the address [`HERE`]. Each element of `times` contains
+    /// the second at which a client connected and the second of its latest request, if any.
     fn connections(begin: Instant, times: &[(u32, Option<u32>)]) -> Vec<Activity> {
         let connection = |&(connected, requested): &(u32, Option<u32>)| {
             let mut activity = Activity::new(HERE.into(), begin + connected * SECOND);

@@ -1,8 +1,8 @@
-//! A ZeroMQ REP server without libzmq: a sans-IO codec for ZMTP 3.1, and a single-threaded server
-//! with bounded memory.
+//! A ZeroMQ REP server without libzmq. The crate consists of a ZMTP 3.1 codec that performs no I/O,
+//! and a single-threaded server with limited memory use.
 //!
-//! Implement [`Service`] and pass it to [`RepServer::run`], which answers all REQ and DEALER
-//! clients.
+//! Implement [`Service`] and pass the service to [`RepServer::run`], which answers all REQ and
+//! DEALER clients.
 //!
 //! ```
 //! use mmsim_zmtp::codec::ProtocolError;
@@ -30,14 +30,16 @@
 //!
 //! # Guarantees
 //!
-//! - Every request gets exactly one reply, in order and with the envelope of the request. A request
-//!   with an oversized frame gets one error reply from [`Service::refuse`].
+//! - Every request gets exactly one reply, which begins with the envelope of the request. A client
+//!   receives its replies in the order of its requests. A request with an oversized frame gets one
+//!   error reply from [`Service::refuse`].
 //! - No input makes the server panic or stop. A client that violates the protocol is disconnected.
 //! - Memory is bounded. There are at most [`MAX_CONNECTIONS`](limits::MAX_CONNECTIONS) connections,
 //!   and each of them uses less than 100 KiB if replies are short. The server stops reading from a
 //!   client that does not read its replies.
 //! - Clients take turns. When the server is full, inactive connections are closed to make room for
-//!   new clients. The clients of one network cannot keep the clients of other networks out.
+//!   new clients. The clients of one network cannot prevent clients of other networks from
+//!   connecting.
 //! - Before the server stops, it answers requests that clients have already sent, within the time
 //!   limits of [`RepServer::run`].
 //!
@@ -45,10 +47,9 @@
 //!
 //! - [`codec`] decodes bytes into events and encodes replies, without I/O.
 //! - [`connection`] adds buffers to a non-blocking stream of any kind.
-//! - A private module decides when each connection takes a turn and when it is closed. The
-//!   functions of the private module take the current time as an argument, so unit tests need no
-//!   clock.
-//! - [`RepServer`] adds sockets and the clock.
+//! - The private module `connections` decides when connections take turns and when they are closed.
+//!   Its functions take the current time as an argument, so that unit tests need no clock.
+//! - [`RepServer`] handles the sockets and reads the clock.
 //!
 //! # Scope
 //!
@@ -60,17 +61,17 @@
 //!
 //! # Why not libzmq
 //!
-//! In libzmq 4.3.4, any remote client can terminate a process that uses libzmq to listen. A client
-//! that fills the receive queue with requests, then sends a PING and resets the connection (about 8
-//! KB in total), triggers an assertion failure (`!_io_error` in `stream_engine_base.cpp`). An
-//! unlimited queue avoids the failure, but then memory is unlimited as well. Users of libzmq cannot
-//! avoid three other faults:
+//! In libzmq 4.3.4, any remote client can terminate a process that listens with libzmq. The client
+//! fills the receive queue with requests, sends a PING, and resets the connection. This sequence
+//! takes about 8 KB and triggers an assertion failure (`!_io_error` in `stream_engine_base.cpp`).
+//! An unlimited queue avoids the failure, but then the memory use is not limited either. Users of
+//! libzmq cannot avoid three other faults of the library:
 //!
 //! - If a peer sends a request without an empty frame and disconnects, a REP socket loses the reply
 //!   to a well-behaved client.
-//! - A client can take over the routing identity of another client, and then receives the replies
-//!   to that client.
-//! - A message is kept in memory as a whole, no matter how many frames it has.
+//! - A client can take over the routing identity of another client and then receive the replies to
+//!   that client.
+//! - libzmq keeps all frames of a message in memory, no matter how many there are.
 //!
 //! libzmq is still a good choice for clients, because a client chooses which server to trust.
 #![forbid(unsafe_code)]

@@ -8,47 +8,47 @@ use std::time::Duration;
 /// possible, and the server disconnects the client immediately.
 pub const MAX_REQUEST_BYTES: usize = 64 * 1024;
 
-/// The time after an oversized frame within which the client must send another request.
+/// The maximum time between an oversized frame and the next request of the client.
 pub const OVERSIZED_TIME: Duration = Duration::from_secs(1);
 
 /// The maximum length of the address envelope of a request, in bytes. The envelope consists of all
 /// frames up to and including the empty delimiter frame, with their headers. A REQ socket sends no
-/// address frames, but a proxy adds an address frame of usually 7 and at most 264 bytes. The reply
-/// repeats the envelope.
+/// address frames, but a proxy adds an address frame. Such a frame usually has 7 bytes, and never
+/// more than 264 bytes. The reply repeats the envelope.
 pub const MAX_ENVELOPE_BYTES: usize = 4 * 1024;
 
 /// The maximum length of a ZMTP command, in bytes. A READY command usually has about 40 bytes; with
 /// the longest identity it has about 300 bytes. A PING command has at most 24 bytes.
 pub const MAX_COMMAND_BYTES: usize = 4 * 1024;
 
-/// The maximum number of bytes that the server stores of a frame. In a longer frame, the server
+/// The maximum number of bytes of a frame that the server stores. In a longer frame, the server
 /// replaces the bytes beyond this limit with zeros before it passes the frame to the
 /// [`Service`](crate::Service).
 pub const MAX_KEPT_BYTES: usize = 4 * 1024;
 
-/// The maximum number of connections. When this limit is reached, the server closes another
-/// connection or turns the new client away; see [`SILENCE`]. A process can usually open 1,024
-/// files, so 1,000 connections leave room for other files.
+/// The maximum number of connections. If another client connects when this limit is reached, the
+/// server either closes an existing connection or turns the new client away; see [`SILENCE`]. A
+/// process can usually open 1,024 files, so 1,000 connections leave room for other files.
 pub const MAX_CONNECTIONS: usize = 1000;
 
 /// How long a connection must be silent before the server may close it to make room for a new
 /// client.
 ///
 /// When a client connects to a server that already has [`MAX_CONNECTIONS`] connections, the server
-/// chooses a connection to close. Connections on which no request has counted as activity are
-/// chosen first, and then connections that have been silent for longer. If the chosen connection
-/// has been silent for less than this time, the new client is turned away instead. There is one
-/// exception: if more than half of all connections belong to one network (an IPv4 address or an
-/// IPv6 /64 prefix) and the new client belongs to another network, the server closes a connection
-/// of the network with the majority. A client that loses its connection can reconnect; `ZeroMQ`
-/// sockets do so automatically.
+/// chooses a connection to close. If there are connections on which no request has counted as
+/// activity, the server chooses one of these. Among several candidates, it chooses the one that has
+/// been silent for the longest time. If the chosen connection has been silent for less than this
+/// time, the new client is turned away instead. There is one exception. If more than half of all
+/// connections belong to one network (an IPv4 address or an IPv6 /64 prefix), and the new client
+/// belongs to another network, the server closes one of those connections. A client that loses its
+/// connection can reconnect; `ZeroMQ` sockets do so automatically.
 pub const SILENCE: Duration = Duration::from_secs(10);
 
-/// The maximum duration of a handshake, from the moment at which the server accepts the connection.
-/// On a bad network, a handshake can take several seconds.
+/// The maximum time from accepting a connection to the end of its handshake. On a bad network, a
+/// handshake can take several seconds.
 pub const HANDSHAKE_TIME: Duration = Duration::from_secs(10);
 
 /// The maximum size of the pending replies to one client, in bytes, not counting the buffers of the
-/// operating system. When this limit is reached, the server stops reading requests from the client
-/// until the client reads replies. No reply is lost.
+/// operating system. When this limit is reached, the server reads no further requests from the
+/// client until the client reads replies. No reply is lost.
 pub const MAX_WAITING_REPLY_BYTES: usize = 64 * 1024;

@@ -40,7 +40,7 @@ pub struct RepServer {
     listener: mio::net::TcpListener,
     connections: Connections<TcpStream>,
     accept: AcceptBackoff,
-    /// The identifier of the next connection, which is also its token.
+    /// The identifier of the next connection. The number is also the token of that connection.
     next_id: usize,
     waker: Waker,
     has_warned: bool,
@@ -51,8 +51,8 @@ pub struct RepServer {
 pub struct Waker(Arc<mio::Waker>);
 
 impl Waker {
-    /// Makes [`RepServer::run`] call `is_stopping` and [`Service::after_round`]. Does nothing if
-    /// the server has stopped.
+    /// Makes [`RepServer::run`] call [`Service::after_round`] and then its argument `is_stopping`.
+    /// Does nothing if the server has stopped.
     pub fn wake(&self) {
         let _ = self.0.wake();
     }
@@ -98,8 +98,8 @@ impl RepServer {
     /// `is_stopping`.
     ///
     /// A stopping server answers requests that clients have already sent, for at most 0.3 s. `run`
-    /// returns when the last replies have been sent, but at most 0.5 s after `is_stopping` has
-    /// returned true.
+    /// returns when the last replies have been sent, and at the latest 0.5 s after `is_stopping`
+    /// has returned true.
     ///
     /// # Errors
     /// Returns an error if the operating system fails to report events. No client can cause this
@@ -256,7 +256,7 @@ mod tests {
     use crate::codec::handshake::{GREETING, READY};
     use crate::testing::{Echo, REQ_READY};
 
-    /// Reads until the server closes the connection. Panics after a timeout.
+    /// Reads all bytes until the server closes the connection. Panics if no bytes arrive for 20 s.
     fn read_to_end(mut stream: TcpStream) -> Vec<u8> {
         let mut bytes = Vec::new();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();

@@ -20,7 +20,7 @@ pub(crate) struct Wire(Rc<RefCell<Ends>>);
 struct Ends {
     incoming: VecDeque<u8>,
     outgoing: Vec<u8>,
-    /// The number of bytes that can be written before the stream would block.
+    /// The number of bytes that can be written before a write returns [`ErrorKind::WouldBlock`].
     capacity: usize,
     is_closed: bool,
     /// The errors for the next reads and writes, one for each call.
@@ -28,7 +28,7 @@ struct Ends {
 }
 
 impl Wire {
-    /// Creates a stream in which a handshake and `incoming` wait to be read.
+    /// Creates a stream from which a handshake and then `incoming` can be read.
     pub(crate) fn new(incoming: &[u8]) -> Self {
         let wire = Self::silent();
         wire.push_handshake();
@@ -36,7 +36,7 @@ impl Wire {
         wire
     }
 
-    /// Creates a stream in which no bytes wait to be read.
+    /// Creates a stream from which no bytes can be read yet.
     pub(crate) fn silent() -> Self {
         let wire = Self::default();
         wire.set_capacity(usize::MAX);
@@ -109,7 +109,8 @@ impl Write for Wire {
     }
 }
 
-/// A service whose reply is equal to the request. The request `ping` does not count as activity.
+/// A service that replies with the bytes of the request. The request `ping` does not count as
+/// activity.
 #[derive(Default)]
 pub(crate) struct Echo {
     /// The number of calls of `after_round`.

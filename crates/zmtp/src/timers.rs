@@ -3,23 +3,26 @@
 
 use std::time::{Duration, Instant};
 
-/// The delay before the server accepts connections again after it has turned clients away, or after
-/// the operating system has run out of descriptors or memory.
+/// The delay before the server tries again to accept connections. The server waits after it has
+/// turned clients away, and after the operating system has run out of descriptors or memory.
 const RETRY_DELAY: Duration = Duration::from_millis(100);
 
-/// A stopping server stops answering requests after this time without input.
+/// A server that is shutting down stops answering requests when it has received no input for this
+/// time.
 const QUIET: Duration = Duration::from_millis(20);
 
 /// Like [`QUIET`], but for a server with at least one connection that is not ready for requests.
 const QUIET_UNREADY: Duration = Duration::from_millis(100);
 
-/// A stopping server stops answering requests after this time, even if there is input.
+/// A server that is shutting down stops answering requests after this time, even if input still
+/// arrives.
 const MAX_DRAIN: Duration = Duration::from_millis(300);
 
-/// The maximum time that a server takes to stop, including the time for sending the last replies.
+/// The maximum duration of a shutdown, including the time for sending the last replies.
 const LINGER: Duration = Duration::from_millis(500);
 
-/// The schedule for attempts to accept a connection. Attempts that would fail are delayed.
+/// The schedule for accepting connections. While the server cannot take more connections, the next
+/// attempt is delayed.
 #[derive(Debug)]
 pub(crate) struct AcceptBackoff {
     /// True if a connection may be waiting to be accepted.
@@ -50,8 +53,8 @@ impl AcceptBackoff {
     }
 }
 
-/// The timer of a server that is shutting down. A stopping server still answers requests that clients have
-/// already sent.
+/// The timer of a server that is shutting down. Such a server still answers requests that clients
+/// have already sent.
 #[derive(Debug)]
 pub(crate) struct Drain {
     started: Instant,
@@ -64,14 +67,14 @@ impl Drain {
         Self { started: now, last_input: now }
     }
 
-    /// Returns the time left for answering requests, or `None` if there is none left.
+    /// Returns the time left for answering requests, or `None` if the time is up.
     pub(crate) fn time_left(&self, has_unready: bool, now: Instant) -> Option<Duration> {
         let quiet = if has_unready { QUIET_UNREADY } else { QUIET };
         let end = (self.started + MAX_DRAIN).min(self.last_input + quiet);
         end.checked_duration_since(now).filter(|left| !left.is_zero())
     }
 
-    /// Returns the time left for sending replies, or `None` if there is none left.
+    /// Returns the time left for sending replies, or `None` if the time is up.
     pub(crate) fn linger_left(&self, now: Instant) -> Option<Duration> {
         (self.started + LINGER).checked_duration_since(now).filter(|left| !left.is_zero())
     }

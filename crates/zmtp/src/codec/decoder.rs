@@ -30,7 +30,8 @@ pub enum Phase {
     Handshake,
     /// The peer may send requests.
     Ready,
-    /// An oversized frame has arrived, and no complete request has followed yet.
+    /// A frame longer than [`MAX_REQUEST_BYTES`](crate::limits::MAX_REQUEST_BYTES) has arrived, and
+    /// no complete request has followed yet.
     Oversized,
 }
 
@@ -45,7 +46,7 @@ struct LongFrame {
     kept: Vec<u8>,
 }
 
-/// The part of a message that the decoder expects next, once the handshake is complete.
+/// After the handshake, the part of a message that the decoder expects next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
     /// The beginning of a message. The envelope of the previous message is still stored.
@@ -70,7 +71,7 @@ impl Decoder {
     }
 
     /// Returns the envelope of the latest request as encoded bytes. The encoded reply must begin
-    /// with the bytes of the envelope.
+    /// with these bytes.
     pub fn envelope(&self) -> &[u8] {
         &self.envelope
     }
@@ -79,8 +80,8 @@ impl Decoder {
     /// and the event.
     ///
     /// # Errors
-    /// Returns an error if the peer violates the protocol or a limit. The server should disconnect
-    /// such a peer.
+    /// Returns an error if the peer violates the protocol or exceeds a limit. The server should
+    /// disconnect such a peer.
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
         if self.handshake != Handshake::Complete {
             let (consumed, event);
@@ -188,7 +189,8 @@ pub(crate) mod tests {
         [&GREETING[..], REQ].concat()
     }
 
-    /// Decodes `input`. Returns the events as text, and after them the error, if any.
+    /// Decodes `input`. Returns the events as text. If decoding fails, the last element is the
+    /// error.
     pub(crate) fn events(decoder: &mut Decoder, mut input: &[u8]) -> Vec<String> {
         let mut events = Vec::new();
         loop {
@@ -238,7 +240,8 @@ pub(crate) mod tests {
         events
     }
 
-    /// Decodes a handshake and then `input`. Returns the events of `input` and the decoder.
+    /// Passes a handshake and then `input` to a new decoder. Returns the events of `input`, and
+    /// also the decoder.
     fn after_handshake(input: &[u8]) -> (Vec<String>, Decoder) {
         let mut decoder = Decoder::default();
         assert_eq!(events(&mut decoder, &handshake()).last().unwrap(), "Ready");

@@ -16,14 +16,14 @@ pub enum Event<'i> {
     Send(&'static [u8]),
     /// The handshake is complete.
     Ready,
-    /// A PING command. The server must answer with [`push_pong`](crate::codec::push_pong) and the
-    /// same context.
+    /// A PING command. The server must answer with a PONG command that has the same context.
+    /// [`push_pong`](crate::codec::push_pong) encodes it.
     Ping {
         /// The context of the PING command, at most 16 bytes.
         context: &'i [u8],
     },
-    /// A complete request. Send the reply with the envelope from
-    /// [`Decoder::envelope`](crate::codec::Decoder::envelope).
+    /// A complete request. The encoded reply must begin with the envelope that
+    /// [`Decoder::envelope`](crate::codec::Decoder::envelope) returns.
     Request {
         /// The last frame of the body. In a long frame, all bytes after the first
         /// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) are replaced with zeros.
@@ -31,12 +31,12 @@ pub enum Event<'i> {
         /// The number of frames in the body.
         frames: usize,
     },
-    /// A request with an oversized frame. Send an error reply immediately; the decoder skips the
-    /// rest of the request.
+    /// A request with a frame longer than [`MAX_REQUEST_BYTES`](crate::limits::MAX_REQUEST_BYTES).
+    /// Send an error reply immediately; the decoder skips the rest of the request.
     Oversized(ProtocolError),
 }
 
-/// A violation of the ZMTP protocol or of a limit by the peer.
+/// A violation of the ZMTP protocol by a peer, or a limit that the peer has exceeded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProtocolError {

@@ -1,12 +1,12 @@
-//! ZMTP frames. A frame consists of a flags byte, a length of 1 or 8 bytes, and a body. The body of
-//! a command consists of a name and data.
+//! ZMTP frames. A frame consists of a flags byte, a length field of 1 or 8 bytes, and a body. The
+//! body of a command consists of a name and data.
 
 use crate::codec::event::{Event, ProtocolError};
 use crate::limits::MAX_COMMAND_BYTES;
 
 /// The flag that announces another frame of the same message.
 const MORE: u8 = 1;
-/// The flag for a length of 8 bytes instead of 1.
+/// The flag for a length field of 8 bytes instead of 1 byte.
 const LONG: u8 = 2;
 /// The flag that distinguishes a command from a frame of a message.
 pub(crate) const COMMAND: u8 = 4;
@@ -63,15 +63,15 @@ pub(crate) struct Frame<'i> {
 }
 
 impl<'i> Frame<'i> {
-    /// Reads a frame of the handshake at the beginning of `input`, or returns `None` if the frame
-    /// is incomplete.
+    /// Reads the handshake frame with which `input` begins, or returns `None` if the frame is
+    /// incomplete.
     pub(crate) fn read(input: &'i [u8]) -> Result<Option<Self>, ProtocolError> {
         let header = Header::read(input, MAX_COMMAND_BYTES)?;
         Ok(header.and_then(|header| Self::split(input, header)))
     }
 
-    /// Returns the frame with this header at the beginning of `input`, or `None` if the frame is
-    /// incomplete.
+    /// Returns the frame with which `input` begins, or `None` if the frame is incomplete. `header`
+    /// is the header of the frame.
     pub(crate) fn split(input: &'i [u8], header: Header) -> Option<Self> {
         let whole = input.get(..header.bytes + header.length)?;
         Some(Self { body: &whole[header.bytes..], header, whole })

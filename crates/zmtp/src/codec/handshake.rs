@@ -1,10 +1,10 @@
 //! The handshake, which consists of a greeting and a READY command.
 //!
 //! A peer that supports only ZMTP 2.0 (<https://rfc.zeromq.org/spec/15/>), such as `JeroMQ` 0.3,
-//! sends version 1 in the eleventh byte of its greeting. After the eleventh byte, each side sends
-//! its socket type in one byte and its identity in a frame. All later frames have the format of
-//! ZMTP 3. The server waits for the version of the peer before it sends the rest of its own
-//! greeting, because that rest depends on the version.
+//! sends version 1 in the eleventh byte of its greeting. After the eleventh byte, both sides of a
+//! ZMTP 2.0 connection send their socket type in one byte and their identity in a frame. All later
+//! frames have the format of ZMTP 3. The server waits for the version of the peer before it sends
+//! the rest of its own greeting, because that rest depends on the version.
 
 use crate::codec::event::{Event, ProtocolError};
 use crate::codec::frame::{Frame, socket_type};
@@ -22,8 +22,8 @@ const MAJOR_VERSION: &[u8] = GREETING.split_at(VERSION + 1).0.split_at(VERSION).
 /// The bytes of the greeting after the major version.
 const REST: &[u8] = GREETING.split_at(VERSION + 1).1;
 
-/// The socket type REP and an empty identity. The server sends them to a ZMTP 2.0 peer instead of
-/// [`REST`].
+/// The bytes that the server sends to a ZMTP 2.0 peer instead of [`REST`]: the socket type REP and
+/// an empty identity.
 const TYPE_AND_IDENTITY: &[u8] = b"\x04\0\0";
 
 /// The READY command of a REP socket.
@@ -34,7 +34,7 @@ const VERSION: usize = 10;
 /// The position of the mechanism in [`REST`].
 const MECHANISM: std::ops::Range<usize> = 1..21;
 
-/// The state of the handshake: the part that the peer sends next.
+/// The part of the handshake that the peer sends next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Handshake {
     #[default]
