@@ -90,8 +90,8 @@ mod tests {
 
     use super::*;
 
-    /// The position of a wall segment's start, and a flag that is true if the segment runs east and
-    /// false if it runs south.
+    /// A wall segment: the position of its start, and true if it runs east or false if it runs
+    /// south.
     type Piece = (i32, i32, bool);
 
     /// Parses a path into wall segments of one cell.
