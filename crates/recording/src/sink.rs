@@ -42,9 +42,9 @@ pub(crate) struct RecordingFile {
 impl RecordingFile {
     /// Creates a new file.
     ///
-    /// On Unix, the file is opened for appending. If another program has changed the length of the
-    /// file, records are still written at the end, and the unexpected length reveals the change.
-    /// Windows cannot truncate a file that is open for appending.
+    /// On Unix, the file is opened for appending, so records are always written at its end. If
+    /// another program has changed the length of the file, the next check detects the change. On
+    /// Windows, the file is not opened for appending, because such a file cannot be truncated.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let mut options = File::options();
         let file = options.write(true).append(cfg!(unix)).create_new(true).open(path)?;
@@ -149,8 +149,8 @@ impl<S: Storage> Write for Sink<S> {
 }
 
 impl<S> Seek for Sink<S> {
-    /// Returns the current position. Moving to another position is not supported, because the MCAP
-    /// writer never does so.
+    /// Returns the current position. The MCAP writer only asks for the position, so moving to
+    /// another position is not supported.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
             SeekFrom::Current(0) => Ok(self.whole + self.buffer.len() as u64),

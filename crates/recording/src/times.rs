@@ -27,7 +27,8 @@ pub struct Times {
     /// The values of `newest` and `gaps.len()` before the last `push`. `undo_push` restores these
     /// values.
     previous: (u64, usize),
-    /// Full chunks of older gaps. Clones of the list share these chunks.
+    /// Full chunks of encoded gaps, older than those in `gaps`. Clones of the list share these
+    /// chunks.
     chunks: Vec<Arc<Vec<u8>>>,
     /// The ticks between states, encoded in LEB128: seven bits per byte, lowest bits first. The
     /// high bit is set in every byte of a gap except the last byte.
