@@ -65,8 +65,8 @@ impl Access {
             (Some(host), None, None) => host.to_str().unwrap_or_default().to_ascii_lowercase(),
             (host, _, authority) => {
                 let text = format!(
-                    "expected one Host header and a target without a host, found {host:?} and \
-                     {authority:?}"
+                    "expected one Host header and a request target without a host, found {host:?} \
+                     and {authority:?}"
                 );
                 return Err(ApiError::bad_request(text));
             }
@@ -116,7 +116,7 @@ impl Access {
         tokens.chain(query_token(uri)).any(|sent| constant_time_eq(sent, token))
     }
 
-    /// Returns a cookie with the token if the URL of a request contains a token.
+    /// Returns a cookie with the server's token if the URL of a request contains a token.
     fn cookie_for(&self, uri: &Uri) -> Option<HeaderValue> {
         let (token, _) = (self.token.as_ref()?, query_token(uri)?);
         let cookie = format!("{}={token}; Path=/; HttpOnly; SameSite=Lax", self.cookie_name);

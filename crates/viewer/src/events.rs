@@ -20,7 +20,7 @@ use crate::live::LiveServer;
 use crate::mouse::RunnerStatus;
 
 /// The usual interval at which an event stream polls the state of the server. Users do not notice
-/// so short a delay. More frequent events would leave the browser less time to draw.
+/// such a short delay. More frequent events would leave the browser less time to draw.
 const POLL_INTERVAL: Duration = Duration::from_millis(33);
 
 /// The polling interval of an event stream while the simulation is idle or the search is fast. A

@@ -40,7 +40,7 @@ impl JobQueue {
         Self { kind, permits, max_wait, in_background: false }
     }
 
-    /// Runs the jobs at the lowest priority, so that the jobs do not slow down a search. On a busy
+    /// Runs the jobs at the lowest priority, so that they do not slow down a search. On a busy
     /// machine, jobs at this priority may take a long time.
     pub(crate) fn in_background(self) -> Self {
         Self { in_background: true, ..self }

@@ -18,7 +18,7 @@ pub(crate) struct LiveServer {
     pub(crate) address: String,
     pub(crate) source: Arc<Source>,
     pub(crate) runner: Runner,
-    /// The path of the current maze, as in the catalogue.
+    /// The path of the current maze, as listed in the catalogue.
     maze: Mutex<String>,
     /// A lock that is held while the maze or the mouse changes.
     change: Mutex<()>,

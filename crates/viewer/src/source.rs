@@ -20,7 +20,7 @@ const CACHED_BLOCKS: usize = 8;
 /// during the attempt.
 const MAX_ATTEMPTS: usize = 100;
 
-/// The run number of every recording.
+/// The number of the only run in a recording.
 const RECORDED_RUN: u32 = 0;
 
 /// A source of states with a cache of recently read data.
@@ -166,8 +166,8 @@ impl Source {
         }
     }
 
-    /// Returns the block that contains a state, from the cache if possible. A cached block may lack
-    /// states that arrived later.
+    /// Returns the block that contains a state, from the cache if possible. A cached block is used
+    /// only if it already contains the state.
     pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
         let has_state = |states: &&Arc<States>| states.get(index).is_some();
         let cached = self.cache(run, |cache| cache.blocks.iter().find(has_state).cloned());
@@ -198,7 +198,7 @@ impl Source {
         states.ok_or_else(|| ApiError::not_found(format!("state {index} does not exist")))
     }
 
-    /// Returns the distance bounds at sampled states of a run, and caches the bounds.
+    /// Returns the distance bounds at sampled states of a run, and caches them.
     pub(crate) fn distances(&self, run: u32) -> Result<DistanceHistory, ApiError> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
         let mut distances = self.cache(run, |cache| cache.distances.clone());

@@ -28,8 +28,8 @@ use crate::limits::Limits;
 use crate::transfer::Connection;
 use crate::{api, jobs};
 
-/// The minimum size of a compressed response, in bytes. Views of single states, which are frequent,
-/// are smaller and therefore not compressed.
+/// The minimum size of a compressed response, in bytes. Frequent responses, such as the view of a
+/// single state, are smaller and therefore not compressed.
 const MIN_COMPRESSED_BYTES: u64 = 4096;
 
 /// The delay before accepting connections again after an error, such as a lack of file descriptors.
