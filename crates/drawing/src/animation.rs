@@ -67,8 +67,8 @@ impl Animation {
     }
 
     /// Adds a frame that is shown for `delay_ms` milliseconds. The display time is rounded up to a
-    /// hundredth of a second, the time unit of GIF. It is at least 20 ms, the minimum that browsers
-    /// support.
+    /// hundredth of a second, the time unit of GIF. The display time is at least 20 ms, the minimum
+    /// that browsers support.
     ///
     /// # Errors
     /// Returns an error if the width is out of range (see [`Scene::png`]) or if the size of the
@@ -159,8 +159,8 @@ fn px(pixels: usize) -> u16 {
 }
 
 /// Returns the indices of the states to show in an animation of a search with `states` states. At
-/// most `max_frames` states are selected. They are evenly spaced and include the last state and, if
-/// `max_frames` is at least 2, also the first state.
+/// most `max_frames` states are selected. The selected states are evenly spaced. They include the
+/// last state and, if `max_frames` is at least 2, the first state.
 ///
 /// ```
 /// use mmsim_drawing::frame_indices;

@@ -66,7 +66,7 @@ impl Canvas {
     }
 }
 
-/// Returns the text of a drawing before its first [`Part`]. This text contains the styles and the
+/// Returns the text of a drawing before its first [`Part`]. The text contains the styles and the
 /// names of the hidden layers.
 fn head<'a>(drawing: &'a str, parts: &[Part]) -> &'a str {
     &drawing[..parts.first().map_or(drawing.len(), |part| part.text.start)]
@@ -127,7 +127,8 @@ impl Tiles {
     /// Returns the indices of the tiles that may contain pixels of an element in this area.
     fn indices(&self, [west, north, east, south]: Area) -> impl Iterator<Item = usize> + '_ {
         let span = |from: i32, to: i32, scale: f64, count: usize| {
-            // Two extra pixels: one for anti-aliased edges, one for tiles that begin within a pixel.
+            // Two extra pixels: one for anti-aliased edges, and one for tiles that begin within a
+            // pixel.
             let tile = |units: f64| (units + f64::from(MARGIN)) / f64::from(PITCH);
             let first = tile(f64::from(from) - 2.0 / scale).floor().max(0.0);
             let end = tile(f64::from(to) + 2.0 / scale).ceil().max(0.0);

@@ -13,7 +13,7 @@ use crate::theme::Theme;
 ///
 /// The path of a number is the concatenation of the paths of its digits, each preceded by `M{x} 0`.
 /// For digit i of n, counted from 0, x is (i − n/2) · advance, rounded to two decimals (see
-/// [`digits`](crate::digits)). The colour of a weight w has the index round(63 · w / max(1, the
+/// [`digits`](crate::digits)). The index of the colour for a weight w is round(63 · w / max(1, the
 /// largest weight)).
 ///
 /// ```

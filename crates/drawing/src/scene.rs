@@ -12,7 +12,7 @@ pub const TRAIL_CELLS: usize = 500;
 /// scene borrows the mazes and the trail. Nothing is drawn until an output is requested.
 ///
 /// In a scene without a client's map, a page shows all walls pale, because it adds a map later. A
-/// file shows them at full strength.
+/// file shows all walls at full strength.
 ///
 /// ```
 /// use mmsim_drawing::{Layers, Scene, Theme};

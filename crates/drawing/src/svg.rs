@@ -20,7 +20,7 @@ pub(crate) enum View {
     Page,
     /// A standalone file, which contains its style.
     File,
-    /// An input of the rasterizer, without invisible elements.
+    /// Input for the rasterizer, without invisible elements.
     Pixels,
 }
 

@@ -90,8 +90,7 @@ mod tests {
 
     use super::*;
 
-    /// A wall segment: the position of its start, and true if it runs east or false if it runs
-    /// south.
+    /// A wall segment: its start, and whether it runs east (true) or south (false).
     type Piece = (i32, i32, bool);
 
     /// Parses a path into wall segments of one cell.

@@ -26,7 +26,7 @@ pub enum ReadError {
     /// The file ends or is damaged before its description of the maze.
     #[error("expected a description of the maze, found {found} at byte {at}")]
     MissingDescription {
-        /// The number of intact bytes.
+        /// The number of intact bytes at the beginning of the file.
         at: u64,
         /// The reason why the next record is invalid, or `the end of the file`.
         found: String,

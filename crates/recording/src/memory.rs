@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The memory in bytes that must remain free after an allocation for states.
 ///
-/// This memory is left for allocations for other purposes. They need only a limited amount of
-/// memory, but most of them abort the process if they fail.
+/// This memory is reserved for allocations for other purposes, most of which abort the process if
+/// they fail. Such allocations need only a limited amount of memory.
 const HEADROOM_BYTES: usize = 4 << 20;
 
 /// Reserves capacity for `additional` more elements. Fails if less than `HEADROOM_BYTES` would

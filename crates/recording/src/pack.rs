@@ -22,7 +22,7 @@ use crate::reader::{Description, Integrity, read_states};
 use crate::save::{RecordWriter, compressed};
 use crate::sink::{Identity, identity};
 
-/// The data shared with the background thread. It allows a server to cancel compression at
+/// Data shared with the background thread. A server uses this data to cancel compression at
 /// shutdown.
 #[derive(Default)]
 pub(crate) struct Packing {
@@ -57,7 +57,7 @@ impl Packing {
     }
 }
 
-/// The minimum number of states for compression. Recordings with fewer states stay uncompressed.
+/// The minimum number of states that a recording must have to be compressed.
 const MIN_STATES: u32 = 8;
 
 /// The approximate memory that compression needs, in bytes.
@@ -173,7 +173,8 @@ impl Packer {
         }
     }
 
-    /// Waits up to one second for queued recordings to be compressed. The others stay uncompressed.
+    /// Waits up to one second for queued recordings to be compressed. Recordings that are not
+    /// compressed by then stay uncompressed.
     pub(crate) fn finish(self) {
         let Self { queue, packing, done } = self;
         drop(queue);

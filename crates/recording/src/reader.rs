@@ -30,8 +30,9 @@ const MAX_UNPACKED_BYTES: u64 = 2 << 30;
 /// are compressed by a factor of at most about 400.
 pub(crate) const MAX_COMPRESSION_RATIO: u64 = 1000;
 
-/// The maximum length of a record that describes the simulation, in bytes. Descriptions stay in
-/// memory. The description of the largest maze takes less than 12,000 bytes.
+/// The maximum length of a record that describes the simulation, in bytes. The length is limited
+/// because descriptions stay in memory. The description of the largest maze takes less than 12,000
+/// bytes.
 const MAX_DESCRIPTION_BYTES: usize = 64 << 10;
 
 /// The maximum number of bytes per read. Long records are read in several steps, because a length
@@ -60,7 +61,7 @@ pub enum Integrity {
     },
 }
 
-/// The simulation that a recording describes.
+/// A recording's description of its simulation.
 #[derive(Clone, Debug)]
 pub(crate) struct Description {
     /// `states` is 0.

@@ -92,8 +92,8 @@ impl Recorder {
         closed
     }
 
-    /// Waits up to one second for closed files to be compressed. The remaining files stay
-    /// uncompressed.
+    /// Waits up to one second for closed files to be compressed. Files that are not compressed by
+    /// then stay uncompressed.
     pub fn finish(self) {
         if let Some(packer) = self.packer {
             packer.finish();

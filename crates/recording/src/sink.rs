@@ -4,8 +4,8 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// The device and the inode of a file. They distinguish the file from another file with the same
-/// name. Both numbers are 0 on systems without inodes.
+/// The device number and the inode number of a file. These numbers distinguish the file from
+/// another file with the same name. Both numbers are 0 on systems without inodes.
 pub(crate) type Identity = (u64, u64);
 
 #[cfg(unix)]
@@ -21,7 +21,7 @@ pub(crate) fn identity(_: &Metadata) -> Identity {
 
 /// A file that can be appended to and truncated.
 pub(crate) trait Storage {
-    /// Appends some of the bytes and returns the number of appended bytes.
+    /// Appends some or all of the bytes and returns the number of appended bytes.
     fn append(&mut self, bytes: &[u8]) -> io::Result<usize>;
 
     /// Returns the length of the file in bytes. Fails if the file is no longer at its path.
@@ -43,8 +43,8 @@ impl RecordingFile {
     /// Creates a new file.
     ///
     /// On Unix, the file is opened for appending, so records are always written at its end. If
-    /// another program has changed the length of the file, the next check detects the change. On
-    /// Windows, the file is not opened for appending, because such a file cannot be truncated.
+    /// another program has changed the length of the file, the next check detects the change.
+    /// Append mode is not used on Windows, which cannot truncate a file that is open for appending.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let mut options = File::options();
         let file = options.write(true).append(cfg!(unix)).create_new(true).open(path)?;

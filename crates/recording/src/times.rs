@@ -10,7 +10,8 @@ use crate::memory::reserve;
 /// The capacity of a chunk in bytes.
 const CHUNK_BYTES: usize = 64 * 1024;
 
-/// The maximum length of an encoded gap in bytes: 64 bits with seven bits per byte.
+/// The maximum length of an encoded gap in bytes. A gap has up to 64 bits, and each byte stores
+/// seven of them.
 const GAP_BYTES: usize = 10;
 
 /// The times of the states of a history.

@@ -182,8 +182,8 @@ fn query_token(uri: &Uri) -> Option<&str> {
     uri.query()?.split('&').find_map(|pair| pair.strip_prefix("token="))
 }
 
-/// Compares two strings in a time that depends only on their lengths. The time does not reveal how
-/// much of a guessed token is correct.
+/// Compares two strings in a time that depends only on their lengths. The time therefore does not
+/// reveal how much of a guessed token is correct.
 fn constant_time_eq(sent: &str, token: &str) -> bool {
     let differing = sent.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
     sent.len() == token.len() && differing == 0

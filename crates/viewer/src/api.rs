@@ -148,7 +148,7 @@ struct SourceInfo {
     shortest_path: Option<u16>,
     /// The integrity of a recording, which is `closed`, `cut` or `damaged`.
     ending: Option<&'static str>,
-    /// A description of the problem with a recording, if there is one.
+    /// A description of the problem if the recording was not closed or is damaged.
     note: Option<String>,
 }
 

@@ -28,7 +28,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(33);
 /// are less important, since each state that a page fetches also contains the number of states.
 const SLOW_POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// A search counts as fast if more new states than this arrive between two events.
+/// A search counts as fast if more states than this arrive between two events.
 const FAST_SEARCH_STATES: usize = 50;
 
 /// The time without changes after which a simulation counts as idle.

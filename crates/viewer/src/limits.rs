@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-/// The maximum number of connections. A browser opens up to six connections. The limit keeps file
-/// descriptors available for mice.
+/// The maximum number of connections. A browser opens up to six connections to a server. The limit
+/// keeps file descriptors available for mice.
 pub const MAX_VIEWER_CONNECTIONS: usize = 64;
 
 /// The maximum number of event streams. Each page has one event stream and needs further

@@ -11,7 +11,7 @@ use crate::api_error::ApiError;
 use crate::mouse::Runner;
 use crate::source::Source;
 
-/// A running server, and the runner that starts bundled mice against this server.
+/// A running server, and the runner that starts bundled mice for it.
 pub(crate) struct LiveServer {
     pub(crate) monitor: Monitor,
     /// The address that clients connect to.

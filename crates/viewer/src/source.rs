@@ -12,8 +12,8 @@ use mmsim_server::{Monitor, MonitorError, Status};
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory};
 
-/// The maximum number of unpacked blocks in the cache of a source, which is enough for two states
-/// and their trails.
+/// The maximum number of unpacked blocks in the cache of a source. This number is enough for two
+/// states and their trails.
 const CACHED_BLOCKS: usize = 8;
 
 /// The maximum number of attempts to describe the current run. An attempt fails if the run ends

@@ -88,7 +88,8 @@ impl Viewer {
         Self { limits, ..self }
     }
 
-    /// Returns the URL of the page, such as `http://127.0.0.1:6575`, with the token if there is one.
+    /// Returns the URL of the page, such as `http://127.0.0.1:6575`. The URL contains the token, if
+    /// there is one.
     pub fn address(&self) -> String {
         format!("http://{}{}", self.local, self.access.query())
     }
