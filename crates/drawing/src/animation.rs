@@ -44,7 +44,7 @@ pub struct Animation {
     begun: Option<Begun>,
 }
 
-/// The state of an animation with at least one frame.
+/// The state of an animation after its first frame has been added.
 struct Begun {
     palette: Palette,
     encoder: Encoder<Vec<u8>>,
@@ -67,8 +67,8 @@ impl Animation {
     }
 
     /// Adds a frame that is shown for `delay_ms` milliseconds. The display time is rounded up to a
-    /// hundredth of a second, the time unit of GIF. It is at least 20 ms, the minimum that browsers
-    /// support.
+    /// hundredth of a second, the time unit of GIF. The display time is at least 20 ms, the minimum
+    /// that browsers support.
     ///
     /// # Errors
     /// Returns an error if the width is out of range (see [`Scene::png`]) or if the size of the
@@ -111,7 +111,7 @@ impl Begun {
         Ok(Self { palette, encoder, canvas, last: Some((frame, delay_ms)) })
     }
 
-    /// Returns a frame that, drawn over the previous picture, gives the picture on the canvas.
+    /// Returns a frame that turns the picture `shown` into the picture on the canvas.
     fn change(&mut self, shown: &Pixmap) -> Frame<'static> {
         let (old, new) = (shown.pixels(), self.canvas.pixmap().pixels());
         let width = shown.width() as usize;
@@ -158,9 +158,9 @@ fn px(pixels: usize) -> u16 {
     u16::try_from(pixels).unwrap_or(u16::MAX)
 }
 
-/// Selects states for an animation: returns the indices of at most `max_frames` of `states` states.
-/// The selected states are evenly spaced and include the last state. If `max_frames` is at least 2,
-/// they also include the first state.
+/// Returns the indices of the states to show in an animation of a search with `states` states. At
+/// most `max_frames` states are selected. The selected states are evenly spaced. They include the
+/// last state and, if `max_frames` is at least 2, the first state.
 ///
 /// ```
 /// use mmsim_drawing::frame_indices;
@@ -186,7 +186,7 @@ mod tests {
     use crate::scene::Layers;
     use crate::theme::Theme;
 
-    /// Decodes a GIF. Returns the final picture and the display times of the frames in hundredths
+    /// Decodes a GIF. Returns the final picture and the display time of each frame, in hundredths
     /// of a second.
     fn played(gif: &[u8]) -> (Pixmap, Vec<u16>) {
         let mut options = DecodeOptions::new();

@@ -14,7 +14,7 @@ const BAR: f64 = 18.0;
 const PITCH: f64 = 25.0;
 /// The height of a line of text, such as the title, the legend or a group name.
 const LINE: f64 = 28.0;
-/// An upper estimate of the mean width of a character. The actual width depends on the reader's
+/// A generous estimate of the mean width of a character. The actual width depends on the reader's
 /// font.
 const LETTER: f64 = 7.6;
 /// The space between a bar and the text beside it.

@@ -10,9 +10,9 @@ use crate::pixels::{PictureError, paint};
 use crate::scene::Scene;
 use crate::svg::{Part, Svg, View};
 
-/// The minimum scale in pixels per unit for partial updates. Below this scale, the whole picture is
-/// redrawn, because the line of the trail is thinner than a pixel, and each of its pixels may
-/// depend on the whole trail.
+/// The minimum scale in pixels per unit for partial updates. Below this scale, the trail is thinner
+/// than a pixel, and each pixel under the trail may depend on the whole trail. Therefore the whole
+/// picture is redrawn.
 const THIN: f64 = 0.5;
 
 /// A picture that redraws only the tiles in which something changed. The result is the same as if
@@ -66,13 +66,13 @@ impl Canvas {
     }
 }
 
-/// Returns everything in a drawing before its first part: the styles and the names of the hidden
-/// layers.
+/// Returns the text of a drawing before its first [`Part`]. The text contains the styles and the
+/// names of the hidden layers.
 fn head<'a>(drawing: &'a str, parts: &[Part]) -> &'a str {
     &drawing[..parts.first().map_or(drawing.len(), |part| part.text.start)]
 }
 
-/// Returns the areas of all parts that occur in one of the two drawings but not in the other.
+/// Returns the areas of all parts that occur in only one of the drawings `old` and `new`.
 fn changes(old: (&str, &[Part]), new: (&str, &[Part])) -> Vec<Area> {
     let (old, new) = (keys(old), keys(new));
     old.symmetric_difference(&new).map(|(_, area)| *area).collect()
@@ -115,7 +115,7 @@ impl Tiles {
         }
     }
 
-    /// Returns a flag for each tile, which is true if one of these areas touches the tile.
+    /// Returns a flag for each tile: true if at least one of these areas touches the tile.
     fn touched(&self, areas: Vec<Area>) -> Vec<bool> {
         let mut touched = vec![false; self.columns * self.rows];
         for tile in areas.into_iter().flat_map(|area| self.indices(area)) {
@@ -124,10 +124,11 @@ impl Tiles {
         touched
     }
 
-    /// Returns the indices of the tiles in which an element in this area may colour pixels.
+    /// Returns the indices of the tiles that may contain pixels of an element in this area.
     fn indices(&self, [west, north, east, south]: Area) -> impl Iterator<Item = usize> + '_ {
         let span = |from: i32, to: i32, scale: f64, count: usize| {
-            // Two extra pixels: one for anti-aliased edges, one for tiles that begin within a pixel.
+            // Two extra pixels: one for anti-aliased edges, and one for tiles that begin within a
+            // pixel.
             let tile = |units: f64| (units + f64::from(MARGIN)) / f64::from(PITCH);
             let first = tile(f64::from(from) - 2.0 / scale).floor().max(0.0);
             let end = tile(f64::from(to) + 2.0 / scale).ceil().max(0.0);

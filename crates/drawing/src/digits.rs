@@ -8,9 +8,9 @@ pub(crate) const ADVANCE: f64 = 5.0;
 /// The stroke width of a digit, in units.
 pub(crate) const STROKE: f64 = 0.95;
 
-/// The path of each digit. A path is relative to the middle of the left edge of the digit's box,
-/// and begins with a move from there. The box is [`ADVANCE`] units wide; a digit is 3.4 units wide
-/// (the 1 is narrower) and 6.8 units high.
+/// The path of each digit. A path starts at the middle of the left edge of the digit's box, and its
+/// first command moves to the beginning of the first stroke. The box is [`ADVANCE`] units wide; a
+/// digit is 3.4 units wide (the 1 is narrower) and 6.8 units high.
 pub(crate) const DIGITS: [&str; 10] = [
     "m2.5-3.4c1.2 0 1.75 1.4 1.75 3.4s-.55 3.4-1.75 3.4-1.75-1.4-1.75-3.4.55-3.4 1.75-3.4z",
     "m1.15-2.2 1.75-1.2v6.8",

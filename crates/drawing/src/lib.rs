@@ -10,13 +10,14 @@
 //! ```
 //!
 //! A [`Scene`] describes a picture: a maze or a client's map, and optionally the mouse, numbers in
-//! the cells and the trail. Every scene is drawn as SVG. PNG files and the frames of an
-//! [`Animation`] are rasterized from the SVG, so all formats look alike.
+//! the cells and the trail. Every scene is first drawn as SVG. PNG files and the frames of an
+//! [`Animation`] are rasterized from that SVG, so all formats look alike.
 //!
 //! A [`BarChart`] compares the scores of trials.
 //!
-//! SVG elements have classes instead of styles (see [`Scene::page_svg`]), and the [`stylesheet`]
-//! defines the colours. Numbers are drawn as strokes ([`digits`]), so no font is needed.
+//! The elements of an SVG have classes (see [`Scene::page_svg`]). A page gets the colours of the
+//! classes from the [`stylesheet`], and an SVG file contains its own style. Numbers are drawn as
+//! strokes ([`digits`]), so no font is needed.
 //!
 //! ```
 //! use mmsim_drawing::{Scene, Theme};

@@ -4,16 +4,16 @@ use crate::digits::{ADVANCE, DIGITS, decimals};
 use crate::heat::ramp;
 use crate::theme::Theme;
 
-/// Returns JSON with the tables that a web page needs to draw numbers and heat colours in the same
-/// way as this crate:
+/// Returns JSON with the tables that a web page needs to draw the same numbers and heat colours as
+/// this crate:
 ///
 /// ```json
 /// {"advance": 5, "digits": ["m…", … 10], "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
 /// ```
 ///
-/// To draw a number, concatenate for each digit `M{x} 0` and the path of the digit. For digit i of
-/// n, counted from 0, x is (i − n/2) · advance, rounded to two decimals (see
-/// [`digits`](crate::digits)). The colour of a weight w has the index round(63 · w / max(1, the
+/// The path of a number is the concatenation of the paths of its digits, each preceded by `M{x} 0`.
+/// For digit i of n, counted from 0, x is (i − n/2) · advance, rounded to two decimals (see
+/// [`digits`](crate::digits)). The index of the colour for a weight w is round(63 · w / max(1, the
 /// largest weight)).
 ///
 /// ```

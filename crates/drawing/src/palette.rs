@@ -13,8 +13,9 @@ use crate::scene::Scene;
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
 const MAX_COLOURS: usize = 255;
 
-/// The number of colours that a palette reproduces exactly: the colours of the theme and the
-/// colours that cover the largest areas. The rest of the palette approximates all other colours.
+/// The number of colours that a palette reproduces exactly. These are the colours of the theme and
+/// the colours that cover the largest areas. The rest of the palette approximates all other
+/// colours.
 const EXACT: usize = 112;
 
 /// A set of colours with a cached lookup of the nearest colour.
@@ -25,7 +26,7 @@ pub(crate) struct Palette {
 }
 
 impl Palette {
-    /// The index for unchanged pixels.
+    /// The index that marks unchanged pixels.
     #[expect(clippy::cast_possible_truncation, reason = "255")]
     pub(crate) const UNCHANGED: u8 = MAX_COLOURS as u8;
 
@@ -58,7 +59,7 @@ impl Palette {
         colours.chain(std::iter::repeat(0)).take(3 * (MAX_COLOURS + 1)).collect()
     }
 
-    /// Returns the index of the colour in the palette that is nearest to `colour`.
+    /// Returns the index of the palette colour that is nearest to `colour`.
     pub(crate) fn index(&mut self, colour: Rgb) -> u8 {
         let colours = &self.colours;
         *self.nearest.entry(colour).or_insert_with(|| {
@@ -81,8 +82,8 @@ fn distance(one: Rgb, other: Rgb) -> u32 {
 }
 
 /// Adds the colours of the largest areas to `chosen`. Then repeatedly adds the colour that is
-/// farthest from all chosen colours. Flat areas therefore keep their exact colours, and blends at
-/// the edges of areas get similar colours.
+/// farthest from all chosen colours. Flat areas therefore keep their exact colours, and the blended
+/// colours at their edges are approximated.
 fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     areas.retain(|(colour, _)| !chosen.contains(colour));
     areas.sort_by_key(|&(_, area)| std::cmp::Reverse(area));
@@ -101,7 +102,8 @@ fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     chosen
 }
 
-/// The contents of a sample scene: a maze, a map and a trail with all kinds of walls and cells.
+/// The contents of a sample scene. The maze, the map and the trail together contain all kinds of
+/// walls and cells.
 struct Sheet {
     maze: Maze,
     map: KnownMaze,
@@ -135,7 +137,7 @@ impl Sheet {
         Self { maze: maze.unwrap(), map, trail: trail.collect() }
     }
 
-    /// Returns the sample scene with the theme and the layers of the scene `like`.
+    /// Returns the sample scene with the theme and the layers of `like`.
     fn scene(&self, like: &Scene<'_>, heading: Heading) -> Scene<'_> {
         Scene::from_map(&self.map)
             .with_truth(Some(&self.maze))

@@ -29,13 +29,13 @@ pub enum PictureError {
         /// The height that follows from the width, in pixels.
         height: u64,
     },
-    /// Drawing or encoding failed. This error is not expected for any scene.
+    /// Drawing or encoding failed. No scene is known to cause this error.
     #[error("cannot draw the picture: {0}")]
     Drawing(String),
     /// The animation has no frame.
     #[error("cannot write an animation without frames")]
     NoFrame,
-    /// A frame has a maze of a different size than the first frame.
+    /// The maze in a new frame and the maze in the first frame differ in size.
     #[error("cannot add a frame of {found} cells to an animation of {expected} cells")]
     OtherFrame {
         /// The size of the maze in the first frame.

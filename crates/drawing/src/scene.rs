@@ -11,8 +11,8 @@ pub const TRAIL_CELLS: usize = 500;
 /// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
 /// scene borrows the mazes and the trail. Nothing is drawn until an output is requested.
 ///
-/// If a scene has no client's map, a page shows all walls pale, because the page adds a map later.
-/// A file shows all walls at full strength.
+/// In a scene without a client's map, a page shows all walls pale, because it adds a map later. A
+/// file shows all walls at full strength.
 ///
 /// ```
 /// use mmsim_drawing::{Layers, Scene, Theme};
@@ -74,8 +74,8 @@ impl<'a> Scene<'a> {
         Self { truth: Some(maze), ..scene }
     }
 
-    /// Creates a scene that shows a client's map. All walls on the map are drawn as existing walls
-    /// unless a [true maze](Self::with_truth) is added that contradicts them.
+    /// Creates a scene that shows a client's map. Without a [true maze](Self::with_truth), all
+    /// walls on the map are assumed to exist.
     pub fn from_map(map: &'a KnownMaze) -> Self {
         let scene = Self::empty(map.size(), map.start().cell, map.goals());
         Self { map: Some(map), ..scene }
@@ -109,8 +109,8 @@ impl<'a> Scene<'a> {
         self
     }
 
-    /// Adds the client's weight of each cell, shown as a number and as a heat colour. If all
-    /// weights are 0, no weight is shown.
+    /// Adds the weight that the client assigned to each cell, shown as a number and as a heat
+    /// colour. If all weights are 0, no weight is shown.
     pub fn with_weights(mut self, weight: impl Fn(Cell) -> u8) -> Self {
         self.numbers = self.size.cells().map(|cell| Some(u16::from(weight(cell)))).collect();
         if self.numbers.iter().all(|&number| number == Some(0)) {
@@ -147,8 +147,8 @@ impl<'a> Scene<'a> {
 
     /// Returns the drawing for a page that uses the [`stylesheet`](crate::stylesheet). The drawing
     /// contains all layers, but no styles and no size in pixels. Each element that can change has a
-    /// class, and an attribute that identifies its cell or wall. A page can therefore update the
-    /// element in place:
+    /// class. An element of a cell or a wall also has an attribute that identifies the cell or the
+    /// wall. A page can therefore update the drawing in place:
     ///
     /// ```text
     /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer
@@ -164,12 +164,12 @@ impl<'a> Scene<'a> {
     /// </svg>
     /// ```
     ///
-    /// Cells are ordered row by row from the south. Each place where a wall can be has a wall
-    /// element. These elements are ordered as follows: first the north and the east side of each
+    /// Cells are ordered row by row from the south. There is a wall element for each place where a
+    /// wall can be. Wall elements are ordered as follows: first the north and the east side of each
     /// cell, then the south sides of the southernmost row, then the west sides of the westernmost
     /// column. The class `true` marks a wall of the true maze, `known` marks a wall on the client's
-    /// map, and `mistaken` marks a wall on the client's map that does not exist. An element with
-    /// none of these classes is invisible.
+    /// map, and `mistaken` marks a wall on the client's map that does not exist. A wall element
+    /// with none of these classes is invisible.
     pub fn page_svg(&self) -> String {
         Svg::draw(self, View::Page)
     }

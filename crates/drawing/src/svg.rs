@@ -20,7 +20,7 @@ pub(crate) enum View {
     Page,
     /// A standalone file, which contains its style.
     File,
-    /// An input of the rasterizer, without invisible elements.
+    /// Input for the rasterizer, without invisible elements.
     Pixels,
 }
 
@@ -32,14 +32,14 @@ pub(crate) struct Svg<'a> {
     parts: Vec<Part>,
 }
 
-/// A part of a drawing, and the area in which this part is visible.
+/// A part of a drawing, and the area in which it is visible.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
     /// The byte range of the part in the text.
     pub(crate) text: Range<usize>,
     pub(crate) area: Area,
-    /// True if the part is a complete element, so that it can be omitted. A piece of the trail is
-    /// only a part of an element and cannot be omitted.
+    /// True if the part consists of complete elements and can be omitted. False for a piece of the
+    /// trail, which is only a part of an element.
     pub(crate) is_element: bool,
 }
 
@@ -69,7 +69,7 @@ impl<'a> Svg<'a> {
         let _ = write!(self.text, "{text}");
     }
 
-    /// Writes an element whose visible part lies in this area. With [`View::Pixels`], invisible
+    /// Writes an element that is visible only in this area. With [`View::Pixels`], invisible
     /// elements are omitted.
     fn put_part(&mut self, area: Area, is_visible: bool, element: impl std::fmt::Display) {
         if self.view == View::Pixels && !is_visible {
@@ -152,8 +152,8 @@ impl<'a> Svg<'a> {
         self.put("</g>\n");
     }
 
-    /// Draws a frame around the start cell with the badge S, and a frame around the goal cells with
-    /// the badge G. The frames and badges are drawn on top of the heat colours.
+    /// Draws a frame with the badge S around the start cell, and a frame with the badge G around
+    /// the goal cells. The frames and badges are drawn on top of the heat colours.
     fn marks(&mut self) {
         let Scene { size, start, goals, .. } = *self.scene;
         self.put("<g class=\"marks\">\n");

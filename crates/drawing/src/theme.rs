@@ -20,7 +20,7 @@ pub enum Theme {
 pub(crate) struct Colours {
     pub(crate) floor: Rgb,
     pub(crate) visited: Rgb,
-    /// The colour of known walls. Unknown walls have the same colour with less opacity.
+    /// The colour of known walls and, with less opacity, of unknown walls.
     pub(crate) wall: Rgb,
     pub(crate) mistaken: Rgb,
     /// The colours of the start cell and of its frame.

@@ -90,8 +90,7 @@ mod tests {
 
     use super::*;
 
-    /// The position of a wall segment's start, and a flag that is true if the segment runs east and
-    /// false if it runs south.
+    /// A wall segment: its start, and whether it runs east (true) or south (false).
     type Piece = (i32, i32, bool);
 
     /// Parses a path into wall segments of one cell.

@@ -10,7 +10,7 @@ use crate::motion_count::MotionCount;
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// The states, with compressed bytes if `packed` is true.
+    /// The states. Their bytes are compressed if `packed` is true.
     pub(crate) states: States,
     pub(crate) packed: bool,
 }
@@ -66,8 +66,8 @@ impl States {
         StateMessage::new(self.get(index)?, self.size).ok()
     }
 
-    /// Returns the bytes of up to `count` states, starting at the index `from` in the whole
-    /// history.
+    /// Returns the bytes of up to `count` states, starting with the state that has the index `from`
+    /// in the whole history.
     pub fn range(&self, from: usize, count: usize) -> &[u8] {
         let length = state_bytes(self.size);
         let start = from.saturating_sub(self.first).saturating_mul(length);

@@ -41,8 +41,8 @@ pub(crate) fn unpack(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> 
     }
 }
 
-/// Returns the uncompressed length, the checksum (0 if absent), the name of the compression and the
-/// compressed records of a chunk.
+/// Splits a chunk into its uncompressed length, its checksum (0 if absent), the name of its
+/// compression method and its compressed records.
 fn split(chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
     let (_times, rest) = chunk.split_first_chunk::<16>()?;
     let (length, rest) = rest.split_first_chunk()?;

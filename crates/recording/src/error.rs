@@ -20,13 +20,13 @@ pub enum ReadError {
     /// Reading from the source failed.
     #[error("cannot be read: {0}")]
     Io(#[from] io::Error),
-    /// The source does not begin like an MCAP file.
+    /// The source does not begin with the signature of an MCAP file.
     #[error("expected a recording (an MCAP file), found other data at byte 0")]
     NotMcap,
     /// The file ends or is damaged before its description of the maze.
-    #[error("expected a recording's description of its maze, found {found} at byte {at}")]
+    #[error("expected a description of the maze, found {found} at byte {at}")]
     MissingDescription {
-        /// The number of intact bytes.
+        /// The number of intact bytes at the beginning of the file.
         at: u64,
         /// The reason why the next record is invalid, or `the end of the file`.
         found: String,
@@ -60,7 +60,7 @@ pub enum ReadError {
 #[derive(Debug, thiserror::Error)]
 #[error("cannot record in {}: {source}", path.display())]
 pub struct RecordError {
-    /// The recording or its folder.
+    /// The path of the recording or of its folder.
     pub path: PathBuf,
     /// The error of the operating system, or an error that describes how another program changed
     /// the file.

@@ -18,7 +18,7 @@ const LEVEL: i32 = 1;
 
 /// Every state since the last reset, stored as the bytes of its message.
 ///
-/// The newest states are stored uncompressed. When 256 states are uncompressed, the next push
+/// The newest states are stored uncompressed. Once there are 256 uncompressed states, the next push
 /// compresses them into a block. Consecutive states of a real search differ little, so a compressed
 /// state takes only about 10 bytes. Appending a state never moves older blocks. Any state can be
 /// read in microseconds.
@@ -37,7 +37,7 @@ pub struct History {
     size: MazeSize,
     /// The maximum memory in bytes.
     limit: usize,
-    /// Compressed blocks of 256 states. Incompressible blocks are stored uncompressed.
+    /// Blocks of 256 states, each compressed if this saves memory.
     packed: Slabs,
     /// The newest states, which are not compressed.
     open: Vec<u8>,
@@ -50,7 +50,8 @@ pub struct History {
     previous: Newest,
 }
 
-/// The pose of the newest state, if valid, and the motion from the first to the newest state.
+/// The pose of the newest state (`None` if it is invalid), and the motion from the first state to
+/// the newest state.
 #[derive(Clone, Copy, Default)]
 struct Newest {
     pose: Option<Pose>,
@@ -135,8 +136,8 @@ impl History {
     /// Appends a state.
     ///
     /// # Errors
-    /// The length of the message does not fit the size of the maze, or there is no memory for
-    /// another state. The states in the history stay the same.
+    /// The length of the message does not fit the size of the maze, or another state does not fit
+    /// into memory. The states in the history stay the same.
     pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
         let (expected, found) = (state_bytes(self.size), state.len());
         if found != expected {

@@ -6,7 +6,8 @@ pub(crate) const METADATA: &str = "mmsim";
 /// The metadata key whose value is the reply to `info` as JSON.
 pub(crate) const INFO: &str = "info";
 
-/// The metadata key whose value is the protocol version. Only other tools read this value.
+/// The metadata key whose value is the protocol version. The value is for other tools; mmsim does
+/// not read it.
 pub(crate) const PROTOCOL: &str = "protocol";
 
 /// The metadata key under which earlier versions of mmsim stored the true maze as text.

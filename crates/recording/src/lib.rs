@@ -2,7 +2,7 @@
 //!
 //! A recording is an [MCAP](https://mcap.dev) file with the states of one simulation, from reset to
 //! reset. No state is lost if the process crashes. The file format is described in
-//! docs/recordings.md, and other tools can also read it.
+//! docs/recordings.md. Other MCAP tools can also read the files.
 //!
 //! [`RecordingWriter`] writes one file, [`Recorder`] writes one file for each simulation, and
 //! [`save`] writes states that are already in memory. [`Recording`] reads a file. A [`History`]

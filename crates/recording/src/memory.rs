@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The memory in bytes that must remain free after an allocation for states.
 ///
-/// Most allocations for other purposes abort the process if they fail, but need only a limited
-/// amount of memory.
+/// This memory is reserved for allocations for other purposes, most of which abort the process if
+/// they fail. Such allocations need only a limited amount of memory.
 const HEADROOM_BYTES: usize = 4 << 20;
 
 /// Reserves capacity for `additional` more elements. Fails if less than `HEADROOM_BYTES` would
@@ -79,7 +79,7 @@ impl Share {
         Self { budget: Arc::clone(budget), bytes: 0 }
     }
 
-    /// Grows the share to at least `bytes`. Returns false if the budget is too small.
+    /// Grows the share to at least `bytes`. Returns false if the budget has too little memory left.
     pub(crate) fn grow_to(&mut self, bytes: usize) -> bool {
         let more = bytes.saturating_sub(self.bytes);
         let grow = |used: usize| used.checked_add(more).filter(|&used| used <= self.budget.limit);

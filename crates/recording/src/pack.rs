@@ -1,7 +1,8 @@
 //! Compresses closed recordings. Long recordings shrink to less than a tenth of their size.
 //!
-//! The compressed file is first written next to the recording, and replaces the recording once the
-//! compressed file is complete. Therefore no state is lost, even if the process is killed.
+//! The compressed data is written to a temporary file in the folder of the recording. Once
+//! complete, the temporary file replaces the recording. Therefore no state is lost, even if the
+//! process is killed.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, FileTimes};
@@ -21,8 +22,8 @@ use crate::reader::{Description, Integrity, read_states};
 use crate::save::{RecordWriter, compressed};
 use crate::sink::{Identity, identity};
 
-/// The data shared with the background thread, so that a server can cancel compression when it
-/// shuts down.
+/// Data shared with the background thread. A server uses this data to cancel compression at
+/// shutdown.
 #[derive(Default)]
 pub(crate) struct Packing {
     is_cancelled: AtomicBool,
@@ -56,7 +57,7 @@ impl Packing {
     }
 }
 
-/// The minimum number of states for compression. Recordings with fewer states stay uncompressed.
+/// The minimum number of states that a recording must have to be compressed.
 const MIN_STATES: u32 = 8;
 
 /// The approximate memory that compression needs, in bytes.
@@ -68,7 +69,7 @@ const MAX_QUEUED: usize = 1000;
 /// The maximum time that shutdown waits for the queue to become empty.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The maximum time that shutdown waits for the current compression to be cancelled.
+/// The maximum time that shutdown waits for a cancelled compression to stop.
 const CANCEL_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// The nice value of the background thread.
@@ -172,7 +173,8 @@ impl Packer {
         }
     }
 
-    /// Waits up to one second for queued recordings. The remaining recordings stay uncompressed.
+    /// Waits up to one second for queued recordings to be compressed. Recordings that are not
+    /// compressed by then stay uncompressed.
     pub(crate) fn finish(self) {
         let Self { queue, packing, done } = self;
         drop(queue);
@@ -293,8 +295,8 @@ mod tests {
         assert_eq!(states, 5000);
     }
 
-    /// Identical states compress best. Their compression ratio must stay below the limit that
-    /// guards against decompression bombs.
+    /// Identical states have the highest compression ratio. This ratio must stay below the limit
+    /// that guards against decompression bombs.
     #[test]
     fn identical_states_stay_below_the_maximum_compression_ratio() {
         let size = MazeSize::HALF_SIZE;

@@ -16,21 +16,23 @@ use crate::layout::{INFO, MAZE, MAZES, METADATA, STATES};
 use crate::memory;
 
 /// The maximum length of a record in bytes, both before and after decompression. A state takes at
-/// most 2,085 bytes and a maze less than 10,000 bytes, but other tools write chunks of several MiB.
+/// most 2,085 bytes and a maze less than 10,000 bytes, but a chunk written by another tool can take
+/// several MiB.
 const MAX_CHUNK_BYTES: usize = 16 << 20;
 
-/// The number of bytes to which the chunks of a short file may decompress. `MAX_COMPRESSION_RATIO`
-/// raises this limit for long files.
+/// The maximum total size of the decompressed chunks of a short file, in bytes.
+/// `MAX_COMPRESSION_RATIO` raises this limit for long files.
 const MAX_UNPACKED_BYTES: u64 = 2 << 30;
 
-/// The number of bytes by which each byte of a file raises the limit `MAX_UNPACKED_BYTES`.
+/// The number of bytes that each byte of a file adds to the limit `MAX_UNPACKED_BYTES`.
 ///
 /// Without a limit, a small file could decompress to an unlimited number of states. Real recordings
 /// are compressed by a factor of at most about 400.
 pub(crate) const MAX_COMPRESSION_RATIO: u64 = 1000;
 
-/// The maximum length of a description in bytes. Descriptions stay in memory; the description of
-/// the largest maze takes less than 12,000 bytes.
+/// The maximum length of a record that describes the simulation, in bytes. The length is limited
+/// because descriptions stay in memory. The description of the largest maze takes less than 12,000
+/// bytes.
 const MAX_DESCRIPTION_BYTES: usize = 64 << 10;
 
 /// The maximum number of bytes per read. Long records are read in several steps, because a length
@@ -59,7 +61,7 @@ pub enum Integrity {
     },
 }
 
-/// The simulation that a recording describes.
+/// A recording's description of its simulation.
 #[derive(Clone, Debug)]
 pub(crate) struct Description {
     /// `states` is 0.
@@ -419,7 +421,7 @@ mod tests {
     #[test]
     fn other_files_are_errors() {
         let error = |bytes: &[u8]| Recording::read(bytes).unwrap_err().to_string();
-        insta::assert_snapshot!(error(b""), @"expected a recording's description of its maze, found the end of the file at byte 0");
+        insta::assert_snapshot!(error(b""), @"expected a description of the maze, found the end of the file at byte 0");
         insta::assert_snapshot!(error(b"o---o---o\n"), @"expected a recording (an MCAP file), found other data at byte 0");
         let other = |description: &[(&str, &str)]| {
             let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();

@@ -14,8 +14,8 @@ use crate::writer::RecordingWriter;
 /// The maximum number of names that are tried for a new file.
 const MAX_TRIES: u32 = 10_000;
 
-/// The maximum length of the maze's name in a file name, in bytes. File systems allow file names of
-/// up to 255 bytes.
+/// The maximum length of the part of a file name that names the maze, in bytes. File systems allow
+/// file names of up to 255 bytes.
 const MAX_NAME_BYTES: usize = 100;
 
 /// Records simulations into a folder. Each reset ends the current file.
@@ -29,7 +29,7 @@ pub struct Recorder {
     number: u32,
     current: Option<RecordingWriter>,
     /// A temporary file that reserves a file descriptor for the next recording. Otherwise,
-    /// connections could use all file descriptors.
+    /// connections could use up all file descriptors.
     spare: Option<File>,
     /// `None` until the first recording is closed.
     packer: Option<Packer>,
@@ -80,7 +80,7 @@ impl Recorder {
     /// Closes the current file, if there is one, and queues it for compression.
     ///
     /// # Errors
-    /// The summary cannot be written. All states remain readable.
+    /// The summary at the end of the file cannot be written. All states remain readable.
     pub fn close(&mut self) -> Result<(), RecordError> {
         let Some(current) = self.current.take() else { return Ok(()) };
         let (unpacked, closed) = current.close_unpacked();
@@ -92,8 +92,8 @@ impl Recorder {
         closed
     }
 
-    /// Waits up to one second for closed files to be compressed. The remaining files stay
-    /// uncompressed.
+    /// Waits up to one second for closed files to be compressed. Files that are not compressed by
+    /// then stay uncompressed.
     pub fn finish(self) {
         if let Some(packer) = self.packer {
             packer.finish();
@@ -124,7 +124,8 @@ impl Recorder {
     }
 }
 
-/// Converts the name of a maze to text that can be part of a file name on any system.
+/// Shortens the name of a maze and replaces characters that are not valid in file names on every
+/// system.
 fn file_name(maze: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || "-.".contains(c) { c } else { '-' };
     let mut room = MAX_NAME_BYTES;

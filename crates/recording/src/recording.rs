@@ -101,7 +101,8 @@ impl Recording {
         Ok(Self { info, size, maze, history, times, integrity, _share: share })
     }
 
-    /// Returns the simulation's reply to `info`, with the number of recorded states.
+    /// Returns the simulation's reply to `info`. Its `states` field is the number of recorded
+    /// states.
     pub const fn info(&self) -> &Info {
         &self.info
     }

@@ -102,8 +102,8 @@ pub fn save<S: AsRef<[u8]>>(
     writer.finish()
 }
 
-/// Returns the options for a compressed recording. The file may lack states until the recording is
-/// finished.
+/// Returns the options for a compressed recording. Until the recording is finished, the newest
+/// states may be missing from the file.
 pub(crate) fn compressed() -> WriteOptions {
     WriteOptions::new()
         .chunk_size(Some(CHUNK_BYTES))

@@ -4,8 +4,8 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// The device and the inode of a file. They distinguish the file from another file with the same
-/// name. Both numbers are 0 on systems without inodes.
+/// The device number and the inode number of a file. These numbers distinguish the file from
+/// another file with the same name. Both numbers are 0 on systems without inodes.
 pub(crate) type Identity = (u64, u64);
 
 #[cfg(unix)]
@@ -21,7 +21,7 @@ pub(crate) fn identity(_: &Metadata) -> Identity {
 
 /// A file that can be appended to and truncated.
 pub(crate) trait Storage {
-    /// Appends some of the bytes and returns the number of appended bytes.
+    /// Appends some or all of the bytes and returns the number of appended bytes.
     fn append(&mut self, bytes: &[u8]) -> io::Result<usize>;
 
     /// Returns the length of the file in bytes. Fails if the file is no longer at its path.
@@ -42,9 +42,9 @@ pub(crate) struct RecordingFile {
 impl RecordingFile {
     /// Creates a new file.
     ///
-    /// On Unix, the file is opened for appending. If another program has changed the length of the
-    /// file, records are still written at the end, and the unexpected length reveals the change.
-    /// Windows cannot truncate a file that is open for appending.
+    /// On Unix, the file is opened for appending, so records are always written at its end. If
+    /// another program has changed the length of the file, the next check detects the change.
+    /// Append mode is not used on Windows, which cannot truncate a file that is open for appending.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let mut options = File::options();
         let file = options.write(true).append(cfg!(unix)).create_new(true).open(path)?;
@@ -149,8 +149,8 @@ impl<S: Storage> Write for Sink<S> {
 }
 
 impl<S> Seek for Sink<S> {
-    /// Returns the current position. Moving to another position is not supported, because the MCAP
-    /// writer never does so.
+    /// Returns the current position. The MCAP writer only asks for the position, so moving to
+    /// another position is not supported.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
             SeekFrom::Current(0) => Ok(self.whole + self.buffer.len() as u64),

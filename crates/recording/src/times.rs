@@ -10,7 +10,8 @@ use crate::memory::reserve;
 /// The capacity of a chunk in bytes.
 const CHUNK_BYTES: usize = 64 * 1024;
 
-/// The maximum length of an encoded gap in bytes: 64 bits with seven bits per byte.
+/// The maximum length of an encoded gap in bytes. A gap has up to 64 bits, and each byte stores
+/// seven of them.
 const GAP_BYTES: usize = 10;
 
 /// The times of the states of a history.
@@ -27,7 +28,8 @@ pub struct Times {
     /// The values of `newest` and `gaps.len()` before the last `push`. `undo_push` restores these
     /// values.
     previous: (u64, usize),
-    /// Full chunks of older gaps. Clones of the list share these chunks.
+    /// Full chunks of encoded gaps, older than those in `gaps`. Clones of the list share these
+    /// chunks.
     chunks: Vec<Arc<Vec<u8>>>,
     /// The ticks between states, encoded in LEB128: seven bits per byte, lowest bits first. The
     /// high bit is set in every byte of a gap except the last byte.

@@ -74,7 +74,7 @@ impl RecordingWriter {
     /// for a million states. If compression fails, the file stays uncompressed.
     ///
     /// # Errors
-    /// The summary cannot be written. All states remain readable.
+    /// The summary at the end of the file cannot be written. All states remain readable.
     pub fn close(self) -> Result<(), RecordError> {
         let (unpacked, closed) = self.close_unpacked();
         if let Err(error) = unpacked.pack(&Packing::default()) {

@@ -15,7 +15,7 @@ import { DX, DY, HEADINGS, VISITED, WALL_BITS } from "./state.js";
 const PITCH = 20;
 export const dark = matchMedia("(prefers-color-scheme: dark)");
 
-/** An attribute of many elements, with a number for each element. The attribute is written when its number changes. */
+/** An attribute of many elements. Its value depends on a number per element, and is written when that number changes. */
 class Attributes {
   /** @param {Element[]} elements @param {string} name @param {(value: number, index: number) => string} format */
   constructor(elements, name, format) {

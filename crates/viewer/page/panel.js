@@ -15,13 +15,16 @@ import { Timeline } from "./timeline.js";
  * milliseconds. While states arrive fast, `fastFactor` applies instead, to leave the processors to the search.
  */
 const DRAW_PAUSE = { min: 25, max: 150, factor: 2, fastFactor: 10 };
-/** If more states than this are new in a draw, the weights are hidden, since they take half of the drawing time. */
+/**
+ * If more new states than this arrive between two draws, the weights are hidden, since they take half of the drawing
+ * time.
+ */
 const FAST_STATES = 50;
-/** Milliseconds without drawing until weights are shown again. */
+/** Hidden weights are shown again after this many milliseconds without a draw. */
 const FAST_TIMEOUT = 100;
 /** Minimum time between loads of the source, in milliseconds. Clients may reset more often. */
 const LOAD_PAUSE = 100;
-/** Milliseconds between updates of the chart, and before a state is announced. */
+/** Milliseconds between updates of the chart. A state is announced once it has been shown for at least this long. */
 const SLOW_INTERVAL = 1000;
 
 /** @param {unknown} error */
@@ -51,7 +54,7 @@ export class Panel {
   #isFast = false;
   #fastTimer = 0;
   #slowTimer = 0;
-  /** Index of the last state that was shown for a full slow interval. */
+  /** Index of the state that was shown at the end of the previous slow interval. */
   #settled = -1;
   /** Number of states in the chart. */
   #charted = -1;
@@ -148,7 +151,7 @@ export class Panel {
     this.element.remove();
   }
 
-  /** Draws until the target state is shown. States that stop being the target during a draw are skipped. */
+  /** Draws until the target state is shown. If the target changes during a draw, the states in between are skipped. */
   async #draw() {
     if (this.#drawing) {
       if (!this.timeline.following) this.#endPause();

@@ -65,8 +65,8 @@ impl Access {
             (Some(host), None, None) => host.to_str().unwrap_or_default().to_ascii_lowercase(),
             (host, _, authority) => {
                 let text = format!(
-                    "expected one Host header and a target without a host, found {host:?} and \
-                     {authority:?}"
+                    "expected one Host header and a request target without a host, found {host:?} \
+                     and {authority:?}"
                 );
                 return Err(ApiError::bad_request(text));
             }
@@ -116,7 +116,7 @@ impl Access {
         tokens.chain(query_token(uri)).any(|sent| constant_time_eq(sent, token))
     }
 
-    /// Returns a cookie with the token if the URL of a request contains a token.
+    /// Returns a cookie with the server's token if the URL of a request contains a token.
     fn cookie_for(&self, uri: &Uri) -> Option<HeaderValue> {
         let (token, _) = (self.token.as_ref()?, query_token(uri)?);
         let cookie = format!("{}={token}; Path=/; HttpOnly; SameSite=Lax", self.cookie_name);
@@ -182,8 +182,8 @@ fn query_token(uri: &Uri) -> Option<&str> {
     uri.query()?.split('&').find_map(|pair| pair.strip_prefix("token="))
 }
 
-/// Compares two strings in a time that depends only on their lengths. The time does not reveal how
-/// much of a guessed token is correct.
+/// Compares two strings in a time that depends only on their lengths. The time therefore does not
+/// reveal how much of a guessed token is correct.
 fn constant_time_eq(sent: &str, token: &str) -> bool {
     let differing = sent.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
     sent.len() == token.len() && differing == 0

@@ -28,7 +28,7 @@ use crate::{assets, events, recordings, stream};
 const SVG: &str = "image/svg+xml";
 const BINARY: &str = "application/octet-stream";
 
-/// The note for a recording that was not closed.
+/// The message that the page shows for a recording that was not closed.
 const NOT_CLOSED: &str = "not closed: the recording was truncated or is still being written";
 
 pub(crate) fn router(state: Arc<AppState>) -> Router {
@@ -71,7 +71,7 @@ struct PageInfo {
     #[serde(rename = "server")]
     server_id: String,
     live: bool,
-    /// True if the page lists a folder of recordings.
+    /// True if the page lists the recordings in a folder.
     records: bool,
     /// The address of the simulator.
     zmq: Option<String>,
@@ -143,12 +143,12 @@ struct SourceInfo {
     goals: Vec<[u8; 2]>,
     states: usize,
     state_bytes: usize,
-    /// True if the actual maze is known.
+    /// Whether the true maze is known.
     truth: bool,
     shortest_path: Option<u16>,
     /// The integrity of a recording, which is `closed`, `cut` or `damaged`.
     ending: Option<&'static str>,
-    /// A description of the problem with a recording, if there is one.
+    /// A description of the problem if the recording was not closed or is damaged.
     note: Option<String>,
 }
 

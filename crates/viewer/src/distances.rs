@@ -1,4 +1,5 @@
-//! Bounds on the distance from the start to the goal, for a single state or for samples of a run.
+//! Bounds on the distance from the start to the goal, for a single state or for sampled states of a
+//! run.
 
 use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_solvers::Distances;

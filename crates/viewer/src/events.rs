@@ -20,7 +20,7 @@ use crate::live::LiveServer;
 use crate::mouse::RunnerStatus;
 
 /// The usual interval at which an event stream polls the state of the server. Users do not notice
-/// so short a delay. More frequent events would leave the browser less time to draw.
+/// such a short delay. More frequent events would leave the browser less time to draw.
 const POLL_INTERVAL: Duration = Duration::from_millis(33);
 
 /// The polling interval of an event stream while the simulation is idle or the search is fast. A
@@ -28,7 +28,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(33);
 /// are less important, since each state that a page fetches also contains the number of states.
 const SLOW_POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// A search counts as fast if more new states than this arrive between two events.
+/// A search counts as fast if more states than this arrive between two events.
 const FAST_SEARCH_STATES: usize = 50;
 
 /// The time without changes after which a simulation counts as idle.

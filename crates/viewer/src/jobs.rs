@@ -24,8 +24,8 @@ pub(crate) async fn run_blocking<T: Send + 'static>(
     tokio::task::spawn_blocking(job).await.map_err(ApiError::internal)?
 }
 
-/// A queue for long jobs of one kind, which may take seconds. The queue limits the number of jobs
-/// that run at the same time.
+/// A queue for jobs of one kind that may take seconds. The queue limits the number of jobs that run
+/// at the same time.
 pub(crate) struct JobQueue {
     /// The plural name of the jobs, such as `pictures`.
     kind: &'static str,
@@ -40,7 +40,7 @@ impl JobQueue {
         Self { kind, permits, max_wait, in_background: false }
     }
 
-    /// Runs the jobs at the lowest priority, so that the jobs do not slow down a search. On a busy
+    /// Runs the jobs at the lowest priority, so that they do not slow down a search. On a busy
     /// machine, jobs at this priority may take a long time.
     pub(crate) fn in_background(self) -> Self {
         Self { in_background: true, ..self }

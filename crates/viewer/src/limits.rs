@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-/// The maximum number of connections. A browser opens up to six connections. The limit keeps file
-/// descriptors available for mice.
+/// The maximum number of connections. A browser opens up to six connections to a server. The limit
+/// keeps file descriptors available for mice.
 pub const MAX_VIEWER_CONNECTIONS: usize = 64;
 
 /// The maximum number of event streams. Each page has one event stream and needs further
@@ -13,7 +13,8 @@ pub(crate) const MAX_EVENT_STREAMS: usize = MAX_VIEWER_CONNECTIONS / 2;
 /// The maximum size of a request body other than a recording, in bytes.
 pub(crate) const MAX_BODY_BYTES: usize = 64 * 1024;
 
-/// The maximum size of an uploaded recording, in bytes: two million uncompressed states.
+/// The maximum size of an uploaded recording, in bytes. This is enough for almost two million
+/// uncompressed states of a 16x16 maze.
 pub(crate) const MAX_RECORDING_BYTES: usize = 1 << 30;
 
 /// The maximum number of simultaneous uploads. Further uploads wait.
@@ -36,7 +37,7 @@ pub struct Limits {
     pub header_time: Duration,
     /// The maximum time to receive the body of a request.
     pub body_time: Duration,
-    /// The maximum delay of an upload or a download, compared with a transfer at 64 KiB/s.
+    /// The maximum time by which an upload or a download may lag behind a transfer at 64 KiB/s.
     pub max_lag: Duration,
     /// The maximum time that an upload, a picture or a recording waits in a queue.
     pub queue_time: Duration,

@@ -11,14 +11,14 @@ use crate::api_error::ApiError;
 use crate::mouse::Runner;
 use crate::source::Source;
 
-/// A running server, and the runner that starts bundled mice against this server.
+/// A running server, and the runner that starts bundled mice for it.
 pub(crate) struct LiveServer {
     pub(crate) monitor: Monitor,
     /// The address that clients connect to.
     pub(crate) address: String,
     pub(crate) source: Arc<Source>,
     pub(crate) runner: Runner,
-    /// The path of the current maze, as in the catalogue.
+    /// The path of the current maze, as listed in the catalogue.
     maze: Mutex<String>,
     /// A lock that is held while the maze or the mouse changes.
     change: Mutex<()>,

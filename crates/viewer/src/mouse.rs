@@ -103,8 +103,8 @@ impl Runner {
     }
 }
 
-/// A guard that, when dropped, writes the outcome to the status, even if the thread of the mouse
-/// panics.
+/// A guard that writes the outcome to the status when the guard is dropped, even if the thread of
+/// the mouse panics.
 struct OutcomeOnDrop {
     control: Arc<RunControl>,
     outcome: String,

@@ -86,8 +86,8 @@ pub(crate) fn gif(
     animation.map_or(Err(PictureError::NoFrame), Animation::finish).map_err(ApiError::internal)
 }
 
-/// Calls `draw` with the scene of a state, or with the scene of the unexplored maze if the run has
-/// no states yet.
+/// Calls `draw` with the scene of a state. If the run has no states yet, the scene shows the
+/// unexplored maze.
 pub(crate) fn draw_state<T>(
     source: &Source,
     run: u32,

@@ -12,15 +12,15 @@ use mmsim_server::{Monitor, MonitorError, Status};
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory};
 
-/// The maximum number of unpacked blocks in the cache of a source, which is enough for two states
-/// and their trails.
+/// The maximum number of unpacked blocks in the cache of a source. This number is enough for two
+/// states and their trails.
 const CACHED_BLOCKS: usize = 8;
 
 /// The maximum number of attempts to describe the current run. An attempt fails if the run ends
 /// during the attempt.
 const MAX_ATTEMPTS: usize = 100;
 
-/// The run number of every recording.
+/// The number of the only run in a recording.
 const RECORDED_RUN: u32 = 0;
 
 /// A source of states with a cache of recently read data.
@@ -166,8 +166,8 @@ impl Source {
         }
     }
 
-    /// Returns the block that contains a state, from the cache if possible. A cached block may lack
-    /// states that arrived later.
+    /// Returns the block that contains a state, from the cache if possible. A cached block is used
+    /// only if it already contains the state.
     pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
         let has_state = |states: &&Arc<States>| states.get(index).is_some();
         let cached = self.cache(run, |cache| cache.blocks.iter().find(has_state).cloned());
@@ -198,7 +198,7 @@ impl Source {
         states.ok_or_else(|| ApiError::not_found(format!("state {index} does not exist")))
     }
 
-    /// Returns the distance bounds at sampled states of a run, and caches the bounds.
+    /// Returns the distance bounds at sampled states of a run, and caches them.
     pub(crate) fn distances(&self, run: u32) -> Result<DistanceHistory, ApiError> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
         let mut distances = self.cache(run, |cache| cache.distances.clone());

@@ -1,4 +1,4 @@
-//! Streaming of a file as the body of a response.
+//! Streams a file as the body of a response.
 
 use std::fs::File;
 use std::io::{self, Read};

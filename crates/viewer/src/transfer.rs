@@ -1,4 +1,4 @@
-//! Enforcement of a minimum transfer rate. A client that stops sending or reading cannot hold its
+//! Enforces a minimum transfer rate, so that a client that stops sending or reading cannot hold its
 //! connection forever.
 
 use std::io;

@@ -28,8 +28,8 @@ use crate::limits::Limits;
 use crate::transfer::Connection;
 use crate::{api, jobs};
 
-/// The minimum size of a compressed response, in bytes. Views of single states, which are frequent,
-/// are smaller and therefore not compressed.
+/// The minimum size of a compressed response, in bytes. Frequent responses, such as the view of a
+/// single state, are smaller and therefore not compressed.
 const MIN_COMPRESSED_BYTES: u64 = 4096;
 
 /// The delay before accepting connections again after an error, such as a lack of file descriptors.
@@ -88,7 +88,8 @@ impl Viewer {
         Self { limits, ..self }
     }
 
-    /// Returns the URL of the page, such as `http://127.0.0.1:6575`, with the token if there is one.
+    /// Returns the URL of the page, such as `http://127.0.0.1:6575`. The URL contains the token, if
+    /// there is one.
     pub fn address(&self) -> String {
         format!("http://{}{}", self.local, self.access.query())
     }

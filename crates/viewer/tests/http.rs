@@ -55,7 +55,7 @@ fn states_are_returned_unchanged() {
     watched.stop();
 }
 
-/// Tests that a history can be read while the history grows.
+/// Tests that a history can be read while it grows.
 #[test]
 fn new_states_of_a_cached_block_are_returned() {
     let watched = WatchedServer::new("127.0.0.1", None);

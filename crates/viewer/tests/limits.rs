@@ -25,7 +25,8 @@ fn head(watched: &WatchedServer, path: &str, length: usize) -> String {
     )
 }
 
-/// Sends single bytes until the server closes the connection. Returns the response of the server.
+/// Sends one byte at a time until the server closes the connection. Returns the response of the
+/// server.
 fn trickle(mut stream: TcpStream) -> Vec<u8> {
     let mut sending = stream.try_clone().unwrap();
     let (stop, stopped) = std::sync::mpsc::channel::<()>();

@@ -91,8 +91,8 @@ impl WatchedServer {
         )
     }
 
-    /// Sends `count` states as a client and returns the states sent. In consecutive states, the
-    /// mouse is in different cells.
+    /// Sends `count` states as a client and returns them. In consecutive states, the mouse is in
+    /// different cells.
     pub fn send_states(&self, count: usize) -> Vec<Vec<u8>> {
         let client = connect(&self.server, zmq::REQ);
         (0..count)
