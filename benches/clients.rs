@@ -97,8 +97,8 @@ struct RoundStats {
     rate: f64,
 }
 
-/// Sends `requests` requests, distributed over the clients. All clients run on one thread, so that
-/// the scheduler does not affect the result.
+/// Sends `requests` requests, distributed over the clients. All clients run on one thread to keep
+/// the scheduler from affecting the result.
 fn round(clients: &mut [TcpStream], requests: usize) -> RoundStats {
     let (mut poll, mut events) = (Poll::new().unwrap(), Events::with_capacity(clients.len()));
     let (mut times, mut reply) = (Vec::with_capacity(requests), [0; REPLY.len()]);
