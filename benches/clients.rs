@@ -14,7 +14,7 @@ use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token};
 use mmsim_benches::{bundled_maze, median, serve};
 
-/// The numbers of simultaneous clients to measure.
+/// The numbers of simultaneous clients in the measurements.
 const CLIENTS: [usize; 3] = [1, 2, 10];
 
 /// The number of rounds. Each round measures both servers.
@@ -68,7 +68,7 @@ fn plain_loop(mut listener: TcpListener) {
     }
 }
 
-/// Connects to a server of mmsim and completes the handshake.
+/// Connects to an mmsim server and completes the handshake.
 fn connect_zmtp(address: &str) -> TcpStream {
     let mut stream = net::TcpStream::connect(address.trim_start_matches("tcp://")).unwrap();
     let zeros = [0; GREETING_BYTES - GREETING.len()];

@@ -162,7 +162,7 @@ const ROUNDS: usize = 51;
 /// The number of inputs for each row in a round.
 const INPUTS: u32 = 1000;
 
-/// Measures each row with criterion, with inputs in random order. Then measures the rows again in
+/// Uses criterion to measure each row on inputs in random order. Then measures the rows again in
 /// alternating rounds, so that changes in the machine's speed affect all rows equally. Prints the
 /// median time of each row and its median ratio to the first row.
 ///

@@ -37,7 +37,7 @@ fn searches(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Runs a search run and a return run. Returns the mouse and the total number of steps.
+/// Simulates a search run and a return run. Returns the mouse and the total number of steps.
 fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>, u32) {
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
     let mut driver = SearchDriver::new(&mut mouse, max_states);

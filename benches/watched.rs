@@ -21,7 +21,7 @@ const ROUNDS: usize = 61;
 /// The number of round trips in each measurement.
 const TRIPS: usize = 2_000;
 
-/// The time between two frames of a page.
+/// The time between two frames of the viewer page.
 const FRAME: Duration = Duration::from_micros(16_667);
 
 /// A persistent HTTP connection, as a browser uses it. The string is the host name.

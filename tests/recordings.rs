@@ -15,8 +15,8 @@ use mmsim_tests::bundled_mazes;
 /// The maximum size of a recording, in bytes per state.
 const MAX_STATE_BYTES: usize = 40;
 
-/// Recordings with fewer states are not checked, because the maze and the summary take most of
-/// their space.
+/// Recordings with fewer states than this are not checked, because the maze and the summary take
+/// most of their space.
 const MIN_STATES: usize = 170;
 
 #[test]

@@ -31,7 +31,7 @@ bool mouse_see(mouse_t *mouse, bool left, bool front, bool right);
    unreachable. */
 uint8_t mouse_next_step(mouse_t *mouse);
 
-/* Records that the motors have taken this step. Returns false if this step is impossible. */
+/* Records that the mouse has taken a step. Returns false if this step is impossible. */
 bool mouse_stepped(mouse_t *mouse, uint8_t step);
 
 /* Encodes the state of the mouse as a request to a simulator. Call this function after

@@ -11,8 +11,9 @@ const MAGIC_BYTES: usize = mcap::MAGIC.len();
 /// Reads the content as a recording. Checks that the recording is consistent, and that reading the
 /// same bytes in small pieces gives the same recording.
 ///
-/// Also checks that bytes after the last intact record do not matter, unless the file has chunks.
-/// In a damaged chunk, the states before the damage are read although the chunk is not intact.
+/// Also checks that bytes after the last intact record do not change the contents. This check is
+/// skipped if the file has chunks, because the states at the start of a damaged chunk are read
+/// although the chunk is not intact.
 pub fn run(content: &[u8]) {
     let at_once = Recording::read(content);
     let piecewise = Recording::read(Trickle(content));

@@ -102,10 +102,10 @@ fn cut(pieces: &[u8]) -> (&[u8], usize, &[u8]) {
     }
 }
 
-/// Stretches a piece to the length of a state. The first five bytes stay at the start, and the last
-/// byte becomes the order of the walls. The bytes in between are repeated to fill the matrices of
-/// weights and walls. Returns `None` if the piece does not begin with `S` or has fewer than six
-/// bytes.
+/// Stretches a piece to the length of a state. The first five bytes stay at the start. The last
+/// byte becomes the byte that selects the order of the walls. The bytes in between are repeated to
+/// fill the matrices of weights and walls. Returns `None` if the piece does not begin with `S` or
+/// has fewer than six bytes.
 ///
 /// ```text
 /// S x y N C  7 9  F     stretched for a maze of 2x2 cells:     S x y N C  7 9 7 9  F  7 9 7 9

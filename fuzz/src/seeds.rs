@@ -31,7 +31,7 @@ const REQUESTS_PER_INPUT: usize = 8;
 /// taken from it at even intervals.
 const INPUTS_PER_EXCHANGE: usize = 16;
 
-/// Mazes in formats that none of the bundled files has, and edge cases of the text format.
+/// Mazes in formats in which no maze is bundled, and edge cases of the text format.
 const MAZES: [&str; 14] = [
     "o---o\n| S |\no---o\n",
     "o---o\n|SG |\no---o\n",

@@ -1,7 +1,7 @@
 //! The fuzz target for the bytes that a ZMTP connection of the server receives.
 //!
-//! The lower seven bits of the first byte, plus 1, are the maximum number of bytes per read. If the
-//! highest bit is set, a valid handshake precedes the rest of the input.
+//! The number in the lower seven bits of the first byte, plus 1, is the maximum number of bytes per
+//! read. If the highest bit is set, a valid handshake precedes the rest of the input.
 //!
 //! The target checks that the output does not depend on how many bytes are read at a time. The
 //! output must consist of the greeting and complete frames, with exactly one reply for each

@@ -1,4 +1,4 @@
-//! Positions in half steps, and the eight directions of movement.
+//! Positions in half cells, and the eight directions of movement.
 
 use mmsim_maze::{Cell, Heading};
 

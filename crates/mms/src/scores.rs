@@ -280,11 +280,11 @@ mod tests {
         // 3 turns, 1 cell and 10 cells: 3 + 1 + 6, plus a tenth of this sum.
         assert_eq!(scores.score(), 11.);
         run(&mut scores, 0, &[2; 20]);
-        assert_eq!(scores.best_run().unwrap().turns(), 3, "20 movements of one cell cost more");
+        assert_eq!(scores.best_run().unwrap().turns(), 3, "a cost of 20 is higher than 10");
         // The total cost is 3 turns + 7 + 20.
         assert_eq!(scores.score(), 10. + 0.1 * 30.);
         run(&mut scores, 9, &[1]);
-        assert_eq!(scores.best_run().unwrap().turns(), 9, "9.5 is lower than 10");
+        assert_eq!(scores.best_run().unwrap().turns(), 9, "a cost of 9.5 is lower than 10");
         run(&mut scores, 9, &[1]);
         assert_eq!(scores.score(), 9.5 + 0.1 * (30. + 9.5 + 9.5));
     }

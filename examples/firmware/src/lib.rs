@@ -57,7 +57,7 @@ pub extern "C" fn mouse_next_step(mouse: &mut Mouse) -> u8 {
     }
 }
 
-/// Records that the motors have taken a step. Returns `false` if this step is impossible.
+/// Records that the mouse has taken a step. Returns `false` if this step is impossible.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_stepped(mouse: &mut Mouse, step: u8) -> bool {
     let step = match step {
