@@ -160,7 +160,8 @@ impl Graph {
     }
 }
 
-/// A maze and its conversions for the other implementations. The time to convert is not measured.
+/// A maze and its conversions for the other implementations. The conversions are not part of the
+/// measured time.
 struct Prepared {
     maze: Maze,
     nibbles: Nibbles,

@@ -22,10 +22,10 @@ fn hash(state: &[u8]) -> u64 {
     hasher.finish()
 }
 
-/// Runs searches until `count` different states have occurred. Returns a list of flags and a list
-/// of hashes. There is one flag for each state of the searches, which is true if the state had not
-/// occurred before. With these flags, a later run can skip duplicates without a hash set. The
-/// second list has one hash for each different state.
+/// Runs searches until `count` different states have occurred. Returns a list with a flag for each
+/// state, and a list with the hash of each different state. The flag of a state is true if the
+/// state had not occurred before. With the flags, a later run can skip duplicates without a hash
+/// set.
 fn new_states(mazes: &[Maze], count: usize) -> (Vec<bool>, Vec<u64>) {
     let (mut seen, mut is_new, mut hashes) = (HashSet::new(), Vec::new(), Vec::new());
     let mut searches = Searches::new(mazes);

@@ -17,8 +17,8 @@ use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 /// circles forever.
 const MAX_STATES: u32 = 400;
 
-/// Returns all bundled mazes of the classic size and, if the shared collection is available, its
-/// classic mazes.
+/// Returns the classic mazes: those that are bundled and, if available, those of the shared
+/// collection.
 ///
 /// # Panics
 /// Panics if a maze cannot be read.
@@ -124,8 +124,8 @@ impl<'m> Searches<'m> {
     }
 }
 
-/// Returns all bundled mazes of 32×32 cells and, if the shared collection is available, its mazes
-/// of this size.
+/// Returns the mazes of 32×32 cells: those that are bundled and, if available, those of the shared
+/// collection.
 ///
 /// # Panics
 /// Panics if a maze cannot be read.

@@ -14,7 +14,7 @@ use pathfinding::prelude::{astar, bfs};
 
 type Planner<'p> = (&'p str, &'p dyn Fn(&Maze) -> Option<u16>);
 
-/// Returns the first goal cell, where all shortest paths in cells must end.
+/// Returns the first goal cell, to which all planners in [`cells`] plan a path.
 fn goal(maze: &Maze) -> Cell {
     maze.goals().iter().next().unwrap()
 }

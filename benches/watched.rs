@@ -24,7 +24,7 @@ const TRIPS: usize = 2_000;
 /// The time between two frames of the viewer page.
 const FRAME: Duration = Duration::from_micros(16_667);
 
-/// A persistent HTTP connection, as a browser uses it. The string is the host name.
+/// The persistent HTTP connection of a page, and the host name for its requests.
 struct PageClient(BufReader<TcpStream>, String);
 
 impl PageClient {

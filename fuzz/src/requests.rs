@@ -42,7 +42,7 @@ const MAX_REQUESTS: usize = 1 << 10;
 /// of the weights.
 const HEAD_BYTES: usize = 5;
 
-/// The total number of requests is printed each time this many requests have been sent.
+/// The number of requests between two printed totals.
 const PRINT_INTERVAL: u64 = 1_000_000;
 
 /// The total number of requests sent so far.
@@ -162,7 +162,7 @@ impl<'a> Observed<'a> {
         Self { maze, simulation, limit, reply: ReplyBuffer::new(), states: Vec::new() }
     }
 
-    /// Sends a request. Checks the reply and the change of the history.
+    /// Sends a request. Checks the reply, the reported change and the history.
     fn ask(&mut self, request: &[u8]) {
         let Self { maze, simulation, limit, reply, states } = self;
         let decoded = Request::decode(request, maze.size());

@@ -20,7 +20,8 @@ const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 /// The bit of the first byte that adds a handshake before the rest of the input.
 pub const WITH_HANDSHAKE: u8 = 0x80;
 
-/// The maximum number of calls of [`Connection::turn`]. This limit detects endless loops.
+/// The maximum number of calls to [`Connection::turn`] for one input. A connection that exceeds
+/// this limit is in an endless loop.
 const MAX_TURNS: usize = 1 << 20;
 
 /// Serves a connection with this input twice, once with long reads and once with short reads.

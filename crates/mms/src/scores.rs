@@ -8,7 +8,7 @@ use crate::response::Response;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TravelStats {
     half_steps: u64,
-    /// The effective distance in quarters of a cell, which is always an integer.
+    /// The effective distance, counted in quarters of a cell to keep it an exact integer.
     effective_quarters: u64,
     turns: u64,
 }
