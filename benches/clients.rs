@@ -14,7 +14,7 @@ use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token};
 use mmsim_benches::{bundled_maze, median, serve};
 
-/// The numbers of simultaneous clients to measure.
+/// The numbers of simultaneous clients in the measurements.
 const CLIENTS: [usize; 3] = [1, 2, 10];
 
 /// The number of rounds. Each round measures both servers.
@@ -68,7 +68,7 @@ fn plain_loop(mut listener: TcpListener) {
     }
 }
 
-/// Connects to a server of mmsim and completes the handshake.
+/// Connects to an mmsim server and completes the handshake.
 fn connect_zmtp(address: &str) -> TcpStream {
     let mut stream = net::TcpStream::connect(address.trim_start_matches("tcp://")).unwrap();
     let zeros = [0; GREETING_BYTES - GREETING.len()];
@@ -97,8 +97,8 @@ struct RoundStats {
     rate: f64,
 }
 
-/// Sends `requests` requests, distributed over the clients. All clients run on one thread, so that
-/// the scheduler does not affect the result.
+/// Sends `requests` requests, distributed over the clients. All clients run on one thread to keep
+/// the scheduler from affecting the result.
 fn round(clients: &mut [TcpStream], requests: usize) -> RoundStats {
     let (mut poll, mut events) = (Poll::new().unwrap(), Events::with_capacity(clients.len()));
     let (mut times, mut reply) = (Vec::with_capacity(requests), [0; REPLY.len()]);

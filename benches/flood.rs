@@ -1,6 +1,6 @@
-//! Compares the time of a flood with that of other implementations, both for mazes in random order
-//! and for a single maze. Further benchmarks measure how long it takes to update the distances
-//! during a search and to compute the distance from the start to the goal.
+//! Compares the flood of mmsim with other implementations, both for mazes in random order and for a
+//! single maze. Further benchmarks measure how long it takes to update the distances during a
+//! search and to compute the distance from the start to the goal.
 
 use std::collections::VecDeque;
 use std::hint::black_box;
@@ -57,8 +57,8 @@ impl Nibbles {
         Self { open, goals: maze.goals().iter().map(index).collect(), width }
     }
 
-    /// Floods the maze with a fixed-size array as the queue. `AREA` is the number of cells, and `S`
-    /// is `u8` for 256 cells.
+    /// Floods the maze with a fixed-size array as the queue. `AREA` is the number of cells. `S` is
+    /// `u8` for mazes of 256 cells and `u16` for larger ones.
     fn flood<const AREA: usize, S: Steps>(&self) -> [S; AREA] {
         let mut distances = [S::FAR; AREA];
         let mut queue = [0_u16; AREA];
@@ -160,7 +160,8 @@ impl Graph {
     }
 }
 
-/// A maze in the representation of each implementation, converted before the measurement.
+/// A maze and its conversions for the other implementations. The conversions are not part of the
+/// measured time.
 struct Prepared {
     maze: Maze,
     nibbles: Nibbles,
@@ -250,7 +251,7 @@ fn peers() -> [Row<'static, Prepared>; 4] {
     ]
 }
 
-/// Adds up all distances, which are read with [`Distances::rows`].
+/// Reads all distances with [`Distances::rows`] and returns their sum.
 fn sum_of_rows(distances: &Distances) -> u32 {
     let mut sum = 0;
     for row in distances.rows() {
@@ -261,7 +262,7 @@ fn sum_of_rows(distances: &Distances) -> u32 {
     sum
 }
 
-/// Adds up all distances, which are read with [`Distances::at`].
+/// Reads all distances with [`Distances::at`] and returns their sum.
 fn sum_of_cells(distances: &Distances, size: MazeSize) -> u32 {
     let mut sum = 0;
     for y in 0..size.height() {
@@ -272,7 +273,7 @@ fn sum_of_cells(distances: &Distances, size: MazeSize) -> u32 {
     sum
 }
 
-/// Returns benchmark rows that flood a maze and, except for the first row, read all distances.
+/// Returns benchmark rows that flood a maze. All rows except the first also read all distances.
 fn floods_and_reads() -> [Row<'static, Prepared>; 4] {
     let flood = |maze: &Maze| Distances::flood(maze.walls(), maze.goals());
     [
@@ -303,7 +304,8 @@ impl Trace {
         Self { maze: maze.clone(), poses: sensor_poses(maze, FloodFill::new()) }
     }
 
-    /// Replays the search, and calls `update` after each wall reading to update the distances.
+    /// Replays the search and returns the final distances. Calls `update` after each wall reading
+    /// to update the distances.
     fn replay(&self, mut update: impl FnMut(&mut Distances, &KnownMaze, Cell)) -> Distances {
         let (maze, mut map) = (&self.maze, KnownMaze::unexplored(&self.maze));
         let mut distances = Distances::flood(map.walls(Unknown::Open), maze.goals());

@@ -1,5 +1,5 @@
-//! Measures a history with a million states of real searches: its memory, the time to add a state,
-//! and the time to read states in random and sequential order.
+//! Measures a history with a million states of real searches: its memory use, the time to add a
+//! state, and the time to read states in random and sequential order.
 
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hasher};
@@ -22,9 +22,10 @@ fn hash(state: &[u8]) -> u64 {
     hasher.finish()
 }
 
-/// Runs searches until `count` different states have occurred. Returns a flag for each state of the
-/// searches and the hashes of the different states. A flag is true if its state had not occurred
-/// before. The flags allow a later run to skip duplicates without a hash set.
+/// Runs searches until `count` different states have occurred. Returns a list with a flag for each
+/// state, and a list with the hash of each different state. The flag of a state is true if the
+/// state had not occurred before. With the flags, a later run can skip duplicates without a hash
+/// set.
 fn new_states(mazes: &[Maze], count: usize) -> (Vec<bool>, Vec<u64>) {
     let (mut seen, mut is_new, mut hashes) = (HashSet::new(), Vec::new(), Vec::new());
     let mut searches = Searches::new(mazes);

@@ -17,8 +17,8 @@ use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 /// circles forever.
 const MAX_STATES: u32 = 400;
 
-/// Reads the classic mazes for the benchmarks from the bundled mazes and, if available, from the
-/// shared collection.
+/// Returns the classic mazes: those that are bundled and, if available, those of the shared
+/// collection.
 ///
 /// # Panics
 /// Panics if a maze cannot be read.
@@ -63,7 +63,7 @@ impl Noise {
         Self(seed)
     }
 
-    /// Returns a number below `count`, which must not be 0.
+    /// Returns a random number below `count`, which must not be 0.
     pub fn below(&mut self, count: usize) -> usize {
         // Knuth's MMIX generator; its upper bits are the most random.
         self.0 =
@@ -124,7 +124,7 @@ impl<'m> Searches<'m> {
     }
 }
 
-/// Reads the mazes of 32×32 cells from the bundled mazes and, if available, from the shared
+/// Returns the mazes of 32×32 cells: those that are bundled and, if available, those of the shared
 /// collection.
 ///
 /// # Panics
@@ -162,9 +162,9 @@ const ROUNDS: usize = 51;
 /// The number of inputs for each row in a round.
 const INPUTS: u32 = 1000;
 
-/// Measures each row with criterion, with inputs in random order. Then measures the rows
-/// alternately, so that changes in the machine's speed affect all rows, and prints the median time
-/// of each row and its median ratio to the first row.
+/// Uses criterion to measure each row on inputs in random order. Then measures the rows again in
+/// alternating rounds, so that changes in the machine's speed affect all rows equally. Prints the
+/// median time of each row and its median ratio to the first row.
 ///
 /// # Panics
 /// Panics if there are no inputs or no rows.

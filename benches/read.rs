@@ -1,5 +1,5 @@
 //! Compares the time to read hex maze files, whose orientation and bit order must be inferred, with
-//! the time to read text files.
+//! the time to read maze files in the text format.
 
 use std::hint::black_box;
 

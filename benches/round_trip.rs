@@ -45,8 +45,9 @@ fn connect(address: &str) -> zmq::Socket {
     socket
 }
 
-/// Starts a bare REP socket that always sends the same reply, and exits when it receives an empty
-/// message. Returns a REQ socket that is connected to the REP socket.
+/// Starts a thread with a bare REP socket that sends `reply` to every request. The thread exits
+/// after it has replied to an empty request. Returns a REQ socket that is connected to the REP
+/// socket.
 fn connect_to_bare_rep(reply: &'static [u8]) -> zmq::Socket {
     let socket = zmq::Context::new().socket(zmq::REP).unwrap();
     socket.bind("tcp://127.0.0.1:*").unwrap();
@@ -69,7 +70,7 @@ fn round_trip(socket: &zmq::Socket, request: &[u8], reply: &mut zmq::Message) {
     socket.recv(reply, 0).unwrap();
 }
 
-/// Measures the time of round trips, starting with an empty history.
+/// Deletes the history and measures the total time of `trips` round trips.
 fn time(socket: &zmq::Socket, exchange: &SampleExchange, trips: u64) -> Duration {
     let mut reply = zmq::Message::new();
     round_trip(socket, b"reset", &mut reply);
@@ -83,7 +84,7 @@ fn time(socket: &zmq::Socket, exchange: &SampleExchange, trips: u64) -> Duration
 }
 
 /// Prints the request rate of mmsim relative to that of the bare socket. The servers are measured
-/// alternately, so that changes in the machine's speed affect both servers.
+/// alternately, so that changes in the machine's speed affect both servers equally.
 fn compare(name: &str, exchange: &SampleExchange, ours: &zmq::Socket, bare: &zmq::Socket) {
     let mut ratios: Vec<f64> = (0..ROUNDS)
         .map(|_| {

@@ -1,6 +1,6 @@
-//! Measures complete searches with a simulator in memory, with a simulator over ZeroMQ on loopback,
-//! and without a simulator. The searches without a simulator use every bundled strategy, in classic
-//! mazes in random order.
+//! Measures the time of complete searches. A flood-fill mouse searches one maze with a simulator in
+//! memory and with a simulator over ZeroMQ on loopback. Every bundled strategy searches classic
+//! mazes in random order without a simulator.
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -37,7 +37,7 @@ fn searches(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Runs a search run and a return run. Returns the mouse and the total number of steps.
+/// Simulates a search run and a return run. Returns the mouse and the total number of steps.
 fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>, u32) {
     let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
     let mut driver = SearchDriver::new(&mut mouse, max_states);
@@ -46,8 +46,8 @@ fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>
     (mouse, steps)
 }
 
-/// Asserts that shortest-path-search finds a path that is proven to be shortest in each maze, and
-/// prints the mean number of steps. Then measures the time of complete searches.
+/// Asserts that shortest-path-search finds the shortest path of each maze and proves that it is
+/// shortest. Prints the mean number of steps. Then measures the time of complete searches.
 fn whole_searches(criterion: &mut Criterion) {
     let mut mazes = classic_mazes();
     mazes.retain(|maze| MazeFacts::new(maze).shortest_path.is_some());

@@ -14,7 +14,7 @@ use mmsim_benches::{bundled_maze, median};
 use mmsim_server::{Server, Simulation, StopHandle};
 use rustix::time::{ClockId, clock_gettime};
 
-/// The times for which the clients are busy before each request, in microseconds.
+/// The times in microseconds for which the clients keep the processor busy before each request.
 const THINKING_US: [u64; 6] = [0, 5, 20, 60, 100, 200];
 
 const ROUNDS: usize = 5;
@@ -44,7 +44,7 @@ print((time.perf_counter_ns() - begin) / requests / 1000 - thinking_us)
 "#;
 
 /// A server that replies to [`REQUEST`] on a separate thread and measures the processor time of
-/// this thread.
+/// that thread.
 struct TimedServer {
     address: String,
     stop: Option<StopHandle>,
@@ -62,8 +62,8 @@ impl TimedServer {
         Self { address, stop, thread }
     }
 
-    /// Starts a bare REP socket that exits when it receives an empty message. The processor time of
-    /// libzmq's I/O thread is not included.
+    /// Starts a thread with a bare REP socket. The thread exits after it has replied to an empty
+    /// request. The measured processor time excludes libzmq's I/O thread.
     fn libzmq() -> Self {
         let socket = zmq::Context::new().socket(zmq::REP).unwrap();
         socket.bind("tcp://127.0.0.1:*").unwrap();
@@ -194,14 +194,14 @@ fn main() {
     }
 }
 
-/// Returns the time that the client measures for a request and the processor time of the server's
-/// thread per request, both in microseconds.
+/// Runs a client and stops the server. Returns two mean times per request in microseconds: the
+/// round-trip time that the client measured and the processor time of the server's thread.
 fn round(server: TimedServer, client: Client, thinking_us: u64) -> (f64, f64) {
     let time = client(&server.address, Duration::from_micros(thinking_us));
     (time, server.stop().as_secs_f64() * 1e6 / f64::from(REQUESTS))
 }
 
-/// Formats the median and the maximum of the times that the client measured.
+/// Formats the median and the maximum of the round-trip times.
 fn summary(rounds: &[(f64, f64)]) -> String {
     let times: Vec<f64> = rounds.iter().map(|(time, _)| *time).collect();
     let worst = times.iter().copied().fold(0.0, f64::max);

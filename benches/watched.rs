@@ -1,7 +1,7 @@
-//! Measures how much the viewer page slows down a search, without a browser. In the first
-//! measurement, a client follows the search at sixty frames per second; in the second, two clients
-//! request GIFs. Another benchmark measures the time to open a page with a million states and to
-//! fetch randomly chosen states.
+//! Measures how much viewing slows down a search. Plain HTTP clients take the place of a browser.
+//! In the first measurement, a client follows the search at sixty frames per second; in the second,
+//! two clients request GIFs. Another benchmark measures how long it takes to open a page with a
+//! million states and how long it takes to fetch a randomly chosen state.
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -16,15 +16,15 @@ use mmsim_server::{Server, Simulation};
 use mmsim_viewer::{Viewer, ViewerConfig};
 use serde_json::Value;
 
-/// The number of rounds. Each round is one measurement without a load and one with a load.
+/// The number of rounds. Each round consists of one measurement without a load and one with a load.
 const ROUNDS: usize = 61;
 /// The number of round trips in each measurement.
 const TRIPS: usize = 2_000;
 
-/// The time between two frames of a page.
+/// The time between two frames of the viewer page.
 const FRAME: Duration = Duration::from_micros(16_667);
 
-/// A persistent HTTP connection, like that of a browser, and the host name.
+/// The persistent HTTP connection of a page, and the host name for its requests.
 struct PageClient(BufReader<TcpStream>, String);
 
 impl PageClient {
@@ -122,8 +122,8 @@ fn summarize(mut values: Vec<f64>) -> (f64, f64, f64) {
     (values[values.len() / 2], values[0], values[values.len() - 1])
 }
 
-/// Returns the median, minimum and maximum over all rounds of the rate of `S` requests under a
-/// load, relative to the rate without the load.
+/// Measures the rate of `S` requests under a load, relative to the rate without the load. Returns
+/// the median, minimum and maximum of this ratio over all rounds.
 fn compare(trips: usize, rounds: usize, load: Load) -> (f64, f64, f64) {
     let maze = bundled_maze("01-harbour");
     let (map, start) = (KnownMaze::unexplored(&maze), maze.start());
@@ -183,8 +183,8 @@ fn simulation_of_searches(mazes: &[Maze], count: usize) -> Simulation {
     simulation
 }
 
-/// Prints the time to open a page with a long history, and the time to fetch a random state of this
-/// history.
+/// Measures a page with a history of `count` states. Prints the time to open the page and the time
+/// to fetch a random state.
 fn scrub(mazes: &[Maze], count: usize) {
     let simulation = simulation_of_searches(mazes, count);
     let mut noise = Noise::new(2);

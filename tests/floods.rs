@@ -64,7 +64,7 @@ fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
 }
 
 #[test]
-fn floods_of_real_mazes_match_the_queue() {
+fn floods_of_real_mazes_match_the_reference() {
     let folders = [Some(bundled_mazes()), shared("mazes")];
     for folder in folders.into_iter().flatten() {
         for entry in Catalogue::from_path(&folder).unwrap().entries() {
@@ -122,7 +122,7 @@ impl MazeNoise {
 }
 
 #[test]
-fn floods_of_generated_mazes_match_the_queue() {
+fn floods_of_generated_mazes_match_the_reference() {
     let (mut noise, mut longest) = (MazeNoise(6), 0);
     for count in 0..10_000 {
         let walls = noise.maze();

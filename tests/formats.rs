@@ -17,8 +17,8 @@ fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
     texts.map(|entry| (entry.path().display().to_string(), entry.maze().unwrap())).collect()
 }
 
-/// Writes each maze in every format that can hold it, and checks that reading the file gives the
-/// same maze. Returns the number of mazes for each format.
+/// Converts each maze to every format that can hold it, and checks that parsing the result gives
+/// the same maze. Returns the number of mazes for each format.
 fn round_trips(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
     let mut counts = BTreeMap::new();
     for (path, maze) in mazes {
@@ -59,8 +59,9 @@ fn real_mazes_parse_from_csv() {
     }
 }
 
-/// Checks that hex rows in a usual bit order parse to the same maze. Rows in another bit order give
-/// an error or a different maze, with the start in another corner.
+/// Formats each maze as hex rows and parses the rows. In a usual bit order, parsing must give the
+/// original maze. In another bit order, it must give an error or a maze with the start in another
+/// corner.
 #[test]
 fn real_mazes_parse_from_hex_rows() {
     const USUAL: [[usize; 4]; 2] = [[0, 1, 2, 3], [1, 0, 3, 2]];
@@ -96,7 +97,11 @@ fn real_mazes_parse_from_hex_rows() {
             }
         }
     }
-    assert_eq!((errors, others), (5204, 296), "of 22 * 250");
+    assert_eq!(
+        (errors, others),
+        (5204, 296),
+        "(errors, different mazes) for 22 bit orders in 250 mazes"
+    );
 }
 
 /// Returns all permutations of the headings, as indices into [`Heading::ALL`].

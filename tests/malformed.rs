@@ -87,7 +87,7 @@ fn a_request_over_the_limit_gets_one_error() {
 }
 
 #[test]
-fn a_dealer_without_the_empty_frame_gets_no_reply() {
+fn a_dealer_that_omits_the_empty_frame_gets_no_reply() {
     let server = serve(open_maze(16));
     let (dealer, other) = (connect(&server, zmq::DEALER), connect(&server, zmq::REQ));
     assert_eq!(ask(&other, &good_state()), b"ok");

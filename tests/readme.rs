@@ -88,7 +88,10 @@ fn links_are_valid() {
                 None if link.starts_with("https://") => continue,
                 None => {
                     let is_published = PUBLISHED.iter().any(|name| page.contains(name));
-                    assert!(!is_published, "link breaks outside the repository, {page}: {link}");
+                    assert!(
+                        !is_published,
+                        "relative link in {page} breaks outside the repository: {link}"
+                    );
                     folder.join(file)
                 }
             };
@@ -116,7 +119,7 @@ fn anchor(heading: &str) -> String {
 }
 
 #[test]
-fn the_picture_in_the_architecture_shows_all_dependencies() {
+fn the_diagram_in_architecture_md_shows_all_dependencies() {
     let architecture = read("ARCHITECTURE.md");
     let picture = architecture.split("```").nth(1).unwrap();
     let rows: Vec<(&str, Vec<&str>)> = picture
@@ -142,6 +145,9 @@ fn the_picture_in_the_architecture_shows_all_dependencies() {
         actual.sort_unstable();
         sorted.sort_unstable();
         assert_eq!(sorted, actual, "dependencies of {name}");
-        assert!(shown.iter().all(|other| names[index..].contains(other)), "{name} points back");
+        assert!(
+            shown.iter().all(|other| names[index..].contains(other)),
+            "a dependency of {name} is listed above it"
+        );
     }
 }

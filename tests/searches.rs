@@ -79,7 +79,7 @@ fn a_client_may_start_before_its_server() {
 }
 
 #[test]
-fn two_clients_each_get_their_own_replies() {
+fn simultaneous_clients_get_their_own_replies() {
     let (_, maze) = mazes().swap_remove(0);
     assert_eq!(maze.size(), MazeSize::CLASSIC);
     let server = serve(maze.clone());
@@ -99,7 +99,10 @@ fn two_clients_each_get_their_own_replies() {
                 for cell in mouse.map().visited() {
                     for heading in mmsim_maze::Heading::ALL {
                         let known = mouse.map().walls(Unknown::Open).has(cell, heading);
-                        assert!(!known || maze.walls().has(cell, heading), "{strategy} at {cell}");
+                        assert!(
+                            !known || maze.walls().has(cell, heading),
+                            "{strategy}: false wall at {cell}"
+                        );
                     }
                 }
             });
@@ -109,7 +112,7 @@ fn two_clients_each_get_their_own_replies() {
 }
 
 #[test]
-fn swing_reaches_every_goal_of_the_shared_mazes() {
+fn swing_reaches_every_reachable_goal_of_the_shared_mazes() {
     let Some(folder) = shared("mazes") else { return };
     // All mazes take a minute in an unoptimised build.
     let sample = if cfg!(debug_assertions) { 24 } else { 1 };
@@ -125,13 +128,17 @@ fn swing_reaches_every_goal_of_the_shared_mazes() {
                 assert_eq!(decision, Ok(Move::Stop), "{name}");
                 assert!(maze.goals().contains(mouse.pose().cell), "{name}");
                 let known = PathBounds::new(mouse.map()).pessimistic.map(u32::from);
-                assert_eq!(known, Some(stats.fast_run.steps), "{name}: the shortest known path");
+                assert_eq!(
+                    known,
+                    Some(stats.fast_run.steps),
+                    "{name}: the fast run is not the shortest known path"
+                );
             }
             None => assert!(decision.is_err(), "{name}: {decision:?}"),
         }
         max_states = max_states.max(stats.steps() + 1);
     }
-    assert!(max_states > 100, "no maze was searched");
+    assert!(max_states > 100, "no search had more than 100 states");
     println!("at most {max_states} states");
 }
 
@@ -154,8 +161,16 @@ fn shortest_path_search_proves_that_paths_in_the_shared_mazes_are_shortest() {
         assert_eq!(search.back_at, maze.start().cell, "{name}");
         if let Some(shortest) = shortest {
             assert_eq!(search.result, Ok(Move::Stop), "{name}");
-            assert_eq!(search.known, Some(shortest.into()), "{name}: the shortest path is proven");
-            assert_eq!(search.fast_steps, u32::from(shortest), "{name}: the fast run takes it");
+            assert_eq!(
+                search.known,
+                Some(shortest.into()),
+                "{name}: the shortest path is not known"
+            );
+            assert_eq!(
+                search.fast_steps,
+                u32::from(shortest),
+                "{name}: the fast run does not take the shortest path"
+            );
             if file.starts_with("classic") {
                 classic.push(search.steps);
             }
@@ -165,7 +180,7 @@ fn shortest_path_search_proves_that_paths_in_the_shared_mazes_are_shortest() {
         }
         max_steps = max_steps.max(search.steps);
     }
-    assert!(max_steps > 100, "no maze was searched");
+    assert!(max_steps > 100, "no search took more than 100 steps");
     let (steps, mazes) = (classic.iter().sum::<u32>(), u32::try_from(classic.len()).unwrap());
     println!("at most {max_steps} steps, {steps} in total in {mazes} classic mazes");
     assert!(sample > 1 || steps < 230 * mazes, "the mean exceeds 230 steps");
@@ -205,12 +220,12 @@ impl ShortestPathRun {
             let has_begun = (proven && cell == start) || stats.fast_run.steps > 0;
             assert_eq!(phase == Phase::FastRun, has_begun);
             if proven && phase != Phase::FastRun {
-                assert_eq!(phase, Phase::ReturnRun, "at {cell} it does not return");
+                assert_eq!(phase, Phase::ReturnRun, "the mouse does not return from {cell}");
                 let to_start = |unknown| Distances::flood(mouse.map().walls(unknown), &home);
                 let paths_home = [Unknown::Open, Unknown::Closed].map(to_start);
                 let goes_by = mouse.weight(cell);
                 assert!(paths_home.iter().any(|path| path.at(cell) == goes_by), "{cell}");
-                assert_eq!(mouse.weight(start), Some(0), "at {cell} it does not return");
+                assert_eq!(mouse.weight(start), Some(0), "the mouse does not return from {cell}");
             }
             if stats.fast_run.steps == 0 {
                 back_at = cell;

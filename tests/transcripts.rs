@@ -49,7 +49,7 @@ fn the_server_replies_like_the_reference_server() {
             for (n, RecordedExchange { req, rep }) in
                 transcript(&shared, client, name).into_iter().enumerate()
             {
-                assert_eq!(ask(&socket, &req), rep, "{client} on {name}, exchange {n}");
+                assert_eq!(ask(&socket, &req), rep, "{client} on {name}, request {n}");
                 if req[0] == b'S' {
                     states.push(req);
                 }
@@ -88,7 +88,7 @@ fn our_strategies_send_the_same_requests_as_the_example_clients() {
                 "{strategy} on {name}"
             );
             for (n, (request, expected)) in requests.iter().zip(&expected).enumerate() {
-                assert_eq!(*request, expected.req, "{strategy} on {name}, exchange {n}");
+                assert_eq!(*request, expected.req, "{strategy} on {name}, request {n}");
             }
             assert_eq!(requests.len(), expected.len(), "{strategy} on {name}");
         }

@@ -1,5 +1,5 @@
-//! Compares trials with recorded runs of the published tester, and the steps of the robots with
-//! published numbers.
+//! Checks that recorded runs of the published tester are reproduced, and that the robots take as
+//! many steps as expected.
 
 use std::fs;
 
@@ -12,7 +12,7 @@ use mmsim_trial::{
 };
 use serde::Deserialize;
 
-/// A recorded run of the published tester.
+/// A run that was recorded with the published tester of the two-run trial.
 #[derive(Deserialize)]
 struct RecordedTrial {
     maze: String,
@@ -79,7 +79,7 @@ fn recorded_runs_are_reproduced() {
 }
 
 #[test]
-fn race_optima_match_the_published_ones() {
+fn race_optima_match_the_published_optima() {
     let Some(mazes) = shared("mazes/trial") else { return };
     for (name, expected) in [("test_maze_01", 17), ("test_maze_02", 22), ("test_maze_03", 25)] {
         let maze = mmsim_formats::read_maze(&mazes.join(name).with_extension("txt")).unwrap();
@@ -88,7 +88,7 @@ fn race_optima_match_the_published_ones() {
     }
 }
 
-/// The numbers of exploration steps and race steps in each of the three published mazes.
+/// The numbers of exploration steps and race steps of a robot in each of the three published mazes.
 type PublishedMazeSteps = [(u32, u32); 3];
 
 fn steps(robot: BundledRobot, settings: &Settings) -> Option<PublishedMazeSteps> {
@@ -121,9 +121,12 @@ fn swing_is_at_least_as_good_as_the_published_code() {
         let Some(ours) = steps(BundledRobot::Swing, &settings) else { return };
         for (ours, theirs) in ours.into_iter().zip(theirs) {
             let thirtieths = |(explore, race): (u32, u32)| explore + 30 * race;
-            assert!(thirtieths(ours) <= thirtieths(theirs), "{variant}: {ours:?}, {theirs:?}");
+            assert!(
+                thirtieths(ours) <= thirtieths(theirs),
+                "{variant}: {ours:?} is worse than {theirs:?}"
+            );
         }
-        assert_eq!(ours, expected, "{variant}, as in the README of the crate");
+        assert_eq!(ours, expected, "{variant} (listed in the README of the crate)");
     }
     let timed = [
         (Variant::JustArrive, [(57, 26), (49, 25), (61, 28)]),
@@ -149,7 +152,7 @@ fn swing_is_at_least_as_good_as_the_published_code() {
     for (robot, corners) in [(BundledRobot::Swing, swing), (BundledRobot::SwingTimed, timed)] {
         for (key_points, expected) in KeyPoints::ALL.iter().copied().zip(corners) {
             let settings = Settings { key_points, ..Settings::default() };
-            assert_eq!(steps(robot, &settings), Some(expected), "{robot}, {key_points} corners");
+            assert_eq!(steps(robot, &settings), Some(expected), "{robot}, {key_points} key points");
         }
     }
 }
@@ -230,7 +233,9 @@ fn robots_score_in_solvable_mazes_and_give_up_in_others() {
                     // In a large maze, or on a long winding path, Swing may exceed the step limit.
                     (Some(optimum), TrialOutcome::OutOfTime)
                         if kind == "halfsize" || optimum > 200 => {}
-                    (optimum, outcome) => panic!("{name}: {robot}: {outcome:?}, {optimum:?}"),
+                    (optimum, outcome) => {
+                        panic!("{name}: {robot}: {outcome:?}, optimum {optimum:?}")
+                    }
                 }
             }
         }
@@ -257,6 +262,9 @@ fn champion_beats_the_best_public_robot_in_each_maze() {
     assert!(first.iter().sum::<f64>() <= 74., "{first:?}");
     // The scores of other seeds differ; the best single public robot scores 79.300 in total.
     for seed in 1..8 {
-        assert!(scores(seed).iter().sum::<f64>() < 79., "with seed {seed}");
+        assert!(
+            scores(seed).iter().sum::<f64>() < 79.,
+            "total score of at least 79 with seed {seed}"
+        );
     }
 }

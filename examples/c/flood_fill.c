@@ -58,7 +58,7 @@ static mmsim_reply ask(const uint8_t *message, size_t length, mmsim_reply_kind e
     return reply;
 }
 
-/* Records a wall in the cells on both sides of it. */
+/* Records a wall in the cells on both sides of the wall. */
 static void record_wall(int quarters, uint8_t wall) {
     const mmsim_pose beyond = after(pose, quarters);
     if (!wall) return;
@@ -77,7 +77,7 @@ static void read_walls(void) {
     record_wall(1, walls.right);
 }
 
-/* Computes the steps from each cell to the goal, with unknown walls open. */
+/* Computes the number of steps from each cell to the goal, with unknown walls open. */
 static void flood(void) {
     static mmsim_pose queue[AREA]; /* holds each cell at most once; headings are unused */
     int first = 0, last = 0;

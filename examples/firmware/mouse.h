@@ -27,13 +27,14 @@ void mouse_new(mouse_t *mouse);
 bool mouse_see(mouse_t *mouse, bool left, bool front, bool right);
 
 /* Returns the next step: 'F' front, 'L' left, 'R' right or 'B' back. For each step, the mouse turns
-   and then moves one cell. Returns 'G' in the goal, and 0 if the goal is unreachable. */
+   and then moves one cell. Returns 'G' if the mouse is in the goal, and 0 if the goal is
+   unreachable. */
 uint8_t mouse_next_step(mouse_t *mouse);
 
-/* Records that the motors have taken this step. Returns false if this step is impossible. */
+/* Records that the mouse has taken a step. Returns false if this step is impossible. */
 bool mouse_stepped(mouse_t *mouse, uint8_t step);
 
-/* Writes the message that reports the state of the mouse to a simulator. Call this function after
+/* Encodes the state of the mouse as a request to a simulator. Call this function after
    mouse_next_step. */
 void mouse_encode_state(const mouse_t *mouse, uint8_t message[MOUSE_STATE_BYTES]);
 

@@ -29,7 +29,7 @@ class Mouse:
             self.walls[WIDTH - 1][y] |= Known.EAST
 
     def read_walls(self, simulator: Simulator) -> None:
-        """Records the walls around the mouse, each in the cells on both sides of it."""
+        """Records each wall around the mouse in the cells on both sides of the wall."""
         x, y = self.pose.x, self.pose.y
         self.walls[x][y] |= Known.VISITED
         for turn, wall in zip((LEFT, FRONT, RIGHT), simulator.walls(self.pose)):
@@ -40,7 +40,7 @@ class Mouse:
                     self.walls[beyond.x][beyond.y] |= Known.wall(beyond.heading.turned(BACK))
 
     def flood(self) -> None:
-        """Computes the steps from each cell to the goal, with unknown walls open."""
+        """Computes the number of steps from each cell to the goal, with unknown walls open."""
         self.distances = [[UNREACHABLE] * HEIGHT for _ in range(WIDTH)]
         for x, y in GOALS:
             self.distances[x][y] = 0
@@ -65,7 +65,7 @@ class Mouse:
         return self.distance(self.pose) < UNREACHABLE
 
     def distance(self, pose: Pose) -> int:
-        """Returns the steps from a pose to the goal."""
+        """Returns the number of steps from a pose to the goal."""
         return self.distances[pose.x][pose.y]
 
 

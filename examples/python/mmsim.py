@@ -86,7 +86,7 @@ class Refused(SimulatorError):
 
 
 class Simulator:
-    """A connection to a simulator, which may start later.
+    """A connection to a simulator. The simulator may be started later.
 
     A request fails if there is no reply within `timeout` seconds.
     """

@@ -1,5 +1,5 @@
-//! A complete client without `mmsim-client`: a flood-fill mouse with a ZeroMQ socket, the wire
-//! codec, and the flood of `mmsim-solvers`.
+//! A complete client that does not use `mmsim-client`. A flood-fill mouse talks to the simulator
+//! with a ZeroMQ socket and the wire codec, and computes distances with `mmsim-solvers`.
 //!
 //! Start a simulator with `mmsim`, then run this program, optionally with an endpoint such as
 //! `tcp://127.0.0.1:6574`. `own-strategy.rs` is a shorter client that uses `mmsim-client`.
@@ -59,14 +59,14 @@ fn search() -> Result<u32, Box<dyn Error>> {
     }
 }
 
-/// A socket connected to a simulator.
+/// A connection to a simulator.
 struct Simulator {
     endpoint: String,
     socket: zmq::Socket,
 }
 
 impl Simulator {
-    /// Connects to a simulator, which may start later.
+    /// Connects to a simulator. The simulator may be started later.
     fn connect(endpoint: String) -> Result<Self, Box<dyn Error>> {
         let socket = zmq::Context::new().socket(zmq::REQ)?;
         socket.set_rcvtimeo(TIMEOUT_MS)?;

@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("the mouse is in {}, heading {}", state.pose().cell, state.pose().heading);
     println!("the mouse has visited this cell: {}", flags.visited());
     for heading in Heading::ALL {
-        println!("the mouse knows a wall to the {heading}: {}", flags.wall(heading));
+        println!("the mouse knows of a wall to the {heading}: {}", flags.wall(heading));
     }
     Ok(())
 }

@@ -51,7 +51,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Searches the maze and returns whether the goal was reached.
+/// Searches the maze and returns true if the goal was reached.
 fn run() -> Result<bool, Box<dyn Error>> {
     let endpoint = std::env::args().nth(1).unwrap_or("tcp://127.0.0.1:6574".into());
     let timeout = Some(Duration::from_secs(5));

@@ -1,4 +1,4 @@
-//! A complete client with a custom strategy, which goes to the least visited neighbour.
+//! A complete client with a custom strategy. The mouse goes to the least visited neighbour.
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_protocol::{MAX_STATE_BYTES, MapState, Order, Reply, Request};
 use mmsim_solvers::{Mouse, Move, SearchDriver, SearchError, Strategy, open_steps};

@@ -3,8 +3,9 @@
 use mmsim_formats::{Format, Location, ParseError, parse_maze};
 use mmsim_maze::Maze;
 
-/// Reads the content as a maze file: in the detected format, with the title line of the OSHWDEM
-/// format added, and in every format. Checks each resulting maze or error.
+/// Reads the content as a maze file, first in the detected format and then in every format. Also
+/// reads the content with a title line of the OSHWDEM format added at the start. Checks each
+/// resulting maze or error.
 pub fn run(content: &[u8]) {
     read(content);
     read(&[b"OSHWDEM\n", content].concat());
@@ -16,9 +17,13 @@ pub fn run(content: &[u8]) {
 fn read(content: &[u8]) {
     let detected = Format::detect(content);
     let result = parse_maze(content);
-    assert_eq!(result, detected.parse(content), "the detected format gives another result");
+    assert_eq!(
+        result,
+        detected.parse(content),
+        "parsing in the detected format gives a different result"
+    );
     if let Ok(picture) = String::from_utf8_lossy(content).parse::<Maze>() {
-        assert_eq!(result, Ok(picture), "the picture and the file give different mazes");
+        assert_eq!(result, Ok(picture), "parsing in the text format gives a different maze");
     }
     read_as(detected, content);
 }
@@ -39,8 +44,8 @@ fn read_as(format: Format, content: &[u8]) {
     }
 }
 
-/// Checks that converting the maze to text and parsing it gives the same maze, and likewise for
-/// every format that can hold the maze.
+/// Converts the maze to text and to every format that can hold it. Checks that parsing the result
+/// gives the same maze.
 fn check_maze(maze: &Maze) {
     let size = maze.size();
     assert!(size.contains(maze.start().cell));
@@ -56,8 +61,8 @@ fn check_maze(maze: &Maze) {
 }
 
 /// Checks that the error message is a single line and that its location is inside the file or just
-/// after the end. In formats that draw the maze, columns up to the end of the longest line are
-/// allowed in every line, because trailing blanks may be missing.
+/// after the end. In formats that draw the maze, a line may lack trailing blanks. In these formats,
+/// the column may therefore be up to the end of the longest line.
 fn check_error(format: Format, error: &ParseError, text: &str) {
     assert!(!error.to_string().contains(char::is_control), "not a single line: {error:?}");
     let (line, column) = match error.location {

@@ -11,8 +11,9 @@ const MAGIC_BYTES: usize = mcap::MAGIC.len();
 /// Reads the content as a recording. Checks that the recording is consistent, and that reading the
 /// same bytes in small pieces gives the same recording.
 ///
-/// Also checks that bytes after the last intact record do not matter, unless the file has chunks.
-/// In a damaged chunk, the states before the damage are read although the chunk is not intact.
+/// Also checks that bytes after the last intact record do not change the contents. This check is
+/// skipped if the file has chunks, because the states at the start of a damaged chunk are read
+/// although the chunk is not intact.
 pub fn run(content: &[u8]) {
     let at_once = Recording::read(content);
     let piecewise = Recording::read(Trickle(content));
@@ -34,7 +35,7 @@ pub fn run(content: &[u8]) {
             }
         }
         (Err(error), Err(piecewise)) => assert_eq!(error.to_string(), piecewise.to_string()),
-        (one, other) => panic!("{one:?} from the whole file, but {other:?} in pieces"),
+        (one, other) => panic!("{one:?} from the whole file, but {other:?} from small pieces"),
     }
 }
 
@@ -53,8 +54,8 @@ fn has_chunks(content: &[u8]) -> bool {
     false
 }
 
-/// Checks that the recording is consistent and that all its states are valid. For an error, checks
-/// that the message is a single line.
+/// Checks that the recording is consistent and that all its states are valid. If reading failed,
+/// checks that the error message is a single line.
 fn check(result: &Result<Recording, ReadError>, length: usize) {
     let recording = match result {
         Ok(recording) => recording,
@@ -66,7 +67,7 @@ fn check(result: &Result<Recording, ReadError>, length: usize) {
     };
     let (size, states) = (recording.size(), recording.history().len());
     assert_eq!(recording.info().states, states);
-    assert!(!recording.info().name.contains(char::is_control), "not a single line");
+    assert!(!recording.info().name.contains(char::is_control), "the name is not a single line");
     assert_eq!(recording.info().size(), Some(size));
     assert_eq!(recording.times().len(), states);
     assert!(recording.maze().is_none_or(|maze| maze.size() == size));

@@ -27,7 +27,7 @@ use mmsim_server::{Change, ReplyBuffer, Simulation};
 pub const CUT: [u8; 2] = [0xa5, 0x5a];
 
 /// The widths and heights of the mazes in cells. The first byte of an input is an index into this
-/// array. If the length of the array is added to the index, the history is limited.
+/// array. To limit the history, add the length of the array to the index.
 pub const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
 
 /// The size in bytes of a limited history. This size is enough for one state of the largest maze or
@@ -42,7 +42,7 @@ const MAX_REQUESTS: usize = 1 << 10;
 /// of the weights.
 const HEAD_BYTES: usize = 5;
 
-/// The number of requests after which the total is printed.
+/// The number of requests between two printed totals.
 const PRINT_INTERVAL: u64 = 1_000_000;
 
 /// The total number of requests sent so far.
@@ -102,10 +102,10 @@ fn cut(pieces: &[u8]) -> (&[u8], usize, &[u8]) {
     }
 }
 
-/// Stretches a piece to the length of a state. The first five bytes stay at the start, and the last
-/// byte becomes the order of the walls. The bytes in between are repeated to fill the matrices of
-/// weights and walls. Returns `None` if the piece does not begin with `S` or has fewer than six
-/// bytes.
+/// Stretches a piece to the length of a state. The first five bytes stay at the start. The last
+/// byte becomes the byte that selects the order of the walls. The bytes in between are repeated to
+/// fill the matrices of weights and walls. Returns `None` if the piece does not begin with `S` or
+/// has fewer than six bytes.
 ///
 /// ```text
 /// S x y N C  7 9  F     stretched for a maze of 2x2 cells:     S x y N C  7 9 7 9  F  7 9 7 9
@@ -162,7 +162,7 @@ impl<'a> Observed<'a> {
         Self { maze, simulation, limit, reply: ReplyBuffer::new(), states: Vec::new() }
     }
 
-    /// Sends a request. Checks the reply and how the request changes the history.
+    /// Sends a request. Checks the reply, the reported change and the history.
     fn ask(&mut self, request: &[u8]) {
         let Self { maze, simulation, limit, reply, states } = self;
         let decoded = Request::decode(request, maze.size());

@@ -1,4 +1,5 @@
-//! Writes the seed corpus of the fuzz targets. Run `seeds CORPUS` in the project's folder.
+//! Writes the seed corpus of the fuzz targets. Run `seeds CORPUS` in the root folder of the
+//! project.
 //!
 //! The seeds are made from the mazes in `mazes` and, if available, from the mazes and transcripts
 //! in `../shared`. A transcript is a recording of the requests that a client sent to a server, and
@@ -26,11 +27,11 @@ use libfuzzer_sys as _;
 /// The number of successive requests of a transcript that form one input.
 const REQUESTS_PER_INPUT: usize = 8;
 
-/// The maximum number of inputs from one transcript. The inputs are taken from the transcript at
-/// even intervals.
+/// The maximum number of inputs from one transcript. If a transcript has more inputs, they are
+/// taken from it at even intervals.
 const INPUTS_PER_EXCHANGE: usize = 16;
 
-/// Mazes in formats that none of the bundled files has, and edge cases of the text format.
+/// Mazes in formats in which no maze is bundled, and edge cases of the text format.
 const MAZES: [&str; 14] = [
     "o---o\n| S |\no---o\n",
     "o---o\n|SG |\no---o\n",
@@ -157,8 +158,9 @@ fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes recordings of a search in a small maze: closed, truncated and chunked ones, both with and
-/// without the maze. Chunked recordings are included because other tools write them.
+/// Writes recordings of a search in a small maze, both with and without the maze. Some recordings
+/// are closed, some are truncated, and some are chunked. Chunked recordings are included because
+/// other tools write them.
 fn write_recordings(seeds: &mut SeedFolder) -> io::Result<()> {
     let maze = mmsim_formats::parse_maze(MAZES[0].as_bytes()).map_err(io::Error::other)?;
     let simulation = Simulation::new("small", maze);
@@ -182,7 +184,7 @@ fn write_recordings(seeds: &mut SeedFolder) -> io::Result<()> {
     Ok(())
 }
 
-/// Returns a copy of a recording in which the messages are in chunks.
+/// Returns a copy of a recording, with the messages in chunks.
 fn in_chunks(recording: &[u8], compression: Option<Compression>) -> Result<Vec<u8>, McapError> {
     let mut chunked = Vec::new();
     let options = WriteOptions::new().use_chunks(true).compression(compression);

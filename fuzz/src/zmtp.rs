@@ -1,7 +1,7 @@
 //! The fuzz target for the bytes that a ZMTP connection of the server receives.
 //!
-//! The lower seven bits of the first byte, plus 1, are the maximum number of bytes per read. If the
-//! highest bit is set, a valid handshake precedes the rest of the input.
+//! The number in the lower seven bits of the first byte, plus 1, is the maximum number of bytes per
+//! read. If the highest bit is set, a valid handshake precedes the rest of the input.
 //!
 //! The target checks that the output does not depend on how many bytes are read at a time. The
 //! output must consist of the greeting and complete frames, with exactly one reply for each
@@ -20,11 +20,12 @@ const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 /// The bit of the first byte that adds a handshake before the rest of the input.
 pub const WITH_HANDSHAKE: u8 = 0x80;
 
-/// The maximum number of turns of one connection, which detects endless loops.
+/// The maximum number of calls to [`Connection::turn`] for one input. A connection that exceeds
+/// this limit is in an endless loop.
 const MAX_TURNS: usize = 1 << 20;
 
-/// Serves a connection with this input twice, with long and with short reads, and checks the
-/// output.
+/// Serves a connection with this input twice, once with long reads and once with short reads.
+/// Checks that the output is the same and valid.
 pub fn run(input: &[u8]) {
     let Some((&choice, bytes)) = input.split_first() else { return };
     let handshake: &[&[u8]] =
@@ -40,7 +41,7 @@ pub fn run(input: &[u8]) {
 #[derive(PartialEq, Eq)]
 struct Outcome {
     output: Vec<u8>,
-    /// The number of calls of the service.
+    /// The number of replies that the service has written.
     replies: usize,
     error: Option<String>,
 }

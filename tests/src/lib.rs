@@ -1,4 +1,4 @@
-//! Helpers for integration tests, which find shared mazes and transcripts, run servers, and wait
+//! Helpers for integration tests. They find shared mazes and transcripts, run servers, and wait
 //! with a timeout.
 #![forbid(unsafe_code)]
 

@@ -22,8 +22,8 @@ fn changed(index: usize, byte: u8) -> Vec<u8> {
     state
 }
 
-/// Returns malformed requests for a classic maze. They cover every kind of malformed request in
-/// docs/protocol.md that consists of a single frame.
+/// Returns malformed requests for a classic maze. The requests cover every kind of malformed
+/// request in docs/protocol.md that consists of a single frame.
 ///
 /// # Panics
 /// Never.

@@ -15,12 +15,12 @@ pub enum Command<'a> {
     Wall {
         /// The direction relative to the mouse, in eighths of a turn clockwise.
         turn: i8,
-        /// The distance, at least 1.
+        /// The distance in half steps, at least 1.
         half_steps: u64,
     },
     /// Move forward.
     Forward {
-        /// The distance, or 0 if the argument is less than 1 or not a number.
+        /// The distance in half steps, or 0 if the argument is less than 1 or not an integer.
         half_steps: u64,
     },
     /// Turn in place.
@@ -50,7 +50,7 @@ pub enum Command<'a> {
     Text {
         /// The cell.
         cell: Cell,
-        /// The text including its blanks, or an empty text to clear the cell.
+        /// The text, including leading and trailing blanks. An empty text clears the cell.
         text: &'a [u8],
     },
     /// Clear the texts of all cells.
@@ -103,7 +103,7 @@ impl<'a> Command<'a> {
     /// Parses a command from a mouse in a maze of the given size. The line may end with blanks and
     /// `\r\n`.
     ///
-    /// Numbers that are too large saturate. The name of a [`Stat`] is also accepted without
+    /// Numbers that are out of range are clamped. The name of a [`Stat`] is also accepted without
     /// `getStat`, because the crate `mms-rs` omits `getStat`.
     ///
     /// # Errors
@@ -166,7 +166,7 @@ impl<'a> Command<'a> {
     }
 }
 
-/// The line and the maze size, which are needed to parse arguments and to report errors.
+/// A parser for the arguments of a command. Error messages quote the line.
 #[derive(Clone, Copy)]
 struct Parser<'a> {
     line: &'a [u8],
@@ -249,8 +249,9 @@ impl<'a> Parser<'a> {
         if words.next().is_some() { Err(self.invalid_arguments(expected)) } else { cell }
     }
 
-    /// Parses a cell. The inner error means that the cell is outside the maze. Callers report this
-    /// error only if all other arguments are valid.
+    /// Parses a cell. Returns the outer error if the coordinates are missing or are not integers,
+    /// and the inner error if the cell is outside the maze. Callers report the inner error only if
+    /// all other arguments are valid.
     fn cell(
         self,
         words: &mut Words<'_>,
@@ -265,7 +266,8 @@ impl<'a> Parser<'a> {
         Ok(cell.ok_or_else(outside))
     }
 
-    /// Parses an optional number that defaults to 1. Negative numbers and invalid numbers become 0.
+    /// Parses an optional number that defaults to 1. Returns 0 if the number is negative or
+    /// invalid.
     fn number(self, mut words: Words<'_>, expected: &'static str) -> Result<u64, CommandError> {
         match (words.next(), words.next()) {
             (None, _) => Ok(1),
@@ -281,7 +283,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// Parses an integer. Values that are out of range saturate.
+/// Parses an integer. Clamps numbers that are out of range.
 fn parse_number(text: &[u8]) -> Option<i64> {
     let text = str::from_utf8(text).ok()?;
     let (is_negative, digits) = match text.strip_prefix('-') {

@@ -1,4 +1,4 @@
-//! Positions in half steps, and the eight directions of movement.
+//! Positions in half cells, and the eight directions of movement.
 
 use mmsim_maze::{Cell, Heading};
 
@@ -31,7 +31,8 @@ pub enum GridPointKind {
 }
 
 impl GridPoint {
-    /// Returns the centre of a cell. Coordinates above 127 saturate.
+    /// Returns the centre of a cell. If a coordinate of the cell is above 127, that coordinate of
+    /// the result is 255.
     pub const fn centre(cell: Cell) -> Self {
         let Cell { x, y } = cell;
         Self { x: x.saturating_mul(2).saturating_add(1), y: y.saturating_mul(2).saturating_add(1) }
@@ -76,13 +77,12 @@ impl CompassDirection {
     /// North, the initial direction of a mouse.
     pub const NORTH: Self = Self { eighths: 0 };
 
-    /// Returns the direction after a turn. The angle is in eighths of a turn, clockwise if
-    /// positive.
+    /// Returns the direction after turning by `eighths` eighths of a turn, clockwise if positive.
     pub const fn turned(self, eighths: i8) -> Self {
         Self { eighths: self.eighths.wrapping_add_signed(eighths) % 8 }
     }
 
-    /// Returns the heading. For a diagonal, returns the next heading counterclockwise.
+    /// Returns the heading. A diagonal is rounded counterclockwise to a heading.
     ///
     /// ```
     /// use mmsim_maze::Heading;

@@ -9,9 +9,10 @@ use crate::grid_point::{CompassDirection, GridPoint, GridPointKind};
 use crate::response::Response;
 use crate::scores::Scores;
 
-/// The environment of a mouse, which provides the walls and is notified when the pose changes.
+/// The environment of a mouse. It provides the walls and is notified when the pose of the mouse
+/// changes.
 pub trait Environment {
-    /// The reason why a wall is unavailable or the mouse must stop.
+    /// The reason why a wall cannot be determined or why the mouse must stop.
     type Error;
 
     /// Returns true if there is a wall on the given side of the cell. This method is not called for
@@ -88,8 +89,8 @@ impl SimulatedMouse {
         &self.map
     }
 
-    /// Returns the text of a cell as a number, or 0 if the text is not a number. Mice usually
-    /// display distances.
+    /// Returns the text of a cell as a number, or 0 if the text is not a number. Most mice use the
+    /// text to display a distance.
     pub fn number(&self, cell: Cell) -> u16 {
         self.index(cell).map_or(0, |index| self.numbers[index])
     }
@@ -158,7 +159,7 @@ impl SimulatedMouse {
         }
     }
 
-    /// Moves forward by the given distance or until the mouse is blocked.
+    /// Moves the mouse forward by the given distance, or less if the mouse is blocked.
     fn move_forward<E: Environment>(
         &mut self,
         half_steps: u64,
@@ -229,7 +230,8 @@ impl SimulatedMouse {
         Ok(is_free.then_some(next))
     }
 
-    /// Returns true if there is a wall, and updates the map.
+    /// Returns true if there is a wall on the given side of the cell, and records the result on the
+    /// map.
     fn sense_wall<E: Environment>(
         &mut self,
         cell: Cell,
@@ -257,8 +259,8 @@ const fn wall_state(is_present: bool) -> WallState {
     if is_present { WallState::Present } else { WallState::Absent }
 }
 
-/// Parses a text as a number. Numbers that are too large saturate, and texts that are not numbers
-/// become 0.
+/// Parses a text as a number. Returns [`u16::MAX`] if the number is too large, and 0 if the text is
+/// not a number.
 fn number_in(text: &[u8]) -> u16 {
     let digits = text.trim_ascii();
     if !digits.iter().all(u8::is_ascii_digit) {
@@ -304,7 +306,7 @@ o---o---o---o
         }
     }
 
-    /// Executes the commands. Returns the mouse and the logged poses.
+    /// Executes the commands and returns the mouse and the logged poses.
     fn execute(lines: &[&str]) -> (SimulatedMouse, Vec<String>) {
         let maze: mmsim_maze::Maze = MAZE.parse().unwrap();
         let mut mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals());
@@ -317,7 +319,7 @@ o---o---o---o
     }
 
     #[test]
-    fn each_entered_cell_and_each_turn_is_notified_once() {
+    fn each_entered_cell_and_each_turn_is_reported_once() {
         let (mouse, poses) =
             execute(&["moveForward 9", "turnRight", "moveForwardHalf 3", "turnLeft45"]);
         assert_eq!(poses.join(" "), "0,1N 0,2N 0,2E 1,2E 2,2E 2,2N");

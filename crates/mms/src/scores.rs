@@ -8,7 +8,7 @@ use crate::response::Response;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TravelStats {
     half_steps: u64,
-    /// The effective distance in quarters of a cell, which is an exact integer.
+    /// The effective distance, counted in quarters of a cell to keep it an exact integer.
     effective_quarters: u64,
     turns: u64,
 }
@@ -27,7 +27,7 @@ impl TravelStats {
         self.effective_quarters as f64 / 4.
     }
 
-    /// Returns the number of turn commands of any angle.
+    /// Returns the number of turns. Each turn command counts as one turn, regardless of its angle.
     pub const fn turns(&self) -> u64 {
         self.turns
     }
@@ -77,8 +77,9 @@ impl Scores {
         &self.current_run
     }
 
-    /// Returns the stats of the completed run with the lowest [`cost`](TravelStats::cost). If
-    /// several runs have this cost, the first one counts.
+    /// Returns the stats of the completed run with the lowest [`cost`](TravelStats::cost), or
+    /// `None` if no run is complete. If several runs have the lowest cost, returns the first of
+    /// them.
     pub const fn best_run(&self) -> Option<&TravelStats> {
         self.best_run.as_ref()
     }
@@ -89,7 +90,7 @@ impl Scores {
         self.best_run.map_or(Self::UNSOLVED, |best| (10. * best.cost() + self.total.cost()) / 10.)
     }
 
-    /// Returns a statistic, or [`Response::NoValue`] for a statistic of the best run if no run is
+    /// Returns a statistic. Statistics of the best run are [`Response::NoValue`] until a run is
     /// complete.
     pub fn stat(&self, stat: Stat) -> Response {
         let distance = |run: &TravelStats| Response::Count(run.whole_distance());
@@ -111,8 +112,8 @@ impl Scores {
         }
     }
 
-    /// Begins a run. A run after a reset begins with a penalty. Call this method when a movement
-    /// begins in the start cell.
+    /// Begins a run. The first run after a reset begins with a penalty. Call this method when a
+    /// movement begins in the start cell.
     pub(crate) fn begin_run(&mut self) {
         self.current_run = TravelStats::default();
         self.is_running = true;
@@ -190,7 +191,7 @@ pub enum Stat {
 }
 
 impl Stat {
-    /// All statistics, in the order of the mms README.
+    /// All statistics, in the order in which the mms README lists them.
     pub const ALL: [Self; 10] = [
         Self::TotalDistance,
         Self::TotalTurns,
@@ -248,7 +249,7 @@ impl fmt::Display for Stat {
 mod tests {
     use super::*;
 
-    /// Runs from the start to the goal.
+    /// Records a run from the start to the goal.
     fn run(scores: &mut Scores, turns: u64, movements: &[u64]) {
         scores.begin_run();
         for _ in 0..turns {
@@ -279,11 +280,11 @@ mod tests {
         // 3 turns, 1 cell and 10 cells: 3 + 1 + 6, plus a tenth of this sum.
         assert_eq!(scores.score(), 11.);
         run(&mut scores, 0, &[2; 20]);
-        assert_eq!(scores.best_run().unwrap().turns(), 3, "20 movements of one cell cost more");
+        assert_eq!(scores.best_run().unwrap().turns(), 3, "a cost of 20 is higher than 10");
         // The total cost is 3 turns + 7 + 20.
         assert_eq!(scores.score(), 10. + 0.1 * 30.);
         run(&mut scores, 9, &[1]);
-        assert_eq!(scores.best_run().unwrap().turns(), 9, "9.5 is lower than 10");
+        assert_eq!(scores.best_run().unwrap().turns(), 9, "a cost of 9.5 is lower than 10");
         run(&mut scores, 9, &[1]);
         assert_eq!(scores.score(), 9.5 + 0.1 * (30. + 9.5 + 9.5));
     }

@@ -1,4 +1,5 @@
-//! Property tests: in random mazes, the mouse follows an independent model of the rules of mms.
+//! Property tests that compare the mouse with an independent model of the rules of mms in random
+//! mazes.
 
 use mmsim_maze::{Cell, Heading, MazeSize, WallState, Walls};
 use mmsim_mms::{Command, GridPoint, SimulatedMouse};
@@ -34,7 +35,7 @@ fn is_blocked(walls: &Walls, (x, y): (i32, i32), eighths: usize) -> bool {
     }
 }
 
-/// Returns the number of unblocked half steps ahead, at most `limit`.
+/// Returns the number of half steps that the mouse can move ahead, at most `limit`.
 fn free_half_steps(walls: &Walls, mut at: (i32, i32), eighths: usize, limit: u64) -> u64 {
     for half_steps in 0..limit {
         if is_blocked(walls, at, eighths) {

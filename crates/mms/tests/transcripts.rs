@@ -1,5 +1,5 @@
-//! Transcripts of all commands. Each line is `command -> response`, or a command that has no
-//! response.
+//! Tests all commands with transcripts. Each line of a transcript is `command -> response`, or only
+//! `command` if mms does not respond to the command.
 
 use mmsim_maze::Maze;
 use mmsim_mms::{Command, SimulatedMouse};
@@ -27,7 +27,7 @@ o   o---o   o---o
 o---o---o---o---o
 ";
 
-/// A mouse in a maze.
+/// A mouse and its maze.
 struct Fixture {
     maze: Maze,
     mouse: SimulatedMouse,
@@ -40,7 +40,7 @@ impl Fixture {
         Self { maze, mouse }
     }
 
-    /// Executes the commands and compares the responses; `!` stands for an error.
+    /// Executes the commands and checks the responses. The response `!` stands for an error.
     #[track_caller]
     fn check(&mut self, transcript: &str) -> &mut Self {
         for line in transcript.lines().filter(|line| !line.trim().is_empty()) {
@@ -91,7 +91,7 @@ fn walls_in_eight_directions() {
 }
 
 #[test]
-fn walls_within_half_steps() {
+fn walls_within_a_number_of_half_steps() {
     Fixture::new(MAZE).check(
         "wallFront 1 -> false
          wallFront 2 -> false
@@ -110,7 +110,7 @@ fn walls_within_half_steps() {
 }
 
 #[test]
-fn walls_from_between_two_cells() {
+fn walls_seen_from_between_two_cells() {
     // Between (0, 1) and (0, 2).
     Fixture::new(MAZE).check(
         "moveForwardHalf 3 -> ack

@@ -4,7 +4,7 @@
 //! The library does not use `std`, an allocator or static memory; the firmware provides the memory
 //! for the mouse. If a dependency used `std` or an allocator, this library would not build.
 //!
-//! The attribute `no_mangle` keeps the function names visible to C. `no_mangle` is unsafe, because
+//! The attribute `no_mangle` keeps the function names visible to C. `no_mangle` is unsafe because
 //! two functions with the same name in one program cause undefined behaviour. Other code must
 //! therefore not define functions with the prefix `mouse_`. The library contains no other unsafe
 //! code: pointers from C arrive as references, and `mouse.h` states the rules that keep the
@@ -43,8 +43,8 @@ pub extern "C" fn mouse_see(mouse: &mut Mouse, left: bool, front: bool, right: b
     mouse.see(WallsAround { left, front, right }).is_ok()
 }
 
-/// Returns the next step as `F`, `L`, `R` or `B`. Returns `G` in the goal, and 0 if the goal is
-/// unreachable.
+/// Returns the next step as `F`, `L`, `R` or `B`. Returns `G` if the mouse is in the goal, and 0 if
+/// the goal is unreachable.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_next_step(mouse: &mut Mouse) -> u8 {
     match mouse.decide() {
@@ -57,7 +57,7 @@ pub extern "C" fn mouse_next_step(mouse: &mut Mouse) -> u8 {
     }
 }
 
-/// Records that the motors have taken a step. Returns `false` if this step is impossible.
+/// Records that the mouse has taken a step. Returns `false` if this step is impossible.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_stepped(mouse: &mut Mouse, step: u8) -> bool {
     let step = match step {
@@ -70,7 +70,7 @@ pub extern "C" fn mouse_stepped(mouse: &mut Mouse, step: u8) -> bool {
     mouse.go(step).is_ok()
 }
 
-/// Writes the message that reports the state of the mouse to a simulator.
+/// Encodes the state of the mouse as a request to a simulator.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_encode_state(mouse: &Mouse, message: &mut [u8; STATE_BYTES]) {
     let weight = |cell| mouse.weight(cell).unwrap_or(u16::MAX);
