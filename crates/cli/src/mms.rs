@@ -154,9 +154,11 @@ impl<T: Transport> Session<'_, T> {
                 // exits.
                 Err(Timeout) if child.status().is_ok_and(|status| status.is_some()) => break,
                 Err(Timeout) => {
-                    silence += POLL_INTERVAL;
+                    let start = child.incomplete_line();
+                    silence =
+                        if start.is_empty() { Duration::ZERO } else { silence + POLL_INTERVAL };
                     if silence == INCOMPLETE_LINE_TIMEOUT {
-                        self.report_incomplete(&child.incomplete_line());
+                        self.report_incomplete(&start);
                     }
                 }
                 Err(Disconnected) => break,
@@ -183,10 +185,8 @@ impl<T: Transport> Session<'_, T> {
 
     /// Reports an incomplete line, because the mouse may be waiting for a reply to it.
     fn report_incomplete(&self, start: &[u8]) {
-        if !start.is_empty() {
-            let (line, start) = (self.lines + 1, excerpt(start));
-            warn(format_args!("mms: line {line}: waiting for a newline after {start}"));
-        }
+        let (line, start) = (self.lines + 1, excerpt(start));
+        warn(format_args!("mms: line {line}: waiting for a newline after {start}"));
     }
 
     fn answer(&mut self, line: &Line, child: &Child) -> Result<(), ExitCause> {

@@ -128,10 +128,10 @@ impl Recorder {
 /// system.
 fn file_name(maze: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || "-.".contains(c) { c } else { '-' };
-    let mut room = MAX_NAME_BYTES;
+    let mut bytes = 0;
     let fits = |c: &char| {
-        room = room.saturating_sub(c.len_utf8());
-        room > 0
+        bytes += c.len_utf8();
+        bytes <= MAX_NAME_BYTES
     };
     maze.chars().map(plain).take_while(fits).collect()
 }
@@ -218,6 +218,7 @@ mod tests {
     fn file_names_are_valid_on_any_file_system() {
         assert_eq!(file_name("01-harbour.x"), "01-harbour.x");
         assert_eq!(file_name("../a:b\\c*?\n東京"), "..-a-b-c---東京");
-        assert!(file_name(&"東".repeat(100)).len() <= MAX_NAME_BYTES);
+        assert_eq!(file_name(&"x".repeat(200)).len(), MAX_NAME_BYTES);
+        assert_eq!(file_name(&"東".repeat(100)).len(), MAX_NAME_BYTES / 3 * 3);
     }
 }

@@ -235,10 +235,16 @@ fn unknown_commands_are_reported_immediately() {
 #[test]
 fn incomplete_lines_are_reported() {
     let home = Home::new();
-    let mouse = "say('turnLeft')\nsys.stdout.write('mazeWidth')\nask('')";
-    let mouse =
-        mouse.replace("ask('')", "sys.stdout.flush()\nsys.stdin.readline(), sys.stdin.readline()");
-    let Some(command) = command(&home, &QUIET, &mouse) else { return };
+    let mouse = "
+say('turnLeft')
+# The mouse thinks for longer than an incomplete line may last.
+import time
+time.sleep(1.5)
+sys.stdout.write('mazeWidth')
+sys.stdout.flush()
+sys.stdin.readline(), sys.stdin.readline()
+";
+    let Some(command) = command(&home, &QUIET, mouse) else { return };
     let mut hanging = Serving::start(command, "mms: line 2: ");
     let expected = "mms: line 2: waiting for a newline after \"mazeWidth\"\n";
     assert!(hanging.messages.ends_with(expected), "{}", hanging.messages);
