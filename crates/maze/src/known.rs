@@ -147,9 +147,7 @@ impl KnownMaze {
         let all = WallsAround { left: true, front: true, right: true };
         let read = Sides::from_walls_around(heading, all);
         let found = Sides::from_walls_around(heading, around);
-        let outer = Sides::outer(self.size(), cell);
-        let certain = self.certain.inner_sides(cell).or(outer);
-        let possible = self.possible.inner_sides(cell).or(outer);
+        let (certain, possible) = (self.certain.sides(cell), self.possible.sides(cell));
         let known_absent = found.without(possible);
         let known_present = read.without(found).and(certain);
         let contradictions = known_absent.or(known_present);

@@ -11,28 +11,30 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 /// ```text
 ///    o--north--o
 ///              |        The walls to the south and west are the north and east walls of the
-///       (x, y) east     neighbours there. The outer walls always stand, and everything outside
-///              |        counts as a wall.
+///       (x, y) east     neighbours there. The outer walls always stand, and a cell outside the
+///              |        maze has walls on all sides.
 ///    o         o
 /// ```
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Walls {
     size: MazeSize,
-    /// Bit x of `north[y]` stands for the wall between (x, y) and (x, y + 1).
+    /// Bit x of `north[y]` stands for the wall between (x, y) and (x, y + 1). The bits of outer
+    /// walls and of cells outside the maze are set, so the last row is always full.
     north: [u32; SIDE],
-    /// Bit x of `east[y]` stands for the wall between (x, y) and (x + 1, y).
+    /// Bit x of `east[y]` stands for the wall between (x, y) and (x + 1, y). The bits of outer
+    /// walls and of cells outside the maze are set, so the last bit of each row is always set.
     east: [u32; SIDE],
 }
 
 impl Walls {
     /// Creates the walls of a maze that has only outer walls.
     pub const fn open(size: MazeSize) -> Self {
-        Self { size, north: [0; SIDE], east: [0; SIDE] }
+        Self::from_rows(size, [0; SIDE], [0; SIDE])
     }
 
     /// Creates the walls of a maze in which every wall is present.
-    pub fn closed(size: MazeSize) -> Self {
-        Self::from_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE])
+    pub const fn closed(size: MazeSize) -> Self {
+        Self { size, north: [u32::MAX; SIDE], east: [u32::MAX; SIDE] }
     }
 
     /// Creates walls from bits in the layout that [`north_rows`](Self::north_rows) and
@@ -44,12 +46,14 @@ impl Walls {
     /// let walls = Walls::from_rows(MazeSize::CLASSIC, [u32::MAX; 32], [0; 32]);
     /// assert!(walls.has(Cell::new(3, 4), Heading::North) && !walls.has(Cell::new(3, 4), Heading::East));
     /// ```
-    pub fn from_rows(size: MazeSize, mut north: [u32; SIDE], mut east: [u32; SIDE]) -> Self {
-        let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
-        let height = usize::from(size.height());
-        for (y, (north, east)) in north.iter_mut().zip(&mut east).enumerate() {
-            *north &= if y + 1 < height { columns } else { 0 };
-            *east &= if y < height { columns >> 1 } else { 0 };
+    pub const fn from_rows(size: MazeSize, mut north: [u32; SIDE], mut east: [u32; SIDE]) -> Self {
+        let columns = u32::MAX >> (u32::BITS - size.width() as u32);
+        let height = size.height() as usize;
+        let mut y = 0;
+        while y < SIDE {
+            north[y] |= if y + 1 < height { !columns } else { u32::MAX };
+            east[y] |= if y < height { !(columns >> 1) } else { u32::MAX };
+            y += 1;
         }
         Self { size, north, east }
     }
@@ -59,14 +63,14 @@ impl Walls {
         self.size
     }
 
-    /// Returns the inner north walls as bits: bit x of element y is set if there is a wall between
-    /// (x, y) and (x, y + 1). All other bits are clear.
+    /// Returns the north walls as bits: bit x of element y is set if there is a wall between (x, y)
+    /// and (x, y + 1), or if one of these cells is outside the maze.
     pub const fn north_rows(&self) -> &[u32; SIDE] {
         &self.north
     }
 
-    /// Returns the inner east walls as bits: bit x of element y is set if there is a wall between
-    /// (x, y) and (x + 1, y). All other bits are clear.
+    /// Returns the east walls as bits: bit x of element y is set if there is a wall between (x, y)
+    /// and (x + 1, y), or if one of these cells is outside the maze.
     pub const fn east_rows(&self) -> &[u32; SIDE] {
         &self.east
     }
@@ -80,8 +84,8 @@ impl Walls {
     /// Adds the wall on the `heading` side of `cell` if `present` is true, and removes it
     /// otherwise. Outer walls and walls outside the maze cannot be changed.
     pub fn set(&mut self, cell: Cell, heading: Heading, present: bool) {
-        let is_outer = Sides::outer(self.size, cell).has(heading);
-        if !is_outer && self.has(cell, heading) != present {
+        let is_inner = self.size.contains(cell) && self.size.neighbour(cell, heading).is_some();
+        if is_inner && self.has(cell, heading) != present {
             self.toggle(cell, Sides(1 << heading as u8));
         }
     }
@@ -94,18 +98,16 @@ impl Walls {
     /// let sides = Walls::open(MazeSize::CLASSIC).sides(Cell::new(0, 5));
     /// assert!(sides.has(Heading::West) && !sides.has(Heading::East));
     /// ```
-    pub fn sides(&self, cell: Cell) -> Sides {
-        self.inner_sides(cell).or(Sides::outer(self.size, cell))
-    }
-
-    /// Returns the sides of a cell that have an inner wall. The result is unspecified if the cell
-    /// is outside the maze.
     // Avoids branches on walls, because walls are unpredictable.
-    pub(crate) fn inner_sides(&self, Cell { x, y }: Cell) -> Sides {
+    pub fn sides(&self, Cell { x, y }: Cell) -> Sides {
+        if usize::from(x | y) >= SIDE {
+            return Sides::ALL;
+        }
+        // The last row, which is always full, also stands for the walls to the south of row 0.
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
         let bit = |rows: u32| (rows.wrapping_shr(x.into()) & 1) as u8;
         let (north, south) = (bit(self.north[row]), bit(self.north[south]));
-        let (east, west) = (bit(self.east[row]), bit(self.east[row] << 1));
+        let (east, west) = (bit(self.east[row]), bit(self.east[row] << 1 | 1));
         Sides(north | east << 1 | south << 2 | west << 3)
     }
 
@@ -150,17 +152,6 @@ pub struct Sides(u8);
 impl Sides {
     pub(crate) const NONE: Self = Self(0);
     const ALL: Self = Self(0b1111);
-
-    /// Returns the sides of `cell` that are outer walls. For a cell outside the maze, all sides are
-    /// outer walls.
-    pub(crate) const fn outer(size: MazeSize, cell: Cell) -> Self {
-        if !size.contains(cell) {
-            return Self::ALL;
-        }
-        let (north, east) = (cell.y + 1 == size.height(), cell.x + 1 == size.width());
-        let (south, west) = (cell.y == 0, cell.x == 0);
-        Self(north as u8 | (east as u8) << 1 | (south as u8) << 2 | (west as u8) << 3)
-    }
 
     /// Creates a set of sides from bits: 1 for north, 2 for east, 4 for south, 8 for west. Other
     /// bits are ignored.
@@ -241,7 +232,9 @@ mod tests {
         assert!(walls.has(Cell::new(2, 1), Heading::East));
         assert!(walls.has(Cell::new(2, 1), Heading::North));
         assert!(walls.has(Cell::new(3, 1), Heading::West), "seen from outside");
-        assert!(walls.has(Cell::new(255, 255), Heading::North));
+        for (x, y) in [(3, 0), (0, 2), (31, 1), (31, 31), (32, 0), (0, 32), (35, 34), (255, 255)] {
+            assert_eq!(walls.sides(Cell::new(x, y)), Sides::ALL, "{x}, {y}");
+        }
         assert!(!walls.has(Cell::new(0, 0), Heading::North));
     }
 
@@ -291,16 +284,21 @@ mod tests {
     }
 
     #[test]
-    fn rows_hold_only_inner_walls() {
+    fn rows_contain_the_outer_walls_and_the_cells_outside() {
         let size = MazeSize::new(3, 2).unwrap();
         let walls = Walls::from_rows(size, [u32::MAX; SIDE], [u32::MAX; SIDE]);
         assert_eq!(walls.size(), size);
         assert_eq!(walls, Walls::closed(size));
-        let (mut north, mut east) = ([0; SIDE], [0; SIDE]);
-        (north[0], east[0], east[1]) = (0b111, 0b11, 0b11);
+        let (mut north, mut east) = ([u32::MAX; SIDE], [u32::MAX; SIDE]);
         assert_eq!((walls.north_rows(), walls.east_rows()), (&north, &east));
-        (north[0], east[0], east[1]) = (0b010, 0b01, 0b10);
-        let walls = Walls::from_rows(size, north, east);
+        (north[0], east[0], east[1]) = (!0b111, !0b11, !0b11);
+        let walls = Walls::open(size);
+        assert_eq!((walls.north_rows(), walls.east_rows()), (&north, &east));
+        let walls = Walls::from_rows(size, [0b010; SIDE], {
+            let mut rows = [0; SIDE];
+            (rows[0], rows[1]) = (0b01, 0b10);
+            rows
+        });
         assert!(walls.has(Cell::new(1, 0), Heading::North));
         assert!(walls.has(Cell::new(0, 0), Heading::East));
         assert!(walls.has(Cell::new(2, 1), Heading::West));

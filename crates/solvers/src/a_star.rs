@@ -94,17 +94,13 @@ struct LayeredSearch<const N: usize, const STRIDE: usize> {
 
 impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
     fn new(walls: &Walls, end: Cell) -> Self {
-        let (width, height) = (u32::from(walls.size().width()), usize::from(walls.size().height()));
-        let columns = u32::MAX >> (32 - width);
         let west_of_end = (1_u32 << end.x) - 1;
         let (mut north, mut east) = ([[0; N]; 2], [[0; N]; 2]);
-        for y in 0..height {
+        for y in 0..walls.size().height().into() {
             let (word, shift) = (y * STRIDE / 64, y * STRIDE % 64);
-            if y + 1 < height {
-                let towards = usize::from(y >= end.y.into());
-                north[towards][word] |= u64::from(!walls.north_rows()[y] & columns) << shift;
-            }
-            let open = !walls.east_rows()[y] & columns >> 1;
+            let towards = usize::from(y >= end.y.into());
+            north[towards][word] |= u64::from(!walls.north_rows()[y]) << shift;
+            let open = !walls.east_rows()[y];
             east[0][word] |= u64::from(open & west_of_end) << shift;
             east[1][word] |= u64::from(open & !west_of_end) << shift;
         }

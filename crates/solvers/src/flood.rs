@@ -239,7 +239,7 @@ struct FloodTask<'a> {
 impl FloodTask<'_> {
     #[inline(always)]
     fn waves<H: ParityPlane>(&self) -> Flooded<H> {
-        let targets = CellPlanes::from_cells(self.targets).inside(self.walls.size());
+        let targets = CellPlanes::from_cells_inside(self.targets, self.walls.size());
         waves::flood(&Bitboard::from_walls(self.walls), targets)
     }
 }

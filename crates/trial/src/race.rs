@@ -127,14 +127,10 @@ pub(crate) struct Straights<const ROWS: usize, const PADDED: usize> {
 
 impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
     pub(crate) fn new(walls: &Walls) -> Self {
-        let (width, height) = (u32::from(walls.size().width()), usize::from(walls.size().height()));
-        let columns = u32::MAX >> (32 - width);
         let (mut north, mut east) = ([[0; PADDED]; MARGIN], [[0; PADDED]; MARGIN]);
-        for y in 0..height {
-            if y + 1 < height {
-                north[0][MARGIN + y] = !walls.north_rows()[y] & columns;
-            }
-            east[0][MARGIN + y] = !walls.east_rows()[y] & columns >> 1;
+        for y in 0..walls.size().height().into() {
+            north[0][MARGIN + y] = !walls.north_rows()[y];
+            east[0][MARGIN + y] = !walls.east_rows()[y];
         }
         for longer in 1..MARGIN {
             for y in MARGIN..MARGIN + ROWS {

@@ -81,11 +81,8 @@ impl<B: BitOps> Openings<B> {
 impl<H: ParityPlane> Bitboard<H> {
     #[inline(always)]
     pub(super) fn from_walls(walls: &Walls) -> Self {
-        let (width, height) = (walls.size().width(), usize::from(walls.size().height()));
-        let columns = u32::MAX >> (u32::BITS - u32::from(width));
-        let [inner, between]: [H; 2] = split(&open::<H>(walls.east_rows(), columns >> 1, height));
-        let north: CellPlanes<H> =
-            by_colour(split(&open::<H>(walls.north_rows(), columns, height - 1)));
+        let [inner, between]: [H; 2] = split(&open::<H>(walls.east_rows()));
+        let north: CellPlanes<H> = by_colour(split(&open::<H>(walls.north_rows())));
         let even: H = even_rows();
         let (from_light, from_dark) = (between.and(even), between.without(even));
         Self {
@@ -129,6 +126,17 @@ impl<H: ParityPlane> CellPlanes<H> {
         by_colour(split(cells.rows()))
     }
 
+    /// Creates a set of the given cells that are inside a maze of the given size.
+    #[inline(always)]
+    pub(super) fn from_cells_inside(cells: &CellSet, size: MazeSize) -> Self {
+        let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
+        let mut rows = *cells.rows();
+        for (y, row) in rows.iter_mut().enumerate().take(H::ROWS) {
+            *row &= if y < size.height().into() { columns } else { 0 };
+        }
+        by_colour(split(&rows))
+    }
+
     /// Creates a set of one cell. The plane of the opposite colour is empty.
     #[inline(always)]
     pub(super) fn from_cell(cell: Cell) -> Self {
@@ -155,15 +163,6 @@ pub(super) const fn is_dark(cell: Cell) -> bool {
 }
 
 impl<H: ParityPlane> CellPlanes<H> {
-    /// Removes the cells outside a maze of the given size.
-    #[inline(always)]
-    pub(super) fn inside(self, size: MazeSize) -> Self {
-        let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
-        let cells = open::<H>(&[0; SIDE], columns, size.height().into());
-        let Self { dark, light } = by_colour(split(&cells));
-        Self { dark: self.dark.and(dark), light: self.light.and(light) }
-    }
-
     /// Returns the first cell of the set, or `None` if the set is empty. Dark cells come before
     /// light cells. Cells of one colour are ordered from south to north, and in each row from west
     /// to east.
@@ -208,24 +207,12 @@ fn by_colour<H: ParityPlane>([even, odd]: [H; 2]) -> CellPlanes<H> {
     CellPlanes { dark: even.xor(swapped), light: odd.xor(swapped) }
 }
 
-/// Inverts rows of walls, so that each set bit stands for a side without a wall. Clears the bits
-/// outside `columns` and outside the first `height` rows.
+/// Inverts rows of walls, so that each set bit stands for a side without a wall.
 #[inline(always)]
-fn open<H: ParityPlane>(walls: &[u32; SIDE], columns: u32, height: usize) -> [u32; SIDE] {
-    // Full rows, followed by empty rows. The offset selects the number of full rows.
-    static ROWS: [u32; 2 * SIDE] = {
-        let mut rows = [0; 2 * SIDE];
-        let mut y = 0;
-        while y < SIDE {
-            rows[y] = u32::MAX;
-            y += 1;
-        }
-        rows
-    };
-    let rows = &ROWS[SIDE - height.min(SIDE)..][..SIDE];
+fn open<H: ParityPlane>(walls: &[u32; SIDE]) -> [u32; SIDE] {
     let mut open = [0; SIDE];
     for y in 0..H::ROWS {
-        open[y] = !walls[y] & columns & rows[y];
+        open[y] = !walls[y];
     }
     open
 }

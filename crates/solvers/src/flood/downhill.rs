@@ -61,7 +61,7 @@ impl Task for DownhillTask<'_> {
         let Self { walls, targets } = self;
         let flooded = waves::flood(
             &Bitboard::<H>::from_walls(walls),
-            CellPlanes::from_cells(targets).inside(walls.size()),
+            CellPlanes::from_cells_inside(targets, walls.size()),
         );
         let rows = |plane: fn(&Marks<H>) -> H| rows(flooded.columns(plane));
         let (low, high) = (rows(|marks| marks.planes[0]), rows(|marks| marks.planes[1]));
@@ -80,7 +80,7 @@ impl Task for DownhillTask<'_> {
                 north[y] = is_further(at(y + 1), at(y)) & open;
                 south[y + 1] = is_further(at(y), at(y + 1)) & open;
             }
-            let open = !walls.east_rows()[y] & flooded & columns >> 1;
+            let open = !walls.east_rows()[y] & flooded;
             let eastern = (low[y] >> 1, high[y] >> 1);
             east[y] = is_further(eastern, at(y)) & open;
             west[y] = (is_further(at(y), eastern) & open) << 1;
