@@ -5,7 +5,7 @@ use std::fmt;
 
 use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::{StateMessage, state_bytes};
-use zstd::bulk::Compressor;
+use zstd::bulk::{Compressor, Decompressor};
 
 use crate::block::{Block, States};
 use crate::memory::reserve;
@@ -187,11 +187,7 @@ impl History {
     /// Copying is fast because the block stays compressed. The caller can decompress the copy on
     /// any thread. Returns `None` if the block does not exist or memory runs out.
     pub fn block(&self, index: usize) -> Option<Block> {
-        let (states, packed) = match self.packed.get(index) {
-            Some(packed) => (packed, packed.len() != self.block_bytes()),
-            None if index == self.packed.len() && !self.open.is_empty() => (&*self.open, false),
-            None => return None,
-        };
+        let (states, packed) = self.stored(index)?;
         let mut copy = Vec::new();
         reserve(&mut copy, states.len()).ok()?;
         copy.extend_from_slice(states);
@@ -202,7 +198,7 @@ impl History {
     /// Returns a reader that is efficient for many states. If states are read in order, each block
     /// is decompressed only once.
     pub const fn reader(&self) -> HistoryReader<'_> {
-        HistoryReader { history: self, block: None }
+        HistoryReader { history: self, decompressor: None, block: None, states: Vec::new() }
     }
 
     /// Iterates over all states from the oldest to the newest.
@@ -215,6 +211,17 @@ impl History {
     pub fn clear(&mut self) {
         let packer = self.packer.take();
         *self = Self { packer, ..Self::with_limit(self.size, self.limit) };
+    }
+
+    /// Returns the bytes of the block with this index, and true if they are compressed.
+    fn stored(&self, index: usize) -> Option<(&[u8], bool)> {
+        match self.packed.get(index) {
+            Some(packed) => Some((packed, packed.len() != self.block_bytes())),
+            None if index == self.packed.len() && !self.open.is_empty() => {
+                Some((&self.open, false))
+            }
+            None => None,
+        }
     }
 
     const fn block_bytes(&self) -> usize {
@@ -256,18 +263,36 @@ fn compress<'p>(
 /// Reads states of a history and caches one decompressed block.
 pub struct HistoryReader<'h> {
     history: &'h History,
-    block: Option<States>,
+    decompressor: Option<Decompressor<'static>>,
+    /// The index of the block in `states`.
+    block: Option<usize>,
+    states: Vec<u8>,
 }
 
 impl HistoryReader<'_> {
     /// Returns the state with this index, counted from 0. Returns `None` if the state does not
     /// exist or memory runs out.
     pub fn get(&mut self, index: usize) -> Option<&[u8]> {
-        let block = index / Block::STATES;
-        if self.block.as_ref().is_none_or(|states| states.first != block * Block::STATES) {
-            self.block = Some(self.history.block(block)?.unpack()?);
+        let (block, length) = (index / Block::STATES, state_bytes(self.history.size));
+        let (mut states, packed) = self.history.stored(block)?;
+        if packed {
+            if self.block != Some(block) {
+                self.unpack(states)?;
+                self.block = Some(block);
+            }
+            states = &self.states;
         }
-        self.block.as_ref()?.get(index)
+        let start = index % Block::STATES * length;
+        states.get(start..start + length)
+    }
+
+    fn unpack(&mut self, packed: &[u8]) -> Option<()> {
+        self.block = None;
+        if self.decompressor.is_none() {
+            reserve(&mut self.states, self.history.block_bytes()).ok()?;
+            self.decompressor = Some(Decompressor::new().ok()?);
+        }
+        self.decompressor.as_mut()?.decompress_to_buffer(packed, &mut self.states).ok().map(drop)
     }
 }
 
