@@ -53,8 +53,8 @@ pub(crate) fn ask_maze(
     Ok((map, start))
 }
 
-/// Warns that a reply is late. The transport sends a notice every second; for each request, only
-/// the first notice and every tenth notice cause a warning.
+/// Warns that a reply is late. The transport calls this every second while it waits; for each
+/// request, only the first call and every tenth call print a warning.
 pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     let Waiting { endpoint, elapsed, notices, answered } = waiting;
     if *notices != 1 && notices % 10 != 0 {

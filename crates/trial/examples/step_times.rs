@@ -1,6 +1,6 @@
 //! Measures how long the champion takes per step in complete trials, with noise-free and with noisy
-//! sensors. For each given path, prints the median, the 99th percentile and the maximum of the step
-//! times in all mazes of the path.
+//! sensors. For each file or folder, prints the median, the 99th percentile and the maximum of the
+//! step times in its mazes.
 //!
 //! Each trial runs three times, and only the fastest time of each step counts, which reduces the
 //! influence of other processes.

@@ -1,4 +1,4 @@
-//! The response of a robot to its sensor readings.
+//! The actions that a robot can take.
 
 use std::fmt;
 
@@ -16,11 +16,11 @@ pub enum Action {
         /// wall.
         cells: i8,
     },
-    /// A reset, which ends the first run if the robot has visited the goal. Otherwise, the reset
-    /// only costs a step.
+    /// A reset, which ends the first run if the robot has visited the goal. A reset at any other
+    /// time only costs a step.
     Reset,
-    /// A report that the goal is unreachable, which ends the trial without a score. The published
-    /// tester has no such action: its robots keep moving until they run out of steps.
+    /// A report that the goal is unreachable, which ends the trial without a score. Robots in the
+    /// published tester cannot report this; they keep moving until they run out of steps.
     GiveUp,
 }
 

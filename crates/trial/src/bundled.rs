@@ -43,7 +43,7 @@ pub struct Settings {
     pub seed: u64,
     /// The number of maze corners that [`SwingRobot`] visits.
     pub key_points: KeyPoints,
-    /// The part of the key point route that [`SwingRobot`] follows.
+    /// The cells that [`SwingRobot`] visits before its race.
     pub variant: Variant,
     /// The probability, from 0 to 1, that a sensor reading is wrong by one cell.
     pub noise: f64,

@@ -30,18 +30,17 @@ pub use wall_prior::WallPrior;
 /// **After reaching the goal** the champion samples random mazes that agree with the known walls; a
 /// [`WallPrior`] gives the probabilities of the unknown walls. In each sample, the champion finds
 /// the fastest path from the start to the goal. The part of this path from its first to its last
-/// unknown wall is a stretch. The champion computes how many race steps the path saves and how many
-/// steps are necessary to explore the stretch. Both numbers are summed over all samples. A
-/// [`StoppingRule`] sets the minimum gain per exploration step. Among the stretches with more than
-/// this gain, the robot moves to the stretch with the largest total gain. The total gain of a
-/// stretch is its own gain plus the gains of the other stretches, which count less the farther away
-/// they are. The robot stops exploring if no stretch has more than the minimum gain or if no faster
-/// race is possible.
+/// unknown wall is a stretch. The champion sums over all samples how many race steps the path saves
+/// and how many steps are necessary to explore the stretch. A [`StoppingRule`] sets the minimum
+/// gain per exploration step. Among the stretches with more than this gain, the robot moves to the
+/// stretch with the largest total gain. The total gain of a stretch is its own gain plus the gains
+/// of the other stretches, which count less the farther away they are. The robot stops exploring if
+/// no stretch has more than the minimum gain or if no faster race is possible.
 ///
 /// The champion assumes that the maze is similar to a contest maze, in which the goal cells form a
-/// room with one entrance. In other mazes, the champion may explore too little or too much.
-/// However, the champion never relies on sampled walls when it moves: with noise-free sensors, it
-/// crosses only sides that it has seen to be open.
+/// room with one entrance. In mazes of other kinds, the champion may explore too little or too
+/// much. However, the champion never relies on sampled walls when it moves: with noise-free
+/// sensors, it crosses only sides that it has seen to be open.
 ///
 /// With noisy sensors the champion keeps a probability for each wall and repeats uncertain
 /// readings. The champion also tracks several hypotheses about its position, because a wall that it
@@ -61,8 +60,8 @@ pub struct Champion {
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub enum StoppingRule {
-    /// Stop when the expected saving per exploration step is at most this value, in thirtieths of a
-    /// race step.
+    /// Stop when the gain is at most this value. The gain is 30 times the expected number of race
+    /// steps saved per exploration step. At a gain of 1, exploration costs as much as it saves.
     MinGain(f64),
     /// Stop only when no faster race is possible, whatever the cost of exploration.
     Proven,

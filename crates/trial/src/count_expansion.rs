@@ -1,4 +1,4 @@
-//! Count expansion, the published benchmark robot that floods without a heuristic.
+//! Count expansion, the published benchmark robot, which uses A* without a heuristic.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -20,8 +20,8 @@ use crate::trial::sensor_headings;
 /// numbers the cells in the order in which the flood reaches them. Cells at the same distance are
 /// expanded by column from west to east, and within a column from south to north. Each cell is
 /// expanded to the north, west, south and east, in that order. The plan is traced back from the
-/// centre through the neighbours with the lowest numbers, so it is not always a shortest path. The
-/// robot moves up to 3 cells along the first straight of the plan.
+/// centre, from each cell to the neighbour with the lowest number. The robot moves up to 3 cells
+/// along the first straight of the plan.
 ///
 /// The robot records a wall only on the side from which it saw the wall, so a plan may still cross
 /// the wall from the opposite side. The race is planned in the same way as the exploration, so the

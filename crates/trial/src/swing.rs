@@ -11,10 +11,10 @@ use crate::race::{RaceSteps, straight};
 use crate::robot::Robot;
 use crate::survey::Survey;
 
-/// The published robot that visits key points one after another along optimistic shortest paths,
-/// and plans again whenever it sees a new wall. On straights, the robot moves up to 3 cells per
-/// step. After the last key point the robot resets and races along the shortest path known to be
-/// open.
+/// The published robot that visits key points, such as the corners of the maze, one after another
+/// along optimistic shortest paths, and plans again whenever it sees a new wall. On straights, the
+/// robot moves up to 3 cells per step. At the end of its exploration, the robot resets and races
+/// along the shortest path known to be open.
 ///
 /// The robot moves backwards only through sides known to be open. The robot skips unreachable [key
 /// points](KeyPointRoute), and it [gives up](Action::GiveUp) if no goal cell is reachable.
@@ -49,7 +49,7 @@ enum PlannedPath {
     TimeSteps(Box<RaceSteps>),
 }
 
-/// The part of the key point route that a [`SwingRobot`] follows. These variants are from the
+/// The cells that a [`SwingRobot`] visits before its race. All three variants are from the
 /// published report.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
@@ -58,7 +58,7 @@ pub enum Variant {
     JustArrive,
     /// Visit the centre and return to the start.
     ArriveAndBack,
-    /// Visit all key points.
+    /// Visit the centre, the corners and the start, in the order of [`KeyPointRoute::swing`].
     #[default]
     All,
 }
@@ -91,8 +91,8 @@ impl SwingRobot {
         Self::with_cost(PathCost::Cells, unexplored, variant, key_points)
     }
 
-    /// Creates the improved robot that the published report suggests. The improved robot minimizes
-    /// the number of time steps of a path. A straight move of up to 3 cells takes one time step.
+    /// Creates the improved robot that the published report suggests. The improved robot plans
+    /// paths with the fewest time steps. A straight move of up to 3 cells takes one time step.
     pub fn timed(unexplored: KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
         Self::with_cost(PathCost::TimeSteps, unexplored, variant, key_points)
     }

@@ -1,4 +1,4 @@
-//! The environment of a trial. It executes the actions of a robot, decides when a run ends, and
+//! The environment of a trial, which executes the actions of a robot, decides when a run ends, and
 //! computes the score.
 
 use std::fmt;

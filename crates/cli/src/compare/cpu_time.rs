@@ -17,8 +17,8 @@ fn thread_time() -> Duration {
     clock_gettime(ClockId::ThreadCPUTime).try_into().unwrap_or_default()
 }
 
-/// Returns the wall-clock time since the first call. The wall-clock time replaces the processor
-/// time, which Windows measures only in steps of 16 ms.
+/// Returns the wall-clock time since the first call, because Windows measures the processor time
+/// only in steps of 16 ms.
 #[cfg(not(unix))]
 fn thread_time() -> Duration {
     use std::sync::LazyLock;

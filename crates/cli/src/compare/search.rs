@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::cpu_time::measure;
 
-/// The measured values of a search. The values exclude the fast run unless stated otherwise. The
-/// field names are JSON keys and CSV column names.
+/// The statistics of a search, which exclude the fast run unless stated otherwise. The field names
+/// are JSON keys and CSV column names.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Figures {
     pub(crate) goal_reached: bool,
@@ -21,9 +21,9 @@ pub(crate) struct Figures {
     /// The number of steps until the strategy stopped or began its fast run.
     pub(crate) steps_in_all: u32,
     /// The number of quarter turns until the strategy stopped or began its fast run. A U-turn
-    /// counts as two.
+    /// counts as two quarter turns.
     pub(crate) turns: u32,
-    /// The pessimistic distance from the start to the goal at the end of the search, in steps.
+    /// The length in steps of the shortest path that is known to be open at the end of the search.
     pub(crate) path_found: Option<u16>,
     /// The distance from the start to the goal in the true maze in steps, or `None` if the goal is
     /// unreachable.

@@ -80,8 +80,8 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
     Ok(reading.maze)
 }
 
-/// Describes the start and the goal that are lost if `bare`, which has the default start and goal,
-/// is written instead of `maze`.
+/// Describes the start and the goal of `maze` that are lost if `bare` is written instead. `bare`
+/// has the default start and goal.
 fn omitted(maze: &Maze, bare: &Maze) -> String {
     let mut marks = Vec::new();
     if maze.start() != bare.start() {

@@ -81,7 +81,7 @@ fn note_files(files: &[String], message: fn(&str) -> String) {
 }
 
 /// Selects the mazes and the files about the collection, such as licences, and strips the top
-/// folder from their paths. Returns the selected files, and the paths of the mazes.
+/// folder from their paths. Returns all selected files, and the paths of the mazes among them.
 fn select(mut all: Files) -> (Files, Vec<String>) {
     // The top folder itself may be hidden, such as in an archive of ~/.mmsim.
     let top = top_folder_bytes(&all);

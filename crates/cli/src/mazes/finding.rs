@@ -22,8 +22,8 @@ pub(super) struct Finding {
     place: String,
 }
 
-/// The kind of a finding. Findings are printed in the order of these variants, in which errors
-/// precede warnings.
+/// The kinds of problems in a maze file. Findings are printed in the order of these variants, in
+/// which errors precede warnings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum FindingKind {

@@ -14,7 +14,7 @@ use super::convert::format_from_extension;
 use crate::output::{counted, is_file, note, own_command, print, print_pretty_json, replace};
 use crate::usage::CommandResult;
 
-/// A maze and its parameters. The field names are JSON keys.
+/// A generated maze, with its seed, style and properties. The field names are JSON keys.
 #[derive(Serialize)]
 struct Generated {
     seed: u64,

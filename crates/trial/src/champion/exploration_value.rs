@@ -11,26 +11,26 @@ use crate::race::RaceSteps;
 #[derive(Clone, Debug)]
 pub(super) struct ExplorationValue {
     samples: MazeSamples,
-    /// The known walls at the time when the samples were drawn. In the first element, all unknown
-    /// walls are open; in the second element, all unknown walls are closed.
+    /// The known walls at the time when the samples were drawn, first with all unknown walls open,
+    /// then with all unknown walls closed.
     known: [Walls; 2],
     /// The number of samples drawn since the known walls last changed.
     count: usize,
-    /// The unknown stretch of the fastest race in each sample. Samples without a race that is
-    /// faster than the fastest known race are omitted.
+    /// The unknown stretch of the fastest race in each sample. Samples in which no race is faster
+    /// than the fastest known race are omitted.
     stretches: Vec<UnknownStretch>,
 }
 
 /// The maximum number of samples to draw while the known walls stay the same.
 const MAX_SAMPLES: usize = 1024;
 
-/// A group of unknown stretches whose ends nearer to the robot are in the same cell.
+/// A group of unknown stretches that the robot would enter from the same cell.
 struct Candidate {
-    /// The cell of the nearer ends.
+    /// The cell from which the robot would enter the stretches.
     end: Cell,
-    /// The number of race steps that the stretches save, summed over all samples.
+    /// The number of race steps saved in all samples together.
     saved: u32,
-    /// The number of steps along the stretches, summed over all samples.
+    /// The sum of the lengths of the stretches in time steps.
     length: u32,
 }
 
@@ -59,9 +59,8 @@ impl ExplorationValue {
         }
     }
 
-    /// Returns the next cell to explore. Returns `None` if no cell has an expected saving per
-    /// exploration step of more than `min_gain` thirtieths of a race step. `upper` is the number of
-    /// steps of the fastest known race.
+    /// Returns the next cell to explore, or `None` if no cell has a [`gain`](Self::gain) above
+    /// `min_gain`. `upper` is the number of steps of the fastest known race.
     pub(super) fn best_target(
         &mut self,
         map: &KnownMaze,
@@ -89,7 +88,7 @@ impl ExplorationValue {
         targets.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
     }
 
-    /// Groups the reachable stretches by the end that is nearer to the robot.
+    /// Groups the reachable stretches by the cell from which the robot would enter them.
     fn candidates(&self, from_here: &RaceSteps, upper: u16) -> Vec<Candidate> {
         let mut candidates: Vec<Candidate> = Vec::new();
         for &UnknownStretch { ends, length, race } in &self.stretches {
@@ -108,10 +107,10 @@ impl ExplorationValue {
         candidates
     }
 
-    /// Returns the expected saving per exploration step, in thirtieths of a race step, for a
-    /// candidate that is `steps` steps away. The steps to the candidate count in every sample, but
-    /// the length of a stretch counts only in samples in which the stretch is open. The robot
-    /// notices at the nearer end whether a stretch is open.
+    /// Returns 30 times the expected number of race steps saved per exploration step if the robot
+    /// explores a candidate that is `steps` steps away. These steps count in every sample, but the
+    /// length of a stretch counts only in samples in which the stretch is open, on the assumption
+    /// that the robot sees from the nearer end whether the stretch is open.
     fn gain(&self, candidate: &Candidate, steps: u16) -> f64 {
         #[allow(clippy::cast_precision_loss)]
         let steps = self.count as f64 * f64::from(steps) + f64::from(candidate.length);

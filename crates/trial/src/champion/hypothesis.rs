@@ -25,8 +25,8 @@ pub(super) struct Hypothesis {
     pub(super) has_visited_goal: bool,
     /// True if the robot is in the second run.
     pub(super) is_racing: bool,
-    /// True if a step of the second run has ended in the goal. If the trial continues nevertheless,
-    /// the hypothesis is wrong.
+    /// True if a step of the second run has ended in the goal. The hypothesis is wrong if the trial
+    /// continues after such a step.
     pub(super) has_finished: bool,
     pub(super) weight: f64,
     /// The probability that a side is open, indexed as `[y][x][side]`. Side 0 is north and side 1
@@ -59,8 +59,8 @@ impl Hypothesis {
         }
     }
 
-    /// Returns a copy of the map in which every wall that may be the result of a wrong reading is
-    /// unknown.
+    /// Returns a copy of the map with all uncertain walls set to unknown. A wall is uncertain if it
+    /// may be the result of a wrong reading.
     pub(super) fn without_uncertain_walls(&self) -> KnownMaze {
         let mut map = self.survey.map().clone();
         for cell in map.size().cells() {
@@ -118,8 +118,8 @@ impl Hypothesis {
         sensor_headings(pose.heading).into_iter().zip(sensors).map(likelihood).product()
     }
 
-    /// Returns a joint probability for each possible true number of open cells, from 0 upwards: the
-    /// probability of both this number and the reading.
+    /// For each number of open cells, starting with 0, returns the probability that this is the
+    /// true number and that the sensor returns `reading`.
     fn likelihoods(
         &self,
         cell: Cell,

@@ -19,7 +19,7 @@ impl WallSite {
         size.cells().flat_map(at).filter(is_inside)
     }
 
-    /// Returns the two cells that the site separates.
+    /// Returns the two cells on either side of the wall site.
     pub(super) fn cells(self) -> impl Iterator<Item = Cell> {
         [Some(self.cell), self.cell.neighbour(self.heading)].into_iter().flatten()
     }
@@ -34,8 +34,8 @@ impl WallSite {
     }
 }
 
-/// The number of sites in a row, including an extra site at each end. Rows of north sites and rows
-/// of east sites alternate.
+/// The number of sites in a row, including an extra site at each end. Even rows hold the sites
+/// north of cells, and odd rows hold the sites east of cells.
 const ROW: usize = SIDE + 2;
 
 const fn index(is_north: bool, column: usize, row: usize) -> usize {
@@ -73,7 +73,7 @@ impl MazeBatch {
         batch
     }
 
-    /// Returns one bit for each maze. The bit is set if the maze has a wall at the site.
+    /// Returns a word in which bit i is set if maze i has a wall at the site.
     pub(super) fn at(&self, site: WallSite) -> u64 {
         self.words[site.index()]
     }
@@ -100,9 +100,9 @@ impl MazeBatch {
         Walls::from_rows(self.size, rows(true), rows(false))
     }
 
-    /// Returns one byte for each maze. Each bit of the byte stands for one of the eight
-    /// neighbouring sites and is set if the site has a wall. The byte is an index into the table of
-    /// [`WallPrior`](super::wall_prior::WallPrior).
+    /// Returns the walls around `site` as one byte for each maze. Each bit of the byte stands for
+    /// one of the eight neighbouring sites and is set if that site has a wall. The byte is an index
+    /// into the table of [`WallPrior`](super::wall_prior::WallPrior).
     pub(super) fn neighbours(&self, site: WallSite) -> [u8; Self::LEN] {
         let here = site.index();
         let words: [u64; 8] = if site.is_north() {

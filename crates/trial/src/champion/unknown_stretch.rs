@@ -105,9 +105,9 @@ impl<'m> StretchFinder<'m> {
         Some(UnknownStretch { ends: [before, behind], length: to - from + 1, race })
     }
 
-    /// Returns the step from `cell` to a cell of `layer` that minimizes the number of unknown walls
-    /// on the way from `cell` to the goal. The result contains this number, and the heading and the
-    /// number of cells of the step.
+    /// Selects the step from `cell` that leads to the goal through the fewest unknown walls, among
+    /// the steps to the cells of `layer`, which are one step nearer to the goal. Returns the number
+    /// of unknown walls, and the heading and the number of cells of the step.
     fn step<const ROWS: usize, const PADDED: usize>(
         &self,
         straights: &Straights<ROWS, PADDED>,

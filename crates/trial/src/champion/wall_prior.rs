@@ -6,8 +6,8 @@ use super::contest;
 use super::maze_batch::{MazeBatch, WallSite};
 
 /// The probability of a wall at a site, given the walls at the eight neighbouring sites. Six of the
-/// neighbouring sites share a post with the site. The other two are parallel to the site, on the
-/// far sides of the two adjacent cells.
+/// neighbouring sites share a post with the site in the middle. Two are parallel to it, on the far
+/// sides of the two adjacent cells.
 ///
 /// ```text
 ///        o---8---o         1, 4  in line, beyond a post
@@ -35,8 +35,8 @@ impl WallPrior {
     /// The prior learnt from 248 classic contest mazes.
     pub const CONTEST: Self = Self { wall: contest::WALL };
 
-    /// Learns the prior from mazes. Sites next to goal cells are ignored, because the goal room
-    /// follows its own rules.
+    /// Learns the prior from mazes. Sites next to goal cells are ignored, because the walls of a
+    /// goal room follow a different pattern.
     pub fn learn<'m>(mazes: impl IntoIterator<Item = &'m Maze>) -> Self {
         let mut counts = [[1_u32; 2]; 256];
         for maze in mazes {

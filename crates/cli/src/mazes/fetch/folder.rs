@@ -1,4 +1,4 @@
-//! Updates the folder of fetched mazes. The user chooses its parent folder.
+//! Updates `fetched`, the folder of fetched mazes, in a folder that the user chooses.
 //!
 //! A fetch writes the fetched files to a new folder. It also copies the files that the user has
 //! added to the old folder or changed there. Finally, the new folder replaces the old one. A
@@ -16,8 +16,8 @@ use super::archive::Files;
 
 /// The name of the folder of fetched mazes.
 pub(super) const FOLDER: &str = "fetched";
-/// The name of the manifest. For each fetched file, the manifest contains a line with the CRC-32 in
-/// hexadecimal and the path.
+/// The name of the manifest file. For each fetched file, the manifest contains a line with the
+/// CRC-32 in hexadecimal and the path.
 const MANIFEST: &str = ".mmsim-fetched";
 /// The name of the file that a fetch locks.
 const LOCK: &str = ".mmsim-fetching";
@@ -94,7 +94,8 @@ fn replace_locked(parent: &Path, files: &Files) -> Result<Changes, String> {
 }
 
 /// Copies to `new` the files in `folder` that the user has added or changed. Copies nothing if
-/// `folder` does not exist. Returns the changes to the fetched files.
+/// `folder` does not exist. Returns the numbers of new, replaced, unchanged and removed files, and
+/// the paths of the files that the user has changed.
 fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, String> {
     let mut changes = Changes { new: files.len(), ..Changes::default() };
     if !folder.exists() {

@@ -13,7 +13,7 @@ use url::Url;
 use super::archive::MAX_ARCHIVE_BYTES;
 use crate::output::{own_command, progress};
 
-/// The time limit for connecting, the limit for waiting for the response, and the limit for each
+/// The time limit that applies separately to connecting, to waiting for the response, and to each
 /// read.
 const TIMEOUT: Duration = Duration::from_secs(30);
 
