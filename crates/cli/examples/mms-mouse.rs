@@ -1,6 +1,6 @@
-//! A flood-fill mouse for the simulator mms, written with the published crate `mms-rs`. It does not
-//! depend on mmsim. It displays the distances that it has computed and the walls that it has
-//! sensed.
+//! A flood-fill mouse for the simulator mms, written with the published crate `mms-rs`. The mouse
+//! does not depend on mmsim. In the simulator's window, the mouse displays the distances that it
+//! has computed and the walls that it has sensed.
 //!
 //! ```sh
 //! cargo build -p mmsim --examples
@@ -111,7 +111,7 @@ impl MazeMap {
         distances
     }
 
-    /// Returns whether a wall is known on this side of the cell. Outer walls are always known.
+    /// Returns true for outer walls, and for walls that the mouse has sensed.
     fn has_wall(&self, cell: (i32, i32), direction: usize) -> bool {
         let (x, y) = next(cell, direction);
         let is_inside = (0..self.width).contains(&x) && (0..self.height).contains(&y);

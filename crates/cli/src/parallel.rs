@@ -22,8 +22,8 @@ mod tests {
 
     use super::*;
 
-    /// Checks that neighbouring items run in parallel. Each of the last two items waits until the
-    /// other has started.
+    /// Checks that the last two items run in parallel: the work for each waits until the work for
+    /// the other has started.
     #[test]
     fn neighbours_run_in_parallel_and_keep_their_order() {
         let items: Vec<usize> = (0..1000).collect();

@@ -143,7 +143,7 @@ impl<'a> RecordedSearch<'a> {
         })
     }
 
-    /// Creates the scene of a state and calls `draw` with it.
+    /// Calls `draw` with a [`Scene`] that shows state `index`.
     fn show<T>(
         &self,
         reader: &mut HistoryReader<'_>,

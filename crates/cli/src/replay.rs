@@ -94,7 +94,7 @@ fn began(recording: &Recording) -> Option<Timestamp> {
 }
 
 /// Returns the time since the first state in milliseconds.
-#[expect(clippy::cast_precision_loss, reason = "exact below 2^53 ns, which is 104 days")]
+#[expect(clippy::cast_precision_loss, reason = "times below 2^53 ns (104 days) are exact")]
 fn milliseconds(recording: &Recording, time: u64) -> f64 {
     let first = recording.times().iter().next().unwrap_or(time);
     time.saturating_sub(first) as f64 / 1e6
@@ -109,7 +109,7 @@ struct StateReport {
     visited_cells: usize,
     /// The number of walls that the client reports wrongly, or `None` if the recording has no maze.
     wrong_walls: Option<usize>,
-    /// The weights in columns from west to east: the weight of cell (x, y) is `weights[x][y]`.
+    /// The weight of cell (x, y) is `weights[x][y]`.
     weights: Vec<Vec<u8>>,
     walls: Vec<Vec<u8>>,
     map: String,

@@ -28,7 +28,7 @@ pub(crate) fn ending(run: &SearchRun) -> &'static str {
     if run.stats.goal_reached() { "goal reached" } else { "goal not reached" }
 }
 
-/// Returns the time between two steps. For `None`, returns [`DEFAULT_PACE_MS`] on a terminal, so
+/// Returns the delay after each step. For `None`, returns [`DEFAULT_PACE_MS`] on a terminal, so
 /// that each step is visible, and zero otherwise.
 pub(crate) fn pace(milliseconds: Option<u64>) -> Duration {
     let default = if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 };
@@ -36,12 +36,14 @@ pub(crate) fn pace(milliseconds: Option<u64>) -> Duration {
 }
 
 impl Screen {
-    /// Creates a screen for a mouse with this strategy. The screen is live only on a terminal.
+    /// Creates a screen for a mouse with this strategy. If `is_live` is true and stdout is a
+    /// terminal, the screen shows the map during the search.
     pub(crate) fn new(strategy: BundledStrategy, is_live: bool) -> Self {
         Self { strategy, is_live: is_live && io::stdout().is_terminal(), drawn: false }
     }
 
-    /// Shows the current map on a live screen, with the weights if the terminal is large enough.
+    /// Draws the current map, with the weights if the terminal is large enough. Does nothing if
+    /// maps are not shown during the search.
     pub(crate) fn show<S: Strategy>(
         &mut self,
         mouse: &Mouse<S>,

@@ -99,10 +99,10 @@ impl Collection {
         }
     }
 
-    /// Returns the first maze whose path contains all `words`. Without words, returns the first
-    /// maze with a reachable goal, or the first maze if no goal is reachable. If the user's folder
-    /// has no such maze, searches the bundled mazes. Skips unreadable files and prints a warning
-    /// with the number of skipped files.
+    /// Returns the first maze whose path contains all `words`. If `words` is empty, returns the
+    /// first maze with a reachable goal, or the first maze if no goal is reachable. If the user's
+    /// folder has no such maze, searches the bundled mazes. Skips unreadable files and prints a
+    /// warning with the number of skipped files.
     pub(crate) fn select(&self, words: &str) -> Result<Selected, SelectionError> {
         let any = words.trim().is_empty();
         let (mut unreadable, mut fallback) = (Vec::new(), None);

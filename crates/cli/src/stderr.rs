@@ -123,7 +123,7 @@ mod tests {
 
     use super::*;
 
-    /// A pipe in which each write blocks until the test sends to `read`.
+    /// A pipe that blocks each write until the test sends a message on the channel `read`.
     struct Pipe {
         begun: Sender<()>,
         read: Receiver<()>,

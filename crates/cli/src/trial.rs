@@ -21,7 +21,11 @@ const BATCH: usize = 32;
 
 pub(crate) fn run(args: &TrialArgs) -> CommandResult {
     if args.watch.is_set() && !args.serve {
-        return Err(UsageError::new("trial", "options for serving require --serve").into());
+        return Err(UsageError::new(
+            "trial",
+            "recording, history and viewer options require --serve",
+        )
+        .into());
     }
     let Inputs { mazes, all_readable } = Inputs::read(&args.mazes);
     let succeeded = if args.compare {

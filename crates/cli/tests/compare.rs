@@ -18,7 +18,7 @@ o---o---o---o---o
 ";
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
-/// The strategies in the snapshots.
+/// The strategies whose results are in the snapshots.
 const STRATEGIES: &str = "flood-fill,weight-increment,left-wall,swing,shortest-path-search";
 
 /// Returns the table with a placeholder for each time in the last column.

@@ -282,8 +282,7 @@ fn a_lost_folder_refuses_states_until_reset() {
     }
 }
 
-/// Another program can destroy parts of a recording. After such damage, the server acknowledges no
-/// further states.
+/// After another program has changed the recording, the server refuses all states until a reset.
 #[cfg(unix)]
 #[test]
 fn a_recording_changed_by_another_program_refuses_states_until_reset() {
@@ -314,8 +313,8 @@ fn a_recording_changed_by_another_program_refuses_states_until_reset() {
     assert!(recording.history().iter().eq([state(7)]));
 }
 
-/// Kills the server while it compresses a recording. The recording must always exist and be
-/// complete.
+/// Kills the server while it compresses a recording. After each kill, the recording must exist and
+/// be complete.
 #[cfg(unix)]
 #[test]
 fn no_state_is_lost_when_the_server_is_killed_during_compression() {

@@ -264,7 +264,7 @@ fn usage_errors_set_exit_code_2() {
         (&["a.txt", "--key-points", "4"], "expected 0 to 3 key points"),
         (&["a.txt", "--variant", "some"], "[possible values: just-arrive, arrive-and-back, all]"),
         (&["a.txt", "--once"], "--serve"),
-        (&["a.txt", "--open"], "options for serving require --serve"),
+        (&["a.txt", "--open"], "recording, history and viewer options require --serve"),
         (&["a.txt", "--serve", "a.txt"], "--serve takes one maze, found 2"),
     ] {
         let ended = home.run(&[&["trial"], arguments].concat());

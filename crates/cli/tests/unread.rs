@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use harness::{Home, read_until};
 
-/// The number of refused requests. Their log messages fill both the pipe and the queue of messages.
+/// The number of refused requests: enough to fill both the pipe and the queue with log messages.
 const REQUESTS: usize = 20_000;
 
 struct Unread {

@@ -1,4 +1,4 @@
-//! The search run of a client.
+//! Runs a search with a strategy against a simulator.
 
 use std::ops::ControlFlow;
 
@@ -39,7 +39,7 @@ pub enum RunError {
         /// The simulator's error message.
         reason: String,
     },
-    /// The protocol does not define such a reply.
+    /// The simulator sent a reply that the protocol does not define.
     #[error(transparent)]
     UnknownReply(#[from] UnknownReply),
     /// The reply belongs to a different kind of request.
@@ -102,7 +102,7 @@ impl RunError {
 #[derive(Debug, thiserror::Error)]
 #[error("{error}")]
 pub struct BrokenRun {
-    /// The results before the failure.
+    /// The results of the search up to the failure.
     pub run: SearchRun,
     /// The cause.
     #[source]

@@ -40,7 +40,7 @@ pub enum TransportError {
 }
 
 /// A simulator in the same process: a function that handles a request and writes the reply to a
-/// buffer. The return value of the function is ignored.
+/// buffer. The value that this function returns is ignored.
 pub struct InMemory<F> {
     handle: F,
 }

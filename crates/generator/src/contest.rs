@@ -21,7 +21,7 @@ const STAIRS: [u32; 2] = [1, 8];
 const ENDS_PERCENT: [u32; 2] = [0, 20];
 /// The number of loops in a maze of 16×16 cells, not counting the loop around the goal.
 const LOOPS: [u32; 2] = [3, 28];
-/// The maximum percentage of loops that are created at dead ends.
+/// The limit for loops that are created at dead ends, in percent of all loops in the maze.
 const AT_DEAD_ENDS_PERCENT: [u32; 2] = [0, 60];
 /// The minimum length of the shortest path, in tenths of its length in a maze without walls.
 const PATH_TENTHS: [u32; 2] = [20, 60];
@@ -49,7 +49,7 @@ struct Draft {
     walls: Walls,
     /// The goal cells.
     room: CellSet,
-    /// The minimum length of the shortest path in steps.
+    /// The minimum length, in steps, of the shortest path from the start to the goal.
     min_path: u32,
 }
 
@@ -58,8 +58,8 @@ impl Draft {
         Self { walls: closed_around(size, &room), room, min_path }
     }
 
-    /// Builds the maze. Returns true if the goal is far enough from the start and is not connected
-    /// to the outer wall by a chain of walls.
+    /// Builds the maze. Returns true if the shortest path to the goal has at least `min_path`
+    /// steps, and no chain of walls connects the goal to the outer wall.
     fn build(&mut self, rng: &mut SplitMix64) -> bool {
         self.create_passages(rng);
         if !self.is_far() {

@@ -17,13 +17,14 @@
 //! properties of each style.
 //!
 //! # How contest mazes are generated
-//! A randomized depth-first search creates the passages. The search prefers straight passages and
-//! alternating turns, and ends passages at random. Afterwards some walls are removed. The first
-//! removal disconnects the goal from the outer wall. Further walls are removed at dead ends and at
-//! random positions. A wall is kept if removing it would leave a post without walls or make the
-//! shortest path too short. The parameters, such as the number of loops, are drawn at random for
-//! each maze. The following table compares generated mazes with 250 real mazes of 16×16 cells. The
-//! table shows the mean of each figure and the range that contains 90 % of the mazes.
+//! A randomized depth-first search creates the passages. The depth-first search prefers straight
+//! passages and alternating turns, and ends passages at random. Afterwards some walls are removed.
+//! One wall is removed to disconnect the goal from the outer wall. Further walls are removed at
+//! dead ends and at random positions. A wall is kept if removing it would leave a post without
+//! walls or make the shortest path too short. The parameters, such as the number of loops, are
+//! drawn at random for each maze. The following table compares generated mazes with 250 real mazes
+//! of 16×16 cells. The table shows the mean of each figure and the range that contains 90 % of the
+//! mazes.
 //!
 //! ```text
 //!                               250 real mazes  10,000 generated mazes

@@ -2,7 +2,8 @@
 
 /// `SplitMix64`, the pseudorandom number generator of Steele, Lea and Flood ("Fast splittable
 /// pseudorandom number generators", OOPSLA 2014), which mixes the bits of a counter. The algorithm
-/// is implemented here because the maze for a seed must never change.
+/// is implemented here because a new version of another crate could give different numbers for the
+/// same seed.
 #[derive(Clone, Debug)]
 pub(crate) struct SplitMix64 {
     counter: u64,

@@ -5,12 +5,12 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 use crate::splitmix64::SplitMix64;
 
 /// Opens walls until exactly one path leads from each cell of `free` to the cells of `tree`. Every
-/// possible result has the same probability. Every free cell must be connected to `tree` through
-/// free cells.
+/// possible choice of walls has the same probability. Every free cell must be connected to `tree`
+/// through free cells.
 ///
 /// This is Wilson's algorithm ("Generating random spanning trees more quickly than the cover time",
-/// STOC 1996). Each random walk starts at a cell outside the tree and ends in the tree. The walk
-/// without its loops becomes a new branch.
+/// STOC 1996). Each random walk starts at a cell outside the tree and ends in the tree. After each
+/// walk, its loops are erased, and the remaining path becomes a branch of the tree.
 pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, rng: &mut SplitMix64) {
     let size = walls.size();
     let mut exits = [Heading::North; MazeSize::MAX_AREA];
@@ -40,10 +40,11 @@ pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, rng:
 pub(crate) struct PassageParams {
     /// The weight of going straight, relative to a turn with weight 1.
     pub(crate) straight: u32,
-    /// The weight of a turn back to the previous heading. Alternating turns form staircases, which
-    /// fast mice run diagonally.
+    /// The weight of a turn opposite to the previous turn, relative to other turns with weight 1.
+    /// Alternating turns form staircases, which fast mice run diagonally.
     pub(crate) stairs: u32,
-    /// The percentage of cells in which a passage ends and the search continues elsewhere.
+    /// The probability, in percent, that the search ends a passage and continues from a random
+    /// cell.
     pub(crate) ends_percent: u32,
 }
 

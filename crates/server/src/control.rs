@@ -59,18 +59,18 @@ impl StopHandle {
 /// The current run and the number of its states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status {
-    /// The run number. The first run is 1, and each reset and each new maze begins another run.
-    /// Before the server runs, the run number is 0.
+    /// The run number. The first run has number 1, and each reset and each new maze begins the next
+    /// run. Before the server runs, the run number is 0.
     pub run: u32,
     /// The number of states in this run.
     pub states: usize,
 }
 
-/// The number of bits for the count of states in a [`StatusCell`]. The other 24 bits hold the run
-/// number.
+/// The number of bits for the count of states in a [`StatusCell`], which has 24 further bits for
+/// the run number.
 const STATES_BITS: u32 = 40;
 
-/// The largest run number. The run after it has number 1.
+/// The largest run number. After the run with this number, the numbers begin at 1 again.
 pub(crate) const MAX_RUN: u32 = (1 << (64 - STATES_BITS)) - 1;
 
 /// The current [`Status`] in one atomic word, which the server writes and any thread reads.

@@ -15,9 +15,9 @@ pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
 
 /// Reads the simulation of a running server, and can replace its maze.
 ///
-/// [`status`](Self::status) does not wait for the server's thread. The other methods send queries,
-/// which the server's thread runs between two requests. A query takes microseconds. A slow caller
-/// never delays a search.
+/// [`status`](Self::status) does not wait for the server's thread. All other methods of `Monitor`
+/// send queries, which the server's thread runs between two requests. A query takes microseconds. A
+/// slow caller never delays a search.
 #[derive(Clone)]
 pub struct Monitor {
     pub(crate) queries: Sender<Query>,
@@ -67,7 +67,8 @@ impl Monitor {
         })
     }
 
-    /// Returns the block of states with this index, or `None` if the run has fewer blocks.
+    /// Returns one block of up to [`Block::STATES`] consecutive states, or `None` if the run has no
+    /// block with this index.
     ///
     /// # Errors
     /// Returns an error if the run or the server has ended.

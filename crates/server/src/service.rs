@@ -16,7 +16,7 @@ use crate::simulation::{Change, ReplyBuffer, Simulation, refuse};
 /// The resolution of the times of live states, in nanoseconds.
 const TICK_NS: u64 = 1000;
 
-/// The maximum number of queries that are answered before clients are served again.
+/// The maximum number of queries from monitors that run before the server answers clients again.
 const MAX_QUERIES_AT_ONCE: usize = 4;
 
 /// A simulation that answers the requests of clients and the queries of monitors.
@@ -45,7 +45,7 @@ impl<'s> SimulationService<'s> {
         service
     }
 
-    /// Replaces the maze and begins a new run. The history limit stays the same.
+    /// Replaces the maze and begins a new run with the same history limit.
     pub(crate) fn replace_maze(&mut self, name: &str, maze: Maze) -> Status {
         let limit = self.simulation.history.limit();
         *self.simulation = Simulation::new(name, maze).with_history_limit(limit);
@@ -62,8 +62,8 @@ impl<'s> SimulationService<'s> {
         info!(states, refused = self.refused, "stopped");
     }
 
-    /// Stores the time of the newest state and records the state. Returns an error message if
-    /// either step fails.
+    /// Stores the time of the newest state and records the state. Returns an error message if the
+    /// time cannot be stored or the state cannot be recorded.
     fn keep_state(&mut self, request: &[u8]) -> Result<(), String> {
         let (simulation, times) = (&*self.simulation, &mut self.times);
         let (states, limit) = (simulation.history.len() - 1, simulation.history.limit());
@@ -105,8 +105,9 @@ impl<'s> SimulationService<'s> {
 }
 
 impl Service for SimulationService<'_> {
-    /// Answers a request and returns true if it counts as activity. `ping` and refused requests do
-    /// not count, because a client can send them forever without searching the maze.
+    /// Answers a request. Returns true if the request counts as activity, which keeps a connection
+    /// open when the server is full. `ping` and refused requests do not count, because a client can
+    /// send them forever without searching the maze.
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut ReplyBuffer) -> bool {
         if frames == 1 {
             match self.simulation.handle(request, reply) {

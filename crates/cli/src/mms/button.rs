@@ -7,7 +7,7 @@ use std::thread;
 
 use crate::output::note;
 
-/// The reset button. Each line on stdin presses the button.
+/// The reset button. Each line on stdin counts as a press of the button.
 pub(super) struct Button(Arc<AtomicBool>);
 
 impl Button {

@@ -20,8 +20,7 @@ const START_BYTES: usize = 40;
 /// The maximum number of lines that are queued for execution.
 const MAX_LINES_AHEAD: usize = 256;
 
-/// The maximum number of replies that the mouse may leave unread. This many replies take about 10
-/// MB.
+/// The maximum number of replies that the mouse may leave unread, which take about 10 MB.
 const MAX_UNREAD_REPLIES: usize = 1 << 20;
 
 /// The process of a mouse, which is killed on drop.

@@ -30,9 +30,8 @@ pub(crate) enum ExitCause {
 }
 
 impl MouseExit {
-    /// Returns the exit code of this process. If the mouse exited, this is the exit code of the
-    /// mouse, or 128 plus the number of the signal that killed it. Otherwise it is 1, or
-    /// [`Interrupt::CODE`] after Ctrl-C.
+    /// Returns the exit code of this process: the exit code of the mouse, 128 plus the number of
+    /// the signal that killed the mouse, [`Interrupt::CODE`] after Ctrl-C, or 1 in all other cases.
     pub(crate) fn code(&self) -> i32 {
         match &self.cause {
             ExitCause::Exited(status) => {

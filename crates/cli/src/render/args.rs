@@ -31,7 +31,7 @@ pub(crate) struct RenderArgs {
     /// weights
     #[arg(long)]
     pub(crate) heat: bool,
-    /// Omit the weights of a recording
+    /// Omit the mouse's weights in a recording
     #[arg(long)]
     pub(crate) no_numbers: bool,
     /// Omit the mouse's trail in a recording

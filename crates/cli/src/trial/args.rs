@@ -40,7 +40,7 @@ pub(crate) struct TrialArgs {
     /// Number of corners to visit, 0 to 3, for the robots swing and swing-timed
     #[arg(long, value_name = "N", default_value_t)]
     key_points: KeyPoints,
-    /// Extent of the exploration, for the robots swing and swing-timed
+    /// Places to visit while exploring, for the robots swing and swing-timed
     #[arg(long, default_value_t, value_parser = variants())]
     variant: Variant,
     /// Draw the explored maze and the race. A step is drawn as U, R, D or L in its first cell and
@@ -50,8 +50,8 @@ pub(crate) struct TrialArgs {
     /// Print a JSON array
     #[arg(long)]
     pub(crate) json: bool,
-    /// Print four tables: benchmark robots, variants of swing, key points of swing, and all robots.
-    /// With more than 6 mazes, the tables show only means
+    /// Print four tables: benchmark robots, variants of swing, swing by number of key points, and
+    /// all robots. With more than 6 mazes, the tables show only means
     #[arg(long, conflicts_with_all = ["robot", "key_points", "variant", "path", "serve"])]
     pub(crate) compare: bool,
     /// Draw each table as a bar chart in an SVG file in DIR

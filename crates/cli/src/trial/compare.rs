@@ -17,8 +17,8 @@ use crate::output::{counted, note, print, print_pretty_json, replace};
 use crate::selection::Selected;
 use crate::usage::CommandResult;
 
-/// The maximum number of mazes in a table with one column for each maze. With more mazes, a table
-/// shows only means.
+/// The maximum number of mazes in a table with one column for each maze. Tables of more mazes show
+/// only means.
 const MAX_COLUMNS: usize = 6;
 
 /// The number of trials of the random robot. Each trial has a different seed.
@@ -50,7 +50,11 @@ fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
     vec![
         Comparison { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
         Comparison { title: "Variants of swing", file: "variants", rows: variants.collect() },
-        Comparison { title: "Key points of swing", file: "key-points", rows: key_points.collect() },
+        Comparison {
+            title: "Swing by number of key points",
+            file: "key-points",
+            rows: key_points.collect(),
+        },
         Comparison { title: "Robots", file: "robots", rows: robots },
     ]
 }
@@ -194,8 +198,8 @@ fn each(outcomes: &[TrialResult]) -> Vec<String> {
     outcomes.iter().map(result).chain([sum]).collect()
 }
 
-/// Returns how often a robot scored, correctly reported an unreachable goal, and failed. If there
-/// are scores, also returns the means over the mazes with a score.
+/// Returns the numbers of scores, of correctly reported unreachable goals, and of failures. If
+/// there are scores, also returns the means over the mazes with a score.
 fn means(outcomes: &[TrialResult]) -> Vec<String> {
     let Means { scored, explore_steps, race_steps, score, excess } = Means::new(outcomes.iter());
     let unreachable = outcomes.iter().filter(|outcome| outcome.is_correctly_given_up()).count();

@@ -12,7 +12,7 @@ use crate::screen::wide_or_compact;
 use crate::usage::CommandResult;
 
 /// A printer for the outcomes of trials. Table lines are printed immediately, or after all drawings
-/// if `--path` is set. JSON is printed at the end.
+/// if `--path` is set. JSON is printed after the last trial.
 pub(crate) struct Results<'a> {
     jobs: &'a [Job<'a>],
     args: &'a TrialArgs,

@@ -45,7 +45,7 @@ impl ResultTable {
     }
 }
 
-/// Describes a trial without a score.
+/// Returns the reason why a trial has no score.
 fn failure(outcome: &TrialResult) -> &'static str {
     match (outcome.ending, outcome.race_optimum) {
         (TrialOutcome::GaveUp, None) => "goal unreachable",

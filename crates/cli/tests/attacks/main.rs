@@ -2,7 +2,7 @@
 //! succeed. After each attack, the server must have as many threads and descriptors as before, and
 //! its memory may grow only slightly.
 //!
-//! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes each attack 20
+//! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes most attacks 20
 //! times as long and prints measurements.
 
 #[path = "../harness/mod.rs"]
@@ -27,7 +27,8 @@ use mmsim_protocol::Reply;
 use mmsim_tests::{TIMEOUT_MS, malformed_requests, wait_for};
 use searcher::while_searching;
 
-/// Returns the factor by which attacks are prolonged. The default is 1.
+/// Returns `MMSIM_ATTACK_FORCE`, which multiplies the length of most attacks, or 1 if it is not
+/// set.
 fn force() -> usize {
     static FORCE: OnceLock<usize> = OnceLock::new();
     *FORCE.get_or_init(|| env::var("MMSIM_ATTACK_FORCE").map_or(1, |force| force.parse().unwrap()))

@@ -37,8 +37,8 @@ impl Resources {
         })
     }
 
-    /// Waits until the process uses no more resources than `self`, apart from the permitted growth
-    /// of memory.
+    /// Waits until the process uses no more resources than recorded in `self`, apart from the
+    /// permitted growth of memory.
     pub(crate) fn wait_until_back(&self, process: u32) {
         let what = format!("the server to use no more than {self:?}");
         wait_for(&what, || {

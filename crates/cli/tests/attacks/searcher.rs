@@ -25,8 +25,8 @@ fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
     search_run(transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(())).unwrap()
 }
 
-/// Searches repeatedly before, during and after `attack`. Every search must give the same results
-/// as a search in memory.
+/// Repeats a search before, during and after `attack`. Every search must give the same results as a
+/// search in memory.
 pub(crate) fn while_searching<T>(address: &str, attack: impl FnOnce() -> T) -> T {
     let (searches, enough) = (AtomicU32::new(0), AtomicBool::new(false));
     let wait_for_another = || {

@@ -9,10 +9,10 @@ use serde_json::json;
 use crate::browser::Browser;
 use crate::test_state::{SIDES, TestState, VISITED, neighbour};
 
-/// The distance between cell centres in units of the view box.
+/// The distance between cell centres in SVG user units.
 const PITCH: u32 = 20;
 
-/// The attributes of the elements of a map. Class names are sorted.
+/// The SVG attributes of a drawn map. Class names are sorted.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 pub(crate) struct Drawing {
     view_box: String,

@@ -14,8 +14,8 @@ use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
-/// The browser's host rules. Only this machine is reachable, and names such as `mouse.example`
-/// resolve to it.
+/// The browser's rules for resolving host names. Only this machine is reachable, and names such as
+/// `mouse.example` resolve to it.
 const NAMES: &str =
     "MAP *.example 127.0.0.1, MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost";
 
@@ -100,7 +100,7 @@ impl Drop for Driver {
     }
 }
 
-/// Reports that no browser is available. Panics if a browser is required.
+/// Reports that no browser is available. Panics if `MMSIM_BROWSER=required` is set.
 pub(crate) fn missing() {
     let what = "chromedriver or Chromium not found";
     assert!(env::var("MMSIM_BROWSER").as_deref() != Ok("required"), "{what}");

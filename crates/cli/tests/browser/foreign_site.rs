@@ -132,7 +132,7 @@ const ATTACK: &str = r#"
     }))();
 "#;
 
-/// Runs the attacks on `target` from the page `from`. One of the attacks uploads `recording`.
+/// Runs the attacks on `target` from the page `from`, including an upload of `recording`.
 pub(crate) fn attack(browser: &Browser, from: &str, target: &str, recording: &[u8]) -> Value {
     browser.open(from);
     browser.run_async(ATTACK, &[json!(target), json!(recording)])

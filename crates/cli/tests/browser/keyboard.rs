@@ -34,7 +34,7 @@ fn focusable(browser: &Browser) -> Vec<String> {
     browser.run(script, &[])
 }
 
-/// Returns the focused element. Its focus is visible if removing the focus changes how the element
+/// Returns the focused element. The focus counts as visible if removing it changes how the element
 /// or one of its ancestors looks.
 fn focus_of(browser: &Browser) -> Focus {
     let script = "

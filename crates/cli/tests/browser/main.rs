@@ -1,7 +1,8 @@
 //! Tests of the page in a real browser, with real simulators and searches.
 //!
-//! The tests need Chromium or Chrome and chromedriver (Debian: chromium, chromium-driver). If one
-//! of them is missing, the tests are skipped, or fail if `MMSIM_BROWSER=required` is set.
+//! The tests need Chromium or Chrome and chromedriver (Debian: chromium, chromium-driver). If the
+//! browser or chromedriver is missing, the tests are skipped, or fail if `MMSIM_BROWSER=required`
+//! is set.
 
 #[path = "../harness/mod.rs"]
 mod harness;

@@ -27,8 +27,8 @@ fn search(simulator: &Simulator) -> Vec<Vec<u8>> {
     states.iter().map(|state| state.message('C', 'C')).collect()
 }
 
-/// Sends up to `rate` states per second without waiting for each reply. Stops when `is_enough`
-/// returns true for the number of acknowledged states, and returns that number.
+/// Sends up to `rate` states per second without waiting for each reply, until `is_enough` returns
+/// true for the number of acknowledged states. Returns that number.
 fn stream(
     address: &str,
     messages: &[Vec<u8>],
@@ -179,8 +179,8 @@ fn the_rate_of_states_with_a_page_open() {
     });
 }
 
-/// A script that runs before a new page loads. It measures when the page shows and when it paints
-/// the state with the index LAST, in milliseconds since navigation.
+/// A script that runs before a new page loads. The script measures when the page shows the state
+/// with the index LAST and when the page paints that state, in milliseconds since navigation.
 const MEASURE_DRAWN: &str = r#"
     window.drawn = new Promise((yes) => new MutationObserver(() => {
         const panel = document.querySelector('[data-source="live"]');

@@ -16,7 +16,8 @@ pub(crate) struct TestState {
     pub(crate) size: MazeSize,
     pub(crate) cell: Cell,
     pub(crate) heading: char,
-    /// The weights of the cells. Cell (x, y) is at index y · width + x, as in `walls`.
+    /// The weights of the cells. The weight of cell (x, y) is at index y · width + x, as in
+    /// `walls`.
     pub(crate) weights: Vec<u8>,
     pub(crate) walls: Vec<u8>,
 }
@@ -56,8 +57,8 @@ impl TestState {
         has_bit(cell, bit) || there.is_none_or(|there| has_bit(there, SIDES[(turn + 2) % 4].3))
     }
 
-    /// Encodes the state, with each matrix in the given order. `C` means row by row from the south,
-    /// and `F` means column by column from the west.
+    /// Encodes the state. `weights` and `walls` are the orders of the two matrices: `C` for row by
+    /// row from the south, and `F` for column by column from the west.
     pub(crate) fn message(&self, weights: char, walls: char) -> Vec<u8> {
         let mut message = vec![b'S', self.cell.x, self.cell.y, letter(self.heading)];
         for (order, matrix) in [(weights, &self.weights), (walls, &self.walls)] {

@@ -87,7 +87,7 @@ fn succeeds(command: &mut Command) -> bool {
     quiet.spawn().is_ok_and(|mut child| wait_for_exit(&mut child).success())
 }
 
-/// Reports a missing tool. Panics if the tools are required.
+/// Reports a missing tool. Panics if `MMSIM_CLIENTS=required` is set.
 fn missing(what: &str) {
     assert!(env::var("MMSIM_CLIENTS").as_deref() != Ok("required"), "{what}");
     // Written directly, since the test harness captures `eprintln!` of passing tests.

@@ -22,8 +22,8 @@ struct Tasks {
 }
 
 impl Tasks {
-    /// Adds a task to encode a request into a buffer of `capacity` bytes. The result is empty if
-    /// the request does not fit.
+    /// Adds a task to encode a request into a buffer of `capacity` bytes. If the request does not
+    /// fit in the buffer, `expected` must be empty.
     fn request(&mut self, task: u8, capacity: usize, arguments: &[u8], expected: &[u8]) {
         self.input.push(task);
         self.input.extend(number(capacity));
@@ -59,7 +59,7 @@ impl Tasks {
         self.expected.extend(text.as_bytes());
     }
 
-    /// Runs the tasks in C and in C++.
+    /// Asserts that `codec.c` gives the expected output when compiled as C and as C++.
     fn check(self) {
         for (name, language) in COMPILERS {
             let home = Home::new();

@@ -14,7 +14,7 @@ pub(crate) fn bundled(name: &str) -> PathBuf {
     bundled_mazes().join(name)
 }
 
-/// The message that ends the simulator's thread. The message is not part of the protocol.
+/// A message that ends the simulator's thread and is not part of the protocol.
 const END: &[u8] = b"end";
 
 /// A simulator on a free port of the loopback interface.
@@ -29,8 +29,8 @@ impl Simulator {
         Self::start(maze, |_| Some(Duration::ZERO))
     }
 
-    /// Serves the maze in a file. `pause` gets the number of earlier requests. It returns the delay
-    /// before the reply, or `None` to stop.
+    /// Serves the maze in a file. `pause` receives the number of earlier requests and returns the
+    /// delay before the reply, or `None` to stop the simulator.
     pub(crate) fn start(
         maze: &Path,
         pause: impl Fn(usize) -> Option<Duration> + Send + 'static,

@@ -217,8 +217,8 @@ fn unportable_names_are_skipped() {
     }
 }
 
-/// Some Windows tools separate the parts of a path with backslashes and add an entry for each
-/// folder.
+/// Some Windows tools create zip archives that separate the parts of a path with backslashes and
+/// have an entry for each folder.
 #[test]
 fn backslashes_in_a_zip_are_separators() {
     let home = Home::new();

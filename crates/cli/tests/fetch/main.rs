@@ -18,8 +18,7 @@ use harness::{Home, Output};
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 const OTHER_MAZE: &str = "o---o---o---o\n| S       G |\no---o---o---o\n";
 
-/// Returns the paths of all entries of a folder, recursively. Files are returned with their
-/// content.
+/// Returns the paths of all entries of a folder, recursively, with the content of each file.
 fn all_of(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -33,7 +32,7 @@ fn all_of(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
     all
 }
 
-/// Fetches into the folder `mazes`.
+/// Fetches mazes from a file or URL into the folder `mazes`.
 fn fetch(home: &Home, from: &str) -> Output {
     home.run(&["mazes", "fetch", "mazes", "--from", from])
 }

@@ -1,4 +1,4 @@
-//! Running the command as users do.
+//! Helpers for tests that run the `mmsim` command.
 #![allow(dead_code, unreachable_pub, missing_docs)] // each test file uses its part
 
 pub mod noise;
@@ -103,8 +103,8 @@ pub fn limited(command: &Command, limit: &str) -> Command {
     limited
 }
 
-/// Returns the command with default signal handling. Without this, the command would inherit
-/// ignored signals from the tests, for example under `nohup`.
+/// Returns the command with default signal handling. By default, a command inherits ignored signals
+/// from the tests, for example under `nohup`.
 fn mmsim() -> Command {
     let mmsim = env!("CARGO_BIN_EXE_mmsim");
     if !IS_IGNORING.get_or_init(is_ignoring) {
@@ -138,7 +138,7 @@ pub fn recorded(folder: &Path) -> PathBuf {
     files.filter(is_recording).max().expect("a recording")
 }
 
-/// Reads stderr until `text` is printed. Returns all messages up to this text.
+/// Reads stderr until `text` is printed. Returns the reader and the text read so far.
 #[track_caller]
 pub fn read_until(stderr: ChildStderr, text: &str) -> (BufReader<ChildStderr>, String) {
     let expected = text.to_string();

@@ -17,7 +17,7 @@ use mmsim_recording::Recording;
 use mmsim_tests::{ask, connect_to, output, wait_for_exit};
 use serde_json::json;
 
-/// The start of every Python mouse.
+/// The first lines of the script of every Python mouse.
 const PREAMBLE: &str = "\
 import os, sys, time
 
@@ -30,7 +30,8 @@ def ask(line):
 
 ";
 
-/// Returns the Python interpreter. If there is none, prints a message and returns `None`.
+/// Returns the name of the Python interpreter. If Python is missing, prints a message and returns
+/// `None`, or panics if `MMSIM_CLIENTS=required` is set.
 fn python() -> Option<&'static str> {
     let works = |name: &&str| {
         let quiet = || Stdio::null();
