@@ -195,7 +195,7 @@ impl<H: ParityPlane> CellPlanes<H> {
     }
 }
 
-/// Returns a plane in which all bits of even rows are set.
+/// Returns a bit set that contains all bits of the even rows.
 #[inline(always)]
 pub(super) fn even_rows<H: ParityPlane>() -> H {
     let word = if H::IS_SMALL { 0x00ff_00ff_00ff_00ff } else { 0x0000_ffff_0000_ffff };

@@ -28,13 +28,13 @@ pub(super) const fn is_small(size: MazeSize) -> bool {
 /// ```
 ///
 /// Rows are stored from south to north. Bit ⌊x / 2⌋ of a row stands for the cell in column x. In
-/// mazes of up to 16×16 cells, a row takes 8 bits and a plane takes 2 words. In larger mazes, a row
-/// takes 16 bits and a plane takes 8 words.
+/// mazes of up to 16×16 cells, a row takes 8 bits and the set takes 2 words. In larger mazes, a row
+/// takes 16 bits and the set takes 8 words.
 ///
 /// A shift may move a bit from the end of a row into another row. A flood then clears the bit,
 /// because no cell can be entered through an outer wall.
 pub(super) trait ParityPlane: BitOps {
-    /// The words of a plane, from south to north.
+    /// The 64-bit words that store the bits, from south to north.
     type Words: Words;
 
     /// True if the type is for mazes of up to 16×16 cells.
@@ -137,7 +137,7 @@ pub(super) trait BitOps: Copy {
     }
 }
 
-/// Returns the words of each plane.
+/// Returns the 64-bit words of each bit set.
 #[inline(always)]
 pub(super) fn to_words<H: ParityPlane>(planes: &[H; 8]) -> [H::Words; 8] {
     // `map` of arrays and `zip` are not always inlined.
@@ -148,7 +148,7 @@ pub(super) fn to_words<H: ParityPlane>(planes: &[H; 8]) -> [H::Words; 8] {
     words
 }
 
-/// Moves bit i of byte j of plane k to bit k of byte j of plane i.
+/// Moves bit i of byte j of `planes[k]` to bit k of byte j of `planes[i]`.
 #[inline(always)]
 fn transpose_bits<H: ParityPlane>(planes: &mut [H; 8]) {
     macro_rules! swap {
@@ -164,7 +164,7 @@ fn transpose_bits<H: ParityPlane>(planes: &mut [H; 8]) {
     swap!(4, 0x0f0f_0f0f_0f0f_0f0f, 0 4, 1 5, 2 6, 3 7);
 }
 
-/// Moves byte i of word k to byte k of word i.
+/// Moves byte i of `words[k]` to byte k of `words[i]`.
 #[inline(always)]
 fn transposed_bytes(mut words: [u64; 8]) -> [u64; 8] {
     macro_rules! swap {

@@ -1,4 +1,5 @@
-//! Waves, which are the sets of cells at distance 0, 1, 2 and so on.
+//! Waves, which are the sets of cells at distance 0, 1, 2 and so on from the cells at which a flood
+//! begins.
 
 use super::bitboard::{Bitboard, CellPlanes, Openings, even_rows};
 use super::plane::{BitOps, ParityPlane};
