@@ -126,8 +126,8 @@ impl MazeSize {
     }
 
     /// Returns the central cells, which are the default goal. There are two central columns if the
-    /// width is even, and one if it is odd. The number of central rows depends on the height in the
-    /// same way.
+    /// width is even, and one if it is odd. There are two central rows if the height is even, and
+    /// one if it is odd.
     pub fn central_cells(self) -> CellSet {
         let middle = |side: u8| (side - 1) / 2..=side / 2;
         middle(self.height).flat_map(|y| middle(self.width).map(move |x| Cell { x, y })).collect()

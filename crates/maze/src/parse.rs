@@ -72,8 +72,8 @@ impl Line<'_> {
         ParseMazeError { line: self.number, column: at + 1, expected }
     }
 
-    /// Returns the index of the first element of `choices` with which the line continues at byte
-    /// offset `at`.
+    /// Returns the index of the first element of `choices` that the line contains at byte offset
+    /// `at`.
     fn choice(self, at: usize, choices: &[&str], expected: &'static str) -> Result<usize> {
         let rest = self.text.get(at..).unwrap_or("");
         let found = choices.iter().position(|choice| rest.starts_with(choice));
@@ -93,7 +93,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// Reads a line of posts and walls. The walls are on the `heading` side of row `y`.
+    /// Reads a line of posts and walls: the walls on the `heading` side of the cells in row `y`.
     fn read_posts(&mut self, line: Line, y: u8, heading: Heading) -> Result {
         const POST: &str = r#"a post "o""#;
         for x in 0..self.walls.size().width() {

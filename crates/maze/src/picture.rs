@@ -143,7 +143,7 @@ impl<'a> TextPicture<'a> {
         }
     }
 
-    /// Writes a line of posts and walls. The walls are on the `heading` side of row `y`.
+    /// Writes a line of posts and walls: the walls on the `heading` side of the cells in row `y`.
     fn write_posts(&self, f: &mut Formatter<'_>, y: u8, heading: Heading, width: usize) -> Result {
         for x in 0..self.size().width() {
             match self.wall(Cell::new(x, y), heading) {

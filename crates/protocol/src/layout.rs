@@ -33,7 +33,8 @@ pub(crate) const fn walls(area: usize) -> Range<usize> {
     start..start + area
 }
 
-/// The length of a walls request in bytes. Walls requests and states begin with the same fields.
+/// The length of a walls request in bytes. A walls request has the same layout as the first fields
+/// of a state: letter, x, y and heading.
 pub(crate) const WALLS_REQUEST_BYTES: usize = HEADING + 1;
 
 #[cfg(test)]

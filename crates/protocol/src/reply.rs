@@ -10,8 +10,8 @@ const OK: &[u8] = b"ok";
 /// The prefix of a reply that reports an error.
 pub const ERROR_PREFIX: &str = "error: ";
 
-/// A reply that borrows the bytes of its message. Decoding a reply does not require the request
-/// that it answers.
+/// A reply that borrows the bytes of its message. A reply can be decoded without knowing the
+/// request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reply<'a> {

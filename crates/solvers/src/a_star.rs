@@ -28,8 +28,9 @@ pub struct ShortestPath {
     length: u16,
     /// The offset from the bit of a cell to the bit of its northern neighbour.
     stride: usize,
-    /// For each cell on the path, the index in [`PREFERENCE`] of the heading of the next step. The
-    /// first array holds the low bits of the indices, and the second array holds the high bits.
+    /// For each cell on the path, the heading of the next step as a 2-bit index into
+    /// [`PREFERENCE`]. The first array holds the low bits of these indices, and the second array
+    /// holds the high bits.
     towards: [[u64; WORDS]; 2],
 }
 
@@ -77,18 +78,19 @@ type CellBits<const N: usize> = [u64; N];
 /// cell. For every visited cell, the search finds the heading towards the last cell, so the path
 /// can be followed forwards.
 ///
-/// Every step changes the heuristic distance to `end` by 1. A step towards `end` therefore leaves
-/// the estimated length of the path unchanged, and a step away from `end` increases it by 2.
-/// Instead of a heap, the search uses layers. A layer consists of all cells with the same estimate,
-/// and bit operations expand all cells of a layer together.
+/// The estimate of A* is the number of steps so far plus the heuristic distance to `end`. A step
+/// towards `end` leaves the estimate unchanged, because it reduces the heuristic distance by 1. A
+/// step away from `end` increases the estimate by 2. The search therefore needs no heap: a layer
+/// consists of all cells with the same estimate, and bit operations expand all cells of a layer
+/// together.
 struct LayeredSearch<const N: usize, const STRIDE: usize> {
     /// The first cell of the path, at which the search ends.
     end: Cell,
-    /// The cells with an open northern side. From a cell in the first set, a step north leads
-    /// nearer to `end`. From a cell in the second set, such a step leads farther away.
+    /// The cells with an open northern side, in two sets: cells from which a step north leads
+    /// nearer to `end`, and cells from which a step north leads away from `end`.
     north: [CellBits<N>; 2],
-    /// The cells with an open eastern side. From a cell in the first set, a step east leads nearer
-    /// to `end`. From a cell in the second set, such a step leads farther away.
+    /// The cells with an open eastern side, in two sets: cells from which a step east leads nearer
+    /// to `end`, and cells from which a step east leads away from `end`.
     east: [CellBits<N>; 2],
 }
 
@@ -139,9 +141,9 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
         None
     }
 
-    /// Returns the cells that are one step away from `cells`. A step north must start in a cell of
-    /// `north`, and a step east in a cell of `east`. A step south must end in a cell of `south`,
-    /// and a step west in a cell of `west`.
+    /// Returns the cells that are one step away from `cells`. Steps north are taken only from the
+    /// cells in `north`, and steps east only from the cells in `east`. Steps south are taken only
+    /// to the cells in `south`, and steps west only to the cells in `west`.
     fn step(
         cells: &CellBits<N>,
         north: &CellBits<N>,
@@ -158,13 +160,15 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
         })
     }
 
-    /// For each settled cell, returns the next heading towards the last cell. The headings are
-    /// encoded as in [`ShortestPath`]. `odd` contains the settled cells in odd-numbered layers.
+    /// For each cell in `settled`, returns the heading of the next step on a shortest path to the
+    /// last cell. The headings are encoded as in [`ShortestPath`]. `odd` contains the cells of
+    /// `settled` in every second layer (all cells with the same A* estimate), beginning with the
+    /// second layer.
     ///
-    /// A step away from `end` is part of a shortest path to the last cell if it stays in the same
-    /// layer. A step towards `end` is part of a shortest path to the last cell if it leads to a
-    /// different layer. Neighbours are in the same layer or in successive layers, so it is enough
-    /// to compare the parities of their layers.
+    /// A step away from `end` is part of a shortest path to the last cell if both cells of the step
+    /// have the same A* estimate. A step towards `end` is part of a shortest path if the estimates
+    /// of its two cells differ. Connected neighbours are in the same layer or in successive layers,
+    /// so `odd` is enough to compare their estimates.
     fn towards(&self, settled: &CellBits<N>, odd: &CellBits<N>) -> [[u64; WORDS]; 2] {
         let Self { north: [north, south], east: [east, west], .. } = self;
         let (south_odd, south_settled) = (up::<N, STRIDE>(odd), up::<N, STRIDE>(settled));

@@ -62,9 +62,9 @@ enum Steps {
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct SmallSteps {
     lines: SmallLines,
-    /// True if the maze has 16×16 cells and all of them can reach a target. `UNREACHABLE_BYTE` can
-    /// be a distance only if this field is true, because a path of 255 steps passes through 256
-    /// cells.
+    /// True if the maze has 16×16 cells and all of them can reach a target. If this field is true,
+    /// the byte 255 is a distance, otherwise it is `UNREACHABLE_BYTE`. Only a path that visits all
+    /// 256 cells has a length of 255 steps.
     all_reached: bool,
 }
 
@@ -95,8 +95,8 @@ impl Distances {
         run(FloodTask { walls, targets }, walls.size())
     }
 
-    /// Floods the map of a mouse twice. Returns the optimistic distances, which treat unknown walls
-    /// as open, and the pessimistic distances, which treat them as closed.
+    /// Returns the optimistic distances, which treat unknown walls as open, and the pessimistic
+    /// distances, which treat them as closed.
     ///
     /// ```
     /// use mmsim_maze::{Cell, KnownMaze, MazeSize};

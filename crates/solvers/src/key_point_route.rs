@@ -33,7 +33,7 @@ pub struct KeyPointRoute {
     goals: CellSet,
     passed: CellSet,
     points: [KeyPoint; 8],
-    /// The indices of the remaining elements of `points`.
+    /// The indices of the key points in `points` that are still ahead of the mouse.
     ahead: core::ops::Range<usize>,
 }
 

@@ -24,7 +24,7 @@ pub struct Mouse<S> {
 pub struct Crash {
     /// The cell of the mouse.
     pub cell: Cell,
-    /// The side through which the mouse would have left the cell.
+    /// The side of the cell through which the attempted step leads.
     pub heading: Heading,
     /// The state of the wall on that side, according to the map.
     pub state: WallState,

@@ -46,7 +46,8 @@ impl PathBounds {
 /// is shortest, or `None` if the map never proves it. `poses` holds the poses in which the mouse
 /// read the walls: the start pose, and then the pose after each step.
 ///
-/// The search itself does not need this number. Callers can compute the number after the search.
+/// The search does not need the number of steps until the proof, so callers can compute it after
+/// the search.
 #[must_use]
 pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
     let mut map = KnownMaze::unexplored(maze);
@@ -80,7 +81,8 @@ mod tests {
         Pose::new(Cell::new(x, y), heading)
     }
 
-    /// Returns the bounds after the mouse has read the walls in each of the poses.
+    /// For each pose, returns the optimistic and the pessimistic distance after the mouse has read
+    /// the walls.
     fn bounds(maze: &str, poses: &[Pose]) -> Vec<(Option<u16>, Option<u16>)> {
         let maze: Maze = maze.parse().unwrap();
         let mut map = KnownMaze::unexplored(&maze);

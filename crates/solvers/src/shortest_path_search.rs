@@ -9,16 +9,17 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 /// returns to the start, and runs to the goal.
 ///
 /// - The mouse goes to the goal by flood fill. If several neighbours are equally near, the mouse
-///   ignores the walls and counts the columns and the rows from each neighbour to the goal. It
-///   prefers the neighbour for which the larger of the two numbers is smallest. This choice leaves
-///   the most alternative paths.
+///   ignores the walls and compares the numbers of columns and of rows from each neighbour to the
+///   goal. The mouse prefers the neighbour for which the larger of these two numbers is smallest.
+///   This neighbour leaves the mouse the most alternative paths to the goal.
 /// - From the goal, the mouse explores the optimistic shortest paths from the start to the goal. A
-///   layer consists of all cells on these paths that have the same distance from the start. Every
-///   path crosses every layer, so a few walls in a narrow layer may block all paths. The mouse goes
-///   to the nearest cell in the narrowest of the unvisited layers.
-/// - The exploration ends as soon as one of these paths is known to be open, because the optimistic
-///   distance then equals the pessimistic distance. The mouse always enters the goal before it
-///   returns, even if the proof is complete one step earlier.
+///   layer consists of all cells on the optimistic shortest paths that have the same distance from
+///   the start. Every path crosses every layer, so a few walls in a narrow layer may block all
+///   paths. Of the layers without a visited cell, the mouse selects those with the fewest cells,
+///   and goes to the nearest of these cells.
+/// - The exploration ends as soon as one of the optimistic shortest paths is known to be open,
+///   because the optimistic distance then equals the pessimistic distance. The mouse always enters
+///   the goal before it returns, even if the proof is complete one step earlier.
 /// - On the return run, the mouse tries a path through unknown walls if that path may be shorter
 ///   than the shortest known path.
 ///
@@ -28,8 +29,8 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 #[derive(Clone, Debug)]
 pub struct ShortestPathSearch {
     leg: Leg,
-    /// The cells in which the strategy has made a decision. Visiting such a cell again reveals no
-    /// new walls.
+    /// The cells in which the strategy has made a decision. A second visit to a cell reveals no new
+    /// walls.
     visited: CellSet,
     /// The current target of the exploration.
     target: Option<ExplorationTarget>,
@@ -62,7 +63,8 @@ impl ShortestPathSearch {
         }
     }
 
-    /// Plans the next steps, and starts the next leg if the current leg is complete.
+    /// Plans the next steps. If the current part of the search (see [`Leg`]) is complete, begins
+    /// the next one.
     fn plan(&mut self, map: &KnownMaze, cell: Cell) {
         let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
         if self.leg == Leg::ToGoal {
@@ -102,7 +104,7 @@ impl ShortestPathSearch {
         }
     }
 
-    /// Returns true if the current leg ends at `cell`.
+    /// Returns true if the current part of the search ends when the mouse enters `cell`.
     fn has_arrived(&self, map: &KnownMaze, cell: Cell) -> bool {
         match self.leg {
             Leg::ToGoal => map.goals().contains(cell),

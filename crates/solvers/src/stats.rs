@@ -14,8 +14,8 @@ pub struct SearchStats {
     pub return_run: PhaseStats,
     /// The steps and turns of the fast run.
     pub fast_run: PhaseStats,
-    /// The number of steps until the mouse first entered a goal cell, or `None` if it has not
-    /// entered one. Steps in all phases count.
+    /// The number of steps in all phases until the mouse first entered a goal cell, or `None` if it
+    /// has not entered one.
     pub steps_to_goal: Option<u32>,
 }
 

@@ -19,7 +19,7 @@ pub struct Swing {
     route: Option<KeyPointRoute>,
     /// The path to the next key point, and the number of steps that the mouse has taken on it.
     plan: Option<(ShortestPath, usize)>,
-    /// The walls for which the path was planned.
+    /// The walls that were known when the path was planned.
     walls: Walls,
     distances: Distances,
     phase: Phase,

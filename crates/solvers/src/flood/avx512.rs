@@ -101,7 +101,8 @@ impl BitOps for Avx512Small {
     }
 }
 
-/// Does the same as [`ParityPlane::spread`]. Each word of a plane is used as a mask for 64 bytes.
+/// Does the same as [`ParityPlane::spread`]. Uses masked instructions, in which each bit of a
+/// 64-bit word selects one of 64 bytes.
 #[inline(always)]
 fn spread_by_masks<H: ParityPlane>(even: &[H; 8], odd: &[H; 8], lines: &mut [[Line; 8]]) {
     let (even, odd) = (to_words(even), to_words(odd));
@@ -137,7 +138,7 @@ const AND_OR: i32 = 0b1110_1010;
 const OR_AND: i32 = 0b1010_1000;
 const OR_WITHOUT: i32 = 0b0101_0100;
 
-/// Returns the numbers of all 32 rows, beginning with `further`. Row 31 is followed by row 0.
+/// Returns the row numbers from `further` to 31, followed by those from 0 to `further` - 1.
 const fn neighbour_rows(further: u16) -> [u16; 32] {
     let mut rows = [further; 32];
     let mut row = 1;

@@ -1,10 +1,11 @@
-//! Bitboards, which store the openings between cells that are coloured like a chessboard.
+//! Bitboards, which store the openings (sides without a wall) of a maze. The cells are coloured
+//! like a chessboard, so each opening joins a dark cell and a light cell.
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
 use super::plane::{BitOps, ParityPlane, SIDE, Words};
 
-/// One value for the dark cells of a maze and one for the light cells. Cells are coloured like a
+/// One value for the dark cells of a maze and one for the light cells, which are coloured like a
 /// chessboard. The cell (0, 0) is dark, like the square a1.
 #[derive(Clone, Copy)]
 pub(super) struct ByColour<T> {
@@ -12,21 +13,22 @@ pub(super) struct ByColour<T> {
     pub(super) light: T,
 }
 
-/// A set of cells, stored as one plane for each colour.
+/// A set of cells, stored as one bit set for each chessboard colour.
 pub(super) type CellPlanes<H> = ByColour<H>;
 
-/// The openings of a maze, grouped by the colour of the cell that they lead into.
+/// The openings (sides without a wall) of a maze, grouped by the chessboard colour of the cell that
+/// they lead into.
 pub(super) type Bitboard<H> = ByColour<Openings<H>>;
 
-/// The openings that lead into the cells of one colour from cells of the other colour.
+/// The open sides through which the cells of one chessboard colour can be entered.
 #[derive(Clone, Copy)]
 pub(super) struct Openings<B> {
-    /// The cells that can be entered from the other column of the same pair. Columns 2k and 2k + 1
-    /// form a pair, in which the two cells of a row have the same bit position in their planes.
+    /// The cells that can be entered from the other cell of their pair. Each pair consists of the
+    /// cells (2k, y) and (2k + 1, y), which have different colours, but the same bit position.
     same: B,
-    /// The cells that can be entered by a step east from the previous pair of columns.
+    /// The cells in even columns that can be entered by a step east.
     east: B,
-    /// The cells that can be entered by a step west from the next pair of columns.
+    /// The cells in odd columns that can be entered by a step west.
     west: B,
     /// The cells that can be entered by a step north.
     north: B,
@@ -43,17 +45,16 @@ impl<B: BitOps> Openings<B> {
     }
 
     /// Returns the wave that follows `wave`: the cells that can be entered from `wave` and are not
-    /// in the preceding wave, `before`. If each wave has only one colour, earlier waves need not be
-    /// excluded, because every open neighbour of a wave belongs to the preceding or to the
-    /// following wave.
+    /// in the preceding wave, `before`. If all cells of a wave have the same chessboard colour,
+    /// every open neighbour of the wave belongs to the preceding or to the following wave, so
+    /// earlier waves need not be excluded.
     #[inline(always)]
     pub(super) fn onward(&self, wave: B, before: B) -> B {
         let [along, across] = self.along_and_across(wave);
         along.or_without(across, before)
     }
 
-    /// Returns the cells that can be entered from `cells`, as two sets. The caller forms the union
-    /// of the sets.
+    /// Returns two sets, whose union contains the cells that can be entered from `cells`.
     #[inline(always)]
     fn along_and_across(&self, cells: B) -> [B; 2] {
         // With three-operand logic, only three operations after the shifts depend on each other.
@@ -105,7 +106,8 @@ impl<H: ParityPlane> Bitboard<H> {
 }
 
 impl<T> ByColour<T> {
-    /// Returns the values of the near and the far colour, in that order.
+    /// Returns the values for the dark and the light cells, in this order if `near_is_dark` is
+    /// true, otherwise in the opposite order.
     #[inline(always)]
     pub(super) fn near_and_far(self, near_is_dark: bool) -> [T; 2] {
         let Self { dark, light } = self;
@@ -137,7 +139,7 @@ impl<H: ParityPlane> CellPlanes<H> {
         by_colour(split(&rows))
     }
 
-    /// Creates a set of one cell. The plane of the opposite colour is empty.
+    /// Creates a set of one cell.
     #[inline(always)]
     pub(super) fn from_cell(cell: Cell) -> Self {
         let mut words = H::Words::repeat(0);
@@ -157,15 +159,15 @@ impl<H: ParityPlane> CellPlanes<H> {
     }
 }
 
-/// Returns true if a cell is dark.
+/// Returns true if the cell is dark, in a chessboard pattern in which (0, 0) is dark.
 pub(super) const fn is_dark(cell: Cell) -> bool {
     (cell.x ^ cell.y) & 1 == 0
 }
 
 impl<H: ParityPlane> CellPlanes<H> {
-    /// Returns the first cell of the set, or `None` if the set is empty. Dark cells come before
-    /// light cells. Cells of one colour are ordered from south to north, and in each row from west
-    /// to east.
+    /// Returns the first cell of the set, or `None` if the set is empty. The dark cells of the
+    /// chessboard pattern come before the light cells. Cells of the same colour are ordered from
+    /// south to north, and in each row from west to east.
     #[inline(always)]
     pub(super) fn first_cell(self) -> Option<Cell> {
         let first = |plane: H| {
@@ -193,14 +195,15 @@ impl<H: ParityPlane> CellPlanes<H> {
     }
 }
 
-/// Returns a plane in which all bits of even rows are set.
+/// Returns a bit set that contains all bits of the even rows.
 #[inline(always)]
 pub(super) fn even_rows<H: ParityPlane>() -> H {
     let word = if H::IS_SMALL { 0x00ff_00ff_00ff_00ff } else { 0x0000_ffff_0000_ffff };
     H::from_words(H::Words::repeat(word))
 }
 
-/// Converts planes of even and odd columns to planes of dark and light cells.
+/// Converts the sets of cells in even and in odd columns to sets of dark and light cells, which are
+/// coloured like a chessboard.
 #[inline(always)]
 fn by_colour<H: ParityPlane>([even, odd]: [H; 2]) -> CellPlanes<H> {
     let swapped = even.xor(odd).without(even_rows());
@@ -217,7 +220,8 @@ fn open<H: ParityPlane>(walls: &[u32; SIDE]) -> [u32; SIDE] {
     open
 }
 
-/// Splits rows of bits into planes of even and odd columns. Bit x of row y is the cell (x, y).
+/// Splits a set of cells into the cells in even columns and the cells in odd columns. Bit x of
+/// `rows[y]` stands for the cell (x, y).
 #[inline(always)]
 fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
     let mut planes = [H::Words::repeat(0); 2];
@@ -256,7 +260,8 @@ fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
     [H::from_words(even), H::from_words(odd)]
 }
 
-/// Merges planes of even and odd columns into rows of bits. Inverse of [`split`].
+/// Merges the cells in even columns and the cells in odd columns into rows of bits. Inverse of
+/// [`split`].
 #[inline(always)]
 pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [u32; SIDE] {
     let (even, odd) = (even.to_words(), odd.to_words());

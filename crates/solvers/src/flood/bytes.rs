@@ -1,9 +1,9 @@
-//! Conversion of the distances of a flood to one byte per cell.
+//! Converts the distances of a flood from bit sets to bytes.
 
 use super::plane::{Line, ParityPlane};
 use super::waves::{Flooded, Marks};
 
-/// Writes one byte per cell, which holds the bits `first` to `first` + 7 of the cell's distance.
+/// Writes one byte of each cell's distance: the low byte if `first` is 0, the high byte if it is 8.
 /// The rows are ordered from south to north, and the cells of each row from west to east. The bytes
 /// of unvisited cells have all bits set.
 #[inline(always)]

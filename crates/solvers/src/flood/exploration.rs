@@ -22,12 +22,12 @@ impl ExplorationTarget {
     /// of the optimistic shortest paths is known to be open, or if there is no path.
     ///
     /// A layer consists of all cells on the optimistic shortest paths that have the same distance
-    /// from the start. The fewer cells a layer has, the narrower it is. A candidate is an unvisited
-    /// cell with an unknown wall that an optimistic shortest path crosses. If some layers contain
-    /// candidates but no visited cell, only the candidates in the narrowest of these layers are
-    /// considered. The target is the candidate nearest to the mouse. If several candidates are
-    /// equally near, the target is the candidate farthest from the start, because the mouse can
-    /// visit the other candidates on its way back.
+    /// from the start. A candidate is an unvisited cell with an unknown wall that an optimistic
+    /// shortest path crosses. If some layers contain candidates but no visited cell, only the
+    /// candidates in the narrowest of these layers (those with the fewest cells) are considered.
+    /// The target is the candidate nearest to the mouse. If several candidates are equally near,
+    /// the target is the candidate farthest from the start, because the mouse can visit the other
+    /// candidates on its way back.
     pub(crate) fn find(map: &KnownMaze, mouse: Cell) -> Option<Self> {
         run(FindTarget { map, mouse }, map.size())
     }
@@ -61,40 +61,45 @@ impl Task for FindTarget<'_> {
     }
 }
 
-/// The visited cells of one colour, and the openings into cells of that colour.
+/// The visited cells of one chessboard colour, and the open sides through which cells of that
+/// colour can be entered.
 #[derive(Clone, Copy)]
 struct Colour<B> {
-    /// The openings into cells of this colour, with unknown walls treated as open.
+    /// The sides through which cells of this chessboard colour can be entered, with unknown walls
+    /// treated as open.
     optimistic: Openings<B>,
-    /// The openings into cells of this colour, with unknown walls treated as closed.
+    /// The sides through which cells of this chessboard colour can be entered, with unknown walls
+    /// treated as closed.
     known: Openings<B>,
     visited: B,
 }
 
-/// The cells of one colour that belong to the optimistic shortest paths.
+/// The cells of one chessboard colour that belong to the optimistic shortest paths.
 #[derive(Clone, Copy)]
 struct PathCells<B> {
     all: B,
-    /// The cells in the narrowest of the layers that contain no visited cell.
+    /// The cells of the layers with the fewest cells, among the layers without a visited cell. A
+    /// layer consists of all path cells with the same distance from the start.
     narrowest: B,
 }
 
 /// The optimistic shortest paths from the start to the goal.
 ///
-/// The colours of successive layers alternate. Arrays of two elements have one element for each
-/// colour. The first element belongs to the colour of the goal cells at which the paths end.
+/// The cells are coloured like a chessboard, so each step of a path changes the colour. Arrays of
+/// two elements have one element for each colour. The first element belongs to the colour of the
+/// goal cells that are nearest to the start.
 struct ShortestPaths<B> {
     colours: [Colour<B>; 2],
     ends_are_dark: bool,
-    /// The goal cells at which the paths end.
+    /// The goal cells with the shortest optimistic distance from the start.
     ends: B,
     start: B,
     /// The cells that waves from the start have reached, grouped into four sets by their distance
-    /// from the start modulo 4. The first set contains the layer one step before the ends of the
-    /// paths. Four sets suffice to separate the layers, because the distances of connected
-    /// neighbours differ by 1.
+    /// from the start modulo 4. The first set contains the cells that are one step nearer to the
+    /// start than `ends`. The distances of connected neighbours differ by 1, so the distance modulo
+    /// 4 shows which neighbour is nearer to the start.
     layers: [B; 4],
-    /// The length of the paths in steps.
+    /// The length of the optimistic shortest paths in steps.
     length: usize,
 }
 
@@ -149,10 +154,11 @@ impl<B: ParityPlane> ShortestPaths<B> {
         Some(Self { colours, ends_are_dark, ends, start, layers: before, length })
     }
 
-    /// Calls `visit` for each layer, from the ends of the paths back to the start, with the index
-    /// of the colour and the cells of the layer. After the last layer, `visit` may be called for up
-    /// to three empty layers. To stop early, `visit` returns `false`. It may then be called for up
-    /// to four more layers, and must return `false` for each of them.
+    /// Calls `visit` for each layer (all path cells with the same distance from the start), from
+    /// the goal back to the start. The arguments are the index of the layer's chessboard colour and
+    /// the cells of the layer. Layers are computed four at a time, so `visit` may be called for up
+    /// to three empty layers at the end. To stop early, `visit` returns `false`. After that,
+    /// `visit` may be called up to four more times, and must return `false` each time.
     #[inline(always)]
     fn for_each_layer(&self, mut visit: impl FnMut(usize, B) -> bool) {
         let mut layer = self.ends;
@@ -170,7 +176,8 @@ impl<B: ParityPlane> ShortestPaths<B> {
         }
     }
 
-    /// Returns the cells on the paths, or `None` if one of the paths is known to be open.
+    /// Returns the cells on the optimistic shortest paths, or `None` if one of these paths is known
+    /// to be open.
     #[inline(always)]
     fn cells(&self) -> Option<[PathCells<B>; 2]> {
         if self.length == 0 {
@@ -215,9 +222,9 @@ impl<B: ParityPlane> ShortestPaths<B> {
         if is_any { candidates } else { self.narrowest(unexplored) }
     }
 
-    /// Compares the layers that contain unexplored cells but no visited cell. Returns the
-    /// unexplored cells in the narrowest of them, or all unexplored cells if there is no such
-    /// layer.
+    /// Selects the layers with the fewest cells, among the layers that contain unexplored cells but
+    /// no visited cell. Returns the unexplored cells in the selected layers, or all unexplored
+    /// cells if no layer is selected.
     #[inline(always)]
     fn narrowest(&self, unexplored: [B; 2]) -> [B; 2] {
         let mut narrowest = Narrowest::NONE;
@@ -231,8 +238,8 @@ impl<B: ParityPlane> ShortestPaths<B> {
         if narrowest.width == Narrowest::<B>::NONE.width { unexplored } else { narrowest.cells }
     }
 
-    /// Returns the candidates nearest to the mouse and the index of their colour, which is the same
-    /// for all of them.
+    /// Returns the candidates nearest to the mouse, preceded by the index of their chessboard
+    /// colour, which is the same for all of them.
     #[inline(always)]
     fn nearest(&self, mouse: Cell, candidates: [B; 2]) -> Option<(usize, B)> {
         let near = usize::from(is_dark(mouse) != self.ends_are_dark);
@@ -244,8 +251,8 @@ impl<B: ParityPlane> ShortestPaths<B> {
         Some(((near + usize::from(steps)) % 2, nearest))
     }
 
-    /// Returns the cells in `cells` that are farthest from the start. `cells_colour` is the index
-    /// of the colour of `cells`.
+    /// Returns the cells in `cells` that are farthest from the start. All of them have the
+    /// chessboard colour with the index `cells_colour`.
     #[inline(always)]
     fn first_layer_with(&self, cells_colour: usize, cells: B) -> B {
         let mut first = B::NONE;
@@ -259,7 +266,8 @@ impl<B: ParityPlane> ShortestPaths<B> {
     }
 }
 
-/// Cells of the narrowest layers found so far. All of these layers have the same width.
+/// The cells added for the layers with the fewest cells so far. Each of these layers has `width`
+/// cells.
 struct Narrowest<B> {
     width: u32,
     cells: [B; 2],
@@ -268,8 +276,9 @@ struct Narrowest<B> {
 impl<B: ParityPlane> Narrowest<B> {
     const NONE: Self = Self { width: u32::MAX, cells: [B::NONE; 2] };
 
-    /// Adds `cells`, which belong to `layer`. If the layer is empty, or wider than the earlier
-    /// layers, the cells are ignored. If it is narrower, the cells replace all earlier cells.
+    /// Adds `cells`, which belong to `layer`. Ignores them if `layer` is empty or has more than
+    /// `self.width` cells. If a non-empty `layer` has fewer than `self.width` cells, `cells`
+    /// replaces the cells added before.
     #[inline(always)]
     fn add(&mut self, colour: usize, layer: B, cells: B) {
         let width = count(layer);
@@ -372,8 +381,8 @@ o---o---o---o---o---o
     }
 
     /// Follows the optimistic shortest paths from goal to start. Returns the candidates that
-    /// [`ExplorationTarget::find`] considers, and all cells on the paths. Returns `None` if one of
-    /// the paths is known to be open.
+    /// [`ExplorationTarget::find`] considers, and all cells on these paths, or `None` if one of the
+    /// paths is known to be open.
     fn candidates(map: &KnownMaze, from_start: &Distances) -> Option<(CellSet, CellSet)> {
         let mut paths = Paths::to_goals(map, from_start);
         let (mut width, mut narrowest, mut others) = (usize::MAX, CellSet::EMPTY, CellSet::EMPTY);
@@ -405,12 +414,12 @@ o---o---o---o---o---o
         found: CellSet,
         /// The cells from which a path to the goal is known to be open.
         sure: CellSet,
-        /// The cells next to an unknown wall that a path crosses.
+        /// The cells on both sides of each unknown wall that an optimistic shortest path crosses.
         doubtful: CellSet,
     }
 
     impl Paths {
-        /// Begins with the goal cells nearest to the start, at which the paths end.
+        /// Creates a list that contains only the goal cells nearest to the start.
         fn to_goals(map: &KnownMaze, from_start: &Distances) -> Self {
             let nearest = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
             let is_end = |&goal: &Cell| nearest.is_some() && from_start.at(goal) == nearest;
@@ -425,8 +434,8 @@ o---o---o---o---o---o
             paths
         }
 
-        /// Adds the layer that is one step nearer to the start than `layer`. Returns the indices of
-        /// the new layer.
+        /// Adds the path cells that are one step nearer to the start than the cells of `layer`.
+        /// Returns the indices of the added cells.
         fn go_back(
             &mut self,
             map: &KnownMaze,

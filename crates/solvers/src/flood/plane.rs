@@ -9,10 +9,11 @@ pub(super) type Line = [u8; 16];
 /// The maximum side length of a maze in cells.
 pub(super) const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// The maximum side length of a small maze in cells. The planes of small mazes take two words each.
+/// The maximum side length of a small maze in cells. In a small maze, a set of cells of one
+/// chessboard colour fits into two 64-bit words, with one bit per cell.
 pub(super) const SMALL_SIDE: usize = 16;
 
-/// Returns true if the planes of a maze of this size take two words instead of eight.
+/// Returns true if neither side of the maze is longer than [`SMALL_SIDE`] cells.
 pub(super) const fn is_small(size: MazeSize) -> bool {
     size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
 }
@@ -27,15 +28,16 @@ pub(super) const fn is_small(size: MazeSize) -> bool {
 /// ```
 ///
 /// Rows are stored from south to north. Bit ⌊x / 2⌋ of a row stands for the cell in column x. In
-/// mazes of up to 16×16 cells, a row takes 8 bits and a plane takes 2 words. In larger mazes, a row
-/// takes 16 bits and a plane takes 8 words.
+/// mazes of up to 16×16 cells, a row takes 8 bits and the set takes 2 words. In larger mazes, a row
+/// takes 16 bits and the set takes 8 words.
 ///
-/// Shifts may move bits into another row. The masks of a bitboard clear such bits.
+/// A shift may move a bit from the end of a row into another row. A flood then clears the bit,
+/// because no cell can be entered through an outer wall.
 pub(super) trait ParityPlane: BitOps {
-    /// The words of a plane, from south to north.
+    /// The 64-bit words that store the bits, from south to north.
     type Words: Words;
 
-    /// True for planes of two words.
+    /// True if the type is for mazes of up to 16×16 cells.
     const IS_SMALL: bool = size_of::<Self::Words>() == size_of::<[u64; 2]>();
     /// The number of rows.
     const ROWS: usize = if Self::IS_SMALL { SMALL_SIDE } else { SIDE };
@@ -46,8 +48,8 @@ pub(super) trait ParityPlane: BitOps {
 
     fn to_words(self) -> Self::Words;
 
-    /// Writes one byte per cell. Bit i of a byte comes from `even[i]` if the cell is in an even
-    /// column, otherwise from `odd[i]`.
+    /// Writes one byte per cell. Bit i of the byte is the bit of the cell in `even[i]` if the cell
+    /// is in an even column, otherwise in `odd[i]`.
     #[inline(always)]
     fn spread(mut even: [Self; 8], mut odd: [Self; 8], lines: &mut [[Line; 8]]) {
         transpose_bits(&mut even);
@@ -55,8 +57,8 @@ pub(super) trait ParityPlane: BitOps {
         Self::interleave(&even, &odd, lines);
     }
 
-    /// Merges the bytes of even and odd columns into lines. Byte j of `even[i]` belongs to line j
-    /// and the i-th even column. Byte j of `odd[i]` belongs to line j and the i-th odd column.
+    /// Merges the bytes of the cells in even and in odd columns: byte j of `even[i]` becomes
+    /// element 2i of line j, and byte j of `odd[i]` becomes element 2i + 1 of line j.
     #[inline(always)]
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
         let (even, odd) = (to_words(even), to_words(odd));
@@ -135,7 +137,7 @@ pub(super) trait BitOps: Copy {
     }
 }
 
-/// Returns the words of each plane.
+/// Returns the 64-bit words of each bit set.
 #[inline(always)]
 pub(super) fn to_words<H: ParityPlane>(planes: &[H; 8]) -> [H::Words; 8] {
     // `map` of arrays and `zip` are not always inlined.
@@ -146,7 +148,7 @@ pub(super) fn to_words<H: ParityPlane>(planes: &[H; 8]) -> [H::Words; 8] {
     words
 }
 
-/// Moves bit i of byte j of plane k to bit k of byte j of plane i.
+/// Moves bit i of byte j of `planes[k]` to bit k of byte j of `planes[i]`.
 #[inline(always)]
 fn transpose_bits<H: ParityPlane>(planes: &mut [H; 8]) {
     macro_rules! swap {
@@ -162,7 +164,7 @@ fn transpose_bits<H: ParityPlane>(planes: &mut [H; 8]) {
     swap!(4, 0x0f0f_0f0f_0f0f_0f0f, 0 4, 1 5, 2 6, 3 7);
 }
 
-/// Moves byte i of word k to byte k of word i.
+/// Moves byte i of `words[k]` to byte k of `words[i]`.
 #[inline(always)]
 fn transposed_bytes(mut words: [u64; 8]) -> [u64; 8] {
     macro_rules! swap {

@@ -1,11 +1,12 @@
-//! Tasks on parity planes. A task can run with any instruction set.
+//! Tasks, which are computations that can run with any instruction set.
 
 use super::plane::ParityPlane;
 
-/// A computation on parity planes that is generic over the instruction set.
+/// A computation on sets of cells that is generic over the instruction set.
 pub(super) trait Task {
     type Output;
 
-    /// Runs the task on planes of type `H`, which must suit the size of the maze.
+    /// Runs the task with bit sets of type `H`. `H::IS_SMALL` must be true for mazes of up to 16×16
+    /// cells, and false for larger mazes.
     fn run<H: ParityPlane>(self) -> Self::Output;
 }

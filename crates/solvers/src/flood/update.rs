@@ -12,8 +12,8 @@ impl Distances {
     /// walls may have changed. If the size of the maze has changed, the maze is always flooded.
     ///
     /// Distances are correct if the distance of each reachable cell, except for the targets, is one
-    /// more than the smallest distance among its open neighbours. Changed walls around a cell can
-    /// violate this condition only for the cell itself and its neighbours.
+    /// more than the smallest distance among its open neighbours. If only the walls around `seen`
+    /// have changed, it is enough to check `seen` and its neighbours.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
@@ -36,7 +36,8 @@ impl Distances {
 
     /// Returns true if the cell is a target or has an open neighbour nearer to a target. Suppose
     /// that a mouse always goes downhill, never removes a wall, and adds walls only around its own
-    /// cell. If this method returns true for that cell, the distance of the cell is still correct.
+    /// cell. If this method returns true for the cell of the mouse, the distance of that cell is
+    /// still correct.
     pub(crate) fn is_downhill_open(&self, walls: &Walls, cell: Cell) -> bool {
         let (steps, around, sides) = (self.raw(cell), self.raw_around(cell), walls.sides(cell));
         // This code has no branches, because branches would be unpredictable.
@@ -48,9 +49,9 @@ impl Distances {
     }
 
     /// Returns true if the distances are still correct after the walls around `seen` have changed.
-    /// This method checks two conditions. The distance of each open neighbour must differ from that
-    /// of `seen` by at most one step. Neither `seen` nor a cell behind one of its walls may have
-    /// lost its last open neighbour nearer to a target.
+    /// First, the distance of each open neighbour of `seen` must differ from the distance of `seen`
+    /// by at most one step. Second, neither `seen` nor a neighbour behind a wall may have lost its
+    /// last open neighbour that is nearer to a target.
     fn remains_correct(&self, walls: &Walls, seen: Cell) -> bool {
         if walls.size() != self.size {
             return false;

@@ -1,4 +1,5 @@
-//! Waves, which are the sets of cells at distance 0, 1, 2 and so on.
+//! Waves, which are the sets of cells at distance 0, 1, 2 and so on from the cells at which a flood
+//! begins.
 
 use super::bitboard::{Bitboard, CellPlanes, Openings, even_rows};
 use super::plane::{BitOps, ParityPlane};
@@ -6,26 +7,27 @@ use super::plane::{BitOps, ParityPlane};
 /// The number of bits in a distance. The longest distance in a maze of 32×32 cells is 1,023 steps.
 pub(super) const PLANES: usize = 10;
 
-/// The distances of all cells of one colour, as bit planes.
+/// The distances of all cells of one chessboard colour, stored bit by bit.
 pub(super) struct Marks<B> {
-    /// Plane i holds bit i of each distance.
+    /// Element i holds bit i of each distance.
     pub(super) planes: [B; PLANES],
     /// The cells that no wave has reached.
     pub(super) unvisited: B,
 }
 
-/// The distances of all cells. The near colour is the colour of the first wave, or dark if the
-/// first wave has both colours. The far colour is the opposite colour.
+/// The distances of all cells. If all cells at which the flood begins have the same chessboard
+/// colour, `near` belongs to this colour, otherwise to the dark cells. `far` belongs to the
+/// opposite colour.
 pub(super) struct Flooded<B> {
     pub(super) near: Marks<B>,
     pub(super) far: Marks<B>,
     pub(super) near_is_dark: bool,
 }
 
-/// One counter for each cell. A counter holds the number of waves before the wave that reached the
-/// cell. Element `FIRST` + i of `code` holds bit i of the counters.
+/// One counter for each cell, which is incremented until a wave reaches the cell. Element `FIRST` +
+/// i of `code` holds bit i of each counter.
 ///
-/// The counters are Gray codes, so each wave changes only one bit of each counter.
+/// The counters are Gray codes, so an increment changes only one bit of a counter.
 struct Counts<B, const FIRST: usize> {
     code: [B; PLANES],
 }
@@ -45,8 +47,8 @@ impl<B: BitOps, const FIRST: usize> Counts<B, FIRST> {
         }
     }
 
-    /// Converts the counters to binary distances. `low` provides the bits of the planes below
-    /// `FIRST`.
+    /// Converts the counters from Gray codes to binary distances. The lowest `FIRST` bits of each
+    /// distance are taken from `low`.
     #[inline(always)]
     fn into_marks(mut self, low: B, unvisited: B) -> Marks<B> {
         for i in (FIRST + 1..PLANES).rev() {
@@ -83,8 +85,9 @@ pub(super) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> F
     Flooded { near, far, near_is_dark: is_dark }
 }
 
-/// Sends waves from `edge`, whose cells all have the near colour. Each wave then contains cells of
-/// only one colour. Returns the distances of the near and the far colour, in that order.
+/// Sends waves from `edge`, whose cells all have the same chessboard colour, so that the cells of
+/// each wave have the same colour, too. Returns the distances of all cells of the colour of `edge`,
+/// followed by those of the opposite colour.
 #[inline(always)]
 fn waves_of_one_colour<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],
@@ -113,7 +116,7 @@ fn waves_of_one_colour<B: BitOps>(
     [near.into_marks(B::NONE, unvisited_near), far.into_marks(far_at_first, unvisited_far)]
 }
 
-/// Sends waves from cells of both colours.
+/// Sends waves from `edge`, which contains both dark and light cells of the chessboard pattern.
 #[inline(always)]
 fn waves_of_both_colours<B: BitOps>(
     board: &Bitboard<B>,
@@ -143,8 +146,8 @@ fn waves_of_both_colours<B: BitOps>(
 }
 
 impl<B: ParityPlane> Flooded<B> {
-    /// Converts the planes that `plane` returns for the two colours to planes of even and odd
-    /// columns.
+    /// Calls `plane` to get a set of cells of each chessboard colour. Returns those cells of the
+    /// two sets that are in even columns, and those in odd columns.
     #[inline(always)]
     pub(super) fn columns(&self, plane: impl Fn(&Marks<B>) -> B) -> [B; 2] {
         let even: B = even_rows();
@@ -154,17 +157,18 @@ impl<B: ParityPlane> Flooded<B> {
         [near.xor(swapped), far.xor(swapped)]
     }
 
-    /// Returns true if the waves have reached every cell that the planes can hold.
+    /// Returns true if the maze has the maximum size that the bit sets can hold, and the waves have
+    /// reached every cell.
     #[inline(always)]
     pub(super) fn is_full(&self) -> bool {
         self.near.unvisited.or(self.far.unvisited).is_empty()
     }
 }
 
-/// Sends waves from `from`, whose cells all have the near colour, until a wave reaches a target.
-/// Returns the targets in that wave and their distance in steps, or `None` if no target is
-/// reachable. The returned targets have the near colour if the distance is even, otherwise the far
-/// colour.
+/// Sends waves from `from`, whose cells all have the same chessboard colour, until a wave reaches a
+/// target. Returns the targets that are nearest to `from` and their distance in steps, or `None` if
+/// no target is reachable. The returned targets have the colour of `from` if the distance is even,
+/// otherwise the opposite chessboard colour.
 #[inline(always)]
 pub(super) fn first_targets<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],

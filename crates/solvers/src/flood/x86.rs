@@ -5,8 +5,8 @@
 //! `unsafe` unless the calling function enables the feature of the intrinsic, and trait methods
 //! cannot enable features. None of the intrinsics used here accesses memory through a pointer, so
 //! the only requirement is that the processor has the instruction. SSE2 is always available on
-//! x86-64. Code that uses other features runs only inside functions that enable them. `dispatch.rs`
-//! calls such a function only if the processor supports the features.
+//! x86-64. Code that needs other processor features runs only inside functions that enable these
+//! features. `dispatch.rs` calls such a function only if the processor supports the features.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
@@ -17,13 +17,13 @@ use core::mem::transmute;
 use super::plane::{BitOps, Line, ParityPlane};
 use super::task::Task;
 
-/// A plane that consists of 128-bit vectors. In mazes of up to 16×16 cells, a plane needs one
-/// vector. In larger mazes, a plane needs four vectors.
+/// A set of cells of one chessboard colour, stored in 128-bit vectors. Mazes of up to 16×16 cells
+/// need one vector, and larger mazes need four.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Sse2<const VECTORS: usize>(pub(super) [__m128i; VECTORS]);
 
-/// Runs a task on SSE2 planes, whose operations the compiler translates to AVX2 instructions.
+/// Runs a task that is written for SSE2. In this function, the compiler may use AVX2 instructions.
 #[target_feature(enable = "avx2,bmi1,popcnt")]
 pub(super) unsafe fn run_avx2<H: ParityPlane, T: Task>(task: T) -> T::Output {
     task.run::<H>()
