@@ -63,10 +63,10 @@
 //! # Why not libzmq
 //!
 //! In libzmq 4.3.4, any remote client can terminate a process that listens with libzmq. To do so, a
-//! client sends about 8 KB: it fills the receive queue of the process with requests, sends a PING,
-//! and resets the connection. An assertion then fails (`!_io_error` in `stream_engine_base.cpp`).
-//! An unlimited receive queue avoids the crash, but does not limit the memory use. Besides this
-//! crash, libzmq has three faults that its users cannot avoid:
+//! client sends about 8 KB: it fills the receive queue with requests, sends a PING, and resets the
+//! connection. An assertion then fails (`!_io_error` in `stream_engine_base.cpp`). An unlimited
+//! receive queue avoids the crash, but does not limit the memory use. Besides this crash, libzmq
+//! has three faults that its users cannot avoid:
 //!
 //! - If a client sends a request without the empty delimiter frame and disconnects, a libzmq REP
 //!   socket loses the reply to another, well-behaved client.
