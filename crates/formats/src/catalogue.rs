@@ -116,7 +116,8 @@ impl Entry {
 }
 
 /// Lists the files in a folder and its subfolders, except hidden and skipped files. The result also
-/// contains subfolders that cannot be listed. Reading such an entry returns the error.
+/// contains subfolders that cannot be listed; an attempt to read one as a maze file returns an
+/// error.
 fn list_folder(folder: &Path) -> Vec<PathBuf> {
     let is_hidden = |entry: &DirEntry| {
         entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")

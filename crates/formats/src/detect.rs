@@ -65,14 +65,14 @@ fn detect_table(text: &str, first: &str) -> Format {
     if is_only_hex || makes_only_hex() { Format::Hex } else { Format::Csv }
 }
 
-/// Returns true if a line is a number of one or two digits. The first line of a trial file is such
-/// a number: the side length of the maze.
+/// Returns true if a line is a number of one or two digits, like the side length in the first line
+/// of a [`Format::Trial`] file.
 fn is_side(line: &str) -> bool {
     (1..=2).contains(&line.len()) && line.bytes().all(|c| c.is_ascii_digit())
 }
 
-/// Returns true if a line has at least three characters and all of them are the same. Such a line
-/// may belong to a drawing that uses one character for posts and walls.
+/// Returns true if a line has at least three characters and all of them are the same, as in a
+/// drawing that uses one character for posts and walls.
 fn is_drawn(line: &str) -> bool {
     line.len() >= 3 && line.chars().all(|c| line.starts_with(c))
 }

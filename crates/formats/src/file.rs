@@ -9,7 +9,7 @@ use mmsim_maze::Maze;
 use crate::error::ParseError;
 use crate::read::parse_maze;
 
-/// The maximum size of a maze file, in bytes. For comparison, a 32×32 maze drawn as text takes
+/// The maximum size of a maze file, in bytes. The largest maze (32×32) drawn as text takes only
 /// 8,385 bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 20;
 

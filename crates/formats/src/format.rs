@@ -49,9 +49,9 @@ pub enum Format {
     Oshwdem,
     /// The format of the two-run trial, which the crate `mmsim-trial` implements. The first line
     /// contains an even number n, the side length of the square maze. Each of the next n lines
-    /// contains n comma-separated numbers. These lines are the columns of the maze from west to
-    /// east, and the numbers in a line are the cells of the column from south to north. In each
-    /// number, the bits 1 (north), 2 (east), 4 (south) and 8 (west) are set for open sides.
+    /// contains n comma-separated numbers for the cells of a column, from south to north. The
+    /// columns are listed from west to east. In each number, the bits 1 (north), 2 (east), 4
+    /// (south) and 8 (west) are set for open sides.
     Trial,
     /// A 16×16 maze as 256 bytes, one for each cell. The columns are stored from west to east, and
     /// the cells of each column from south to north. In each byte, the bits 1 (north), 2 (east), 4
@@ -67,15 +67,15 @@ pub enum Format {
     /// NWE, NSW, none, all. Codes may be written as floating-point numbers.
     Csv,
     /// Lines of hex digits, with one digit for each cell. The digits may be separated by commas,
-    /// semicolons or blanks. Each digit or each line may have the prefix `0x` or `0X`. Separated
-    /// digits may also have the prefix `0`.
+    /// semicolons or blanks. Each digit or each line may have the prefix `0x` or `0X`. If the
+    /// digits are separated, each may also have the prefix `0`.
     ///
     /// The layout and the meaning of the bits are inferred. The bits 1, 2, 4 and 8 stand for the
     /// sides of a cell in one of two orders: either north, east, south, west, or east, north, west,
-    /// south. A set bit means either a wall or an open side. Each line is either a row or a column
-    /// of the maze. Rows may be listed from the north or from the south, and columns from the west
-    /// or from the east. Each line may begin at either end of its row or column. There are 32
-    /// encodings in total.
+    /// south. In some files a set bit means a wall, in others an open side. Each line is either a
+    /// row or a column of the maze. Rows may be listed from the north or from the south, and
+    /// columns from the west or from the east. Each line may begin at either end of its row or
+    /// column. There are 32 encodings in total.
     ///
     /// An encoding is valid if the resulting maze has no contradictions, no gaps in the outer wall,
     /// and a start (0, 0) that is open only to the north.
@@ -86,8 +86,8 @@ pub enum Format {
     /// [`ParsedMaze::ambiguous_encoding`](crate::ParsedMaze::ambiguous_encoding) describes the
     /// encoding that was used. The encodings with the bit order north, east, south, west are tried
     /// first. For each bit order, the encodings in which a set bit means a wall come before the
-    /// encodings in which it means an open side. In each of these four groups, the layouts are
-    /// tried in the order of this table:
+    /// encodings in which it means an open side. For each bit order and each meaning of a set bit,
+    /// the layouts are tried in the order of this table:
     ///
     /// | lines | digits of a line |
     /// |---|---|

@@ -25,13 +25,13 @@ pub(crate) struct Grid {
 /// The meaning of a dot in place of an inner wall.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Dots {
-    /// A dot means a wall, like any other character.
+    /// A dot means a wall, like any character except a blank.
     Wall,
     /// A dot means an unknown wall, which is read as open.
     Unknown,
 }
 
-/// A mark in a cell or in place of a post.
+/// Text drawn inside a cell or in place of a post, such as `S` for the start.
 pub(crate) struct Mark {
     pub(crate) row: usize,
     pub(crate) column: usize,
@@ -49,8 +49,8 @@ impl Mark {
 /// Parses the drawing in `text`, which starts at line `first_line` of the file.
 ///
 /// # Errors
-/// Returns an error for each gap in the outer wall. The parser stops at the first error of another
-/// kind, which is returned last.
+/// Returns an error for each gap in the outer wall. The parser stops at the first error that is not
+/// a gap, and returns this error last.
 pub(crate) fn parse(text: &str, first_line: usize, dots: Dots) -> Result<Grid, Vec<ParseError>> {
     let (grid, errors) = read(text, first_line, dots)?;
     if errors.is_empty() { Ok(grid) } else { Err(errors) }
@@ -166,8 +166,8 @@ impl Reader {
     }
 
     /// Returns true if the `length` characters from index `from` mean a wall. Blanks mean an
-    /// opening, a dot (alone or between blanks) may mean an unknown wall, and other characters mean
-    /// a wall. Adds an error to `gaps` if an outer wall is missing.
+    /// opening. With [`Dots::Unknown`], a dot (alone or between blanks) means an unknown wall.
+    /// Other characters mean a wall. Adds an error to `gaps` if an outer wall is missing.
     fn read_wall(&mut self, line: &Line, from: usize, length: usize, outer: bool) -> Result<bool> {
         let drawn = line.text(from, length);
         let is_unknown = self.dots == Dots::Unknown && [".", " . "].contains(&&drawn[..]);
@@ -267,8 +267,8 @@ fn drawing_lines(text: &str, first_line: usize) -> Result<Vec<Line>> {
 ///
 /// A line is a row of cells if it starts with `|` or with the same character as the first row of
 /// cells. A line that starts with a blank, or is as long as a row of posts, is also a row of cells
-/// if the next line is a row of posts. Without this second rule, a maze with a gap in its outer
-/// wall could be read as a smaller maze.
+/// if the next line is a row of posts. Looking at the next line prevents a maze with a gap in its
+/// outer wall from being read as a smaller maze.
 fn continues(line: &Line, lines: &[Line], next: Option<&Line>) -> bool {
     let (posts, wall) = (&lines[0], lines.get(1).map_or('|', |cells| cells.at(0)));
     let is_as_long = |line: &Line| line.characters.len() == posts.characters.len();

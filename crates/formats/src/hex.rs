@@ -18,7 +18,7 @@ const BIT_ORDERS: [[Heading; 4]; 2] = {
 /// The order in which a file stores the cells of a maze.
 #[derive(Clone, Copy)]
 struct Layout {
-    /// The edge of the maze along which the first line of the file runs.
+    /// The first line of the file contains the row or column of cells at this edge of the maze.
     lines_from: Heading,
     /// The edge of the maze at which each line begins.
     digits_from: Heading,
@@ -71,7 +71,7 @@ impl Layout {
 struct Digits {
     layout: Layout,
     size: MazeSize,
-    /// Bit x of `planes[bit][y]` is bit `bit` of the digit for the cell (x, y).
+    /// Bit x of `planes[i][y]` is bit i of the hex digit for the cell (x, y).
     planes: [[u32; MAX_SIDE]; 4],
 }
 

@@ -10,8 +10,8 @@ const SIZE: MazeSize = MazeSize::CLASSIC;
 
 /// Returns true if the file is a `.maz` file, even if its content has errors. The bytes of a `.maz`
 /// file are below 16. The first byte is usually 14, because the start is usually open only to the
-/// north. A text file does not start with byte 14. Unless a text file is blank, it contains bytes
-/// of 16 or more.
+/// north. No text file starts with byte 14, and every text file that is not blank contains bytes
+/// above 15.
 pub(crate) fn matches(content: &[u8]) -> bool {
     let is_low = content.iter().all(|&byte| byte < 16);
     let is_blank = content.iter().all(|byte| (9..=13).contains(byte));

@@ -65,7 +65,7 @@ fn parse_line(line: usize, content: &str) -> Result<(Cell, CellRecord), ParseErr
         match side.text {
             "0" => {}
             "1" => bits |= 1 << bit,
-            _ => return Err(side.error("0 or 1 for a wall")),
+            _ => return Err(side.error("0 (no wall) or 1 (wall)")),
         }
     }
     let (location, found) = (x.location(), quoted(content.trim()));
@@ -130,7 +130,7 @@ mod tests {
         insta::assert_snapshot!(error("1 0 0 1 1 1", "0 0 0 1 1 1"), @"line 3, column 1: expected a new cell, found (0, 0), already defined at line 1, column 1");
         insta::assert_snapshot!(error("0 0 0 1 1 1\n", ""), @"line 4, column 1: expected a line for each cell of the 2x2 maze, found none for (0, 0)");
         insta::assert_snapshot!(error("1 1 1 1", "9 1 1 1"), @"line 5, column 1: expected a line for each cell of the 10x2 maze, found none for (2, 0), (3, 0), (4, 0) and 13 more");
-        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 2"), @r#"line 4, column 11: expected 0 or 1 for a wall, found "2""#);
+        insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 2"), @r#"line 4, column 11: expected 0 (no wall) or 1 (wall), found "2""#);
         insta::assert_snapshot!(error("1 1 1 1 0 0", "1 32 1 1 0 0"), @r#"line 4, column 3: expected a coordinate from 0 to 31, found "32""#);
         insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0"), @"line 4, column 10: expected six numbers (x y north east south west), found 5");
         insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 0 0"), @"line 4, column 13: expected six numbers (x y north east south west), found 7");

@@ -15,7 +15,8 @@ impl Format {
     ///
     /// # Errors
     /// Returns an error for each contradiction between adjacent cells and for each gap in the outer
-    /// wall. Reading stops at the first error of another kind, which is returned last.
+    /// wall. `read` stops at the first error that is neither a contradiction nor a gap, and returns
+    /// this error last.
     ///
     /// ```
     /// use mmsim_formats::Format;
@@ -126,8 +127,9 @@ mod tests {
         )
     }
 
-    /// Generates mazes. About half of the mazes are arbitrary. The others are square, often 16×16,
-    /// and have the default start and goal, so that most formats support them.
+    /// Generates mazes. About half of the mazes may have any size, start and goal. The other mazes
+    /// are square, often 16×16, and have the default start and goal, so that most formats support
+    /// them.
     fn likely_maze() -> impl Strategy<Value = Maze> {
         (any_maze(), any::<bool>(), any::<bool>()).prop_map(|(maze, classic, marked)| {
             let width = maze.size().width().into();
@@ -178,7 +180,7 @@ mod tests {
 
     /// Checks that an error message has one line and that the location of the error is valid. A
     /// valid location is in the file, or just after the end of a line or of the file. In a drawing,
-    /// missing trailing blanks count as columns.
+    /// every line counts as long as the longest line, because trailing blanks are optional.
     fn check_error(format: Format, error: &ParseError, content: &[u8]) {
         assert!(!error.to_string().contains(char::is_control), "{error:?}");
         let Location::Text { line, column } = error.location else {

@@ -6,8 +6,8 @@ use crate::error::{Location, ParseError, quoted};
 
 pub(crate) const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// The maximum number of items that are read from a line. The maximum is one more than a valid line
-/// can have, so that longer lines are detected.
+/// The maximum number of items that are read from a line. The value is [`MAX_SIDE`] plus one, so
+/// that lines with too many items are detected.
 pub(crate) const MAX_ITEMS: usize = MAX_SIDE + 1;
 
 /// An item of a table and its location in the file.

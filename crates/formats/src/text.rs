@@ -140,7 +140,7 @@ o---o---o---o
         insta::assert_snapshot!(replaced("o---o---o---o\n|", "o---o---o---o\n\n\nnot |"), @r#"line 4, column 13: expected the outer wall, found " ""#);
     }
 
-    /// The lines above a gap may look like a complete maze.
+    /// If the outer wall has a gap, the lines above the gap may look like a complete, smaller maze.
     #[test]
     fn every_gap_is_reported_at_its_own_location() {
         let text = "o---o---o\n|       |\no---o---o\n|       |\no---o---o\n  official: 2\n";

@@ -9,7 +9,7 @@ use crate::{maz, num, trial};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// The format is read-only.
+    /// Mazes cannot be written in this format.
     #[error("the format {format} is read-only (use {})", writable())]
     ReadOnly {
         /// The format.
@@ -44,7 +44,7 @@ pub enum WriteError {
 }
 
 impl Format {
-    /// Writes a maze in this format. Reading the result returns the same maze.
+    /// Writes a maze in this format. Reading the written content returns the same maze.
     ///
     /// # Errors
     /// Returns an error if the format is read-only or does not support the size, start or goal of

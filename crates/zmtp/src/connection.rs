@@ -37,7 +37,7 @@ pub struct Connection<S> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Turn {
-    /// True if the connection has more work to do. In this case, call `turn` again.
+    /// True if `turn` must be called again, because the connection has more work to do.
     pub has_more: bool,
     /// True if [`Service::answer`] counted at least one request as activity.
     pub has_activity: bool,
@@ -232,8 +232,8 @@ mod tests {
         wire.sent().strip_prefix(&handshake[..]).unwrap().to_vec()
     }
 
-    /// Returns encoded requests, each with a body of one byte. [`Echo`] replies with the same
-    /// bytes.
+    /// Returns encoded requests, each with a body of one byte. The encoded replies of [`Echo`] are
+    /// identical to the requests.
     fn requests(range: std::ops::Range<u8>) -> Vec<u8> {
         range.flat_map(|n| [1, 0, 0, 1, n]).collect()
     }

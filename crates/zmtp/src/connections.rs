@@ -1,5 +1,5 @@
-//! All connections of a server. This module decides when connections take turns and when they are
-//! closed. Functions that need the current time take it as an argument.
+//! All connections of a server. This module decides in which order connections are served and when
+//! they are closed. Functions that need the current time take it as an argument.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::fmt;
@@ -26,7 +26,7 @@ pub(crate) struct Connections<S> {
     queue: VecDeque<usize>,
     /// The deadlines of connections. Each deadline is paired with the identifier of its connection.
     deadlines: BTreeSet<(Instant, usize)>,
-    /// The streams of closed connections. The server has to deregister these streams.
+    /// The streams of closed connections, which the server must still deregister.
     pub(crate) closed: Vec<S>,
 }
 
@@ -136,8 +136,8 @@ impl<S: Read + Write> Connections<S> {
         true
     }
 
-    /// Sends pending replies, and drops the connections on which sending fails. Returns true if
-    /// some replies are still pending.
+    /// Sends pending replies, and removes each connection whose stream fails. Returns true if some
+    /// replies are still pending.
     pub(crate) fn flush(&mut self) -> bool {
         self.queue.clear();
         self.entries.retain(|_, entry| entry.connection.send().is_ok());

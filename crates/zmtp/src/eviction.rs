@@ -48,10 +48,10 @@ fn network(address: IpAddr) -> IpAddr {
 
 /// Chooses the connection to close when a new client connects to a full server.
 ///
-/// If there are connections on which no request has counted as activity, one of these is chosen.
-/// Among several candidates, the one that has been silent for the longest time is chosen. A
-/// connection that has been silent for less than [`SILENCE`] is closed only if more than half of
-/// all connections belong to its network and the new client belongs to another network.
+/// The function prefers connections on which no request has counted as activity, and then the
+/// connection that has been silent for the longest time. A connection that has been silent for less
+/// than [`SILENCE`] is closed only if more than half of all connections belong to its network and
+/// the new client belongs to another network.
 pub(crate) fn choose_evicted<'s, T>(
     connections: impl Iterator<Item = (T, &'s Activity)> + Clone,
     newcomer: Option<IpAddr>,
@@ -84,7 +84,8 @@ mod tests {
     const SECOND: Duration = Duration::from_secs(1);
 
     /// Returns the activity of clients with the address [`HERE`]. Each element of `times` contains
-    /// the second at which a client connected and the second of its latest request, if any.
+    /// the time at which a client connected and the time of its latest request, if any, in seconds
+    /// after `begin`.
     fn connections(begin: Instant, times: &[(u32, Option<u32>)]) -> Vec<Activity> {
         let connection = |&(connected, requested): &(u32, Option<u32>)| {
             let mut activity = Activity::new(HERE.into(), begin + connected * SECOND);

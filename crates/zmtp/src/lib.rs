@@ -47,8 +47,9 @@
 //!
 //! - [`codec`] decodes bytes into events and encodes replies, without I/O.
 //! - [`connection`] adds buffers to a non-blocking stream of any kind.
-//! - The private module `connections` decides when connections take turns and when they are closed.
-//!   Its functions take the current time as an argument, so that unit tests need no clock.
+//! - The private module `connections` decides in which order connections are served and when they
+//!   are closed. Its functions take the current time as an argument, so that unit tests need no
+//!   clock.
 //! - [`RepServer`] handles the sockets and reads the clock.
 //!
 //! # Scope
@@ -61,14 +62,14 @@
 //!
 //! # Why not libzmq
 //!
-//! In libzmq 4.3.4, any remote client can terminate a process that listens with libzmq. The client
-//! fills the receive queue with requests, sends a PING, and resets the connection. This sequence
-//! takes about 8 KB and triggers an assertion failure (`!_io_error` in `stream_engine_base.cpp`).
-//! An unlimited queue avoids the failure, but then the memory use is not limited either. Users of
-//! libzmq cannot avoid three other faults of the library:
+//! In libzmq 4.3.4, any remote client can terminate a process that listens with libzmq. To do so, a
+//! client sends about 8 KB: it fills the receive queue with requests, sends a PING, and resets the
+//! connection. An assertion then fails (`!_io_error` in `stream_engine_base.cpp`). An unlimited
+//! receive queue avoids the crash, but does not limit the memory use. Besides this crash, libzmq
+//! has three faults that its users cannot avoid:
 //!
-//! - If a peer sends a request without an empty frame and disconnects, a REP socket loses the reply
-//!   to a well-behaved client.
+//! - If a client sends a request without the empty delimiter frame and disconnects, a libzmq REP
+//!   socket loses the reply to another, well-behaved client.
 //! - A client can take over the routing identity of another client and then receive the replies to
 //!   that client.
 //! - libzmq keeps all frames of a message in memory, no matter how many there are.

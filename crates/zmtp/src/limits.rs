@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-/// The maximum length of a request frame, in bytes. The server skips a longer frame and sends one
-/// error reply. The server disconnects the client unless the client sends another request within
-/// [`OVERSIZED_TIME`]. If an oversized frame arrives before the empty delimiter frame, no reply is
-/// possible, and the server disconnects the client immediately.
+/// The maximum length of a request frame, in bytes. The server skips a frame that exceeds this
+/// limit, and sends one error reply. The server disconnects the client unless the client sends
+/// another request within [`OVERSIZED_TIME`]. If an oversized frame arrives before the empty
+/// delimiter frame, no reply is possible, and the server disconnects the client immediately.
 pub const MAX_REQUEST_BYTES: usize = 64 * 1024;
 
 /// The maximum time between an oversized frame and the next request of the client.
@@ -13,8 +13,8 @@ pub const OVERSIZED_TIME: Duration = Duration::from_secs(1);
 
 /// The maximum length of the address envelope of a request, in bytes. The envelope consists of all
 /// frames up to and including the empty delimiter frame, with their headers. A REQ socket sends no
-/// address frames, but a proxy adds an address frame. Such a frame usually has 7 bytes, and never
-/// more than 264 bytes. The reply repeats the envelope.
+/// address frames, but a proxy adds an address frame. With its header, an address frame usually has
+/// 7 bytes and at most 264 bytes. The reply repeats the envelope.
 pub const MAX_ENVELOPE_BYTES: usize = 4 * 1024;
 
 /// The maximum length of a ZMTP command, in bytes. A READY command usually has about 40 bytes; with
@@ -35,13 +35,13 @@ pub const MAX_CONNECTIONS: usize = 1000;
 /// client.
 ///
 /// When a client connects to a server that already has [`MAX_CONNECTIONS`] connections, the server
-/// chooses a connection to close. If there are connections on which no request has counted as
-/// activity, the server chooses one of these. Among several candidates, it chooses the one that has
-/// been silent for the longest time. If the chosen connection has been silent for less than this
-/// time, the new client is turned away instead. There is one exception. If more than half of all
+/// chooses a connection to close. It chooses the connection that has been silent for the longest
+/// time, but prefers connections on which no request has counted as activity (see
+/// [`Service::answer`](crate::Service::answer)). If the chosen connection has been silent for less
+/// than this time, the new client is turned away instead. However, if more than half of all
 /// connections belong to one network (an IPv4 address or an IPv6 /64 prefix), and the new client
-/// belongs to another network, the server closes one of those connections. A client that loses its
-/// connection can reconnect; `ZeroMQ` sockets do so automatically.
+/// belongs to another network, the server closes a connection of the first network. A client that
+/// loses its connection can reconnect; `ZeroMQ` sockets do so automatically.
 pub const SILENCE: Duration = Duration::from_secs(10);
 
 /// The maximum time from accepting a connection to the end of its handshake. On a bad network, a
@@ -49,6 +49,6 @@ pub const SILENCE: Duration = Duration::from_secs(10);
 pub const HANDSHAKE_TIME: Duration = Duration::from_secs(10);
 
 /// The maximum size of the pending replies to one client, in bytes, not counting the buffers of the
-/// operating system. When this limit is reached, the server reads no further requests from the
-/// client until the client reads replies. No reply is lost.
+/// operating system. When this limit is reached, the server discards no replies, but reads no
+/// further requests from the client until the client reads replies.
 pub const MAX_WAITING_REPLY_BYTES: usize = 64 * 1024;

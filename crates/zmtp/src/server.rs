@@ -29,7 +29,8 @@ const MAX_EVENTS: usize = 256;
 /// The maximum number of connections that the server accepts before it serves existing connections.
 const MAX_ACCEPTED_AT_ONCE: usize = 16;
 
-/// The idle time of a connection after which the operating system sends TCP keepalive probes.
+/// The operating system sends TCP keepalive probes on connections that have been idle for this
+/// time.
 const KEEPALIVE: Duration = Duration::from_secs(60);
 
 /// A REP socket that listens on TCP. One thread serves all connections.
@@ -40,7 +41,7 @@ pub struct RepServer {
     listener: mio::net::TcpListener,
     connections: Connections<TcpStream>,
     accept: AcceptBackoff,
-    /// The identifier of the next connection. The number is also the token of that connection.
+    /// The identifier of the next connection, which is also its [`Token`].
     next_id: usize,
     waker: Waker,
     has_warned: bool,
@@ -51,8 +52,8 @@ pub struct RepServer {
 pub struct Waker(Arc<mio::Waker>);
 
 impl Waker {
-    /// Makes [`RepServer::run`] call [`Service::after_round`] and then its argument `is_stopping`.
-    /// Does nothing if the server has stopped.
+    /// Makes [`RepServer::run`] call [`Service::after_round`] and then check whether to stop. Does
+    /// nothing if the server has stopped.
     pub fn wake(&self) {
         let _ = self.0.wake();
     }

@@ -8,21 +8,20 @@ pub trait Service {
     /// reply.
     ///
     /// `request` is the last frame of the body, and `frames` is the number of frames in the body.
-    /// The server does not keep the other frames. If the last frame is longer than
+    /// The server discards all body frames except the last. If the last frame is longer than
     /// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES), the bytes beyond that length are replaced
     /// with zeros.
     ///
-    /// Returns true if the request counts as activity. When the server is full, it closes
-    /// connections without activity first. Requests without effect, such as malformed requests,
-    /// should therefore not count.
+    /// Returns true if the request counts as activity. When the server is full, it first closes
+    /// connections on which no request has counted as activity. For requests without effect, such
+    /// as malformed requests, implementations should therefore return false.
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool;
 
     /// Refuses a request with an oversized frame. The implementation must overwrite `reply`, which
     /// may hold an earlier reply, with an error message.
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>);
 
-    /// Does additional work on the server's thread. [`RepServer::run`](crate::RepServer::run) calls
-    /// this function after handling events, and after a [`Waker`](crate::Waker) has woken the
-    /// server.
+    /// Runs on the server's thread each time [`RepServer::run`](crate::RepServer::run) has handled
+    /// events, and each time a [`Waker`](crate::Waker) has woken the server.
     fn after_round(&mut self) {}
 }

@@ -12,7 +12,7 @@ use crate::service::Service;
 /// The READY command of a REQ socket.
 pub(crate) const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
-/// An in-memory stream that never blocks. The test acts as the peer.
+/// An in-memory stream that never blocks. The test provides the input and checks the output.
 #[derive(Clone, Default)]
 pub(crate) struct Wire(Rc<RefCell<Ends>>);
 

@@ -53,8 +53,8 @@ impl AcceptBackoff {
     }
 }
 
-/// The timer of a server that is shutting down. Such a server still answers requests that clients
-/// have already sent.
+/// The timer of a server that is shutting down but still answers requests that clients have already
+/// sent.
 #[derive(Debug)]
 pub(crate) struct Drain {
     started: Instant,

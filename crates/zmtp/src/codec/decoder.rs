@@ -35,8 +35,7 @@ pub enum Phase {
     Oversized,
 }
 
-/// A frame of more than [`MAX_KEPT_BYTES`] bytes. The decoder stores only the beginning of such a
-/// frame.
+/// A frame of more than [`MAX_KEPT_BYTES`] bytes, which the decoder stores only in part.
 #[derive(Debug)]
 struct LongFrame {
     header: Header,
@@ -49,7 +48,8 @@ struct LongFrame {
 /// After the handshake, the part of a message that the decoder expects next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
-    /// The beginning of a message. The envelope of the previous message is still stored.
+    /// The first frame of a message. Until this frame arrives, the decoder keeps the envelope of
+    /// the previous message.
     #[default]
     Idle,
     /// The next frame of the envelope.
@@ -71,7 +71,7 @@ impl Decoder {
     }
 
     /// Returns the envelope of the latest request as encoded bytes. The encoded reply must begin
-    /// with these bytes.
+    /// with a copy of the envelope.
     pub fn envelope(&self) -> &[u8] {
         &self.envelope
     }
@@ -80,8 +80,8 @@ impl Decoder {
     /// and the event.
     ///
     /// # Errors
-    /// Returns an error if the peer violates the protocol or exceeds a limit. The server should
-    /// disconnect such a peer.
+    /// Returns an error if the peer violates the protocol or exceeds a limit. The caller should
+    /// then disconnect the peer.
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
         if self.handshake != Handshake::Complete {
             let (consumed, event);
@@ -240,8 +240,8 @@ pub(crate) mod tests {
         events
     }
 
-    /// Passes a handshake and then `input` to a new decoder. Returns the events of `input`, and
-    /// also the decoder.
+    /// Passes a handshake and then `input` to a new decoder. Returns the events decoded from
+    /// `input`, and the decoder.
     fn after_handshake(input: &[u8]) -> (Vec<String>, Decoder) {
         let mut decoder = Decoder::default();
         assert_eq!(events(&mut decoder, &handshake()).last().unwrap(), "Ready");
@@ -326,7 +326,7 @@ pub(crate) mod tests {
         assert_eq!(command(4097), "expected a frame of at most 4096 bytes, found 4097");
         let (found, decoder) = after_handshake(&[b"\x01\0".repeat(100_000), vec![0, 0]].concat());
         assert!(found.last().unwrap().ends_with("frames: 100000 }"));
-        assert_eq!(decoder.envelope.len(), 2, "the envelope does not grow with the body");
+        assert_eq!(decoder.envelope.len(), 2, "the envelope contains no body frames");
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub enum Event<'i> {
         frames: usize,
     },
     /// A request with a frame longer than [`MAX_REQUEST_BYTES`](crate::limits::MAX_REQUEST_BYTES).
-    /// Send an error reply immediately; the decoder skips the rest of the request.
+    /// The caller must send an error reply immediately; the decoder skips the rest of the request.
     Oversized(ProtocolError),
 }
 

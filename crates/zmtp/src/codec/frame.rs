@@ -63,15 +63,15 @@ pub(crate) struct Frame<'i> {
 }
 
 impl<'i> Frame<'i> {
-    /// Reads the handshake frame with which `input` begins, or returns `None` if the frame is
+    /// Reads the handshake frame at the beginning of `input`, or returns `None` if the frame is
     /// incomplete.
     pub(crate) fn read(input: &'i [u8]) -> Result<Option<Self>, ProtocolError> {
         let header = Header::read(input, MAX_COMMAND_BYTES)?;
         Ok(header.and_then(|header| Self::split(input, header)))
     }
 
-    /// Returns the frame with which `input` begins, or `None` if the frame is incomplete. `header`
-    /// is the header of the frame.
+    /// Returns the frame at the beginning of `input`, or `None` if the frame is incomplete. The
+    /// caller has already decoded the `header` of the frame.
     pub(crate) fn split(input: &'i [u8], header: Header) -> Option<Self> {
         let whole = input.get(..header.bytes + header.length)?;
         Some(Self { body: &whole[header.bytes..], header, whole })

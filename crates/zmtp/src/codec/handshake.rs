@@ -31,7 +31,7 @@ pub const READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REP";
 
 /// The position of the major version in the greeting.
 const VERSION: usize = 10;
-/// The position of the mechanism in [`REST`].
+/// The position of the security mechanism in [`REST`].
 const MECHANISM: std::ops::Range<usize> = 1..21;
 
 /// The part of the handshake that the peer sends next.
