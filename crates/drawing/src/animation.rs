@@ -159,8 +159,8 @@ fn px(pixels: usize) -> u16 {
 }
 
 /// Returns the indices of the states to show in an animation of a search with `states` states. At
-/// most `max_frames` states are selected. The selected states are evenly spaced. They include the
-/// last state and, if `max_frames` is at least 2, the first state.
+/// most `max_frames` states are selected. The selected states are evenly spaced. The selection
+/// includes the last state and, if `max_frames` is at least 2, the first state.
 ///
 /// ```
 /// use mmsim_drawing::frame_indices;

@@ -117,7 +117,7 @@ impl BarChart {
 /// The origin and the scale of the bars.
 struct Scale {
     left: f64,
-    /// The number of picture units that represent a value of 1.
+    /// The width of a bar with the length 1, in units of the viewBox.
     unit: f64,
 }
 

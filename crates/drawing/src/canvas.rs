@@ -10,9 +10,9 @@ use crate::pixels::{PictureError, paint};
 use crate::scene::Scene;
 use crate::svg::{Part, Svg, View};
 
-/// The minimum scale in pixels per unit for partial updates. Below this scale, the trail is thinner
-/// than a pixel, and each pixel under the trail may depend on the whole trail. Therefore the whole
-/// picture is redrawn.
+/// The minimum scale at which single tiles are redrawn, in pixels per unit. Below this scale, the
+/// whole picture is redrawn, because the trail is thinner than a pixel, and each pixel under the
+/// trail may depend on the whole trail.
 const THIN: f64 = 0.5;
 
 /// A picture that redraws only the tiles in which something changed. The result is the same as if
@@ -66,8 +66,8 @@ impl Canvas {
     }
 }
 
-/// Returns the text of a drawing before its first [`Part`]. The text contains the styles and the
-/// names of the hidden layers.
+/// Returns the beginning of a drawing, up to its first [`Part`]. The beginning contains the styles
+/// and the names of the hidden layers.
 fn head<'a>(drawing: &'a str, parts: &[Part]) -> &'a str {
     &drawing[..parts.first().map_or(drawing.len(), |part| part.text.start)]
 }

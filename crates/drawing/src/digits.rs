@@ -24,8 +24,9 @@ pub(crate) const DIGITS: [&str; 10] = [
     "m1.25 3.05c.3.25.6.35 1 .35 1.3 0 2-1.6 2-3.9 0-1.85-.65-2.9-1.75-2.9-1.05 0-1.75.85-1.75 2.1s.65 2 1.65 2c.95 0 1.7-.65 1.85-1.7",
 ];
 
-/// Returns the SVG path of a number, centred on (0, 0). The unit is 1/20 of a cell. Draw the path
-/// with a stroke that has round caps and joins. Up to three digits fit between the walls of a cell.
+/// Returns the SVG path of a number, centred on (0, 0). One unit of the path is 1/20 of a cell.
+/// Draw the path with a stroke that has round caps and joins. Up to three digits fit between the
+/// walls of a cell.
 ///
 /// ```
 /// assert_eq!(mmsim_drawing::digits(1), "M-2.5 0m1.15-2.2 1.75-1.2v6.8");

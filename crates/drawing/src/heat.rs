@@ -1,10 +1,10 @@
 //! Heat map colours for weights.
 //!
-//! A colour ramp is a sequence of colours from cool to warm, taken from a chain of line segments in
-//! the colour space `OKLab` (<https://bottosson.github.io/posts/oklab/>). Neighbouring colours of
-//! the ramp are equally far apart, so equal differences in weight look equal. The lightness
-//! decreases steadily (in the dark theme, it increases), so colour-blind users can read the ramp.
-//! The range of lightness is limited, so that numbers drawn on top of the colours are legible.
+//! A colour ramp is a sequence of colours from cool to warm, taken from a polyline in the colour
+//! space `OKLab` (<https://bottosson.github.io/posts/oklab/>). Neighbouring colours of the ramp are
+//! equally far apart, so equal differences in weight look equal. The lightness decreases steadily
+//! (in the dark theme, it increases), so colour-blind users can read the ramp. The range of
+//! lightness is limited, so that numbers drawn on top of the colours are legible.
 
 use crate::theme::Theme;
 
@@ -41,8 +41,8 @@ pub(crate) fn step(weight: u16, largest: u16) -> usize {
     ((2 * weight * (STEPS - 1) + largest) / (2 * largest)).min(STEPS - 1)
 }
 
-/// The lightness, chroma and hue (in degrees) of a colour. The line segments of a colour ramp begin
-/// and end at colours of this type.
+/// The lightness, chroma and hue (in degrees) of a colour. The colour ramps are polylines through
+/// the colours in `LIGHT` and `DARK`.
 type Lch = (f64, f64, f64);
 const LIGHT: [Lch; 5] = [
     (0.955, 0.025, 230.0),
@@ -65,7 +65,8 @@ fn distance(from: Lab, to: Lab) -> f64 {
     from.iter().zip(to).map(|(from, to)| (to - from).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Returns the colour at the distance `way` along the line segments that connect `corners`.
+/// Returns the colour on the polyline through `corners` at the distance `way` from the first
+/// corner.
 fn along(corners: &[Lab], lengths: &[f64], mut way: f64) -> Lab {
     let mut leg = 0;
     while leg + 1 < lengths.len() && way > lengths[leg] {

@@ -15,8 +15,8 @@
 //!
 //! A [`BarChart`] compares the scores of trials.
 //!
-//! The elements of an SVG have classes (see [`Scene::page_svg`]). A page gets the colours of the
-//! classes from the [`stylesheet`], and an SVG file contains its own style. Numbers are drawn as
+//! The elements of an SVG have classes (see [`Scene::page_svg`]). In a page, the [`stylesheet`]
+//! sets the colours of the classes. An SVG file contains its own styles. Numbers are drawn as
 //! strokes ([`digits`]), so no font is needed.
 //!
 //! ```

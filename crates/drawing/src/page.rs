@@ -1,4 +1,4 @@
-//! Tables for a web page that updates a drawing.
+//! JSON tables that a web page uses to draw numbers and heat colours.
 
 use crate::digits::{ADVANCE, DIGITS, decimals};
 use crate::heat::ramp;

@@ -13,8 +13,8 @@ use crate::scene::Scene;
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
 const MAX_COLOURS: usize = 255;
 
-/// The number of colours that a palette reproduces exactly. These are the colours of the theme and
-/// the colours that cover the largest areas. The rest of the palette approximates all other
+/// The number of colours that a palette reproduces exactly. The exact colours are the colours of
+/// the theme and those that cover the largest areas. The rest of the palette approximates all other
 /// colours.
 const EXACT: usize = 112;
 
@@ -102,8 +102,8 @@ fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     chosen
 }
 
-/// The contents of a sample scene. The maze, the map and the trail together contain all kinds of
-/// walls and cells.
+/// The maze, the map and the trail of a sample scene. Together, they contain all kinds of walls and
+/// cells.
 struct Sheet {
     maze: Maze,
     map: KnownMaze,

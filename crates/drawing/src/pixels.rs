@@ -26,7 +26,7 @@ pub enum PictureError {
     Size {
         /// The requested width in pixels.
         width: u32,
-        /// The height that follows from the width, in pixels.
+        /// The height in pixels that results from the requested width.
         height: u64,
     },
     /// Drawing or encoding failed. No scene is known to cause this error.

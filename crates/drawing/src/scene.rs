@@ -1,4 +1,4 @@
-//! The contents of a picture.
+//! Scenes, which describe pictures.
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 
@@ -9,10 +9,10 @@ use crate::theme::Theme;
 pub const TRAIL_CELLS: usize = 500;
 
 /// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
-/// scene borrows the mazes and the trail. Nothing is drawn until an output is requested.
+/// scene borrows the maze, the map and the trail. Nothing is drawn until an output is requested.
 ///
-/// In a scene without a client's map, a page shows all walls pale, because it adds a map later. A
-/// file shows all walls at full strength.
+/// If a scene has no client's map, a file shows all walls at full strength, but a page shows all
+/// walls pale, because it adds a map later.
 ///
 /// ```
 /// use mmsim_drawing::{Layers, Scene, Theme};

@@ -13,14 +13,14 @@ use crate::scene::{Layers, Scene};
 use crate::theme::file_style;
 use crate::walls::{self, INVISIBLE};
 
-/// What a drawing is used for.
+/// The purpose of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum View {
-    /// A web page, which contains the stylesheet and updates the drawing.
+    /// For a web page that contains the stylesheet and updates the drawing.
     Page,
-    /// A standalone file, which contains its style.
+    /// For a standalone file with its own styles.
     File,
-    /// Input for the rasterizer, without invisible elements.
+    /// For the rasterizer. Invisible elements are omitted.
     Pixels,
 }
 
@@ -38,8 +38,8 @@ pub(crate) struct Part {
     /// The byte range of the part in the text.
     pub(crate) text: Range<usize>,
     pub(crate) area: Area,
-    /// True if the part consists of complete elements and can be omitted. False for a piece of the
-    /// trail, which is only a part of an element.
+    /// True if the part consists of complete elements and can be omitted. A piece of the trail is
+    /// not a complete element.
     pub(crate) is_element: bool,
 }
 

@@ -154,8 +154,8 @@ pub fn stylesheet() -> String {
     format!("{}{light}@media (prefers-color-scheme:dark){{\n{dark}}}\n", shapes())
 }
 
-/// Returns the style rules of a standalone file with this theme. If `is_truth_alone` is true, the
-/// scene has no client's map, so all walls are drawn at full strength.
+/// Returns the style rules of a standalone file with this theme. If `is_truth_alone` is true, all
+/// walls are drawn at full strength, because the scene has no client's map.
 pub(crate) fn file_style(theme: Theme, is_truth_alone: bool) -> String {
     let strong = ".maze .wall.true{stroke-linecap:square;stroke-opacity:1}\n";
     let strong = if is_truth_alone { strong } else { "" };

@@ -1,4 +1,4 @@
-//! Copies of up to 256 states of a history. Other threads can read the copies.
+//! Copies of up to 256 consecutive states of a history, which can be read on other threads.
 
 use mmsim_maze::MazeSize;
 use mmsim_protocol::{StateMessage, state_bytes};
@@ -10,7 +10,7 @@ use crate::motion_count::MotionCount;
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// The states. Their bytes are compressed if `packed` is true.
+    /// The states, compressed if `packed` is true.
     pub(crate) states: States,
     pub(crate) packed: bool,
 }

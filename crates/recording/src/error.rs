@@ -17,10 +17,10 @@ pub struct OpenError {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// Reading from the source failed.
+    /// Reading the data failed.
     #[error("cannot be read: {0}")]
     Io(#[from] io::Error),
-    /// The source does not begin with the signature of an MCAP file.
+    /// The data does not begin with the signature of an MCAP file.
     #[error("expected a recording (an MCAP file), found other data at byte 0")]
     NotMcap,
     /// The file ends or is damaged before its description of the maze.
@@ -42,7 +42,7 @@ pub enum ReadError {
         if *others > 0 { "close another recording, or " } else { "" }
     )]
     TooLarge {
-        /// The number of states that fit.
+        /// The number of states of the recording that fit into the remaining memory.
         states: usize,
         /// The memory limit for all open recordings together, in bytes.
         limit: usize,

@@ -137,7 +137,7 @@ impl History {
     ///
     /// # Errors
     /// The length of the message does not fit the size of the maze, or another state does not fit
-    /// into memory. The states in the history stay the same.
+    /// into memory. On error, the states in the history stay the same.
     pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
         let (expected, found) = (state_bytes(self.size), state.len());
         if found != expected {

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The memory in bytes that must remain free after an allocation for states.
 ///
-/// This memory is reserved for allocations for other purposes, most of which abort the process if
-/// they fail. Such allocations need only a limited amount of memory.
+/// Most allocations for other purposes abort the process if they fail. This amount of free memory
+/// is enough for such allocations.
 const HEADROOM_BYTES: usize = 4 << 20;
 
 /// Reserves capacity for `additional` more elements. Fails if less than `HEADROOM_BYTES` would
@@ -66,7 +66,8 @@ impl Default for MemoryBudget {
     }
 }
 
-/// Memory taken from a budget. Dropping the share returns its memory to the budget.
+/// The part of a [`MemoryBudget`] that one recording uses. Dropping the share returns its memory to
+/// the budget.
 #[derive(Debug)]
 pub(crate) struct Share {
     budget: Arc<MemoryBudget>,
@@ -74,7 +75,7 @@ pub(crate) struct Share {
 }
 
 impl Share {
-    /// Creates an empty share.
+    /// Creates a share of 0 bytes.
     pub(crate) fn new(budget: &Arc<MemoryBudget>) -> Self {
         Self { budget: Arc::clone(budget), bytes: 0 }
     }
@@ -91,7 +92,7 @@ impl Share {
         has_room
     }
 
-    /// Returns the number of bytes in other shares of the budget.
+    /// Returns the memory that other recordings take from the budget, in bytes.
     pub(crate) fn others(&self) -> usize {
         self.budget.used.load(Ordering::Relaxed).saturating_sub(self.bytes)
     }

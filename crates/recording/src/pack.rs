@@ -22,8 +22,8 @@ use crate::reader::{Description, Integrity, read_states};
 use crate::save::{RecordWriter, compressed};
 use crate::sink::{Identity, identity};
 
-/// Data shared with the background thread. A server uses this data to cancel compression at
-/// shutdown.
+/// Data shared with the thread that compresses recordings. A server uses this data to cancel
+/// compression at shutdown.
 #[derive(Default)]
 pub(crate) struct Packing {
     is_cancelled: AtomicBool,
@@ -32,7 +32,7 @@ pub(crate) struct Packing {
 }
 
 impl Packing {
-    /// Creates a temporary file next to `path`. Fails if packing has been cancelled.
+    /// Creates a temporary file next to `path`. Fails if compression has been cancelled.
     fn start(&self, path: &Path) -> io::Result<NamedTempFile> {
         let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         self.check()?;
@@ -63,7 +63,8 @@ const MIN_STATES: u32 = 8;
 /// The approximate memory that compression needs, in bytes.
 const WORKING_BYTES: usize = 8 << 20;
 
-/// The maximum number of queued recordings. Further recordings stay uncompressed.
+/// The maximum number of recordings in the queue. Recordings that are closed while the queue is
+/// full stay uncompressed.
 const MAX_QUEUED: usize = 1000;
 
 /// The maximum time that shutdown waits for the queue to become empty.
@@ -166,15 +167,15 @@ impl Packer {
         Ok(Self { queue, packing, done })
     }
 
-    /// Queues a recording. If the queue is full, the recording stays uncompressed.
+    /// Queues a recording for compression. If the queue is full, the recording stays uncompressed.
     pub(crate) fn pack(&self, unpacked: Unpacked) {
         if let Err(error) = self.queue.try_send(unpacked) {
             debug!("a recording stays uncompressed: {error}");
         }
     }
 
-    /// Waits up to one second for queued recordings to be compressed. Recordings that are not
-    /// compressed by then stay uncompressed.
+    /// Waits up to one second for queued recordings to be compressed. The remaining recordings stay
+    /// uncompressed.
     pub(crate) fn finish(self) {
         let Self { queue, packing, done } = self;
         drop(queue);

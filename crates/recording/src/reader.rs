@@ -20,11 +20,11 @@ use crate::memory;
 /// several MiB.
 const MAX_CHUNK_BYTES: usize = 16 << 20;
 
-/// The maximum total size of the decompressed chunks of a short file, in bytes.
-/// `MAX_COMPRESSION_RATIO` raises this limit for long files.
+/// The maximum total size of the decompressed chunks of a short file, in bytes. For longer files,
+/// the limit increases in proportion to the file size (see `MAX_COMPRESSION_RATIO`).
 const MAX_UNPACKED_BYTES: u64 = 2 << 30;
 
-/// The number of bytes that each byte of a file adds to the limit `MAX_UNPACKED_BYTES`.
+/// Each byte of a file raises the limit on its decompressed size by this number of bytes.
 ///
 /// Without a limit, a small file could decompress to an unlimited number of states. Real recordings
 /// are compressed by a factor of at most about 400.
@@ -132,7 +132,7 @@ pub(crate) fn read_states(
     Ok((description, integrity))
 }
 
-/// The content of the records that have been read.
+/// The data from the records that have been read so far.
 struct Records<F> {
     description: Option<Description>,
     /// The identifiers of the channels for states.
@@ -401,7 +401,7 @@ mod tests {
         }
     }
 
-    /// Fuzzing found that the name of a compression was printed without escaping.
+    /// Fuzzing found that an error message contained the unescaped name of a compression method.
     #[test]
     fn text_of_a_damaged_file_is_escaped() {
         let mut bytes = recorded(0);

@@ -28,7 +28,7 @@ pub struct Recorder {
     /// The counter in the name of the newest file.
     number: u32,
     current: Option<RecordingWriter>,
-    /// A temporary file that reserves a file descriptor for the next recording. Otherwise,
+    /// A temporary file that reserves a file descriptor for the next recording. Without this file,
     /// connections could use up all file descriptors.
     spare: Option<File>,
     /// `None` until the first recording is closed.
@@ -92,8 +92,8 @@ impl Recorder {
         closed
     }
 
-    /// Waits up to one second for closed files to be compressed. Files that are not compressed by
-    /// then stay uncompressed.
+    /// Waits up to one second for closed files to be compressed. The remaining files stay
+    /// uncompressed.
     pub fn finish(self) {
         if let Some(packer) = self.packer {
             packer.finish();

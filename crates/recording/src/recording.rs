@@ -60,8 +60,8 @@ impl Recording {
     /// Reads a recording from a file, using only the remaining memory of the budget.
     ///
     /// # Errors
-    /// See [`open`](Self::open). Opening also fails if the states do not fit into the budget,
-    /// because a recording is never opened partially.
+    /// See [`open`](Self::open). Opening also fails if the states do not fit into the budget. A
+    /// recording is never opened partially.
     pub fn open_within(path: &Path, budget: &Arc<MemoryBudget>) -> Result<Self, OpenError> {
         let file = File::open(path).map_err(ReadError::Io);
         file.and_then(|file| Self::read_within(file, budget))

@@ -13,8 +13,8 @@ use crate::layout::{INFO, MAZES, METADATA, PROTOCOL, STATES};
 /// The uncompressed size of a chunk in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// The zstd compression level. Level 3 would take 10% more space. Levels above 8 are much slower
-/// and save little.
+/// The zstd compression level. At level 3, files would be 10% larger. Levels above 8 are much
+/// slower and save little.
 const LEVEL: u32 = 8;
 
 /// Writes the description, the maze and the states of a recording.

@@ -5,7 +5,8 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// The device number and the inode number of a file. These numbers distinguish the file from
-/// another file with the same name. Both numbers are 0 on systems without inodes.
+/// another file with the same name. On systems without inodes, the device number and the inode
+/// number are 0.
 pub(crate) type Identity = (u64, u64);
 
 #[cfg(unix)]
@@ -19,7 +20,7 @@ pub(crate) fn identity(_: &Metadata) -> Identity {
     (0, 0)
 }
 
-/// A file that can be appended to and truncated.
+/// A file that supports appending and truncating.
 pub(crate) trait Storage {
     /// Appends some or all of the bytes and returns the number of appended bytes.
     fn append(&mut self, bytes: &[u8]) -> io::Result<usize>;
@@ -27,7 +28,8 @@ pub(crate) trait Storage {
     /// Returns the length of the file in bytes. Fails if the file is no longer at its path.
     fn length(&self) -> io::Result<u64>;
 
-    /// Removes this many bytes from the end of the file. Later bytes are appended at the new end.
+    /// Removes this many bytes from the end of the file. Later calls of `append` continue at the
+    /// new end of the file.
     fn cut(&mut self, bytes: u64) -> io::Result<()>;
 }
 
@@ -78,7 +80,7 @@ impl Storage for RecordingFile {
     }
 }
 
-/// A buffer for a file. Flushing writes either all buffered bytes or none.
+/// A writer that buffers the data of a file. Flushing writes either all buffered bytes or none.
 pub(crate) struct Sink<S> {
     storage: S,
     /// The length of the complete records in the file, in bytes.
@@ -163,7 +165,7 @@ impl<S> Seek for Sink<S> {
 mod tests {
     use super::*;
 
-    /// A disk with a capacity of `room` bytes. Truncating fails while `stuck` is true.
+    /// A disk with a capacity of `room` bytes. If `stuck` is true, truncating a file fails.
     struct Disk {
         bytes: Vec<u8>,
         room: usize,

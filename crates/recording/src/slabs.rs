@@ -9,8 +9,8 @@ use crate::memory::reserve;
 /// The size of a slab in bytes.
 ///
 /// When a large block is freed, the allocator immediately returns the block's memory to the system.
-/// The allocator of glibc does this for every block above 32 MiB. The unused part of a slab takes
-/// address space but no memory.
+/// The allocator of glibc always treats blocks above 32 MiB as large. The unused part of a slab
+/// takes address space but no memory.
 const SLAB_BYTES: usize = (32 << 20) + 4096;
 
 /// If memory is short, the size of a new slab is halved repeatedly, but not below this number of
@@ -35,10 +35,10 @@ impl Slabs {
         self.locations.len()
     }
 
-    /// Appends a string. Existing strings do not move.
+    /// Appends a string without moving the existing strings.
     ///
     /// # Errors
-    /// The system is out of memory. The list stays unchanged.
+    /// The system is out of memory. On error, the list stays unchanged.
     pub(crate) fn push(&mut self, bytes: &[u8]) -> Result<(), TryReserveError> {
         reserve(&mut self.locations, 1)?;
         if self.buffers.last().is_none_or(|slab| slab.capacity() - slab.len() < bytes.len()) {

@@ -10,8 +10,8 @@ use crate::memory::reserve;
 /// The capacity of a chunk in bytes.
 const CHUNK_BYTES: usize = 64 * 1024;
 
-/// The maximum length of an encoded gap in bytes. A gap has up to 64 bits, and each byte stores
-/// seven of them.
+/// The maximum length of an encoded gap between two times, in bytes. A gap is a 64-bit number, and
+/// each byte encodes seven bits of the gap.
 const GAP_BYTES: usize = 10;
 
 /// The times of the states of a history.
@@ -28,7 +28,7 @@ pub struct Times {
     /// The values of `newest` and `gaps.len()` before the last `push`. `undo_push` restores these
     /// values.
     previous: (u64, usize),
-    /// Full chunks of encoded gaps, older than those in `gaps`. Clones of the list share these
+    /// The gaps before those in `gaps`, in the same encoding. Clones of the list share these full
     /// chunks.
     chunks: Vec<Arc<Vec<u8>>>,
     /// The ticks between states, encoded in LEB128: seven bits per byte, lowest bits first. The
@@ -37,13 +37,13 @@ pub struct Times {
 }
 
 impl Times {
-    /// Creates an empty list with a resolution of `tick_ns` nanoseconds. A resolution of 0 counts
-    /// as 1.
+    /// Creates an empty list that stores times in units of `tick_ns` nanoseconds. If `tick_ns` is
+    /// 0, the unit is one nanosecond.
     pub fn new(tick_ns: u64) -> Self {
         Self { tick_ns: tick_ns.max(1), ..Self::default() }
     }
 
-    /// Returns the number of times.
+    /// Returns the number of stored times.
     pub const fn len(&self) -> usize {
         self.count
     }
@@ -61,7 +61,7 @@ impl Times {
     /// Appends the time of a state, in nanoseconds since 1970 (UTC).
     ///
     /// # Errors
-    /// The system is out of memory. The list stays unchanged.
+    /// The system is out of memory. On error, the list stays unchanged.
     pub fn push(&mut self, time: u64) -> Result<(), TryReserveError> {
         if self.gaps.len() + GAP_BYTES > CHUNK_BYTES {
             let mut next = Vec::new();

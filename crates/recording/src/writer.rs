@@ -29,8 +29,8 @@ pub struct RecordingWriter {
     clock: Clock,
     /// `None` once closed.
     records: Option<RecordWriter<Sink<RecordingFile>>>,
-    /// True if a state could not be written. The summary is then omitted, because its counts would
-    /// be wrong.
+    /// True if a state could not be written. In this case, the file gets no summary, because the
+    /// counts in the summary would be wrong.
     has_failed: bool,
 }
 
@@ -59,7 +59,7 @@ impl RecordingWriter {
     ///
     /// # Errors
     /// The file cannot be written, or another program removed or changed it. A state that could not
-    /// be written leaves no trace in the file. Later writes may succeed.
+    /// be written leaves no trace in the file. Writing later states may succeed.
     pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
         let Some(records) = &mut self.records else { return Ok(()) };
         let sequence = records.states;

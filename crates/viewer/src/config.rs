@@ -32,8 +32,8 @@ impl ViewerConfig {
         Self { mazes, ..self }
     }
 
-    /// Sets the folder whose recordings the page lists. The server usually records to the same
-    /// folder.
+    /// Sets the folder whose recordings the page lists, usually the folder to which the server
+    /// records.
     pub fn with_recordings(self, folder: impl Into<Option<PathBuf>>) -> Self {
         Self { recordings_dir: folder.into(), ..self }
     }
@@ -43,7 +43,7 @@ impl ViewerConfig {
         Self { budget, ..self }
     }
 
-    /// Adds a recording that is open from the start.
+    /// Adds a recording that is already open when the viewer starts.
     pub fn with_recording(mut self, title: &str, recording: Recording) -> Self {
         self.recordings.push((title.into(), recording));
         self

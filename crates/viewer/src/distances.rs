@@ -33,7 +33,7 @@ impl DistanceBounds {
     }
 }
 
-/// Distance bounds at every `stride`-th state of a run.
+/// Distance bounds at the states of a run whose index is a multiple of `stride`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct DistanceHistory {
     /// The number of states of the run.

@@ -19,13 +19,13 @@ use crate::limits::MAX_EVENT_STREAMS;
 use crate::live::LiveServer;
 use crate::mouse::RunnerStatus;
 
-/// The usual interval at which an event stream polls the state of the server. Users do not notice
-/// such a short delay. More frequent events would leave the browser less time to draw.
+/// The usual interval at which an event stream polls the state of the server. Users do not notice a
+/// delay of 33 ms. More frequent events would leave the browser less time to draw.
 const POLL_INTERVAL: Duration = Duration::from_millis(33);
 
 /// The polling interval of an event stream while the simulation is idle or the search is fast. A
-/// page takes a third as long to handle an event as to draw a state. During a fast search, events
-/// are less important, since each state that a page fetches also contains the number of states.
+/// page takes three times as long to draw a state as to handle an event. During a fast search, few
+/// events are enough, since each state that a page fetches also contains the number of states.
 const SLOW_POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A search counts as fast if more states than this arrive between two events.
@@ -49,7 +49,7 @@ struct ServerEvent {
     states: Option<usize>,
     maze: Option<String>,
     mouse: Option<RunnerStatus>,
-    /// A number that changes when the list of recordings may have changed.
+    /// A number that changes when a recording may have been created or closed.
     recordings: u64,
     /// The IDs of the open recordings.
     opened: Vec<String>,

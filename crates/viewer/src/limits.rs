@@ -1,4 +1,5 @@
-//! Limits for clients of the page. The limits prevent a client from holding a connection forever.
+//! Limits on the connections and requests of clients. The limits prevent a client from holding a
+//! connection forever.
 
 use std::time::Duration;
 
@@ -13,8 +14,8 @@ pub(crate) const MAX_EVENT_STREAMS: usize = MAX_VIEWER_CONNECTIONS / 2;
 /// The maximum size of a request body other than a recording, in bytes.
 pub(crate) const MAX_BODY_BYTES: usize = 64 * 1024;
 
-/// The maximum size of an uploaded recording, in bytes. This is enough for almost two million
-/// uncompressed states of a 16x16 maze.
+/// The maximum size of an uploaded recording, in bytes. A file of this size can contain almost two
+/// million uncompressed states of a 16x16 maze.
 pub(crate) const MAX_RECORDING_BYTES: usize = 1 << 30;
 
 /// The maximum number of simultaneous uploads. Further uploads wait.
@@ -23,8 +24,8 @@ pub(crate) const MAX_UPLOADS: usize = 2;
 /// The maximum number of simultaneous jobs that read or write recordings. Further jobs wait.
 pub(crate) const MAX_RECORDING_JOBS: usize = 2;
 
-/// The minimum rate of an upload or a download, in bytes per second. The rate is half the speed of
-/// a slow DSL line.
+/// The minimum rate of an upload or a download, in bytes per second. The rate is about half of 1
+/// Mbit/s, the speed of a slow DSL line.
 pub(crate) const MIN_RATE: u32 = 64 * 1024;
 
 /// The limits of a [`Viewer`](crate::Viewer). Tests can lower these limits.
@@ -37,7 +38,7 @@ pub struct Limits {
     pub header_time: Duration,
     /// The maximum time to receive the body of a request.
     pub body_time: Duration,
-    /// The maximum time by which an upload or a download may lag behind a transfer at 64 KiB/s.
+    /// The maximum delay of an upload or a download, compared with a transfer at 64 KiB/s.
     pub max_lag: Duration,
     /// The maximum time that an upload, a picture or a recording waits in a queue.
     pub queue_time: Duration,

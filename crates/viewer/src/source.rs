@@ -12,15 +12,15 @@ use mmsim_server::{Monitor, MonitorError, Status};
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory};
 
-/// The maximum number of unpacked blocks in the cache of a source. This number is enough for two
-/// states and their trails.
+/// The maximum number of decompressed blocks that a source caches. The cache can hold the blocks of
+/// two states and of their trails.
 const CACHED_BLOCKS: usize = 8;
 
 /// The maximum number of attempts to describe the current run. An attempt fails if the run ends
-/// during the attempt.
+/// before the attempt is complete.
 const MAX_ATTEMPTS: usize = 100;
 
-/// The number of the only run in a recording.
+/// The run number of a recording, which contains only one run.
 const RECORDED_RUN: u32 = 0;
 
 /// A source of states with a cache of recently read data.
@@ -166,8 +166,8 @@ impl Source {
         }
     }
 
-    /// Returns the block that contains a state, from the cache if possible. A cached block is used
-    /// only if it already contains the state.
+    /// Returns the block that contains a state, from the cache if possible. A cached copy of the
+    /// newest block is replaced if the state was added later.
     pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
         let has_state = |states: &&Arc<States>| states.get(index).is_some();
         let cached = self.cache(run, |cache| cache.blocks.iter().find(has_state).cloned());

@@ -9,7 +9,7 @@ use crate::api_error::ApiError;
 use crate::distances::DistanceBounds;
 use crate::source::Source;
 
-/// A state of a run, with the figures that the page shows.
+/// A state of a run, with the values that the page shows.
 #[derive(Debug, Serialize)]
 pub(crate) struct StateView {
     /// The index of the state.
@@ -53,7 +53,7 @@ impl StateView {
     }
 }
 
-/// Returns the most recently visited cells at the state `last`, oldest first.
+/// Returns the trail of the mouse up to the state `last`, oldest cell first.
 pub(crate) fn trail(source: &Source, run: u32, last: usize) -> Result<Vec<Cell>, ApiError> {
     let (mut index, mut cells) = (last.saturating_sub(TRAIL_CELLS - 1), Vec::new());
     while index <= last {
