@@ -47,7 +47,8 @@ fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>
 }
 
 /// Asserts that shortest-path-search finds the shortest path of each maze and proves that it is
-/// shortest. Prints the mean number of steps. Then measures the time of complete searches.
+/// shortest. Prints the mean number of steps until the mouse is back at the start. Then measures
+/// the time of complete searches.
 fn whole_searches(criterion: &mut Criterion) {
     let mut mazes = classic_mazes();
     mazes.retain(|maze| MazeFacts::new(maze).shortest_path.is_some());

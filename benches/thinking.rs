@@ -14,7 +14,7 @@ use mmsim_benches::{bundled_maze, median};
 use mmsim_server::{Server, Simulation, StopHandle};
 use rustix::time::{ClockId, clock_gettime};
 
-/// The times in microseconds for which the clients keep the processor busy before each request.
+/// How long the clients keep the processor busy before each request, in microseconds.
 const THINKING_US: [u64; 6] = [0, 5, 20, 60, 100, 200];
 
 const ROUNDS: usize = 5;
