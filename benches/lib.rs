@@ -17,7 +17,7 @@ use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 /// circles forever.
 const MAX_STATES: u32 = 400;
 
-/// Returns the classic mazes: those that are bundled and, if available, those of the shared
+/// Returns the mazes of 16×16 cells: those that are bundled and, if available, those of the shared
 /// collection.
 ///
 /// # Panics

@@ -2,9 +2,9 @@
 //! clients keep the processor busy for a while, like real mice that compute their next step. For
 //! comparison, the same run measures a bare REP socket of libzmq.
 //!
-//! The two servers are measured alternately in each round. Each row of the output shows the median
-//! and the slowest round. On Linux, run the command with `taskset -c 0` to measure on a single
-//! processor.
+//! Each round measures mmsim and the bare REP socket alternately. Each row of the output shows the
+//! median and the slowest round. On Linux, run the command with `taskset -c 0` to measure on a
+//! single processor.
 
 use std::process::{Child, Command, Stdio};
 use std::thread::{self, JoinHandle};

@@ -22,7 +22,7 @@ fn changed(index: usize, byte: u8) -> Vec<u8> {
     state
 }
 
-/// Returns malformed requests for a classic maze. The requests cover every kind of malformed
+/// Returns malformed requests for a maze of 16×16 cells. The requests cover every kind of malformed
 /// request in docs/protocol.md that consists of a single frame.
 ///
 /// # Panics
