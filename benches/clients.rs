@@ -17,7 +17,7 @@ use mmsim_benches::{bundled_maze, median, serve};
 /// The numbers of simultaneous clients in the measurements.
 const CLIENTS: [usize; 3] = [1, 2, 10];
 
-/// The number of rounds. Each round measures both servers.
+/// The number of rounds: each measures mmsim and then the plain event loop.
 const ROUNDS: usize = 15;
 /// The total number of requests that the clients send to each server in a round.
 const REQUESTS: usize = 6000;

@@ -160,8 +160,8 @@ impl Graph {
     }
 }
 
-/// A maze and its conversions for the other implementations. The conversions are not part of the
-/// measured time.
+/// A maze in the representations that the compared implementations use. Converting the maze is not
+/// part of the measured time.
 struct Prepared {
     maze: Maze,
     nibbles: Nibbles,
@@ -182,7 +182,7 @@ impl Prepared {
         Some(path.len() - 1)
     }
 
-    /// Asserts that all floods give the same distances.
+    /// Asserts that all flood implementations give the same distances.
     fn check(&self) {
         let Self { maze, nibbles, graph } = self;
         let (walls, goals) = (maze.walls(), maze.goals());
@@ -273,7 +273,8 @@ fn sum_of_cells(distances: &Distances, size: MazeSize) -> u32 {
     sum
 }
 
-/// Returns benchmark rows that flood a maze. All rows except the first also read all distances.
+/// Returns a benchmark row for a flood alone and three rows for a flood followed by reading all
+/// distances.
 fn floods_and_reads() -> [Row<'static, Prepared>; 4] {
     let flood = |maze: &Maze| Distances::flood(maze.walls(), maze.goals());
     [

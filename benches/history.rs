@@ -11,7 +11,7 @@ use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::state_bytes;
 use mmsim_recording::History;
 
-/// The number of states in a block of the history. When a block is full, the history compresses it.
+/// The number of states that the history collects before it compresses them together.
 const BLOCK_STATES: usize = 256;
 
 const READS: usize = 10_000;
@@ -22,10 +22,10 @@ fn hash(state: &[u8]) -> u64 {
     hasher.finish()
 }
 
-/// Runs searches until `count` different states have occurred. Returns a list with a flag for each
-/// state, and a list with the hash of each different state. The flag of a state is true if the
-/// state had not occurred before. With the flags, a later run can skip duplicates without a hash
-/// set.
+/// Runs searches until `count` different states have occurred. The first returned list contains,
+/// for each state, whether it occurs for the first time. The second list contains the hash of each
+/// different state. With the first list, the measurement can repeat the searches and skip
+/// duplicates without a hash set.
 fn new_states(mazes: &[Maze], count: usize) -> (Vec<bool>, Vec<u64>) {
     let (mut seen, mut is_new, mut hashes) = (HashSet::new(), Vec::new(), Vec::new());
     let mut searches = Searches::new(mazes);

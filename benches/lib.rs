@@ -17,7 +17,7 @@ use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 /// circles forever.
 const MAX_STATES: u32 = 400;
 
-/// Returns the classic mazes: those that are bundled and, if available, those of the shared
+/// Returns the mazes of 16×16 cells: those that are bundled and, if available, those of the shared
 /// collection.
 ///
 /// # Panics
@@ -157,14 +157,15 @@ impl<'a, T> Row<'a, T> {
     }
 }
 
-/// The number of rounds. Each round measures every row.
+/// The number of rounds: each measures every function of a comparison.
 const ROUNDS: usize = 51;
-/// The number of inputs for each row in a round.
+/// The number of calls of each function in a round.
 const INPUTS: u32 = 1000;
 
-/// Uses criterion to measure each row on inputs in random order. Then measures the rows again in
-/// alternating rounds, so that changes in the machine's speed affect all rows equally. Prints the
-/// median time of each row and its median ratio to the first row.
+/// Measures the function of each row with criterion, on inputs in random order. Then measures all
+/// functions one after another in each of several rounds, so that changes in the machine's speed
+/// affect all rows equally. Prints the median time of each row and its median ratio to the first
+/// row.
 ///
 /// # Panics
 /// Panics if there are no inputs or no rows.

@@ -2,9 +2,9 @@
 //! clients keep the processor busy for a while, like real mice that compute their next step. For
 //! comparison, the same run measures a bare REP socket of libzmq.
 //!
-//! The two servers are measured alternately in each round. Each row of the output shows the median
-//! and the slowest round. On Linux, run the command with `taskset -c 0` to measure on a single
-//! processor.
+//! Each round measures mmsim and the bare REP socket alternately. Each row of the output shows the
+//! median and the slowest round. On Linux, run the command with `taskset -c 0` to measure on a
+//! single processor.
 
 use std::process::{Child, Command, Stdio};
 use std::thread::{self, JoinHandle};
@@ -14,7 +14,7 @@ use mmsim_benches::{bundled_maze, median};
 use mmsim_server::{Server, Simulation, StopHandle};
 use rustix::time::{ClockId, clock_gettime};
 
-/// The times in microseconds for which the clients keep the processor busy before each request.
+/// How long the clients keep the processor busy before each request, in microseconds.
 const THINKING_US: [u64; 6] = [0, 5, 20, 60, 100, 200];
 
 const ROUNDS: usize = 5;

@@ -16,7 +16,8 @@ use mmsim_server::{Server, Simulation};
 use mmsim_viewer::{Viewer, ViewerConfig};
 use serde_json::Value;
 
-/// The number of rounds. Each round consists of one measurement without a load and one with a load.
+/// The number of rounds: each measures the rate of requests without and then with a load on the
+/// viewer.
 const ROUNDS: usize = 61;
 /// The number of round trips in each measurement.
 const TRIPS: usize = 2_000;
@@ -112,8 +113,8 @@ fn request_gifs(address: &str, monitor: &mmsim_server::Monitor, stop: &AtomicBoo
     })
 }
 
-/// A function that puts load on the viewer until the flag is set. Returns the number of states or
-/// GIFs that it requested.
+/// A function that requests states or GIFs from the viewer until the [`AtomicBool`] is set, and
+/// returns the number of requests.
 type Load = fn(&str, &mmsim_server::Monitor, &AtomicBool) -> usize;
 
 /// Returns the median, the minimum and the maximum.
@@ -123,7 +124,7 @@ fn summarize(mut values: Vec<f64>) -> (f64, f64, f64) {
 }
 
 /// Measures the rate of `S` requests under a load, relative to the rate without the load. Returns
-/// the median, minimum and maximum of this ratio over all rounds.
+/// the median, the minimum and the maximum of the relative rates in all rounds.
 fn compare(trips: usize, rounds: usize, load: Load) -> (f64, f64, f64) {
     let maze = bundled_maze("01-harbour");
     let (map, start) = (KnownMaze::unexplored(&maze), maze.start());
@@ -183,8 +184,8 @@ fn simulation_of_searches(mazes: &[Maze], count: usize) -> Simulation {
     simulation
 }
 
-/// Measures a page with a history of `count` states. Prints the time to open the page and the time
-/// to fetch a random state.
+/// Prints the time to open a page that shows a history of `count` states, and the time to fetch a
+/// random state.
 fn scrub(mazes: &[Maze], count: usize) {
     let simulation = simulation_of_searches(mazes, count);
     let mut noise = Noise::new(2);

@@ -59,9 +59,9 @@ fn real_mazes_parse_from_csv() {
     }
 }
 
-/// Formats each maze as hex rows and parses the rows. In a usual bit order, parsing must give the
-/// original maze. In another bit order, it must give an error or a maze with the start in another
-/// corner.
+/// Formats each maze as hex rows in all bit orders and parses the rows. If the bits are in the
+/// order north, east, south, west or in the order east, north, west, south, parsing must give the
+/// original maze. In any other bit order, parsing must give an error or a different maze.
 #[test]
 fn real_mazes_parse_from_hex_rows() {
     const USUAL: [[usize; 4]; 2] = [[0, 1, 2, 3], [1, 0, 3, 2]];

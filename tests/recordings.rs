@@ -47,7 +47,7 @@ fn a_recorded_search_takes_at_most_forty_bytes_per_state() {
     println!("{all_states} states of all sizes in {all_bytes} bytes");
 }
 
-/// The number of states after which a search is stopped.
+/// A search stops after this number of states.
 const MAX_STATES: usize = 3000;
 
 /// Records a search in the same way as a server. Returns the number of states.

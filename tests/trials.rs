@@ -1,5 +1,5 @@
-//! Checks that recorded runs of the published tester are reproduced, and that the robots take as
-//! many steps as expected.
+//! Checks that mmsim reproduces recorded runs of the original two-run trial, and that the robots
+//! take the expected numbers of steps.
 
 use std::fs;
 
@@ -12,7 +12,7 @@ use mmsim_trial::{
 };
 use serde::Deserialize;
 
-/// A run that was recorded with the published tester of the two-run trial.
+/// A run that was recorded with the tester of the original two-run trial.
 #[derive(Deserialize)]
 struct RecordedTrial {
     maze: String,
@@ -199,8 +199,8 @@ fn every_robot_finishes_in_unusual_mazes() {
     }
 }
 
-/// Returns all robots except the random robot, each with every combination of variant and number of
-/// key points.
+/// Returns each robot except the random robot, with every combination of [`Variant`] and
+/// [`KeyPoints`].
 fn robots() -> impl Iterator<Item = (BundledRobot, Settings)> {
     let settings = Variant::ALL.iter().flat_map(|&variant| {
         let settings = move |&key_points| Settings { key_points, variant, ..Settings::default() };

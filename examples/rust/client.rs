@@ -2,7 +2,8 @@
 //! with a ZeroMQ socket and the wire codec, and computes distances with `mmsim-solvers`.
 //!
 //! Start a simulator with `mmsim`, then run this program, optionally with an endpoint such as
-//! `tcp://127.0.0.1:6574`. `own-strategy.rs` is a shorter client that uses `mmsim-client`.
+//! `tcp://127.0.0.1:6574`. The example `own-strategy.rs` uses `mmsim-client` and is therefore
+//! shorter.
 
 use std::error::Error;
 use std::process::ExitCode;

@@ -61,8 +61,8 @@ fn check_maze(maze: &Maze) {
 }
 
 /// Checks that the error message is a single line and that its location is inside the file or just
-/// after the end. In formats that draw the maze, a line may lack trailing blanks. In these formats,
-/// the column may therefore be up to the end of the longest line.
+/// after the end. In formats that draw the maze, a line may lack trailing blanks, so any column up
+/// to the end of the longest line is accepted.
 fn check_error(format: Format, error: &ParseError, text: &str) {
     assert!(!error.to_string().contains(char::is_control), "not a single line: {error:?}");
     let (line, column) = match error.location {

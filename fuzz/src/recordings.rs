@@ -11,9 +11,9 @@ const MAGIC_BYTES: usize = mcap::MAGIC.len();
 /// Reads the content as a recording. Checks that the recording is consistent, and that reading the
 /// same bytes in small pieces gives the same recording.
 ///
-/// Also checks that bytes after the last intact record do not change the contents. This check is
-/// skipped if the file has chunks, because the states at the start of a damaged chunk are read
-/// although the chunk is not intact.
+/// Also checks that bytes after the last intact record do not change the contents. This check does
+/// not apply to files with chunks: the reader returns the states at the start of a damaged chunk,
+/// although the chunk does not belong to the intact records.
 pub fn run(content: &[u8]) {
     let at_once = Recording::read(content);
     let piecewise = Recording::read(Trickle(content));
@@ -39,8 +39,8 @@ pub fn run(content: &[u8]) {
     }
 }
 
-/// Returns true if any record is a chunk. A record consists of one byte for the kind, eight bytes
-/// for the length, and the body.
+/// Returns true if the recording contains a chunk, which is a record that contains other records. A
+/// record consists of one byte for the kind, eight bytes for the length, and the body.
 fn has_chunks(content: &[u8]) -> bool {
     let mut rest = content.get(MAGIC_BYTES..).unwrap_or_default();
     while let Some((&[kind], after_kind)) = rest.split_first_chunk() {
@@ -87,7 +87,8 @@ fn check(result: &Result<Recording, ReadError>, length: usize) {
     }
 }
 
-/// Checks that two recordings have the same contents. Does not compare their [`Integrity`].
+/// Checks that two recordings have the same contents. The [`Integrity`] of the recordings may
+/// differ.
 fn check_alike(recording: &Recording, other: &Recording) {
     assert_eq!(recording.info(), other.info());
     assert_eq!(recording.maze(), other.maze());

@@ -7,13 +7,13 @@
 //! maze  piece CUT count  piece CUT count  …
 //! ```
 //!
-//! A piece with a count of 0 is one request. Pieces end with a separator instead of beginning with
-//! their length, so that an inserted or deleted byte changes only one request.
+//! If the count after a piece is 0, the piece is sent as one request. A separator ends each piece.
+//! With a length before each piece instead, an inserted or deleted byte would change all later
+//! requests.
 //!
-//! A piece with a count of n > 0 becomes n different states if it begins with `S` and has at least
-//! six bytes. The piece is stretched to the length of a state (see `stretched`). Six bytes are
-//! therefore enough for a state of any maze, and a short input can fill several blocks of the
-//! history.
+//! If the count is n > 0, and the piece begins with `S` and has at least six bytes, n different
+//! states are sent. The bytes of the piece are repeated to fill a state of the maze's size (see
+//! `stretched`), so a short input can fill several compressed blocks of the history.
 
 use std::collections::VecDeque;
 use std::sync::LazyLock;
@@ -23,19 +23,19 @@ use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Walls, WallsAround};
 use mmsim_protocol::{Info, Reply, Request, state_bytes};
 use mmsim_server::{Change, ReplyBuffer, Simulation};
 
-/// The separator between a piece and its count.
+/// The bytes that separate a piece of an input from its count.
 pub const CUT: [u8; 2] = [0xa5, 0x5a];
 
 /// The widths and heights of the mazes in cells. The first byte of an input is an index into this
-/// array. To limit the history, add the length of the array to the index.
+/// array, plus the length of the array if the history is limited.
 pub const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
 
 /// The size in bytes of a limited history. This size is enough for one state of the largest maze or
 /// for several blocks of states of the smallest maze.
 const LIMIT: usize = 4096;
 
-/// The maximum number of requests in one input. This number is enough to fill several blocks of the
-/// history, and limits the states to about 2 MiB.
+/// The maximum number of requests in one input. This many states fill several compressed blocks of
+/// the history, and take at most about 2 MiB.
 const MAX_REQUESTS: usize = 1 << 10;
 
 /// The number of bytes before the weights in a state message: `S`, x, y, the heading and the order
@@ -91,8 +91,8 @@ pub fn run(input: &[u8]) {
     count_requests(MAX_REQUESTS - left);
 }
 
-/// Returns the first piece, its count, and the remaining input. The last piece may have no
-/// separator and no count.
+/// Returns the first piece of an input, its count, and the remaining bytes. If the separator or the
+/// count is missing at the end of the input, the count is 0.
 fn cut(pieces: &[u8]) -> (&[u8], usize, &[u8]) {
     let end = pieces.windows(CUT.len()).position(|bytes| bytes == CUT);
     let Some(end) = end else { return (pieces, 0, &[]) };
@@ -102,10 +102,10 @@ fn cut(pieces: &[u8]) -> (&[u8], usize, &[u8]) {
     }
 }
 
-/// Stretches a piece to the length of a state. The first five bytes stay at the start. The last
-/// byte becomes the byte that selects the order of the walls. The bytes in between are repeated to
-/// fill the matrices of weights and walls. Returns `None` if the piece does not begin with `S` or
-/// has fewer than six bytes.
+/// Returns a state message made from a piece of an input, or `None` if the piece does not begin
+/// with `S` or has fewer than six bytes. The message begins with the first five bytes of the piece.
+/// The last byte of the piece selects the order of the walls. The other bytes of the piece are
+/// repeated to fill the matrices of weights and walls.
 ///
 /// ```text
 /// S x y N C  7 9  F     stretched for a maze of 2x2 cells:     S x y N C  7 9 7 9  F  7 9 7 9

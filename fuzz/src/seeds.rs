@@ -27,11 +27,11 @@ use libfuzzer_sys as _;
 /// The number of successive requests of a transcript that form one input.
 const REQUESTS_PER_INPUT: usize = 8;
 
-/// The maximum number of inputs from one transcript. If a transcript has more inputs, they are
-/// taken from it at even intervals.
+/// The maximum number of inputs from one transcript. From a longer transcript, inputs are selected
+/// at regular intervals.
 const INPUTS_PER_EXCHANGE: usize = 16;
 
-/// Mazes in formats in which no maze is bundled, and edge cases of the text format.
+/// Mazes in formats other than text, and edge cases of the text format.
 const MAZES: [&str; 14] = [
     "o---o\n| S |\no---o\n",
     "o---o\n|SG |\no---o\n",
@@ -88,7 +88,8 @@ fn files(folder: &Path, extension: &str) -> impl Iterator<Item = PathBuf> {
 }
 
 /// Writes inputs for each maze size, with a limited and an unlimited history. The inputs contain
-/// valid and malformed requests of every kind, and more states than a block of the history holds.
+/// valid and malformed requests of every kind, and enough states to fill a compressed block of the
+/// history.
 fn write_generated_requests(seeds: &mut SeedFolder) -> io::Result<()> {
     let short: [&[u8]; 10] =
         [b"", b"ping", b"PING", b"info", b"reset", b"W", b"W\0", b"W\0\0", b"W\0\0N", b"W\0\0NN"];
@@ -158,9 +159,8 @@ fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes recordings of a search in a small maze, both with and without the maze. Some recordings
-/// are closed, some are truncated, and some are chunked. Chunked recordings are included because
-/// other tools write them.
+/// Writes recordings of a search in a small maze. Some recordings contain the maze. Some are
+/// complete, some are truncated, and some group their messages in chunks, as other tools do.
 fn write_recordings(seeds: &mut SeedFolder) -> io::Result<()> {
     let maze = mmsim_formats::parse_maze(MAZES[0].as_bytes()).map_err(io::Error::other)?;
     let simulation = Simulation::new("small", maze);
@@ -202,7 +202,7 @@ fn in_chunks(recording: &[u8], compression: Option<Compression>) -> Result<Vec<u
     Ok(chunked)
 }
 
-/// A folder of numbered inputs.
+/// A folder of seeds in files named `seed-0001`, `seed-0002` and so on.
 struct SeedFolder {
     folder: PathBuf,
     count: usize,

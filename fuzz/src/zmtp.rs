@@ -1,7 +1,7 @@
 //! The fuzz target for the bytes that a ZMTP connection of the server receives.
 //!
-//! The number in the lower seven bits of the first byte, plus 1, is the maximum number of bytes per
-//! read. If the highest bit is set, a valid handshake precedes the rest of the input.
+//! The maximum number of bytes per read is 1 plus the lower seven bits of the input's first byte.
+//! If the highest bit of the first byte is set, a valid handshake precedes the rest of the input.
 //!
 //! The target checks that the output does not depend on how many bytes are read at a time. The
 //! output must consist of the greeting and complete frames, with exactly one reply for each
@@ -17,7 +17,7 @@ use mmsim_zmtp::limits::MAX_WAITING_REPLY_BYTES;
 /// The READY command of a REQ socket.
 const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
-/// The bit of the first byte that adds a handshake before the rest of the input.
+/// If this bit of the first byte is set, a valid handshake precedes the rest of the input.
 pub const WITH_HANDSHAKE: u8 = 0x80;
 
 /// The maximum number of calls to [`Connection::turn`] for one input. A connection that exceeds
@@ -25,7 +25,8 @@ pub const WITH_HANDSHAKE: u8 = 0x80;
 const MAX_TURNS: usize = 1 << 20;
 
 /// Serves a connection with this input twice, once with long reads and once with short reads.
-/// Checks that the output is the same and valid.
+/// Checks that the output of the connection is valid and does not depend on the length of the
+/// reads.
 pub fn run(input: &[u8]) {
     let Some((&choice, bytes)) = input.split_first() else { return };
     let handshake: &[&[u8]] =

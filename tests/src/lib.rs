@@ -46,8 +46,7 @@ pub fn json_lines<T: serde::de::DeserializeOwned>(path: &Path) -> Vec<T> {
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// Returns the map and start pose of a mouse in an unknown classic maze with the goal in the
-/// centre.
+/// Returns the map and start pose of a mouse in an unknown 16×16 maze with the goal in the centre.
 pub fn classic_map() -> (KnownMaze, Pose) {
     let size = mmsim_maze::MazeSize::CLASSIC;
     let start = Pose::new(Cell::new(0, 0), Heading::North);

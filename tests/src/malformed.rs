@@ -4,7 +4,7 @@ use mmsim_protocol::{MapState, Order};
 
 use crate::classic_map;
 
-/// Returns the encoded state of a mouse at the start of a classic maze. The state has 518 bytes.
+/// Returns the encoded state (518 bytes) of a mouse at the start of a 16×16 maze.
 ///
 /// # Panics
 /// Never.
@@ -22,7 +22,7 @@ fn changed(index: usize, byte: u8) -> Vec<u8> {
     state
 }
 
-/// Returns malformed requests for a classic maze. The requests cover every kind of malformed
+/// Returns malformed requests for a maze of 16×16 cells. The requests cover every kind of malformed
 /// request in docs/protocol.md that consists of a single frame.
 ///
 /// # Panics

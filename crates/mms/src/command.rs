@@ -30,9 +30,9 @@ pub enum Command<'a> {
     },
     /// Mark a wall as present or absent.
     MarkWall {
-        /// A cell next to the wall.
+        /// The cell whose side is marked.
         cell: Cell,
-        /// The side of the cell that the wall is on.
+        /// The marked side of the cell.
         heading: Heading,
         /// True if the wall is present.
         is_present: bool,
@@ -166,7 +166,7 @@ impl<'a> Command<'a> {
     }
 }
 
-/// A parser for the arguments of a command. Error messages quote the line.
+/// A parser for the arguments of a command. It keeps the whole line, which error messages quote.
 #[derive(Clone, Copy)]
 struct Parser<'a> {
     line: &'a [u8],

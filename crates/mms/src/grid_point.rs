@@ -19,7 +19,7 @@ pub struct GridPoint {
     pub y: u8,
 }
 
-/// The kind of a [`GridPoint`].
+/// The possible locations of a [`GridPoint`]: the centre of a cell, a post or the side of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GridPointKind {
     /// The centre of a cell.
@@ -51,7 +51,7 @@ impl GridPoint {
         Some(Self { x: self.x.checked_add_signed(east)?, y: self.y.checked_add_signed(north)? })
     }
 
-    /// Returns the kind of the point.
+    /// Returns whether the point is the centre of a cell, a post or the side of a cell.
     pub const fn kind(self) -> GridPointKind {
         let Cell { x, y } = self.cell();
         match (self.x % 2, self.y % 2) {
@@ -82,7 +82,7 @@ impl CompassDirection {
         Self { eighths: self.eighths.wrapping_add_signed(eighths) % 8 }
     }
 
-    /// Returns the heading. A diagonal is rounded counterclockwise to a heading.
+    /// Returns the heading. For a diagonal, returns the next heading counterclockwise.
     ///
     /// ```
     /// use mmsim_maze::Heading;

@@ -9,8 +9,7 @@ use crate::grid_point::{CompassDirection, GridPoint, GridPointKind};
 use crate::response::Response;
 use crate::scores::Scores;
 
-/// The environment of a mouse. It provides the walls and is notified when the pose of the mouse
-/// changes.
+/// Provides the walls to a simulated mouse and is notified when the pose of the mouse changes.
 pub trait Environment {
     /// The reason why a wall cannot be determined or why the mouse must stop.
     type Error;
@@ -84,7 +83,8 @@ impl SimulatedMouse {
     }
 
     /// Returns the map to display. The map contains the visited cells and the walls that the mouse
-    /// has queried, passed, crashed into or marked. Marked walls may be wrong.
+    /// has queried, passed, crashed into or marked. Walls that the mouse has marked may differ from
+    /// the maze.
     pub const fn map(&self) -> &KnownMaze {
         &self.map
     }

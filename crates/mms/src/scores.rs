@@ -32,8 +32,8 @@ impl TravelStats {
         self.turns
     }
 
-    /// Returns the number of turns plus the effective distance. This sum is used to compare and
-    /// limit runs.
+    /// Returns the number of turns plus the effective distance. The run with the lowest cost is the
+    /// best run.
     #[expect(clippy::cast_precision_loss, reason = "a mouse makes fewer than 2^52 turns")]
     pub fn cost(&self) -> f64 {
         self.turns as f64 + self.effective_distance()
@@ -49,7 +49,8 @@ impl TravelStats {
     }
 }
 
-/// The scores of a mouse.
+/// Counts the movements and turns of a mouse, in total and for its current and best run, and
+/// computes its score.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Scores {
     total: TravelStats,
