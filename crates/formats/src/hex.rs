@@ -158,7 +158,7 @@ impl<'a> Encoding<'a> {
 /// The prefixes of hex numbers.
 const PREFIXES: [&str; 2] = ["0x", "0X"];
 
-/// Splits a line into digits and removes prefixes such as `0x`.
+/// Returns the hexadecimal digits of a line, one item for each cell, without prefixes such as `0x`.
 pub(crate) fn digits(line: usize, content: &str) -> Vec<Item<'_>> {
     match items(line, content)[..] {
         [row] => characters(without_prefix(row, PREFIXES)),

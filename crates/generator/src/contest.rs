@@ -99,7 +99,7 @@ impl Draft {
         }
     }
 
-    /// Opens walls to create loops, some of them at dead ends.
+    /// Creates loops by opening walls, some of which are the walls of dead ends.
     fn open_loops(&mut self, rng: &mut SplitMix64) {
         let size = self.walls.size();
         let mut loops = rng.between(LOOPS) * u32::from(size.width()) * u32::from(size.height())

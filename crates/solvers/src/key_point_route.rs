@@ -1,4 +1,4 @@
-//! A route of key points that a mouse visits to explore a maze.
+//! The sequence of cells (key points) that a mouse visits to explore a maze.
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 

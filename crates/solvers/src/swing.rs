@@ -11,8 +11,8 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 /// goal on the shortest known path. The strategy finds an optimistic shortest path to each key
 /// point with A*, and plans again whenever the mouse sees a new wall.
 ///
-/// The weight of a cell is its distance in steps to the current key point or, on the fast run, to
-/// the goal. The strategy always reaches the goal, or reports that the goal is unreachable.
+/// The weight of a cell is its distance in steps to the next key point of the route or, on the fast
+/// run, to the goal. The strategy always reaches the goal, or reports that the goal is unreachable.
 #[derive(Clone, Debug)]
 pub struct Swing {
     /// The route, or `None` before the first decision.

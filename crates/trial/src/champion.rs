@@ -161,9 +161,9 @@ struct RaceBounds {
     from_here: RaceSteps,
     /// The distances to the goal if all unknown walls are open.
     to_goal: RaceSteps,
-    /// The minimum number of race steps if all unknown walls are closed.
+    /// The length of the shortest race in steps, assuming that every unknown wall is present.
     upper: Option<u16>,
-    /// The minimum number of race steps if all unknown walls are open.
+    /// The length of the shortest race in steps, assuming that every unknown wall is absent.
     lower: Option<u16>,
 }
 

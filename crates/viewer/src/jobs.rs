@@ -24,8 +24,8 @@ pub(crate) async fn run_blocking<T: Send + 'static>(
     tokio::task::spawn_blocking(job).await.map_err(ApiError::internal)?
 }
 
-/// A queue for jobs of one kind that may take seconds. The queue limits the number of jobs that run
-/// at the same time.
+/// A queue for slow jobs of one kind. The queue limits the number of jobs that run at the same
+/// time.
 pub(crate) struct JobQueue {
     /// The plural name of the jobs, such as `pictures`.
     kind: &'static str,

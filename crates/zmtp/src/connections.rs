@@ -174,9 +174,8 @@ impl<S: Read + Write> Connections<S> {
         turn.has_activity
     }
 
-    /// Gives a last turn to a connection that is about to be closed, because bytes that have just
-    /// arrived may be a reason to keep the connection. Returns true if a request in this turn
-    /// counted as activity.
+    /// Serves a connection once more before it is closed, in case a request that has just arrived
+    /// is a reason to keep the connection. Returns true if such a request counted as activity.
     fn give_last_turn(&mut self, id: usize, service: &mut impl Service, now: Instant) -> bool {
         if let Some(entry) = self.entries.get_mut(&id) {
             entry.connection.set_ready(true, false);

@@ -48,10 +48,11 @@ fn network(address: IpAddr) -> IpAddr {
 
 /// Chooses the connection to close when a new client connects to a full server.
 ///
-/// The function prefers connections on which no request has counted as activity, and then the
-/// connection that has been silent for the longest time. A connection that has been silent for less
-/// than [`SILENCE`] is closed only if more than half of all connections belong to its network and
-/// the new client belongs to another network.
+/// The function prefers connections without activity (see
+/// [`Service::answer`](crate::Service::answer)), and then the connection that has been silent for
+/// the longest time. A connection that has been silent for less than [`SILENCE`] is closed only if
+/// more than half of all connections belong to its network and the new client belongs to another
+/// network.
 pub(crate) fn choose_evicted<'s, T>(
     connections: impl Iterator<Item = (T, &'s Activity)> + Clone,
     newcomer: Option<IpAddr>,

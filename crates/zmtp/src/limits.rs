@@ -36,7 +36,7 @@ pub const MAX_CONNECTIONS: usize = 1000;
 ///
 /// When a client connects to a server that already has [`MAX_CONNECTIONS`] connections, the server
 /// chooses a connection to close. It chooses the connection that has been silent for the longest
-/// time, but prefers connections on which no request has counted as activity (see
+/// time, but prefers connections without activity (see
 /// [`Service::answer`](crate::Service::answer)). If the chosen connection has been silent for less
 /// than this time, the new client is turned away instead. However, if more than half of all
 /// connections belong to one network (an IPv4 address or an IPv6 /64 prefix), and the new client

@@ -12,9 +12,9 @@ pub trait Service {
     /// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES), the bytes beyond that length are replaced
     /// with zeros.
     ///
-    /// Returns true if the request counts as activity. When the server is full, it first closes
-    /// connections on which no request has counted as activity. For requests without effect, such
-    /// as malformed requests, implementations should therefore return false.
+    /// Returns true if the request counts as activity. For requests without effect, such as
+    /// malformed requests, implementations should return false: when a new client connects to a
+    /// full server, the server first closes connections without activity.
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool;
 
     /// Refuses a request with an oversized frame. The implementation must overwrite `reply`, which

@@ -103,8 +103,8 @@ pub fn limited(command: &Command, limit: &str) -> Command {
     limited
 }
 
-/// Returns the command with default signal handling. By default, a command inherits ignored signals
-/// from the tests, for example under `nohup`.
+/// Returns the command with default signal handling. Otherwise the command would ignore the signals
+/// that the test process ignores, such as SIGHUP under `nohup`.
 fn mmsim() -> Command {
     let mmsim = env!("CARGO_BIN_EXE_mmsim");
     if !IS_IGNORING.get_or_init(is_ignoring) {

@@ -23,8 +23,8 @@ pub(super) type Bitboard<H> = ByColour<Openings<H>>;
 /// The open sides through which the cells of one chessboard colour can be entered.
 #[derive(Clone, Copy)]
 pub(super) struct Openings<B> {
-    /// The cells that can be entered from the other cell of their pair. Each pair consists of the
-    /// cells (2k, y) and (2k + 1, y), which have different colours, but the same bit position.
+    /// The cells that can be entered from the cell with the same bit position. The cells (2k, y)
+    /// and (2k + 1, y) have different colours, but the same bit position.
     same: B,
     /// The cells in even columns that can be entered by a step east.
     east: B,

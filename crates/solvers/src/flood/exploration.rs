@@ -74,7 +74,8 @@ struct Colour<B> {
     visited: B,
 }
 
-/// The cells of one chessboard colour that belong to the optimistic shortest paths.
+/// The cells of one colour (as on a chessboard) that lie on the shortest paths through known and
+/// unknown openings.
 #[derive(Clone, Copy)]
 struct PathCells<B> {
     all: B,

@@ -167,8 +167,8 @@ impl<B: ParityPlane> Flooded<B> {
 
 /// Sends waves from `from`, whose cells all have the same chessboard colour, until a wave reaches a
 /// target. Returns the targets that are nearest to `from` and their distance in steps, or `None` if
-/// no target is reachable. The returned targets have the colour of `from` if the distance is even,
-/// otherwise the opposite chessboard colour.
+/// no target is reachable. If this distance is even, the returned targets have the same colour as
+/// the cells of `from`, otherwise the opposite colour.
 #[inline(always)]
 pub(super) fn first_targets<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],
