@@ -3,9 +3,9 @@
 use mmsim_formats::{Format, Location, ParseError, parse_maze};
 use mmsim_maze::Maze;
 
-/// Reads the content as a maze file, first in the detected format and then in every format. Also
-/// reads the content with a title line of the OSHWDEM format added at the start. Checks each
-/// resulting maze or error.
+/// Reads the content as a maze file, first in the detected format and then in every format. Reads
+/// it again after prepending the title line of the OSHWDEM format. Checks each resulting maze or
+/// error.
 pub fn run(content: &[u8]) {
     read(content);
     read(&[b"OSHWDEM\n", content].concat());

@@ -141,7 +141,7 @@ fn parse_request(line: &str) -> Option<Vec<u8>> {
         .collect()
 }
 
-/// Writes byte streams of ZMTP 2 and ZMTP 3 clients. The streams contain requests, commands, and
+/// Writes the byte streams that ZMTP 2 and ZMTP 3 clients send. The streams contain requests, commands, and
 /// frames that exceed the limits.
 fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
     let oversized = [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; 65_537]].concat();

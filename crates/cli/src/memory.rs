@@ -9,9 +9,9 @@ mod system {
 
     use rlimit::Resource;
 
-    /// Version 2 and version 1 of Linux control groups. Each entry holds the mount folder of the
-    /// control groups, the name of the file with the limit, the name of the file with the usage,
-    /// and the key in `memory.stat` for the file pages that can be reclaimed.
+    /// Version 2 and version 1 of Linux control groups. Each entry holds the mount point, the
+    /// names of the limit file and the usage file, and the key in `memory.stat` for reclaimable
+    /// file pages.
     const GROUPS: [[&str; 4]; 2] = [
         ["sys/fs/cgroup", "memory.max", "memory.current", "inactive_file "],
         [

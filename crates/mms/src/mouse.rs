@@ -25,7 +25,7 @@ pub trait Environment {
     /// several cells calls this method for each cell.
     ///
     /// # Errors
-    /// Returns an error to stop the mouse.
+    /// If the implementation returns an error, the mouse stops and the error is passed on.
     fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), Self::Error> {
         let _ = mouse;
         Ok(())

@@ -57,7 +57,7 @@ impl Recording {
         Self::open_within(path, &Arc::default())
     }
 
-    /// Reads a recording from a file, using only the remaining memory of the budget.
+    /// Reads a recording from a file without exceeding the memory left in the budget.
     ///
     /// # Errors
     /// See [`open`](Self::open). Opening also fails if the states do not fit into the budget. A
@@ -76,7 +76,7 @@ impl Recording {
         Self::read_within(source, &Arc::default())
     }
 
-    /// Reads a recording from bytes, using only the remaining memory of the budget.
+    /// Reads a recording from bytes without exceeding the memory left in the budget.
     ///
     /// # Errors
     /// See [`open_within`](Self::open_within).

@@ -16,13 +16,13 @@ const PITCH: u32 = 20;
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 pub(crate) struct Drawing {
     view_box: String,
-    /// The attributes data-cell, class, x, y, width and height of each cell.
+    /// The `data-cell`, `class`, `x`, `y`, `width` and `height` attributes of each cell.
     cells: Vec<[String; 6]>,
-    /// The attributes data-cell, transform and d of each number.
+    /// The `data-cell`, `transform` and `d` attributes of each number.
     numbers: Vec<[String; 3]>,
-    /// The attributes data-wall, class and d of each wall.
+    /// The `data-wall`, `class` and `d` attributes of each wall.
     walls: Vec<[String; 3]>,
-    /// The attributes class and transform of the mouse.
+    /// The `class` and `transform` attributes of the mouse.
     mouse: [String; 2],
     trail: String,
 }

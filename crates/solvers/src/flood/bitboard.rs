@@ -260,8 +260,8 @@ fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
     [H::from_words(even), H::from_words(odd)]
 }
 
-/// Merges the cells in even columns and the cells in odd columns into rows of bits. Inverse of
-/// [`split`].
+/// Interleaves the cells in even columns with the cells in odd columns. Returns rows of bits. Inverse
+/// of [`split`].
 #[inline(always)]
 pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [u32; SIDE] {
     let (even, odd) = (even.to_words(), odd.to_words());

@@ -44,8 +44,8 @@ impl<'m> StretchFinder<'m> {
     }
 
     /// Returns the unknown stretch of the fastest race in a sampled maze. If several races are
-    /// equally fast, uses a race with the fewest unknown walls. Returns `None` if no race takes
-    /// fewer than `upper` steps or if the race has no unknown walls.
+    /// equally fast, uses a race with the fewest unknown walls. Returns `None` if every race
+    /// takes at least `upper` steps, or if the fastest race crosses no unknown wall.
     pub(super) fn find(&self, sample: &Walls, upper: u16) -> Option<UnknownStretch> {
         if sample.size().height() <= 16 {
             self.find_in(&Straights::<16, 22>::new(sample), upper)
@@ -107,7 +107,7 @@ impl<'m> StretchFinder<'m> {
 
     /// Selects the step from `cell` that leads to the goal through the fewest unknown walls, among
     /// the steps to the cells of `layer`, which are one step nearer to the goal. Returns the number
-    /// of unknown walls, and the heading and the number of cells of the step.
+    /// of unknown walls, the heading of the step, and its length in cells.
     fn step<const ROWS: usize, const PADDED: usize>(
         &self,
         straights: &Straights<ROWS, PADDED>,
