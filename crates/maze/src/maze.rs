@@ -148,6 +148,7 @@ mod tests {
         assert_eq!(posts(4, 2), [Cell::new(1, 1), Cell::new(3, 1)]);
         assert_eq!(posts(3, 2), [Cell::new(1, 1), Cell::new(2, 1)]);
         assert_eq!(posts(2, 2), []);
+        assert_eq!(posts(2, 4), [Cell::new(1, 1), Cell::new(1, 3)]);
     }
 
     #[test]
