@@ -1,8 +1,8 @@
-//! Latency and throughput with several simultaneous clients. For comparison, the same run measures
+//! Measures latency and throughput with several simultaneous clients. For comparison, also measures
 //! a plain event loop that sends replies of the same sizes without parsing the requests.
 //!
-//! To keep the overhead of the clients small, they speak ZMTP over plain TCP sockets. Like a mouse,
-//! each client waits for the reply before it sends the next request.
+//! To keep their overhead small, the clients speak ZMTP over plain TCP sockets. Like a mouse, each
+//! client waits for the reply before it sends the next request.
 
 use std::collections::HashMap;
 use std::io::{ErrorKind, Read, Write};
@@ -14,17 +14,17 @@ use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token};
 use mmsim_benches::{bundled_maze, median, serve};
 
-/// The numbers of simultaneous clients in the measurements.
+/// The number of simultaneous clients in each measurement.
 const CLIENTS: [usize; 3] = [1, 2, 10];
 
-/// The number of rounds: each measures mmsim and then the plain event loop.
+/// The number of rounds. Each round measures mmsim, then the plain event loop.
 const ROUNDS: usize = 15;
 /// The total number of requests that the clients send to each server in a round.
 const REQUESTS: usize = 6000;
 
 /// The ZMTP 3.1 greeting without the trailing zeros.
 const GREETING: &[u8] = b"\xff\0\0\0\0\0\0\0\0\x7f\x03\x01NULL";
-/// The length in bytes of the greeting with the trailing zeros.
+/// The length of the greeting in bytes, including the trailing zeros.
 const GREETING_BYTES: usize = 64;
 
 /// The READY command of a REQ socket.

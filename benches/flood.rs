@@ -1,6 +1,6 @@
-//! Compares the flood of mmsim with other implementations, both for mazes in random order and for a
-//! single maze. Further benchmarks measure how long it takes to update the distances during a
-//! search and to compute the distance from the start to the goal.
+//! Compares mmsim's flood with other implementations, both on randomly chosen mazes and on a single
+//! maze. Further benchmarks measure how long it takes to update the distances during a search and
+//! to compute the distance from the start to the goal.
 
 use std::collections::VecDeque;
 use std::hint::black_box;
@@ -57,8 +57,8 @@ impl Nibbles {
         Self { open, goals: maze.goals().iter().map(index).collect(), width }
     }
 
-    /// Floods the maze with a fixed-size array as the queue. `AREA` is the number of cells. `S` is
-    /// `u8` for mazes of 256 cells and `u16` for larger ones.
+    /// Floods the maze, using a fixed-size array as the queue. `AREA` is the number of cells. `S`
+    /// is `u8` for mazes of 256 cells and `u16` for larger ones.
     fn flood<const AREA: usize, S: Steps>(&self) -> [S; AREA] {
         let mut distances = [S::FAR; AREA];
         let mut queue = [0_u16; AREA];
@@ -174,7 +174,7 @@ impl Prepared {
         mazes.into_iter().map(prepared).collect()
     }
 
-    /// Returns the number of steps from the start to the goal according to the crate `pathfinding`.
+    /// Returns the number of steps from the start to the goal according to the `pathfinding` crate.
     fn steps_by_pathfinding(&self) -> Option<usize> {
         let Self { maze, .. } = self;
         let neighbours = |&cell: &Cell| maze.walls().open_neighbours(cell);

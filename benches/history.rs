@@ -1,4 +1,4 @@
-//! Measures a history with a million states of real searches: its memory use, the time to add a
+//! Measures a history of a million states from real searches: its memory use, the time to add a
 //! state, and the time to read states in random and sequential order.
 
 use std::collections::HashSet;
@@ -22,10 +22,10 @@ fn hash(state: &[u8]) -> u64 {
     hasher.finish()
 }
 
-/// Runs searches until `count` different states have occurred. The first returned list contains,
-/// for each state, whether it occurs for the first time. The second list contains the hash of each
-/// different state. With the first list, the measurement can repeat the searches and skip
-/// duplicates without a hash set.
+/// Runs searches until `count` distinct states have occurred. The first returned list indicates for
+/// each state whether this is its first occurrence; the second contains the hash of each distinct
+/// state. With the first list, the measurement can repeat the searches and skip duplicates without
+/// a hash set.
 fn new_states(mazes: &[Maze], count: usize) -> (Vec<bool>, Vec<u64>) {
     let (mut seen, mut is_new, mut hashes) = (HashSet::new(), Vec::new(), Vec::new());
     let mut searches = Searches::new(mazes);

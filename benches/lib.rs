@@ -1,4 +1,4 @@
-//! Shared code of the benchmarks.
+//! Code shared by the benchmarks.
 #![forbid(unsafe_code)]
 
 use std::hint::black_box;
@@ -17,8 +17,7 @@ use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
 /// circles forever.
 const MAX_STATES: u32 = 400;
 
-/// Returns the mazes of 16×16 cells: those that are bundled and, if available, those of the shared
-/// collection.
+/// Returns the 16×16 mazes: the bundled ones and, if available, those in the shared collection.
 ///
 /// # Panics
 /// Panics if a maze cannot be read.
@@ -124,8 +123,7 @@ impl<'m> Searches<'m> {
     }
 }
 
-/// Returns the mazes of 32×32 cells: those that are bundled and, if available, those of the shared
-/// collection.
+/// Returns the 32×32 mazes: the bundled ones and, if available, those in the shared collection.
 ///
 /// # Panics
 /// Panics if a maze cannot be read.
@@ -157,15 +155,14 @@ impl<'a, T> Row<'a, T> {
     }
 }
 
-/// The number of rounds: each measures every function of a comparison.
+/// The number of rounds. Each round measures every function in the comparison.
 const ROUNDS: usize = 51;
-/// The number of calls of each function in a round.
+/// How many times each round calls each function.
 const INPUTS: u32 = 1000;
 
-/// Measures the function of each row with criterion, on inputs in random order. Then measures all
-/// functions one after another in each of several rounds, so that changes in the machine's speed
-/// affect all rows equally. Prints the median time of each row and its median ratio to the first
-/// row.
+/// Measures each row's function with criterion, on randomly chosen inputs. Then runs several
+/// rounds, each of which measures all functions one after another, so that changes in the machine's
+/// speed affect all rows equally. Prints each row's median time and median ratio to the first row.
 ///
 /// # Panics
 /// Panics if there are no inputs or no rows.

@@ -1,7 +1,7 @@
-//! Compares how long mmsim and the crate `pathfinding` take to plan a path from the start to the
-//! goal of 16×16 mazes in random order. One benchmark plans the path with the fewest cells; the
-//! other finds the minimum number of time steps in which a robot of the two-run trial can reach the
-//! goal.
+//! Compares how long mmsim and the `pathfinding` crate take to plan a path from the start to the
+//! goal in randomly chosen 16×16 mazes. One benchmark looks for the path with the fewest cells; the
+//! other finds the minimum number of time steps that a robot in the two-run trial needs to reach
+//! the goal.
 
 use std::hint::black_box;
 

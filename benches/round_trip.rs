@@ -13,7 +13,7 @@ use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Server, Simulation};
 
-/// The number of rounds: each measures mmsim and then the bare REP socket.
+/// The number of rounds. Each round measures mmsim, then the bare REP socket.
 const ROUNDS: usize = 15;
 /// The number of round trips to each server in a round.
 const TRIPS: u32 = 4000;

@@ -1,6 +1,6 @@
-//! Measures the time of complete searches. A flood-fill mouse searches one maze with a simulator in
-//! memory and with a simulator over ZeroMQ on loopback. Every bundled strategy searches 16×16 mazes
-//! in random order without a simulator.
+//! Measures the time of complete searches. A flood-fill mouse searches one maze, both with an
+//! in-memory simulator and over ZeroMQ on loopback. Every bundled strategy searches randomly chosen
+//! 16×16 mazes without a simulator.
 
 use std::hint::black_box;
 use std::ops::ControlFlow;

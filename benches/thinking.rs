@@ -1,6 +1,6 @@
-//! Measures the time of a request and the processor time of the server. Before each request, the
-//! clients keep the processor busy for a while, like real mice that compute their next step. For
-//! comparison, the same run measures a bare REP socket of libzmq.
+//! Measures the time per request and the server's processor time. Before each request, the clients
+//! keep the processor busy for a while, like real mice that compute their next step. For
+//! comparison, also measures a bare libzmq REP socket.
 //!
 //! Each round measures mmsim and the bare REP socket alternately. Each row of the output shows the
 //! median and the slowest round. On Linux, run the command with `taskset -c 0` to measure on a
@@ -24,7 +24,7 @@ const REQUESTS: u32 = 1000;
 const REQUEST: &[u8] = b"W\0\0N";
 const REPLY: &[u8] = &[1, 0, 1];
 
-/// A Python version of [`libzmq_client`] that prints the mean time of a request in microseconds.
+/// A Python version of [`libzmq_client`] that prints the mean time per request in microseconds.
 const PYTHON: &str = r#"
 import sys, time, zmq
 address, requests, thinking_us = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
@@ -103,7 +103,7 @@ fn ask(socket: &zmq::Socket, request: &[u8]) {
     assert_eq!(socket.recv_bytes(0).unwrap(), REPLY);
 }
 
-/// Runs a client that uses libzmq and returns the mean time of a request in microseconds.
+/// Runs a client that uses libzmq and returns the mean time per request in microseconds.
 fn libzmq_client(address: &str, thinking: Duration) -> f64 {
     let socket = connect(address);
     ask(&socket, REQUEST);
@@ -123,7 +123,7 @@ fn python_client(address: &str, thinking: Duration) -> f64 {
     String::from_utf8(output.stdout).unwrap().trim().parse().unwrap()
 }
 
-/// Processes that keep all processors busy. The processes are killed on drop.
+/// Processes that keep all processors busy. They are killed on drop.
 struct BusyProcesses(Vec<Child>);
 
 impl BusyProcesses {

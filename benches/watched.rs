@@ -1,7 +1,7 @@
 //! Measures how much viewing slows down a search. Plain HTTP clients take the place of a browser.
 //! In the first measurement, a client follows the search at sixty frames per second; in the second,
-//! two clients request GIFs. Another benchmark measures how long it takes to open a page with a
-//! million states and how long it takes to fetch a randomly chosen state.
+//! two clients request GIFs. Another benchmark measures the time to open a page that shows a
+//! million states, and the time to fetch a randomly chosen state.
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -16,8 +16,8 @@ use mmsim_server::{Server, Simulation};
 use mmsim_viewer::{Viewer, ViewerConfig};
 use serde_json::Value;
 
-/// The number of rounds: each measures the rate of requests without and then with a load on the
-/// viewer.
+/// The number of rounds. Each round measures the request rate first without and then with load on
+/// the viewer.
 const ROUNDS: usize = 61;
 /// The number of round trips in each measurement.
 const TRIPS: usize = 2_000;
@@ -25,7 +25,7 @@ const TRIPS: usize = 2_000;
 /// The time between two frames of the viewer page.
 const FRAME: Duration = Duration::from_micros(16_667);
 
-/// The persistent HTTP connection of a page, and the host name for its requests.
+/// A page's persistent HTTP connection, and the value of the `host` header in its requests.
 struct PageClient(BufReader<TcpStream>, String);
 
 impl PageClient {
@@ -123,8 +123,8 @@ fn summarize(mut values: Vec<f64>) -> (f64, f64, f64) {
     (values[values.len() / 2], values[0], values[values.len() - 1])
 }
 
-/// Measures the rate of `S` requests under a load, relative to the rate without the load. Returns
-/// the median, the minimum and the maximum of the relative rates in all rounds.
+/// Measures the rate of `S` requests under load, relative to the rate without load. Returns the
+/// median, the minimum and the maximum of the relative rates over all rounds.
 fn compare(trips: usize, rounds: usize, load: Load) -> (f64, f64, f64) {
     let maze = bundled_maze("01-harbour");
     let (map, start) = (KnownMaze::unexplored(&maze), maze.start());
@@ -168,7 +168,7 @@ fn compare(trips: usize, rounds: usize, load: Load) -> (f64, f64, f64) {
     ratios
 }
 
-/// Returns a simulation with `count` states of real searches.
+/// Returns a simulation with `count` states from real searches.
 fn simulation_of_searches(mazes: &[Maze], count: usize) -> Simulation {
     let (mut simulation, mut searches) =
         (Simulation::new("searched", mazes[0].clone()), Searches::new(mazes));

@@ -1,6 +1,6 @@
-//! A flood-fill mouse for the simulator mms, written with the published crate `mms-rs`. The mouse
-//! does not depend on mmsim. In the simulator's window, the mouse displays the distances that it
-//! has computed and the walls that it has sensed.
+//! A flood-fill mouse for the mms simulator, written with the published `mms-rs` crate. The mouse
+//! does not depend on mmsim. In the simulator's window, it displays the distances it has computed
+//! and the walls it has sensed.
 //!
 //! ```sh
 //! cargo build -p mmsim --examples
@@ -12,7 +12,7 @@ use std::error::Error;
 
 use mms_rs::{Direction, MmsApi};
 
-/// The changes of x and y for a step in each direction, clockwise from north.
+/// The changes in x and y for a step in each direction, clockwise from north.
 const STEPS: [(i32, i32); 4] = [(0, 1), (1, 0), (0, -1), (-1, 0)];
 
 fn main() -> Result<(), Box<dyn Error>> {

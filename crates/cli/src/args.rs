@@ -96,8 +96,7 @@ pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// Returns the selected values without duplicates. An element `None` of `selected` stands for all
-/// values.
+/// Returns the selected values without duplicates. A `None` in `selected` stands for all values.
 pub(crate) fn each_once<T: Copy + PartialEq>(selected: &[Option<T>], all: &[T]) -> Vec<T> {
     let mut values = Vec::new();
     for &value in selected.iter().flat_map(|value| value.as_ref().map_or(all, slice::from_ref)) {

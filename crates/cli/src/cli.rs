@@ -1,4 +1,4 @@
-//! The definition and the parser of the command line.
+//! Defines and parses the command line.
 
 use std::env;
 use std::ffi::{OsStr, OsString};

@@ -2,7 +2,7 @@
 
 use mmsim_formats::Catalogue;
 
-/// Embeds files from the folder `mazes` as pairs of file name and content.
+/// Embeds files from the `mazes` folder as `(file name, content)` pairs.
 macro_rules! mazes {
     ($($name:literal),+ $(,)?) => {
         &[$(($name, include_str!(concat!("../../../mazes/", $name)))),+]

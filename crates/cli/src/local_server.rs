@@ -23,8 +23,8 @@ const HOST: &str = "127.0.0.1";
 const EXPOSED: &str = "anyone who can reach this port can read walls, add states and delete the \
     history: the protocol has no authentication and no encryption";
 
-/// The maximum number of open files that is requested from the system: one for each possible
-/// connection, and 100 for everything else.
+/// The open-file limit to request from the system: one file per possible connection, plus 100 for
+/// everything else.
 const DESCRIPTORS: u64 = (MAX_CONNECTIONS + MAX_VIEWER_CONNECTIONS) as u64 + 100;
 
 /// A server that is ready to run.
@@ -89,7 +89,7 @@ fn bind(host: &str, port: u16) -> Result<Server, String> {
     Server::bind(host, port).map_err(|error| with_port_hint(&error, "--port"))
 }
 
-/// Formats the error, with a hint to set `option` to 0 if the port is in use.
+/// Formats the error. If the port is in use, adds a hint to set `option` to 0.
 pub(crate) fn with_port_hint(error: &BindError, option: &str) -> String {
     match error {
         BindError::InUse { .. } => format!("{error} (try {option} 0)"),

@@ -79,8 +79,8 @@ fn page(command: &Command) -> Result<String, Box<dyn std::error::Error>> {
     Ok(String::from_utf8(page)?)
 }
 
-/// Formats `text` as the section `name` of a manual page. If the text begins with `title`, removes
-/// this title. Keeps line breaks and the alignment of columns.
+/// Formats `text` as the section `name` of a manual page. Removes `title` from the start of the
+/// text, if present. Keeps line breaks and the alignment of columns.
 fn section(name: &str, title: &str, text: &str) -> String {
     let lines: String = text.strip_prefix(title).unwrap_or(text).lines().map(escaped).collect();
     format!(".SH {name}\n.nf\n{lines}.fi\n")

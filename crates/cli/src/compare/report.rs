@@ -1,4 +1,4 @@
-//! Reports of one search and of all searches of a strategy.
+//! Reports on one search and on all of a strategy's searches.
 
 use mmsim_maze::Escaped;
 use mmsim_solvers::BundledStrategy;
@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::search::Figures;
 use crate::selection::Selected;
 
-/// The report of one search. The field names are JSON keys and CSV column names.
+/// The report on one search. The field names are JSON keys and CSV column names.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SearchReport {
     #[serde(flatten)]
@@ -33,7 +33,7 @@ impl SearchReport {
     }
 }
 
-/// The report of all searches of a strategy. The means include only mazes in which the goal was
+/// The report on all of a strategy's searches. The means include only mazes in which the goal was
 /// reached. The field names are JSON keys.
 #[derive(Debug, Serialize)]
 pub(crate) struct StrategyReport {
@@ -45,8 +45,8 @@ pub(crate) struct StrategyReport {
     rightly_given_up: usize,
     /// The number of mazes in which the goal was reached and the shortest path was proven.
     proven: usize,
-    /// The number of mazes in which the goal was reached and the shortest known path is as short as
-    /// the shortest path in the true maze.
+    /// The number of mazes in which the goal was reached and the path found is as short as the
+    /// shortest path in the true maze.
     shortest_path_found: usize,
     steps_to_goal: Option<f64>,
     /// The mean number of steps until the shortest path was proven. Only the mazes counted in

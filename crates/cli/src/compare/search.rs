@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::cpu_time::measure;
 
-/// The statistics of a search, which exclude the fast run unless stated otherwise. The field names
+/// The statistics of a search, excluding the fast run unless stated otherwise. The field names
 /// are JSON keys and CSV column names.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Figures {
@@ -23,9 +23,9 @@ pub(crate) struct Figures {
     /// The number of quarter turns until the strategy stopped or began its fast run. A U-turn
     /// counts as two quarter turns.
     pub(crate) turns: u32,
-    /// The length in steps of the shortest path that is known to be open at the end of the search.
+    /// The length in steps of the shortest path known to be open at the end of the search.
     pub(crate) path_found: Option<u16>,
-    /// The distance from the start to the goal in the true maze in steps, or `None` if the goal is
+    /// The distance in steps from the start to the goal in the true maze, or `None` if the goal is
     /// unreachable.
     pub(crate) shortest_path: Option<u16>,
     /// The processor time in microseconds, rounded to three decimal places.
