@@ -9,9 +9,8 @@ mod system {
 
     use rlimit::Resource;
 
-    /// Version 2 and version 1 of Linux control groups. Each entry holds the mount point, the
-    /// names of the limit file and the usage file, and the key in `memory.stat` for reclaimable
-    /// file pages.
+    /// Linux control groups, versions 2 and 1. Each entry holds the mount point, the names of the
+    /// limit file and the usage file, and the key in `memory.stat` for reclaimable file pages.
     const GROUPS: [[&str; 4]; 2] = [
         ["sys/fs/cgroup", "memory.max", "memory.current", "inactive_file "],
         [
@@ -36,13 +35,13 @@ mod system {
         kibibytes(&read(root.join("proc/meminfo"))?, "MemAvailable:")
     }
 
-    /// Returns the remaining memory within a limit of this process, such as `ulimit -v`.
+    /// Returns the memory left under a resource limit of this process, such as `ulimit -v`.
     fn process(root: &Path, limit: Resource, used: &str) -> Option<u64> {
         let (limit, _) = limit.get().ok().filter(|&(limit, _)| limit != rlimit::INFINITY)?;
         Some(limit.saturating_sub(kibibytes(&read(root.join("proc/self/status"))?, used)?))
     }
 
-    /// Returns the remaining memory within the limits of this process's control groups and their
+    /// Returns the memory left under the limits of this process's control groups and their
     /// ancestors.
     fn groups(root: &Path) -> Option<u64> {
         let groups = read(root.join("proc/self/cgroup"))?;
@@ -57,7 +56,7 @@ mod system {
         free.min()
     }
 
-    /// Returns the remaining memory within the limit of one control group.
+    /// Returns the memory left under the limit of one control group.
     fn group(folder: &Path, [limit, used, reclaimable]: &[&str; 3]) -> Option<u64> {
         let number = |name| read(folder.join(name))?.trim().parse().ok();
         // Without a limit, the file holds `max`.

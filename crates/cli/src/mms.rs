@@ -30,8 +30,7 @@ use crate::usage::UsageError;
 /// The interval between checks for Ctrl-C while the mouse computes.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The time after which an incomplete line is reported, which must be a multiple of
-/// [`POLL_INTERVAL`].
+/// The time after which an incomplete line is reported. Must be a multiple of [`POLL_INTERVAL`].
 const INCOMPLETE_LINE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Runs the mouse and returns the exit code.

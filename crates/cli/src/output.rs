@@ -21,7 +21,7 @@ pub(crate) fn print(data: &(impl AsRef<[u8]> + ?Sized)) -> io::Result<()> {
     unless_closed(out.write_all(data.as_ref()).and_then(|()| out.flush()))
 }
 
-/// Ignores the error for a broken pipe, which occurs when a reader such as `head` exits early.
+/// Ignores broken-pipe errors, which occur when a reader such as `head` exits early.
 fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     written.or_else(|error| match error.kind() {
         ErrorKind::BrokenPipe => Ok(()),
@@ -29,8 +29,8 @@ fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     })
 }
 
-/// Prints a value as a line of JSON. The JSON is written in parts, because the JSON of a long
-/// recording may not fit in memory.
+/// Prints a value as a line of JSON. Writes it incrementally, because the JSON of a long recording
+/// may not fit in memory.
 pub(crate) fn print_json(value: &impl Serialize) -> io::Result<()> {
     write_json(value, CompactFormatter)
 }

@@ -100,14 +100,15 @@ fn milliseconds(recording: &Recording, time: u64) -> f64 {
     time.saturating_sub(first) as f64 / 1e6
 }
 
-/// The report of one state. The field names are JSON keys.
+/// The report on one state. The field names are JSON keys.
 #[derive(Serialize)]
 struct StateReport {
     index: usize,
     #[serde(flatten)]
     pose: PoseAt,
     visited_cells: usize,
-    /// The number of walls that the client reports wrongly, or `None` if the recording has no maze.
+    /// The number of walls that the client reports incorrectly, or `None` if the recording has no
+    /// maze.
     wrong_walls: Option<usize>,
     /// The weight of cell (x, y) is `weights[x][y]`.
     weights: Vec<Vec<u8>>,
@@ -156,7 +157,7 @@ fn columns(size: MazeSize, matrix: Matrix<'_>) -> Vec<Vec<u8>> {
     (0..size.width()).map(column).collect()
 }
 
-/// Counts the walls that the client reports wrongly.
+/// Counts the walls that the client reports incorrectly.
 fn wrong_walls(map: &KnownMaze, maze: &Maze) -> usize {
     let sides = |cell| [Heading::North, Heading::East].map(|heading| (cell, heading));
     let is_wrong = |&(cell, heading): &(Cell, Heading)| match map.wall(cell, heading) {
@@ -167,7 +168,7 @@ fn wrong_walls(map: &KnownMaze, maze: &Maze) -> usize {
     map.size().cells().flat_map(sides).filter(is_wrong).count()
 }
 
-/// The JSON report of a recording.
+/// The JSON report on a recording.
 #[derive(Serialize)]
 struct ReplayReport<'a> {
     path: &'a Path,
@@ -187,7 +188,7 @@ struct ReplayReport<'a> {
     state: Option<StateReport>,
 }
 
-/// A sequence of the poses in all states. Each pose is decoded when it is serialized.
+/// Serializes the poses in all states as a sequence, decoding them one at a time.
 struct Poses<'a>(&'a Recording);
 
 impl Serialize for Poses<'_> {

@@ -31,7 +31,7 @@ pub(crate) struct ManArgs {
     /// Command to document, such as `solve` or `mazes check` [default: mmsim itself]
     #[arg(conflicts_with = "output")]
     pub(crate) command: Vec<String>,
-    /// Write the pages of all commands to DIR
+    /// Write the manual pages for all commands to DIR
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
 }

@@ -132,9 +132,9 @@ pub(crate) struct GenerateArgs {
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) count: u32,
     /// File to write. The extension .trial, .maz or .num selects the format; all other files are
-    /// text. The path is a folder for files such as contest-16x16-1.txt if it ends in a separator,
-    /// if the folder exists, or if --count is above 1 [default: print the mazes, separated by blank
-    /// lines]
+    /// text. The path is treated as a folder for files such as contest-16x16-1.txt if it ends in a
+    /// separator or is an existing folder, or if --count is above 1 [default: print the mazes,
+    /// separated by blank lines]
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Overwrite existing files whose content differs

@@ -81,7 +81,7 @@ impl Checked {
     }
 
     /// Formats one line with the properties of the maze, or with the first error if the file cannot
-    /// be read. The remaining findings follow, with one line for each kind.
+    /// be read. The remaining findings follow, one line per kind.
     fn text(&self) -> String {
         let printed = usize::from(self.row.error.is_some()).min(self.findings.len());
         format!("{}\n{}", self.row.line(), lines(&self.findings[printed..]))

@@ -80,7 +80,7 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
     Ok(reading.maze)
 }
 
-/// Describes the start and the goal of `maze` that are lost if `bare` is written instead. `bare`
+/// Describes the start and goal of `maze` that would be lost if `bare` were written instead. `bare`
 /// has the default start and goal.
 fn omitted(maze: &Maze, bare: &Maze) -> String {
     let mut marks = Vec::new();

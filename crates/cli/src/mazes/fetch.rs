@@ -107,8 +107,8 @@ fn is_hidden(path: &str) -> bool {
     path.split('/').any(|name| name.starts_with('.') || name == "__MACOSX")
 }
 
-/// Returns the length in bytes of the name of the top folder, including its `/`. Returns 0 if there
-/// is no top folder that contains all files.
+/// Returns the length of the top folder's name in bytes, including the `/`, or 0 if no top folder
+/// contains all files.
 fn top_folder_bytes(files: &Files) -> usize {
     let first = files.keys().next().map_or("", String::as_str);
     let top = first.find('/').map_or(0, |slash| slash + 1);

@@ -22,8 +22,8 @@ pub(super) struct Finding {
     place: String,
 }
 
-/// The kinds of problems in a maze file. Findings are printed in the order of these variants, in
-/// which errors precede warnings.
+/// The kinds of problems in a maze file. Findings are printed in the order of these variants,
+/// errors first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum FindingKind {
@@ -76,7 +76,7 @@ impl Finding {
         Self::new(FindingKind::Duplicate, message)
     }
 
-    /// Returns the problems of a maze and the assumptions made when reading the maze.
+    /// Returns the problems in a maze and the assumptions made when reading it.
     pub(super) fn from_reading(reading: &ParsedMaze) -> Vec<Self> {
         let ParsedMaze { maze, unknown_walls, ambiguous_encoding, .. } = reading;
         let start = maze.start().cell;
@@ -127,7 +127,7 @@ pub(super) fn ambiguity(way: &str) -> String {
     format!("the digits fit more than one maze; read as: {way}")
 }
 
-/// Formats the findings, with one line for each kind.
+/// Formats the findings, one line per kind.
 pub(super) fn lines(findings: &[Finding]) -> String {
     let mut findings = findings.to_vec();
     findings.sort_by_key(|finding| finding.kind);

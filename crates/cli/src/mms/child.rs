@@ -1,4 +1,4 @@
-//! The process of a mouse and its pipes.
+//! A mouse process and its pipes.
 
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
@@ -20,10 +20,10 @@ const START_BYTES: usize = 40;
 /// The maximum number of lines that are queued for execution.
 const MAX_LINES_AHEAD: usize = 256;
 
-/// The maximum number of replies that the mouse may leave unread, which take about 10 MB.
+/// The maximum number of unread replies. This many take about 10 MB.
 const MAX_UNREAD_REPLIES: usize = 1 << 20;
 
-/// The process of a mouse, which is killed on drop.
+/// A mouse process, which is killed on drop.
 pub(crate) struct Child {
     process: process::Child,
     lines: Receiver<Line>,
@@ -85,7 +85,7 @@ impl Child {
     pub(crate) fn reply(&self, reply: Response) -> Result<(), String> {
         let unread = self.unread.fetch_add(1, Ordering::Relaxed);
         if unread >= MAX_UNREAD_REPLIES {
-            return Err(format!("the mouse does not read its replies ({unread} are unread)"));
+            return Err(format!("the mouse is not reading its replies ({unread} unread)"));
         }
         if let Some(replies) = &self.replies {
             let _ = replies.send(reply);
@@ -93,7 +93,7 @@ impl Child {
         Ok(())
     }
 
-    /// Returns the start of the line that the mouse has not completed, or no bytes if the last line
+    /// Returns the start of the mouse's incomplete last line, or an empty vector if the last line
     /// is complete.
     pub(crate) fn incomplete_line(&self) -> Vec<u8> {
         self.incomplete_line.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -111,7 +111,7 @@ impl Child {
 }
 
 impl Drop for Child {
-    /// Kills the mouse and its child processes.
+    /// Kills the mouse and, on Unix, its child processes.
     fn drop(&mut self) {
         #[cfg(unix)]
         if let Some(group) = rustix::process::Pid::from_raw(self.process.id().cast_signed()) {
@@ -122,7 +122,7 @@ impl Drop for Child {
     }
 }
 
-/// A reader of the mouse's output. It stores the start of a line that the mouse has not completed.
+/// Reads the mouse's output and stores the start of an incomplete last line.
 struct LineTracker<R> {
     pipe: R,
     incomplete_line: Arc<Mutex<Vec<u8>>>,

@@ -34,7 +34,7 @@ impl<'a, T: Transport> Simulator<'a, T> {
         Ok(Self { exchange, reported, interrupt, pace, last: None })
     }
 
-    /// Sends the state of the mouse if the state has changed.
+    /// Sends the mouse's state if it has changed.
     pub(crate) fn update(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
         let is_sent = self.last.as_ref().is_some_and(|last| is_same_state(last, mouse));
         if is_sent { Ok(()) } else { self.send(mouse) }

@@ -308,7 +308,7 @@ fn a_mouse_that_never_reads_is_stopped() {
     let for_ever = "while True: sys.stdout.write('wallFront\\n' * 1000)";
     let ended = run(&home, &[], for_ever).unwrap();
     assert_eq!(ended.code, Some(1), "{ended:?}");
-    let expected = "mmsim: the mouse does not read its replies (1048576 are unread)\n";
+    let expected = "mmsim: the mouse is not reading its replies (1048576 unread)\n";
     assert!(ended.stderr.contains(expected), "{ended:?}");
 }
 

@@ -18,7 +18,7 @@ pub(super) const MAX_ARCHIVE_BYTES: u64 = 32 << 20;
 const MAX_UNPACKED_BYTES: u64 = 32 << 20;
 const MAX_ENTRIES: usize = 20_000;
 
-/// A map from the relative paths of files, with `/` as separator, to their contents.
+/// Maps relative file paths, with `/` as the separator, to file contents.
 pub(super) type Files = BTreeMap<String, Vec<u8>>;
 
 /// The unpacked content of an archive.

@@ -1,8 +1,8 @@
-//! Updates `fetched`, the folder of fetched mazes, in a folder that the user chooses.
+//! Updates `fetched`, the subfolder for fetched mazes in a folder chosen by the user.
 //!
-//! A fetch writes the fetched files to a new folder. It also copies the files that the user has
-//! added to the old folder or changed there. Finally, the new folder replaces the old one. A
-//! manifest in the folder lists the fetched files.
+//! A fetch writes the fetched files to a new folder. It also copies any files that the user has
+//! added or changed in the old folder. Finally, the new folder replaces the old one. A manifest in
+//! the folder lists the fetched files.
 
 use std::collections::HashMap;
 use std::fs::{self, File};
@@ -16,8 +16,8 @@ use super::archive::Files;
 
 /// The name of the folder of fetched mazes.
 pub(super) const FOLDER: &str = "fetched";
-/// The name of the manifest file. For each fetched file, the manifest contains a line with the
-/// CRC-32 in hexadecimal and the path.
+/// The name of the manifest file. The manifest has a line for each fetched file, with its CRC-32
+/// in hexadecimal and its path.
 const MANIFEST: &str = ".mmsim-fetched";
 /// The name of the file that a fetch locks.
 const LOCK: &str = ".mmsim-fetching";

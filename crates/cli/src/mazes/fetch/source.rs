@@ -13,8 +13,7 @@ use url::Url;
 use super::archive::MAX_ARCHIVE_BYTES;
 use crate::output::{own_command, progress};
 
-/// The time limit that applies separately to connecting, to waiting for the response, and to each
-/// read.
+/// The timeout for connecting, for waiting for the response, and for each read.
 const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// The maximum duration of a download in minutes.
