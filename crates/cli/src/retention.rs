@@ -11,7 +11,7 @@ use crate::output::note;
 
 const MIB: u64 = 1 << 20;
 
-/// The free memory in bytes that is assumed if the system does not report it.
+/// The amount of free memory to assume if the system does not report it, in bytes.
 const ASSUMED_FREE_BYTES: u64 = 1 << 30;
 
 /// The memory limits of a server.
@@ -23,9 +23,9 @@ pub(crate) struct MemoryLimits {
 }
 
 impl MemoryLimits {
-    /// Returns the limits that the arguments set. By default, the history may use half of the free
+    /// Returns the limits set by the arguments. By default, the history may use half of the free
     /// memory and recordings may use a quarter. Call this before the server opens sockets, because
-    /// reading the free memory needs a file descriptor.
+    /// measuring free memory needs a file descriptor.
     pub(crate) fn new(args: &RetentionArgs) -> Self {
         let free = memory::free().unwrap_or(ASSUMED_FREE_BYTES);
         let limit = |part| bytes(args.history_limit, free / part);
@@ -47,7 +47,7 @@ fn bytes(mebibytes: Option<u64>, default: u64) -> usize {
     usize::try_from(bytes).unwrap_or(usize::MAX)
 }
 
-/// Prints the limit of the history and the folder for recordings.
+/// Prints the history limit and the folder for recordings, if any.
 pub(crate) fn report(args: &RetentionArgs, simulation: &Simulation) {
     let mib = simulation.history().limit() as u64 / MIB;
     let default = ", half of the free memory (change with --history-limit)";

@@ -1,4 +1,4 @@
-//! Showing the map of a mouse on the terminal.
+//! Showing a mouse's map on the terminal.
 
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal};
@@ -14,7 +14,7 @@ use crate::output::{counted, print};
 /// The default time between two steps on a terminal, in milliseconds.
 pub(crate) const DEFAULT_PACE_MS: u64 = 50;
 
-/// A view of the map of a mouse. A live view redraws the map in place during the search.
+/// A view of a mouse's map. A live view redraws the map in place during the search.
 pub(crate) struct Screen {
     strategy: BundledStrategy,
     /// True if the map is shown during the search.
@@ -104,7 +104,7 @@ impl Screen {
     }
 }
 
-/// Returns the columns and lines of the terminal.
+/// Returns the width and height of the terminal, in columns and lines.
 fn terminal() -> (usize, usize) {
     let (Width(columns), Height(lines)) = terminal_size().unwrap_or((Width(80), Height(24)));
     (columns.into(), lines.into())

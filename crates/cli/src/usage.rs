@@ -6,7 +6,7 @@ use std::error::Error;
 /// command has already reported, and `Err` for an error that is still to be reported.
 pub(crate) type CommandResult = Result<bool, Box<dyn Error>>;
 
-/// An error in the command line that clap does not detect. The process exits with code 2.
+/// A command-line error that clap does not detect. The process exits with code 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub(crate) struct UsageError {

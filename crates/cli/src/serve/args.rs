@@ -16,8 +16,8 @@ pub(crate) struct ServeArgs {
     pub(crate) host: String,
     #[command(flatten)]
     pub(crate) server: ServerArgs,
-    /// When the server is ready, print a JSON object with the address of the server, the URL of the
-    /// viewer page and a description of the maze
+    /// When the server is ready, print its address, the URL of the viewer page and a description of
+    /// the maze as a JSON object
     #[arg(long)]
     pub(crate) json: bool,
 }

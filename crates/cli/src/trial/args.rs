@@ -24,8 +24,8 @@ without --once, it is 0 after Ctrl-C.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct TrialArgs {
-    /// Maze files, folders to search recursively, or words from the path of a maze, which is
-    /// searched for in ~/.mmsim and then in the bundled mazes
+    /// Maze files, folders to search recursively, or words from a maze's path (~/.mmsim is searched
+    /// first, then the bundled mazes)
     #[arg(required = true, value_name = "MAZE")]
     pub(crate) mazes: Vec<PathBuf>,
     /// Robot to run; may be repeated
@@ -37,14 +37,14 @@ pub(crate) struct TrialArgs {
     /// Probability from 0 to 1 that a sensor reading is off by one cell
     #[arg(long, value_name = "P", default_value_t = 0., value_parser = parse_probability)]
     noise: f64,
-    /// Number of corners to visit, 0 to 3, for the robots swing and swing-timed
+    /// Number of corners to visit, 0 to 3 (swing and swing-timed only)
     #[arg(long, value_name = "N", default_value_t)]
     key_points: KeyPoints,
-    /// Places to visit while exploring, for the robots swing and swing-timed
+    /// Places to visit while exploring (swing and swing-timed only)
     #[arg(long, default_value_t, value_parser = variants())]
     variant: Variant,
     /// Draw the explored maze and the race. A step is drawn as U, R, D or L in its first cell and
-    /// as a lowercase letter in the following cells. X marks the goal
+    /// as the same letter in lowercase in any further cells. X marks the goal
     #[arg(long)]
     pub(crate) path: bool,
     /// Print a JSON array

@@ -59,8 +59,8 @@ fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
     ]
 }
 
-/// Runs all trials and prints the tables. A robot without a score also appears in the tables and
-/// does not count as an error.
+/// Runs all trials and prints the tables. Robots without a score still appear in the tables and
+/// do not count as errors.
 pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     let tables = comparisons(args);
     let trials = Trials::run(&tables, mazes);
@@ -198,8 +198,8 @@ fn each(outcomes: &[TrialResult]) -> Vec<String> {
     outcomes.iter().map(result).chain([sum]).collect()
 }
 
-/// Returns the numbers of scores, of correctly reported unreachable goals, and of failures. If
-/// there are scores, also returns the means over the mazes with a score.
+/// Returns three counts: scores, correctly reported unreachable goals, and failures. If there are
+/// scores, also returns the means over the mazes with a score.
 fn means(outcomes: &[TrialResult]) -> Vec<String> {
     let Means { scored, explore_steps, race_steps, score, excess } = Means::new(outcomes.iter());
     let unreachable = outcomes.iter().filter(|outcome| outcome.is_correctly_given_up()).count();

@@ -112,16 +112,14 @@ impl TrialResult {
         matches!(self.ending, TrialOutcome::GaveUp) && self.race_optimum.is_none()
     }
 
-    /// Returns the score of a robot that knows the maze, or `None` if the goal is unreachable. A
-    /// robot that knows the maze explores and races in the minimum number of steps, and needs one
-    /// more step for the reset.
+    /// Returns the score of a robot that knows the maze, or `None` if the goal is unreachable. Such
+    /// a robot needs the minimum number of steps for each run, plus one step for the reset.
     pub(crate) fn bound(&self) -> Option<Score> {
         let optimum = u32::from(self.race_optimum?);
         Some(Score { explore_steps: optimum + 1, race_steps: optimum })
     }
 
-    /// Returns by how much the race steps and the score exceed those of a robot that knows the
-    /// maze.
+    /// Returns the excess race steps and excess score compared with a robot that knows the maze.
     pub(crate) fn excess(&self) -> Option<(u32, f64)> {
         let (score, bound) = (self.score()?, self.bound()?);
         Some((score.race_steps - bound.race_steps, score.value() - bound.value()))

@@ -27,8 +27,7 @@ use mmsim_protocol::Reply;
 use mmsim_tests::{TIMEOUT_MS, malformed_requests, wait_for};
 use searcher::while_searching;
 
-/// Returns `MMSIM_ATTACK_FORCE`, which multiplies the length of most attacks, or 1 if it is not
-/// set.
+/// Returns `MMSIM_ATTACK_FORCE`, a multiplier for the length of most attacks. The default is 1.
 fn force() -> usize {
     static FORCE: OnceLock<usize> = OnceLock::new();
     *FORCE.get_or_init(|| env::var("MMSIM_ATTACK_FORCE").map_or(1, |force| force.parse().unwrap()))
@@ -318,8 +317,8 @@ fn wrong_frames_and_commands() {
     });
 }
 
-/// A reset must release the memory of a long history, even if clients have connected while the
-/// history was growing.
+/// A reset must release the memory of a long history, even if more clients have just
+/// connected.
 #[test]
 fn a_reset_releases_memory() {
     let target = Target::start();

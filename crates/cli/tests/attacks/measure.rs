@@ -4,13 +4,13 @@ use std::fs;
 
 use mmsim_tests::wait_for;
 
-/// The maximum growth of memory after an attack, in KiB.
+/// The maximum memory growth after an attack, in KiB.
 const MAX_GROWTH_KIB: u64 = 32 * 1024;
 
-/// The maximum growth of peak memory during the attacks, in KiB.
+/// The maximum growth in peak memory during the attacks, in KiB.
 const MAX_PEAK_GROWTH_KIB: u64 = 64 * 1024;
 
-/// The resources that a process uses.
+/// The resource usage of a process.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Resources {
     /// Memory in KiB.
@@ -37,8 +37,8 @@ impl Resources {
         })
     }
 
-    /// Waits until the process uses no more resources than recorded in `self`, apart from the
-    /// permitted growth of memory.
+    /// Waits until the process uses no more resources than recorded in `self`, apart from permitted
+    /// memory growth.
     pub(crate) fn wait_until_back(&self, process: u32) {
         let what = format!("the server to use no more than {self:?}");
         wait_for(&what, || {

@@ -38,7 +38,7 @@ pub(crate) struct Browser {
     session: String,
 }
 
-/// An entry of the browser's log.
+/// An entry in one of the browser's logs.
 #[derive(Debug, Deserialize)]
 pub(crate) struct LogEntry {
     pub(crate) level: String,
@@ -139,8 +139,8 @@ impl Browser {
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
     }
 
-    /// Runs an asynchronous script and returns its result. The script passes the result to a
-    /// callback, which is the last argument of the script.
+    /// Runs an asynchronous script and returns its result. The last argument of the script
+    /// is the callback that receives the result.
     pub(crate) fn run_async<T: DeserializeOwned>(&self, script: &str, arguments: &[Value]) -> T {
         let value = self.wait(self.client.execute_async(script, arguments.to_vec()));
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
@@ -163,8 +163,8 @@ impl Browser {
         self.run("return document.querySelector(arguments[0]) !== null", &[json!(selector)])
     }
 
-    /// Returns true if the page in the frame that matches the selector `frame` has an element that
-    /// matches `selector`.
+    /// Returns true if the frame contains an element that matches `selector`. Both arguments are
+    /// CSS selectors.
     pub(crate) fn frame_has(&self, frame: &str, selector: &str) -> bool {
         self.wait(async {
             self.client.find(Locator::Css(frame)).await?.enter_frame().await?;
@@ -222,12 +222,12 @@ impl Browser {
         reply.json()["value"].take()
     }
 
-    /// Returns the entries of a log and clears the log. The log of the console is called `browser`.
+    /// Returns the entries of a log and clears the log. The console log is called `browser`.
     pub(crate) fn take_log(&self, kind: &str) -> Vec<LogEntry> {
         serde_json::from_value(self.command("se/log", &json!({ "type": kind }))).unwrap()
     }
 
-    /// Returns the errors and warnings of the console and clears the console.
+    /// Returns the errors and warnings in the console log, and clears the log.
     pub(crate) fn take_errors(&self) -> Vec<LogEntry> {
         let is_error = |entry: &LogEntry| {
             (entry.level == "SEVERE" || entry.level == "WARNING")

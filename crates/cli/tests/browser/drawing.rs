@@ -1,4 +1,4 @@
-//! Compares the map on the page with the expected map of a maze and a client's states.
+//! Compares the map on the page with the one expected from the maze and the client's states.
 
 use std::fmt::Debug;
 
@@ -28,8 +28,8 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
-    /// Returns the expected map of a maze after a client's last state. `trail` holds the visited
-    /// cells, oldest first.
+    /// Returns the map that the page should show for this maze and a client's last state. `trail`
+    /// holds the visited cells, oldest first.
     pub(crate) fn expected(maze: &Maze, state: Option<&TestState>, trail: &[Cell]) -> Self {
         let size = maze.size();
         let classes = |class: &str, others: &[(bool, &str)]| {

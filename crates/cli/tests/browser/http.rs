@@ -9,7 +9,7 @@ use mmsim_tests::TIMEOUT;
 #[derive(Debug)]
 pub(crate) struct Reply {
     pub(crate) status: u16,
-    /// Pairs of a header name in lower case and its value.
+    /// The header names, in lowercase, and their values.
     pub(crate) headers: Vec<(String, String)>,
     pub(crate) body: Vec<u8>,
 }

@@ -13,7 +13,7 @@ use crate::page::{Page, Panel};
 use crate::simulator::{bundled, maze_at};
 use crate::test_state::{SIDES, TestState, VISITED, neighbour};
 
-/// Loads each of these mazes and asserts that the map shows the maze.
+/// Loads each of these mazes and asserts that the map shows it.
 fn assert_shows_each(browser: &Browser, mazes: &[(&str, Maze)]) {
     let (page, live) = (Page(browser), Panel::live(browser));
     for (path, maze) in mazes {

@@ -1,5 +1,5 @@
-//! Measurements of the page: its latency, and how much it slows down the simulator. The
-//! measurements print results and check no limits. Run them with:
+//! Measurements of the page: its latency, and how much it slows down the simulator. They print
+//! results but do not check them against limits. Run them with:
 //!
 //! `cargo test --release -p mmsim --test browser -- --ignored --nocapture --test-threads=1`
 
@@ -179,8 +179,8 @@ fn the_rate_of_states_with_a_page_open() {
     });
 }
 
-/// A script that runs before a new page loads. The script measures when the page shows the state
-/// with the index LAST and when the page paints that state, in milliseconds since navigation.
+/// A script that runs before a new page loads. It records when the page shows state LAST and when
+/// the page paints that state, in milliseconds since navigation.
 const MEASURE_DRAWN: &str = r#"
     window.drawn = new Promise((yes) => new MutationObserver(() => {
         const panel = document.querySelector('[data-source="live"]');

@@ -109,7 +109,8 @@ impl<'a> Panel<'a> {
         });
     }
 
-    /// Waits until weights are shown, then asserts that the panel shows the last state completely.
+    /// Waits until weights are shown, then asserts that the map and the number of visited cells
+    /// match the last state.
     pub(crate) fn assert_shows(&self, maze: &Maze, states: &[TestState]) {
         wait_for("weights", || (self.data("fast") == "false").then_some(()));
         let trail: Vec<Cell> =
