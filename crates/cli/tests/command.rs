@@ -144,7 +144,7 @@ fn json_reports_the_address() {
     assert_eq!(place["maze"]["goals"], json!([[7, 7], [8, 7], [7, 8], [8, 8]]));
 }
 
-/// The tool `script` runs the command on a separate terminal.
+/// The `script` tool runs the command in its own pseudo-terminal.
 #[cfg(target_os = "linux")]
 #[test]
 fn no_color_disables_colours() {

@@ -32,7 +32,7 @@ fn without_times(table: &str) -> String {
     format!("{}  µs\n", head.trim_end_matches("µs").trim_end()) + &timeless.collect::<String>()
 }
 
-/// Asserts that the reports have times, and returns the reports without the times.
+/// Checks the times in the reports and returns the reports without them.
 fn timeless(mut reports: Value) -> Value {
     for report in reports.as_array_mut().unwrap() {
         let is_reached = report["goal_reached"] != 0;

@@ -1,4 +1,4 @@
-//! Limits of memory, open files and unpacked recordings.
+//! Limits on memory, open files and unpacked recordings.
 #![cfg(target_os = "linux")]
 
 mod harness;
@@ -17,7 +17,7 @@ use mmsim_tests::{ask, connect_to};
 
 const MIB: u64 = 1 << 20;
 
-/// Returns a memory figure of a process in bytes, such as the peak `VmHWM`.
+/// Returns a process's memory use in bytes. `key` is a field such as `VmHWM` (the peak).
 fn figure(process: u32, key: &str) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'))?;

@@ -1,4 +1,4 @@
-//! Recording and replaying searches without loss of acknowledged states.
+//! Recording and replaying searches without losing acknowledged states.
 
 mod harness;
 

@@ -18,7 +18,7 @@ o   o---o   o
 o---o---o---o
 ";
 
-/// Records states of a mouse that moves back and forth and reports a wall that does not exist.
+/// Records a mouse that moves back and forth and reports a nonexistent wall.
 fn record(home: &Home, name: &str, states: u8) -> PathBuf {
     let simulation = Simulation::new("small", MAZE.parse::<Maze>().unwrap());
     let path = home.path().join(name);
@@ -46,7 +46,7 @@ fn png_size(png: &[u8]) -> (u32, u32) {
     (number(16), number(20))
 }
 
-/// Returns the number of frames of a GIF, and its width and height.
+/// Returns the number of frames, the width and the height of a GIF.
 fn gif_frames(gif: &[u8]) -> (usize, u16, u16) {
     let mut decoder = gif::DecodeOptions::new().read_info(gif).unwrap();
     let mut frames = 0;

@@ -1,5 +1,5 @@
-//! Signals that are ignored when the command starts, as under `nohup` or in background jobs of a
-//! script.
+//! Signals that are already ignored when the command starts, as under `nohup` or in a script's
+//! background jobs.
 #![cfg(target_os = "linux")]
 
 mod harness;
@@ -28,7 +28,7 @@ fn start(home: &Home, ignored: &str, arguments: &[&str], text: &str) -> Serving 
     Serving::start(shell, text)
 }
 
-/// Returns true if a signal is in the named signal mask of the server process.
+/// Returns true if a signal is in one of the server's signal masks, such as `SigIgn:`.
 fn is_in(server: &Serving, mask: &str, signal: u32) -> bool {
     let status = fs::read_to_string(format!("/proc/{}/status", server.id())).unwrap();
     let mask = status.lines().find_map(|line| line.strip_prefix(mask)).unwrap();

@@ -1,4 +1,4 @@
-//! Checks that the pictures and numbers in docs/strategies.md are the results of the strategies.
+//! Checks that the pictures and numbers in docs/strategies.md match the strategies' results.
 
 mod harness;
 

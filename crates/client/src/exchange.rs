@@ -75,7 +75,7 @@ impl<T: Transport> Exchange<T> {
     ///
     /// # Errors
     /// Returns an error if the simulator does not reply or refuses the request, for example because
-    /// its maze has a different size.
+    /// its maze and `map` differ in size.
     pub fn state(
         &mut self,
         pose: Pose,

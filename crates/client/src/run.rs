@@ -9,7 +9,7 @@ use mmsim_solvers::{Crash, DriveError, Mouse, SearchDriver, SearchError, SearchS
 use crate::exchange::Exchange;
 use crate::transport::{Transport, TransportError};
 
-/// The value that is sent for a cell without a weight.
+/// The value sent for a cell without a weight.
 const NO_WEIGHT: u16 = u16::MAX;
 
 /// The results of a search run.
@@ -63,7 +63,7 @@ pub enum RunError {
         size: MazeSize,
         /// The cell at the edge of the expected maze.
         cell: Cell,
-        /// The side of the cell on which the wall is missing.
+        /// The side of `cell` that has no wall.
         heading: Heading,
     },
     /// The strategy cannot continue.
@@ -120,7 +120,7 @@ pub struct BrokenRun {
 ///
 /// # Errors
 /// Returns an error if the simulator does not reply or refuses a request, or if the strategy cannot
-/// continue. The last state is sent before an error of the strategy is returned.
+/// continue. The last state is sent before a strategy error is returned.
 pub fn search_run<S: Strategy>(
     transport: &mut impl Transport,
     mouse: &mut Mouse<S>,

@@ -17,7 +17,7 @@ impl<T: Transport> Transport for &mut T {
     }
 }
 
-/// The reason why a request has no reply.
+/// The reason why a request received no reply.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TransportError {
@@ -34,13 +34,13 @@ pub enum TransportError {
     Failed {
         /// The endpoint of the simulator.
         endpoint: String,
-        /// The error message of the transport.
+        /// The transport's error message.
         reason: String,
     },
 }
 
 /// A simulator in the same process: a function that handles a request and writes the reply to a
-/// buffer. The value that this function returns is ignored.
+/// buffer. The function's return value is ignored.
 pub struct InMemory<F> {
     handle: F,
 }

@@ -26,7 +26,7 @@ pub struct Waiting<'a> {
     pub endpoint: &'a str,
     /// The time since the request was sent.
     pub elapsed: Duration,
-    /// The number of notices since the request was sent, including this notice.
+    /// The number of notices since the request was sent, including this one.
     pub notices: u32,
     /// True if the simulator has replied to an earlier request.
     pub answered: bool,

@@ -61,18 +61,18 @@ impl std::fmt::Debug for Animation {
 }
 
 impl Animation {
-    /// Creates an animation of this width in pixels. The height follows from the size of the maze.
+    /// Creates an animation that is `width_px` pixels wide. The height follows from the maze size.
     pub const fn new(width_px: u32) -> Self {
         Self { width_px, begun: None }
     }
 
     /// Adds a frame that is shown for `delay_ms` milliseconds. The display time is rounded up to a
-    /// hundredth of a second, the time unit of GIF. The display time is at least 20 ms, the minimum
-    /// that browsers support.
+    /// hundredth of a second, the time unit of GIF, and is at least 20 ms, the minimum that
+    /// browsers support.
     ///
     /// # Errors
-    /// Returns an error if the width is out of range (see [`Scene::png`]) or if the size of the
-    /// maze differs from that of the first frame.
+    /// Returns an error if the width is out of range (see [`Scene::png`]) or if the maze
+    /// differs in size from the one in the first frame.
     pub fn push(&mut self, scene: &Scene<'_>, delay_ms: u32) -> Result<(), PictureError> {
         let Some(begun) = &mut self.begun else {
             self.begun = Some(Begun::new(scene, self.width_px, delay_ms)?);
@@ -158,9 +158,9 @@ fn px(pixels: usize) -> u16 {
     u16::try_from(pixels).unwrap_or(u16::MAX)
 }
 
-/// Returns the indices of the states to show in an animation of a search with `states` states. At
-/// most `max_frames` states are selected. The selected states are evenly spaced. The selection
-/// includes the last state and, if `max_frames` is at least 2, the first state.
+/// Returns the indices of the states to show in an animation of a search with `states` states: at
+/// most `max_frames` evenly spaced states, including the last one and, if `max_frames` is at least
+/// 2, the first one.
 ///
 /// ```
 /// use mmsim_drawing::frame_indices;
@@ -186,8 +186,8 @@ mod tests {
     use crate::scene::Layers;
     use crate::theme::Theme;
 
-    /// Decodes a GIF. Returns the final picture and the display time of each frame, in hundredths
-    /// of a second.
+    /// Decodes a GIF. Returns the final picture, and each frame's display time in hundredths of a
+    /// second.
     fn played(gif: &[u8]) -> (Pixmap, Vec<u16>) {
         let mut options = DecodeOptions::new();
         options.set_color_output(ColorOutput::RGBA);

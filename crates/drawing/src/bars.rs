@@ -7,7 +7,7 @@ use mmsim_maze::Escaped;
 use crate::digits::decimals;
 use crate::theme::Theme;
 
-/// The width of a chart in units of its viewBox. A unit is a pixel unless the chart is scaled.
+/// The width of a chart in viewBox units. A unit is a pixel unless the chart is scaled.
 const WIDTH: f64 = 760.0;
 const MARGIN: f64 = 16.0;
 const BAR: f64 = 18.0;
@@ -22,7 +22,7 @@ const GAP: f64 = 8.0;
 
 /// A horizontal bar chart with groups of bars. Each bar has two stacked parts.
 ///
-/// All bars share one scale that begins at 0. Each bar has its value written beside it.
+/// All bars share one scale that begins at 0. Each bar's value is written beside it.
 ///
 /// ```
 /// use mmsim_drawing::{Bar, BarChart, BarGroup};
@@ -66,7 +66,7 @@ pub struct Bar {
     pub name: String,
     /// The lengths of the two parts, or `None` to show only the text.
     pub parts: Option<[f64; 2]>,
-    /// The value of the bar as text, or the reason why the bar has no value.
+    /// The bar's value as text, or the reason why it has none.
     pub value: String,
 }
 
@@ -117,7 +117,7 @@ impl BarChart {
 /// The origin and the scale of the bars.
 struct Scale {
     left: f64,
-    /// The width of a bar with the length 1, in units of the viewBox.
+    /// The width of a bar of length 1, in viewBox units.
     unit: f64,
 }
 

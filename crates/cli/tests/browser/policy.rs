@@ -1,4 +1,4 @@
-//! Checks that the content security policy lets only scripts from the server run in the page.
+//! Checks that the content security policy allows only scripts from the server to run in the page.
 
 use serde_json::json;
 
@@ -8,7 +8,7 @@ use crate::harness::Home;
 use crate::page::{Page, Panel};
 use crate::simulator::Simulator;
 
-/// A script that tries to run other scripts that are not from the server.
+/// A script that tries to run inline code in several ways.
 const INLINE: &str = r#"
     const done = arguments[0];
     const violations = [];

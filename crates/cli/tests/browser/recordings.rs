@@ -22,8 +22,7 @@ fn history(maze: &Maze, count: usize) -> (Vec<TestState>, Vec<Vec<u8>>) {
     (states, messages)
 }
 
-/// Asserts that a panel has these states. Checks what the panel shows at the first, the second and
-/// the last state.
+/// Asserts that a panel has these states and shows the first, second and last ones correctly.
 fn assert_history(panel: Panel<'_>, maze: &Maze, states: &[TestState]) {
     let last = states.len() - 1;
     panel.wait_for_state(last);

@@ -3,10 +3,10 @@
 
 use mmsim_maze::{Cell, MazeSize};
 
-/// The bit of a cell's byte that marks a visited cell.
+/// The bit in a cell's byte that marks the cell as visited.
 pub(crate) const VISITED: u8 = 1;
 
-/// The letter of each heading, its offset in x and y, and the bit of the wall on that side.
+/// For each heading: its letter, its offset in x and y, and the bit for the wall on that side.
 pub(crate) const SIDES: [(char, i8, i8, u8); 4] =
     [('N', 0, 1, 16), ('E', 1, 0, 2), ('S', 0, -1, 4), ('W', -1, 0, 8)];
 
@@ -57,8 +57,8 @@ impl TestState {
         has_bit(cell, bit) || there.is_none_or(|there| has_bit(there, SIDES[(turn + 2) % 4].3))
     }
 
-    /// Encodes the state. `weights` and `walls` are the orders of the two matrices: `C` for row by
-    /// row from the south, and `F` for column by column from the west.
+    /// Encodes the state. `weights` and `walls` specify the order of each matrix: `C` (row by row
+    /// from the south) or `F` (column by column from the west).
     pub(crate) fn message(&self, weights: char, walls: char) -> Vec<u8> {
         let mut message = vec![b'S', self.cell.x, self.cell.y, letter(self.heading)];
         for (order, matrix) in [(weights, &self.weights), (walls, &self.walls)] {

@@ -13,7 +13,7 @@ use crate::test_state::TestState;
 
 const STATES: usize = 40;
 
-/// Sends states that all differ, in a maze that is not square.
+/// Sends `STATES` different states for a maze that is not square.
 fn history(simulator: &Simulator) -> Vec<TestState> {
     let size = bundled("oblong-long-meadow.txt").size();
     let states: Vec<_> = (0..STATES).map(|number| TestState::new(number, size)).collect();
@@ -24,7 +24,7 @@ fn history(simulator: &Simulator) -> Vec<TestState> {
     states
 }
 
-/// Moves the slider to a state, as when the user drags it.
+/// Moves the slider to a state, as if the user had dragged it.
 fn slide(browser: &Browser, live: Panel<'_>, to: usize) {
     let script = "
         const slider = document.querySelector(arguments[0]);

@@ -9,7 +9,7 @@ use mmsim_tests::{output, wait_for_exit};
 
 use crate::harness::Home;
 
-/// The compiler flags, which are as strict as those of a firmware build.
+/// Compiler flags as strict as those of a firmware build.
 const FLAGS: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
 
 /// Returns the path of a file in this repository.
@@ -22,7 +22,7 @@ pub(crate) fn rust() -> Command {
     rust_example("client")
 }
 
-/// Returns the command that runs an example in Rust, as in examples/README.md.
+/// Returns the command that runs a Rust example, as in examples/README.md.
 pub(crate) fn rust_example(name: &str) -> Command {
     let mut command = Command::new(env!("CARGO"));
     command.args(["run", "--quiet", "-p", "mmsim-examples", "--example", name, "--"]);
@@ -56,8 +56,8 @@ pub(crate) fn c(home: &Home) -> Option<Command> {
     Some(Command::new(built(home)))
 }
 
-/// Compiles `codec.c`, which tests the header of the codec, as C or as C++. Returns `None` if there
-/// is no compiler.
+/// Compiles `codec.c`, which tests the codec header, as C or as C++. Returns `None` if there is no
+/// compiler.
 pub(crate) fn with_codec(name: &str, language: [&str; 2], home: &Home) -> Option<Command> {
     let probe = home.write("probe.c", "int main(void) { return 0; }\n");
     if !succeeds(&mut compiler(name, &probe, home)) {

@@ -10,7 +10,7 @@ use mmsim_tests::wait_with_output;
 use crate::client;
 use crate::harness::Home;
 
-/// The compilers that must accept the header, with the flags for the language.
+/// The compilers that must accept the header, and their language flags.
 const COMPILERS: [(&str, [&str; 2]); 2] =
     [("cc", ["-xc", "-std=c99"]), ("c++", ["-xc++", "-std=c++11"])];
 
@@ -33,8 +33,8 @@ impl Tasks {
         self.expected.push(1); // the rest of the buffer is unchanged
     }
 
-    /// Adds tasks to encode a request into a buffer of exactly the size of the request, and into a
-    /// buffer that is one byte too small.
+    /// Adds two tasks to encode a request: into a buffer of exactly its size, and into a buffer
+    /// that is one byte too small.
     fn both(&mut self, task: u8, arguments: &[u8], expected: &[u8]) {
         self.request(task, expected.len(), arguments, expected);
         self.request(task, expected.len() - 1, arguments, &[]);

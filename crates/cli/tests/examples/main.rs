@@ -1,6 +1,6 @@
 //! Running the clients in `examples/` against a simulator that records requests.
 //!
-//! The Python clients need python3 with pyzmq. The C clients need a compiler `cc` and libzmq
+//! The Python clients need python3 with pyzmq. The C clients need a C compiler (`cc`) and libzmq
 //! (Debian: libzmq3-dev). If these tools are missing, the tests print a note and pass, or fail if
 //! `MMSIM_CLIENTS=required` is set.
 

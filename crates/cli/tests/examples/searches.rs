@@ -1,4 +1,4 @@
-//! Checks that the clients search like `mmsim solve flood-fill` and report errors.
+//! Checks the clients' searches against `mmsim solve flood-fill`, and their error messages.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -118,7 +118,7 @@ fn the_client_in_c() {
     }
 }
 
-/// A Python script that tests the parts of the class `Simulator` that a successful search does not
+/// A Python script that tests the parts of the `Simulator` class that a successful search does not
 /// use.
 const CLASS: &str = r#"
 import sys

@@ -6,7 +6,7 @@ use crate::archives::{tar_gz, zip};
 use crate::harness::Home;
 use crate::{MAZE, OTHER_MAZE, all_of, fetch, fetch_fails, home_with_mazes};
 
-/// A fetched maze after an edit by the user.
+/// A fetched maze that the user has edited.
 const EDITED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
 #[test]
@@ -77,8 +77,8 @@ fn cleans_up_after_a_killed_fetch() {
     assert_eq!(fs::read_dir(&mazes).unwrap().count(), 2, "the folder and the lock");
 }
 
-/// Unreleased versions stored fetched mazes directly in the folder that the user had chosen. If a
-/// new fetch did not remove these mazes, each maze would be listed twice.
+/// Before the first release, fetched mazes were stored directly in the folder that the user chose.
+/// Another fetch into that folder would list each maze twice, so it fails.
 #[test]
 fn mazes_of_unreleased_versions_are_not_fetched_again() {
     let home = Home::new();

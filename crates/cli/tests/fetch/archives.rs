@@ -6,11 +6,11 @@ use flate2::Compression;
 use flate2::write::{DeflateEncoder, GzEncoder};
 use tar::{EntryType, Header};
 
-/// The number of 1 MiB parts in a decompression bomb of 10 GiB.
+/// The number of 1 MiB parts in a 10 GiB decompression bomb.
 const BOMB_PARTS: usize = 10 << 10;
 const PART: &[u8] = &[0; 1 << 20];
 
-/// Pairs of a file name and the content of that file.
+/// Pairs of a file name and the file's content.
 pub(crate) type Contents<'a> = &'a [(&'a str, &'a str)];
 
 pub(crate) fn tar(contents: Contents) -> Vec<u8> {

@@ -22,7 +22,8 @@ const CONTENTS: &[(&str, &str)] = &[
     ("top/tool.py", "print()"),
 ];
 
-/// Asserts that the folder contains the files of `CONTENTS` that are not hidden.
+/// Asserts that only the README, the licence and the mazes outside hidden folders were fetched from
+/// `CONTENTS`.
 fn assert_is_fetched(home: &Home, folder: &str) {
     let read = |name: &str| {
         fs::read_to_string(home.path().join(folder).join("fetched").join(name)).unwrap()
@@ -145,7 +146,7 @@ fn schemes_ignore_case_and_file_urls_work() {
     }
 }
 
-/// Metadata files of macOS must not prevent the detection of a common top folder.
+/// Hidden files, such as macOS metadata, must not prevent the detection of a common top folder.
 #[test]
 fn hidden_files_are_skipped_first() {
     let mac = [

@@ -6,7 +6,7 @@ use crate::archives::{Zipped, gz, tar, tar_entry, tar_gz, tar_gz_bomb, tar_of, z
 use crate::server::{answer, serve, serve_content};
 use crate::{MAZE, fetch_fails, home_with_mazes};
 
-/// Returns the error for an archive, without the name of the archive.
+/// Returns the reason in the error message for an archive that cannot be fetched.
 fn refusal(archive: &[u8]) -> String {
     let home = home_with_mazes();
     home.write("archive", archive);

@@ -18,7 +18,7 @@ use harness::{Home, Output};
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 const OTHER_MAZE: &str = "o---o---o---o\n| S       G |\no---o---o---o\n";
 
-/// Returns the paths of all entries of a folder, recursively, with the content of each file.
+/// Returns the paths of all entries in a folder, recursively, and the content of each file.
 fn all_of(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {

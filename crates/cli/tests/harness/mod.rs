@@ -12,7 +12,7 @@ use std::{fs, thread};
 
 use mmsim_tests::{TIMEOUT, output, wait_for_exit, within};
 
-/// A temporary home folder of a test.
+/// A temporary home folder for a test.
 pub struct Home(tempfile::TempDir);
 
 impl Home {
@@ -58,8 +58,8 @@ impl Home {
         }
     }
 
-    /// Returns the command for a server. Disables the viewer page unless an argument contains
-    /// `viewer`.
+    /// Returns the command that starts a server. Disables the viewer page unless an argument
+    /// contains `viewer`.
     pub fn server(&self, arguments: &[&str]) -> Command {
         let mut command = self.command(arguments);
         if !arguments.iter().any(|argument| argument.contains("viewer")) {
@@ -87,7 +87,7 @@ impl Home {
     }
 }
 
-/// Returns the command with a limit that `ulimit` sets, such as `-v 1000`.
+/// Returns the command with a limit set by `ulimit`, such as `-v 1000`.
 #[cfg(unix)]
 pub fn limited(command: &Command, limit: &str) -> Command {
     let mut limited = Command::new("bash");

@@ -1,4 +1,4 @@
-//! The output and the exit code for each way in which a mouse can exit.
+//! The output and the exit code for each way a mouse can exit.
 
 use super::*;
 
@@ -71,7 +71,7 @@ fn child_processes_of_the_mouse_are_killed() {
     assert_eq!(ended.code, Some(3), "{ended:?}");
 }
 
-/// The tool `script` runs a shell on a separate terminal, and the shell runs the command in the
+/// The `script` tool runs a shell in its own pseudo-terminal, and the shell runs the command in the
 /// background.
 #[cfg(target_os = "linux")]
 #[test]

@@ -1,4 +1,4 @@
-//! `mmsim mms` with one mouse that uses the published crate `mms-rs`, and with mice in Python.
+//! `mmsim mms` with a mouse that uses the published `mms-rs` crate, and with Python mice.
 
 #[path = "../harness/mod.rs"]
 mod harness;
