@@ -140,7 +140,7 @@ impl Tiles {
         rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column))
     }
 
-    /// Copies the pixels of a tile, including the pixels on its edges.
+    /// Copies the pixels of a tile, including those on its edges.
     fn copy(&self, tile: usize, from: &Pixmap, to: &mut Pixmap) {
         let span = |index: usize, scale: f64, end: u32| {
             #[expect(clippy::cast_precision_loss, reason = "at most 33")]
@@ -167,7 +167,7 @@ mod tests {
     use crate::scene::Layers;
     use crate::theme::Theme;
 
-    /// A random change to the scene between two updates of the canvas.
+    /// A random change to the scene between two canvas updates.
     #[derive(Clone, Debug)]
     struct Change {
         walls: Vec<(u8, u8, bool)>,

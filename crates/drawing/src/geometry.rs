@@ -8,7 +8,7 @@ pub(crate) const PITCH: u32 = 20;
 /// The margin around the maze, in units.
 pub(crate) const MARGIN: u32 = 2;
 
-/// A rectangle as the coordinates of its west, north, east and south edges, in units.
+/// A rectangle, given by the coordinates of its west, north, east and south edges, in units.
 pub(crate) type Area = [i32; 4];
 
 /// Returns the width and height of the drawing of a maze, in units.

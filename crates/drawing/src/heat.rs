@@ -1,7 +1,7 @@
 //! Heat map colours for weights.
 //!
-//! A colour ramp is a sequence of colours from cool to warm, taken from a polyline in the colour
-//! space `OKLab` (<https://bottosson.github.io/posts/oklab/>). Neighbouring colours of the ramp are
+//! A colour ramp is a sequence of colours from cool to warm, taken from a polyline in the `OKLab`
+//! colour space (<https://bottosson.github.io/posts/oklab/>). Neighbouring colours of the ramp are
 //! equally far apart, so equal differences in weight look equal. The lightness decreases steadily
 //! (in the dark theme, it increases), so colour-blind users can read the ramp. The range of
 //! lightness is limited, so that numbers drawn on top of the colours are legible.
@@ -35,7 +35,7 @@ pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
     (0..STEPS).map(|step| srgb(along(&corners, &lengths, at(step)))).collect()
 }
 
-/// Returns the index in the colour ramp for a weight, given the largest weight.
+/// Returns the index of a weight's colour in the ramp, given the largest weight.
 pub(crate) fn step(weight: u16, largest: u16) -> usize {
     let (weight, largest) = (usize::from(weight), usize::from(largest).max(1));
     ((2 * weight * (STEPS - 1) + largest) / (2 * largest)).min(STEPS - 1)
@@ -65,8 +65,7 @@ fn distance(from: Lab, to: Lab) -> f64 {
     from.iter().zip(to).map(|(from, to)| (to - from).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Returns the colour on the polyline through `corners` at the distance `way` from the first
-/// corner.
+/// Returns the colour at the distance `way` along the polyline through `corners`.
 fn along(corners: &[Lab], lengths: &[f64], mut way: f64) -> Lab {
     let mut leg = 0;
     while leg + 1 < lengths.len() && way > lengths[leg] {

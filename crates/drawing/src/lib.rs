@@ -1,5 +1,5 @@
-//! Pictures of mazes and of the maps that mice build, as SVG for web pages and files, PNG, animated
-//! GIF and thumbnails.
+//! Pictures of mazes and of the maps that mice build, as SVG (for web pages, files and thumbnails),
+//! PNG and animated GIF.
 //!
 //! ```text
 //!   -2,-2 ┌───────────────► x     a cell is 20 units wide, and north is on top: cell (x, y) begins

@@ -7,8 +7,8 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use crate::digits::decimals;
 use crate::geometry::{PITCH, centre};
 
-/// Returns the part of the frame around `cells` that lies in `cell`. There is a line along each
-/// side of `cell` whose neighbour is not in `cells`, slightly inside the wall.
+/// Returns the part of the frame around `cells` that lies in `cell`. A line runs just inside each
+/// side of `cell`, unless the cell beyond that side is also in `cells`.
 pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
     const INSET: f64 = 1.9;
     let (x, y) = centre(size, cell);

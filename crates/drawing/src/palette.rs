@@ -81,9 +81,9 @@ fn distance(one: Rgb, other: Rgb) -> u32 {
     2 * square(one.0, other.0) + 4 * square(one.1, other.1) + square(one.2, other.2)
 }
 
-/// Adds the colours of the largest areas to `chosen`. Then repeatedly adds the colour that is
-/// farthest from all chosen colours. Flat areas therefore keep their exact colours, and the blended
-/// colours at their edges are approximated.
+/// Adds the colours of the largest areas to `chosen`. Then repeatedly adds the colour whose
+/// distance to the nearest chosen colour is largest. Flat areas therefore keep their exact colours,
+/// while the blended colours at their edges are approximated.
 fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
     areas.retain(|(colour, _)| !chosen.contains(colour));
     areas.sort_by_key(|&(_, area)| std::cmp::Reverse(area));

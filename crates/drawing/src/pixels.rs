@@ -14,7 +14,7 @@ pub const WIDTH_PX: std::ops::RangeInclusive<u32> = 16..=4096;
 /// The maximum height of a picture, in pixels.
 pub const MAX_HEIGHT_PX: u32 = 4096;
 
-/// The error for a picture or an animation that cannot be drawn.
+/// The error returned if a picture or animation cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureError {
@@ -35,7 +35,7 @@ pub enum PictureError {
     /// The animation has no frame.
     #[error("cannot write an animation without frames")]
     NoFrame,
-    /// The maze in a new frame and the maze in the first frame differ in size.
+    /// The maze in a new frame differs in size from the one in the first frame.
     #[error("cannot add a frame of {found} cells to an animation of {expected} cells")]
     OtherFrame {
         /// The size of the maze in the first frame.
@@ -65,7 +65,7 @@ impl Scene<'_> {
     }
 
     /// Returns the largest picture width at which both the width and the height are at most
-    /// `side_px` pixels. The result is never less than the minimum width of a picture.
+    /// `side_px` pixels. The result is never less than the minimum picture width.
     ///
     /// ```
     /// use mmsim_drawing::Scene;

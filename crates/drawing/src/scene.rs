@@ -1,4 +1,4 @@
-//! Scenes, which describe pictures.
+//! Scenes: descriptions of pictures.
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 
@@ -11,8 +11,8 @@ pub const TRAIL_CELLS: usize = 500;
 /// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
 /// scene borrows the maze, the map and the trail. Nothing is drawn until an output is requested.
 ///
-/// If a scene has no client's map, a file shows all walls at full strength, but a page shows all
-/// walls pale, because it adds a map later.
+/// If a scene has no client's map, all walls are drawn at full strength in a file, but pale in a
+/// page, because the page adds a map later.
 ///
 /// ```
 /// use mmsim_drawing::{Layers, Scene, Theme};
@@ -110,7 +110,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Adds the weight that the client assigned to each cell, shown as a number and as a heat
-    /// colour. If all weights are 0, no weight is shown.
+    /// colour. If all weights are 0, no weights are shown.
     pub fn with_weights(mut self, weight: impl Fn(Cell) -> u8) -> Self {
         self.numbers = self.size.cells().map(|cell| Some(u16::from(weight(cell)))).collect();
         if self.numbers.iter().all(|&number| number == Some(0)) {
@@ -147,8 +147,8 @@ impl<'a> Scene<'a> {
 
     /// Returns the drawing for a page that uses the [`stylesheet`](crate::stylesheet). The drawing
     /// contains all layers, but no styles and no size in pixels. Each element that can change has a
-    /// class. An element of a cell or a wall also has an attribute that identifies the cell or the
-    /// wall. A page can therefore update the drawing in place:
+    /// class. If it belongs to a cell or wall, it also has an attribute that identifies that cell
+    /// or wall. A page can therefore update the drawing in place:
     ///
     /// ```text
     /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer
@@ -164,8 +164,8 @@ impl<'a> Scene<'a> {
     /// </svg>
     /// ```
     ///
-    /// Cells are ordered row by row from the south. There is a wall element for each place where a
-    /// wall can be. Wall elements are ordered as follows: first the north and the east side of each
+    /// Cells are ordered row by row from the south. The drawing contains a wall element for each
+    /// possible wall. Wall elements are ordered as follows: first the north and east sides of each
     /// cell, then the south sides of the southernmost row, then the west sides of the westernmost
     /// column. The class `true` marks a wall of the true maze, `known` marks a wall on the client's
     /// map, and `mistaken` marks a wall on the client's map that does not exist. A wall element

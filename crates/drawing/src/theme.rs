@@ -90,7 +90,7 @@ impl Colours {
 }
 
 /// Returns the style rules shared by both themes. The rules contain no variables or calculations,
-/// so that simple SVG renderers support them.
+/// so that even simple SVG renderers support them.
 fn shapes() -> String {
     format!(
         "\
@@ -155,7 +155,7 @@ pub fn stylesheet() -> String {
 }
 
 /// Returns the style rules of a standalone file with this theme. If `is_truth_alone` is true, all
-/// walls are drawn at full strength, because the scene has no client's map.
+/// walls are drawn at full strength, because the scene contains the true maze but no client's map.
 pub(crate) fn file_style(theme: Theme, is_truth_alone: bool) -> String {
     let strong = ".maze .wall.true{stroke-linecap:square;stroke-opacity:1}\n";
     let strong = if is_truth_alone { strong } else { "" };

@@ -39,8 +39,9 @@ fn row(height: u8, cell: Cell) -> u8 {
     height - 1 - cell.y
 }
 
-/// Returns all walls as one path in units of a cell. The path contains the outer walls and then the
-/// straight runs of inner walls. Each run is positioned relative to the end of the previous run.
+/// Returns all walls as one path, in which a cell is one unit wide. The path contains the outer
+/// walls, followed by the straight runs of inner walls. Each run is positioned relative to the end
+/// of the previous run.
 fn walls(maze: &Maze) -> String {
     let (width, height) = (maze.size().width(), maze.size().height());
     let mut path = format!("M0 0h{width}v{height}H0z");

@@ -6,8 +6,8 @@ use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, WallState};
 pub(crate) type WallPlace = (Cell, Heading);
 
 /// Returns all places where a maze can have a wall. No place is returned twice. First come the
-/// north and the east side of each cell in the order of [`MazeSize::cells`], then the south sides
-/// of the southernmost row, then the west sides of the westernmost column.
+/// north and east sides of each cell in the order of [`MazeSize::cells`], then the south sides of
+/// the southernmost row, then the west sides of the westernmost column.
 pub(crate) fn places(size: MazeSize) -> impl Iterator<Item = WallPlace> {
     let inner = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
     let south = (0..size.width()).map(|x| (Cell::new(x, 0), Heading::South));

@@ -1,6 +1,6 @@
 //! Format detection.
 //!
-//! A format is also detected for a file with errors, because the error messages depend on the
+//! A format is detected even if the file has errors, because the error messages depend on the
 //! format. Usually, the first two lines of a file determine its format. The remaining lines are
 //! examined only if the first two are ambiguous.
 

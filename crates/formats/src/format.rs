@@ -32,7 +32,7 @@ pub enum Format {
     /// o---o---o
     /// ```
     ///
-    /// Posts may be any character, but all posts must be the same character. Adjacent posts are
+    /// Any character may represent a post, but all posts must use the same one. Adjacent posts are
     /// two, three or four columns apart. Blanks between two posts or two cells mean an opening;
     /// other characters mean a wall. `S` marks the start and `G` marks each goal cell; both marks
     /// are optional. Blank lines, trailing blanks and text after the last line of the maze are
@@ -40,18 +40,18 @@ pub enum Format {
     Text,
     /// The [`Text`](Self::Text) format, extended with unknown inner walls. Each unknown wall is
     /// drawn as a dot, alone or between two blanks. The `.maze` files of kerikun11's micromouse
-    /// library use this format. Unknown walls are read as open. If the posts or outer walls of a
-    /// drawing are dots, a dot between two posts or two cells means a wall.
+    /// library use this format. Unknown walls are read as open. If the posts or outer walls are
+    /// drawn as dots, a dot between two posts or two cells means a wall.
     Maze,
     /// The output of the OSHWDEM maze generator. The first line starts with `OSHWDEM`. A drawing
     /// follows, with `A` in the start cell and `B` in place of the post at the centre of the goal.
     /// The drawing is rotated: north is to the right and east is at the bottom.
     Oshwdem,
-    /// The format of the two-run trial, which the crate `mmsim-trial` implements. The first line
-    /// contains an even number n, the side length of the square maze. Each of the next n lines
-    /// contains n comma-separated numbers for the cells of a column, from south to north. The
-    /// columns are listed from west to east. In each number, the bits 1 (north), 2 (east), 4
-    /// (south) and 8 (west) are set for open sides.
+    /// The maze format of the two-run trial in the `mmsim-trial` crate. The first line contains an
+    /// even number n, the side length of the square maze. Each of the next n lines contains n
+    /// comma-separated numbers for the cells of a column, from south to north. The columns are
+    /// listed from west to east. In each number, the bits 1 (north), 2 (east), 4 (south) and 8
+    /// (west) are set for open sides.
     Trial,
     /// A 16×16 maze as 256 bytes, one for each cell. The columns are stored from west to east, and
     /// the cells of each column from south to north. In each byte, the bits 1 (north), 2 (east), 4
@@ -68,7 +68,7 @@ pub enum Format {
     Csv,
     /// Lines of hex digits, with one digit for each cell. The digits may be separated by commas,
     /// semicolons or blanks. Each digit or each line may have the prefix `0x` or `0X`. If the
-    /// digits are separated, each may also have the prefix `0`.
+    /// digits are separated, each may also have a leading zero.
     ///
     /// The layout and the meaning of the bits are inferred. The bits 1, 2, 4 and 8 stand for the
     /// sides of a cell in one of two orders: either north, east, south, west, or east, north, west,
@@ -85,9 +85,9 @@ pub enum Format {
     /// encoding gives a different maze,
     /// [`ParsedMaze::ambiguous_encoding`](crate::ParsedMaze::ambiguous_encoding) describes the
     /// encoding that was used. The encodings with the bit order north, east, south, west are tried
-    /// first. For each bit order, the encodings in which a set bit means a wall come before the
-    /// encodings in which it means an open side. For each bit order and each meaning of a set bit,
-    /// the layouts are tried in the order of this table:
+    /// first. For each bit order, the encodings in which a set bit means a wall come before those
+    /// in which it means an open side. For each bit order and each meaning of a set bit, the
+    /// layouts are tried in the order of this table:
     ///
     /// | lines | digits of a line |
     /// |---|---|
