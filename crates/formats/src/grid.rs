@@ -25,7 +25,7 @@ pub(crate) struct Grid {
 /// The meaning of a dot in place of an inner wall.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Dots {
-    /// A dot means a wall, as any character except a blank does.
+    /// A dot means a wall, like any other character except a blank.
     Wall,
     /// A dot means an unknown wall, which is read as open.
     Unknown,

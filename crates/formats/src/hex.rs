@@ -25,8 +25,8 @@ struct Layout {
 }
 
 impl Layout {
-    /// Returns all layouts. The two most common layouts come first: the layout of drawings and the
-    /// layout of `.maz` files.
+    /// Returns all layouts. The two most common ones come first: those of drawings and of `.maz`
+    /// files.
     fn all() -> impl Iterator<Item = Self> {
         use Heading::{East, North, South, West};
         let usual = [(North, West), (West, South)];
@@ -46,8 +46,8 @@ impl Layout {
         format!("{lines} from the {}, each starting in the {}", self.lines_from, self.digits_from)
     }
 
-    /// Returns the size of the maze. The width of `table` is the length of a line, and the height
-    /// of `table` is the number of lines.
+    /// Returns the size of the maze. The width of `table` is the length of its lines, and its
+    /// height is the number of lines.
     fn maze_size(self, table: MazeSize) -> MazeSize {
         let (digits, lines) = (usize::from(table.width()), usize::from(table.height()));
         let (width, height) = if self.has_columns() { (lines, digits) } else { (digits, lines) };

@@ -8,7 +8,7 @@ use crate::parsed_maze::unmarked_maze;
 
 const SIZE: MazeSize = MazeSize::CLASSIC;
 
-/// Returns true if the file is a `.maz` file, even if its content has errors. The bytes of a `.maz`
+/// Returns true if the file is a `.maz` file, even if its content has errors. All bytes of a `.maz`
 /// file are below 16. The first byte is usually 14, because the start is usually open only to the
 /// north. No text file starts with byte 14, and every text file that is not blank contains bytes
 /// above 15.
@@ -60,7 +60,7 @@ mod tests {
 
     use crate::format::Format;
 
-    /// Returns a maze whose only inner wall is the wall to the east of the start.
+    /// Returns the bytes of a maze whose only inner wall is east of the start.
     fn seed() -> Vec<u8> {
         let mut bytes = vec![0; 256];
         for side in 0..16 {
@@ -86,7 +86,7 @@ mod tests {
         assert_eq!(Format::Maz.write(&maze).as_ref(), Ok(&seed));
     }
 
-    /// In text, the bytes 10 and 13 are line ends. In a `.maz` file, byte 10 is a corridor and byte
+    /// In text, bytes 10 and 13 are line endings. In a `.maz` file, byte 10 is a corridor and byte
     /// 13 is a dead end.
     #[test]
     fn whitespace_bytes_are_cells() {

@@ -1,5 +1,5 @@
-//! The format with one line for each cell. Each line contains the coordinates of a cell, and states
-//! for each side of the cell whether there is a wall.
+//! The format with one line for each cell. A line gives the coordinates of its cell and whether
+//! there is a wall on each side.
 
 use std::collections::BTreeMap;
 
@@ -77,7 +77,7 @@ fn coordinate(item: &Item) -> Result<usize, ParseError> {
     number.ok_or_else(|| item.error("a coordinate from 0 to 31"))
 }
 
-/// Lists the first three cells, followed by the number of the remaining cells.
+/// Lists the first three cells and counts the rest.
 fn abbreviated(cells: &[Cell]) -> String {
     const SHOWN: usize = 3;
     let shown: Vec<String> = cells.iter().take(SHOWN).map(Cell::to_string).collect();

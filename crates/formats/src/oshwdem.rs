@@ -1,6 +1,6 @@
 //! The format of the OSHWDEM maze generator. The drawing is rotated: the cell in row r and column c
-//! of the file has x = r and y = c. In the file, north is to the right, east is at the bottom,
-//! south is to the left and west is at the top.
+//! of the file has x = r and y = c. In the file, north is on the right, east at the bottom, south
+//! on the left and west at the top.
 
 use mmsim_maze::{CellSet, Heading, Maze, Walls};
 

@@ -16,7 +16,7 @@ impl Format {
     /// # Errors
     /// Returns an error for each contradiction between adjacent cells and for each gap in the outer
     /// wall. `read` stops at the first error that is neither a contradiction nor a gap, and returns
-    /// this error last.
+    /// it last.
     ///
     /// ```
     /// use mmsim_formats::Format;
@@ -127,9 +127,8 @@ mod tests {
         )
     }
 
-    /// Generates mazes. About half of the mazes may have any size, start and goal. The other mazes
-    /// are square, often 16×16, and have the default start and goal, so that most formats support
-    /// them.
+    /// Generates mazes. About half of them have an arbitrary size, start and goal. The rest are
+    /// square, often 16×16, and have the default start and goal, so that most formats support them.
     fn likely_maze() -> impl Strategy<Value = Maze> {
         (any_maze(), any::<bool>(), any::<bool>()).prop_map(|(maze, classic, marked)| {
             let width = maze.size().width().into();
@@ -178,9 +177,9 @@ mod tests {
         }
     }
 
-    /// Checks that an error message has one line and that the location of the error is valid. A
-    /// valid location is in the file, or just after the end of a line or of the file. In a drawing,
-    /// every line counts as long as the longest line, because trailing blanks are optional.
+    /// Checks that an error has a one-line message and a location in the file, or just past the end
+    /// of a line or of the file. In a drawing, every line is treated as if it were as long as the
+    /// longest one, because trailing blanks are optional.
     fn check_error(format: Format, error: &ParseError, content: &[u8]) {
         assert!(!error.to_string().contains(char::is_control), "{error:?}");
         let Location::Text { line, column } = error.location else {
@@ -199,8 +198,8 @@ mod tests {
         assert!((1..=length.map_or(0, |&length| length) + 1).contains(&column), "{error}");
     }
 
-    /// Checks that neither the kind of line end nor a byte order mark changes the detected format
-    /// or the result.
+    /// Checks that neither the line endings nor a byte order mark affects the detected format or
+    /// the result.
     fn check_line_ends(content: &[u8], format: Format) {
         let Ok(text) = str::from_utf8(content) else { return };
         if format == Format::Maz || text.contains(['\r', '\u{feff}']) {

@@ -28,7 +28,7 @@ impl Item<'_> {
     }
 }
 
-/// Decodes a file as text. Removes the byte order mark and replaces `\r\n` and `\r` by `\n`.
+/// Decodes a file as text. Removes the byte order mark and replaces `\r\n` and `\r` with `\n`.
 pub(crate) fn decode_text(content: &[u8]) -> String {
     let text = String::from_utf8_lossy(content);
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);

@@ -1,5 +1,5 @@
-//! Compares real mazes of 16×16 cells with generated mazes. Prints a table with the mean of each
-//! figure, such as the number of dead ends, and the range that contains 90 % of the mazes.
+//! Compares real 16×16 mazes with generated ones. Prints a table with the mean of each figure, such
+//! as the number of dead ends, and the range that contains 90 % of the mazes.
 //!
 //! ```sh
 //! cargo run --release -p mmsim-generator --example figures -- MAZES

@@ -15,13 +15,13 @@ pub(crate) const MIN_SIDE: u8 = 3;
 const MAX_ATTEMPTS: u32 = 32;
 
 // The parameters of each maze are drawn from these ranges, which are chosen so that the mazes
-// resemble real mazes. The documentation of the crate has a comparison.
+// resemble real mazes. The crate documentation has a comparison.
 const STRAIGHT: [u32; 2] = [1, 10];
 const STAIRS: [u32; 2] = [1, 8];
 const ENDS_PERCENT: [u32; 2] = [0, 20];
 /// The number of loops in a maze of 16×16 cells, not counting the loop around the goal.
 const LOOPS: [u32; 2] = [3, 28];
-/// The limit for loops that are created at dead ends, in percent of all loops in the maze.
+/// The maximum share of loops that are created at dead ends, in percent.
 const AT_DEAD_ENDS_PERCENT: [u32; 2] = [0, 60];
 /// The minimum length of the shortest path, in tenths of its length in a maze without walls.
 const PATH_TENTHS: [u32; 2] = [20, 60];
@@ -99,7 +99,7 @@ impl Draft {
         }
     }
 
-    /// Creates loops by opening walls, some of which are the walls of dead ends.
+    /// Creates loops by opening walls, some of them at dead ends.
     fn open_loops(&mut self, rng: &mut SplitMix64) {
         let size = self.walls.size();
         let mut loops = rng.between(LOOPS) * u32::from(size.width()) * u32::from(size.height())
@@ -123,8 +123,8 @@ impl Draft {
     }
 
     /// Opens an inner wall. Returns false if there is no inner wall on this side of the cell, or if
-    /// the wall must stay. The start and the goal room keep a single entrance, each post keeps a
-    /// wall, and the goal stays far enough from the start.
+    /// the wall must stay. The start and the goal room keep a single entrance, each post keeps at
+    /// least one wall, and the goal stays far enough from the start.
     fn open(&mut self, side: CellSide) -> bool {
         let (cell, heading) = side;
         let is_protected = |cell| cell == START || self.room.contains(cell);

@@ -18,13 +18,12 @@
 //!
 //! # How contest mazes are generated
 //! A randomized depth-first search creates the passages. The depth-first search prefers straight
-//! passages and alternating turns, and ends passages at random. Afterwards some walls are removed.
-//! One wall is removed to disconnect the goal from the outer wall. Further walls are removed at
-//! dead ends and at random positions. A wall is kept if removing it would leave a post without
-//! walls or make the shortest path too short. The parameters, such as the number of loops, are
-//! drawn at random for each maze. The following table compares generated mazes with 250 real mazes
-//! of 16×16 cells. The table shows the mean of each figure and the range that contains 90 % of the
-//! mazes.
+//! passages and alternating turns, and ends passages at random. Then one wall is removed to
+//! disconnect the goal from the outer wall, and further walls are removed at dead ends and at
+//! random positions. A wall is kept if removing it would leave a post without walls or make the
+//! shortest path too short. The parameters, such as the number of loops, are drawn at random for
+//! each maze. The following table compares generated mazes with 250 real mazes of 16×16 cells. It
+//! shows the mean of each figure and the range that contains 90 % of the mazes.
 //!
 //! ```text
 //!                               250 real mazes  10,000 generated mazes
@@ -37,7 +36,7 @@
 //! stairs of four steps            42      2-90            33      8-80
 //! ```
 //!
-//! The example `figures` prints this table.
+//! The `figures` example prints this table.
 #![forbid(unsafe_code)]
 
 mod contest;

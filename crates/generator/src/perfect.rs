@@ -23,7 +23,7 @@ pub(crate) fn perfect(size: MazeSize, rng: &mut SplitMix64) -> Walls {
 
 /// Returns the walls of an open maze: a perfect maze with most walls removed.
 pub(crate) fn open(size: MazeSize, rng: &mut SplitMix64) -> Walls {
-    /// The number of walls that remain out of every ten.
+    /// The probability, in tenths, that a wall remains.
     const REMAINING_TENTHS: u32 = 3;
     let mut walls = perfect(size, rng);
     for cell in size.cells().filter(|&cell| cell != START) {

@@ -40,7 +40,7 @@ impl Post {
         self.x == 0 || self.y == 0 || self.x >= size.width() || self.y >= size.height()
     }
 
-    /// Returns each post that a wall connects to this inner post, together with the wall.
+    /// Returns the posts that are connected to this inner post by a wall, each with that wall.
     fn connected(self, walls: &Walls) -> impl Iterator<Item = (Self, CellSide)> + '_ {
         let Self { x, y } = self;
         [
@@ -58,7 +58,7 @@ impl Post {
     }
 }
 
-/// Returns the shortest chain of walls from any of these posts to the outer wall, or `None` if no
+/// Returns the shortest chain of walls from any post in `from` to the outer wall, or `None` if no
 /// post is connected to the outer wall.
 pub(crate) fn walls_to_outer_wall(
     walls: &Walls,

@@ -18,8 +18,8 @@ pub enum Style {
     /// If a side of the maze is shorter than three cells, the goal touches the outer wall, and the
     /// maze is a [`Perfect`](Self::Perfect) maze.
     Contest,
-    /// A maze with exactly one path between any two cells, if the goal counts as one cell. Every
-    /// possible perfect maze has the same probability.
+    /// A maze with exactly one path between any two cells, if the goal counts as one cell. All
+    /// perfect mazes are equally likely.
     Perfect,
     /// A maze with few walls and many paths, for training.
     Open,
@@ -29,7 +29,7 @@ impl Style {
     /// All styles.
     pub const ALL: &'static [Self] = &[Self::Contest, Self::Perfect, Self::Open];
 
-    /// Returns the name of the style on the command line.
+    /// Returns the name that selects the style on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Contest => "contest",

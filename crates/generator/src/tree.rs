@@ -4,9 +4,9 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 
 use crate::splitmix64::SplitMix64;
 
-/// Opens walls until exactly one path leads from each cell of `free` to the cells of `tree`. Every
-/// possible choice of walls has the same probability. Every free cell must be connected to `tree`
-/// through free cells.
+/// Opens walls until exactly one path leads from each cell of `free` to the cells of `tree`. All
+/// possible results are equally likely. Every free cell must be connected to `tree` through free
+/// cells.
 ///
 /// This is Wilson's algorithm ("Generating random spanning trees more quickly than the cover time",
 /// STOC 1996). Each random walk starts at a cell outside the tree and ends in the tree. After each
@@ -49,7 +49,7 @@ pub(crate) struct PassageParams {
 }
 
 /// Opens walls until there is exactly one path between any two cells of `free`. The search starts
-/// in the cell `root` of `free`, facing `heading`.
+/// in `root`, a cell of `free`, facing `heading`.
 ///
 /// The algorithm is a depth-first search, which creates long passages. To create more dead ends, it
 /// also ends passages at random.
