@@ -35,7 +35,7 @@ impl Heading {
         self.turned(Step::Back)
     }
 
-    /// Returns the heading that results from the turn of `step`.
+    /// Returns the heading after `step`.
     // Avoids a branch on the heading, because the turns of a mouse are unpredictable.
     #[must_use]
     pub const fn turned(self, step: Step) -> Self {

@@ -11,8 +11,8 @@
 //! ```
 //!
 //! Cell (0, 0) is in the south-west corner; x grows to the east and y to the north. The mouse
-//! starts with heading north. A maze has 1×1 to 32×32 cells and need not be square. The size of a
-//! maze is chosen at run time.
+//! starts facing north. A maze has 1×1 to 32×32 cells and need not be square. The size of a maze is
+//! chosen at run time.
 //!
 //! [`Maze`] is the true maze, which only a simulator knows. [`KnownMaze`] is the map that a mouse
 //! builds: each wall is known to be present, known to be absent, or unknown. [`Maze`] and
@@ -37,7 +37,7 @@
 //! # Ok::<(), mmsim_maze::ParseMazeError>(())
 //! ```
 //!
-//! The crate is `no_std` and does not allocate. The crate `mmsim-formats` reads maze files.
+//! The crate is `no_std` and does not allocate. The `mmsim-formats` crate reads maze files.
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), no_std)]
 // Marks the items of optional features on docs.rs.
@@ -65,7 +65,7 @@ pub use picture::TextPicture;
 pub use pose::Pose;
 pub use walls::{Sides, Walls, WallsAround};
 
-/// Runs the examples of the README as doctests.
+/// Runs the README examples as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

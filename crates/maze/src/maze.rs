@@ -72,7 +72,7 @@ impl Maze {
 
     /// Returns the inner posts that no wall touches. Each post is identified by the cell to its
     /// north-east. Contest rules allow only the central post of a maze to stand without a wall, so
-    /// the central post is never returned.
+    /// this post is never returned.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Maze};

@@ -24,7 +24,7 @@ pub struct ParseMazeError {
 type Result<T = ()> = core::result::Result<T, ParseMazeError>;
 
 /// Parses the text picture that [`Display`](core::fmt::Display) writes for a maze. Blank lines and
-/// trailing whitespace are ignored. The crate `mmsim-formats` reads other text pictures and maze
+/// trailing whitespace are ignored. The `mmsim-formats` crate reads other text pictures and maze
 /// files.
 ///
 /// ```

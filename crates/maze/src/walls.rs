@@ -174,8 +174,8 @@ impl Sides {
         Self(twice >> (4 - heading as u8) & 0b1111)
     }
 
-    /// Returns the walls that a mouse with this heading observes, in a cell that has walls on the
-    /// sides in this set.
+    /// Returns the walls that a mouse with this heading observes in a cell that has walls on these
+    /// sides.
     const fn around(self, heading: Heading) -> WallsAround {
         let clockwise_from_nose = (self.0 << 4 | self.0) >> heading as u8;
         WallsAround {

@@ -11,7 +11,7 @@ pub enum Command<'a> {
     MazeWidth,
     /// Report the height of the maze in cells.
     MazeHeight,
-    /// Check for a wall or post within a number of half steps.
+    /// Check for a wall or post within the given number of half steps.
     Wall {
         /// The direction relative to the mouse, in eighths of a turn clockwise.
         turn: i8,
@@ -50,7 +50,7 @@ pub enum Command<'a> {
     Text {
         /// The cell.
         cell: Cell,
-        /// The text, including leading and trailing blanks. An empty text clears the cell.
+        /// The text, including leading and trailing blanks, or an empty string to clear the text.
         text: &'a [u8],
     },
     /// Clear the texts of all cells.
@@ -104,7 +104,7 @@ impl<'a> Command<'a> {
     /// `\r\n`.
     ///
     /// Numbers that are out of range are clamped. The name of a [`Stat`] is also accepted without
-    /// `getStat`, because the crate `mms-rs` omits `getStat`.
+    /// `getStat`, because the `mms-rs` crate omits `getStat`.
     ///
     /// # Errors
     /// Returns an error if the command is unknown, its arguments are invalid, or its cell is outside
@@ -157,7 +157,7 @@ impl<'a> Command<'a> {
             b"getStat" => parser.stat(words),
             name => match Stat::from_name(name) {
                 Some(stat) => {
-                    let expected = "the name of a statistic without arguments";
+                    let expected = "only the name of a statistic";
                     parser.no_arguments(words, expected, Self::GetStat(stat))
                 }
                 None => Err(CommandError::Unknown(excerpt(parser.line))),
@@ -405,7 +405,7 @@ mod tests {
         insta::assert_snapshot!(error(b"setText 0 -1 a"), @r#"expected a cell in a maze of 16x16 cells, found "setText 0 -1 a""#);
         insta::assert_snapshot!(error(b"setText 0"), @r#"expected setText X Y TEXT, found "setText 0""#);
         insta::assert_snapshot!(error(b"getStat"), @r#"expected getStat and the name of a statistic, such as score, found "getStat""#);
-        insta::assert_snapshot!(error(b"score 1"), @r#"expected the name of a statistic without arguments, found "score 1""#);
+        insta::assert_snapshot!(error(b"score 1"), @r#"expected only the name of a statistic, found "score 1""#);
     }
 
     proptest! {

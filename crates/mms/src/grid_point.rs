@@ -26,7 +26,7 @@ pub enum GridPointKind {
     Centre,
     /// A post.
     Post,
-    /// The side of a cell, which may have a wall.
+    /// A side of a cell, where there may be a wall.
     Side(Cell, Heading),
 }
 

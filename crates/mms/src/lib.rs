@@ -42,7 +42,7 @@ pub use mouse::{Environment, SimulatedMouse};
 pub use response::{GeneralFormat, Response};
 pub use scores::{Scores, Stat, TravelStats};
 
-/// Runs the code in the crate's README.
+/// Runs the README examples as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -84,7 +84,7 @@ impl SimulatedMouse {
 
     /// Returns the map to display. The map contains the visited cells and the walls that the mouse
     /// has queried, passed, crashed into or marked. Walls that the mouse has marked may differ from
-    /// the maze.
+    /// the true walls.
     pub const fn map(&self) -> &KnownMaze {
         &self.map
     }
@@ -109,7 +109,8 @@ impl SimulatedMouse {
     /// command.
     ///
     /// # Errors
-    /// Returns the error from the environment. An error stops a movement, which is then not scored.
+    /// Returns the error from the environment. An error during a movement stops the mouse,
+    /// and the movement is not scored.
     pub fn execute<E: Environment>(
         &mut self,
         command: Command<'_>,
@@ -187,7 +188,8 @@ impl SimulatedMouse {
         Ok(if moved > 0 && moved == half_steps { Response::Ack } else { Response::Crash })
     }
 
-    /// Completes or cancels the current run, depending on the cell in which a movement or turn ended.
+    /// Completes or cancels the current run, depending on the cell in which the movement or
+    /// turn ended.
     fn update_run(&mut self) {
         let cell = self.point.cell();
         if self.map.goals().contains(cell) {
@@ -259,7 +261,7 @@ const fn wall_state(is_present: bool) -> WallState {
     if is_present { WallState::Present } else { WallState::Absent }
 }
 
-/// Parses a text as a number. Returns [`u16::MAX`] if the number is too large, and 0 if the text is
+/// Parses text as a number. Returns [`u16::MAX`] if the number is too large, and 0 if the text is
 /// not a number.
 fn number_in(text: &[u8]) -> u16 {
     let digits = text.trim_ascii();

@@ -8,13 +8,13 @@ use crate::response::Response;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TravelStats {
     half_steps: u64,
-    /// The effective distance, counted in quarters of a cell to keep it an exact integer.
+    /// The effective distance, counted in quarters of a cell so that it is an integer.
     effective_quarters: u64,
     turns: u64,
 }
 
 impl TravelStats {
-    /// Returns the distance in cells. A half step counts 0.5, even on a diagonal.
+    /// Returns the distance in cells. A half step counts as half a cell, even on a diagonal.
     #[expect(clippy::cast_precision_loss, reason = "a mouse moves fewer than 2^52 half steps")]
     pub fn distance(&self) -> f64 {
         self.half_steps as f64 / 2.
@@ -49,7 +49,7 @@ impl TravelStats {
     }
 }
 
-/// Counts the movements and turns of a mouse, in total and for its current and best run, and
+/// Counts the movements and turns of a mouse, in total and for its current and best runs, and
 /// computes its score.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Scores {
@@ -73,7 +73,7 @@ impl Scores {
         &self.total
     }
 
-    /// Returns the stats of the most recent run, which may have ended.
+    /// Returns the stats of the most recent run, whether or not it has ended.
     pub const fn current_run(&self) -> &TravelStats {
         &self.current_run
     }
@@ -126,7 +126,7 @@ impl Scores {
 
     /// Adds a movement.
     pub(crate) fn add_movement(&mut self, half_steps: u64) {
-        // Beyond two cells, each half step counts a quarter of a cell.
+        // Beyond two cells, each half step counts as a quarter of a cell.
         let effective_quarters = (2 * half_steps).min(half_steps + 4);
         self.add(TravelStats { half_steps, effective_quarters, turns: 0 });
     }

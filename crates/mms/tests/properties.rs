@@ -1,5 +1,5 @@
-//! Property tests that compare the mouse with an independent model of the rules of mms in random
-//! mazes.
+//! Property tests that use random mazes to compare the mouse with an independent model of the mms
+//! rules.
 
 use mmsim_maze::{Cell, Heading, MazeSize, WallState, Walls};
 use mmsim_mms::{Command, GridPoint, SimulatedMouse};
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 const STEPS: [(i32, i32); 8] =
     [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)];
 
-/// Returns true if half a step from this position in this direction is blocked.
+/// Returns true if a wall or post blocks a half step from this position in this direction.
 fn is_blocked(walls: &Walls, (x, y): (i32, i32), eighths: usize) -> bool {
     let (east, north) = STEPS[eighths];
     let has_wall = |x: i32, y: i32, heading| {

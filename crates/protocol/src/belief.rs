@@ -6,7 +6,7 @@ use crate::matrix::CellWalls;
 use crate::state::State;
 
 impl State<'_> {
-    /// Returns the map of the maze as the client knows it.
+    /// Returns the client's map of the maze.
     ///
     /// A wall is present if the flags of either adjacent cell report it. A wall that no
     /// flag reports is absent if either adjacent cell has been visited, and unknown otherwise.
@@ -39,8 +39,8 @@ impl State<'_> {
     }
 }
 
-/// Returns the state of the wall between two adjacent cells. The cell `there` is in the direction
-/// `heading` from the cell `here`.
+/// Returns the state of the wall on the `heading` side of `here`. The cell `there` is on the other
+/// side of the wall.
 const fn between(here: CellWalls, there: CellWalls, heading: Heading) -> WallState {
     if here.wall(heading) || there.wall(heading.back()) {
         WallState::Present

@@ -8,7 +8,7 @@ use crate::layout::{WALLS_REQUEST_BYTES, state_bytes};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RequestError {
-    /// The message is not a request of the protocol.
+    /// The message is not a known request.
     #[error("expected ping, reset, info, W or S, found {0}")]
     Unknown(Excerpt<16>),
     /// The length of the walls request is not 4 bytes.
@@ -17,7 +17,7 @@ pub enum RequestError {
         /// The length of the message in bytes.
         found: usize,
     },
-    /// The length of the state does not fit the size of the maze.
+    /// The length of the state does not match the size of the maze.
     #[error(
         "expected a state of {} bytes for a maze of {size} cells, found {found} bytes",
         state_bytes(*size)
@@ -34,7 +34,7 @@ pub enum RequestError {
         /// The byte.
         found: u8,
     },
-    /// The order of a matrix is not `C` or `F`.
+    /// The order of a matrix is neither `C` nor `F`.
     #[error("expected C or F as the order of the {matrix}, found {}", Excerpt::<1>::new(&[*found]))]
     Order {
         /// `weights` or `walls`.
