@@ -27,7 +27,7 @@ pub struct Info {
     pub height: u8,
     /// The coordinates x and y of the start cell.
     pub start: [u8; 2],
-    /// The letter of the heading at the start. Simulators always send `N`.
+    /// The letter of the start heading. Simulators always send `N`.
     pub heading: char,
     /// The coordinates x and y of each goal cell.
     pub goals: Vec<[u8; 2]>,
@@ -57,7 +57,7 @@ impl Info {
         MazeSize::new(self.width.into(), self.height.into()).ok()
     }
 
-    /// Returns the pose at the start, or `None` if the heading is invalid.
+    /// Returns the start pose, or `None` if the heading is invalid.
     pub fn start_pose(&self) -> Option<Pose> {
         let heading = Heading::from_letter(self.heading)?;
         Some(Pose::new(Cell::new(self.start[0], self.start[1]), heading))

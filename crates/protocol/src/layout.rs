@@ -1,11 +1,11 @@
-//! The positions of the fields in a state. The fields are the letter `S`, x, y, the heading, the
-//! order of the weights, the weights, the order of the walls, and the walls, in that order.
+//! The positions of the fields in a state. The fields are, in sequence: the letter `S`, x, y,
+//! the heading, the order of the weights, the weights, the order of the walls, and the walls.
 
 use core::ops::Range;
 
 use mmsim_maze::MazeSize;
 
-/// The length in bytes of a state for a 32×32 maze, which is the longest state.
+/// The length in bytes of a state for a 32×32 maze, the longest possible state.
 pub const MAX_STATE_BYTES: usize = state_bytes(MazeSize::HALF_SIZE);
 
 /// Returns the length in bytes of a state for a maze of this size, such as 518 for 16×16 cells.

@@ -19,8 +19,8 @@
 //!
 //! # A complete client
 //!
-//! This wall follower uses the crate `zmq`. The client works with any simulator that listens on
-//! port 6574, such as `mmsim`.
+//! This wall follower uses the `zmq` crate and works with any simulator that listens on port 6574,
+//! such as `mmsim`.
 //!
 //! ```no_run
 //! use mmsim_protocol::{

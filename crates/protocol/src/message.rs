@@ -28,8 +28,8 @@ impl<'a> StateMessage<'a> {
     /// Creates a view of a state message for a maze of this size.
     ///
     /// # Errors
-    /// Returns an error if the message does not begin with `S`, or if its length does not fit the
-    /// size of the maze.
+    /// Returns an error if the message does not begin with `S` or has the wrong length for a maze
+    /// of this size.
     pub const fn new(bytes: &'a [u8], size: MazeSize) -> Result<Self, RequestError> {
         if bytes.len() == state_bytes(size) && bytes[layout::LETTER] == b'S' {
             Ok(Self { size, bytes })

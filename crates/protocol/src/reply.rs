@@ -1,4 +1,4 @@
-//! The replies of a simulator.
+//! The replies that a simulator sends to a client.
 
 use mmsim_maze::{Excerpt, WallsAround};
 
@@ -27,7 +27,7 @@ pub enum Reply<'a> {
     Error(&'a str),
 }
 
-/// The error for bytes that are not a reply of the protocol.
+/// The error for bytes that are not a valid reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected pong, ok, three bytes of walls, info or an error, found {0}")]
 pub struct UnknownReply(pub Excerpt<16>);
@@ -36,7 +36,7 @@ impl<'a> Reply<'a> {
     /// Decodes a reply.
     ///
     /// # Errors
-    /// Returns an error if the bytes are not a reply.
+    /// Returns an error if the bytes are not a valid reply.
     ///
     /// ```
     /// use mmsim_protocol::{Reply, WallsAround};
@@ -62,7 +62,7 @@ impl<'a> Reply<'a> {
         reply.ok_or_else(|| UnknownReply(Excerpt::new(message)))
     }
 
-    /// Writes the reply to the start of `buffer` and returns the length of the reply in bytes.
+    /// Writes the reply to the start of `buffer` and returns the number of bytes written.
     ///
     /// # Errors
     /// Returns an error if the buffer is shorter than the reply.

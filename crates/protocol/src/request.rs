@@ -1,4 +1,4 @@
-//! The requests of a client.
+//! The requests that a client sends to a simulator.
 
 use mmsim_maze::{Excerpt, MazeSize, Pose};
 
@@ -54,7 +54,7 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Writes the request to the start of `buffer` and returns the length of the request in bytes.
+    /// Writes the request to the start of `buffer` and returns the number of bytes written.
     ///
     /// # Errors
     /// Returns an error if the buffer is shorter than the request. A buffer of

@@ -60,7 +60,7 @@ impl<'a> State<'a> {
         Ok(Self { pose, weights, walls })
     }
 
-    /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
+    /// Writes the state to the start of `buffer` and returns the number of bytes written.
     ///
     /// # Errors
     /// Returns an error if the buffer is shorter than the state.
@@ -75,7 +75,7 @@ impl<'a> State<'a> {
 }
 
 /// A state that is encoded directly from a mouse's map. A function provides the weight of each
-/// cell. Both matrices have the same order.
+/// cell. Both matrices use the same cell order.
 ///
 /// ```
 /// use mmsim_protocol::{Cell, Heading, KnownMaze, MapState, MazeSize, Order, Pose, State};
@@ -103,7 +103,7 @@ impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
         Self { pose, map, weight, order }
     }
 
-    /// Writes the state to the start of `buffer` and returns the length of the state in bytes.
+    /// Writes the state to the start of `buffer` and returns the number of bytes written.
     ///
     /// # Errors
     /// Returns an error if the buffer is shorter than the state.

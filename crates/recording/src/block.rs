@@ -66,8 +66,8 @@ impl States {
         StateMessage::new(self.get(index)?, self.size).ok()
     }
 
-    /// Returns the bytes of up to `count` states, starting with the state that has the index `from`
-    /// in the whole history.
+    /// Returns the bytes of up to `count` states, starting with the state at index `from` in the
+    /// whole history.
     pub fn range(&self, from: usize, count: usize) -> &[u8] {
         let length = state_bytes(self.size);
         let start = from.saturating_sub(self.first).saturating_mul(length);

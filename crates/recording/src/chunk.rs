@@ -24,7 +24,7 @@ pub(crate) fn unpack(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> 
             .map_err(|error| format!("a chunk that cannot be decompressed: {error}"))?,
         other => {
             let other = other.escape_ascii();
-            return Err(format!("a chunk with the unknown compression \"{other}\""));
+            return Err(format!("a chunk with the unknown compression method \"{other}\""));
         }
     };
     let found = records.len();
@@ -107,7 +107,7 @@ mod tests {
         insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk of the wrong length (expected 99 bytes, found 21)");
         insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with the wrong checksum (expected 00000007, found 910bc603)");
         insta::assert_snapshot!(error(&chunk(101, 0, b"", RECORDS)), @"a chunk of 101 bytes, which exceeds the limit of 100");
-        insta::assert_snapshot!(error(&chunk(21, 0, b"lz4\x1b", RECORDS)), @r#"a chunk with the unknown compression "lz4\x1b""#);
+        insta::assert_snapshot!(error(&chunk(21, 0, b"lz4\x1b", RECORDS)), @r#"a chunk with the unknown compression method "lz4\x1b""#);
         insta::assert_snapshot!(error(&chunk(21, 0, b"zstd", RECORDS)), @"a chunk that cannot be decompressed: Unknown frame descriptor");
         let whole = chunk(21, 0, b"", RECORDS);
         for length in 0..whole.len() {

@@ -62,8 +62,8 @@ pub enum ReadError {
 pub struct RecordError {
     /// The path of the recording or of its folder.
     pub path: PathBuf,
-    /// The error of the operating system, or an error that describes how another program changed
-    /// the file.
+    /// The operating system's error, or an error that describes how another program changed the
+    /// file.
     pub source: io::Error,
 }
 

@@ -50,8 +50,8 @@ pub struct History {
     previous: Newest,
 }
 
-/// The pose of the newest state (`None` if it is invalid), and the motion from the first state to
-/// the newest state.
+/// The pose of the newest state (`None` if the pose is invalid), and the motion from the first
+/// state to the newest.
 #[derive(Clone, Copy, Default)]
 struct Newest {
     pose: Option<Pose>,
@@ -62,7 +62,7 @@ struct Newest {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PushError {
-    /// The length of the message does not fit the size of the maze.
+    /// The message has the wrong length for the size of the maze.
     #[error("expected a state of {expected} bytes, found {found} bytes")]
     Length {
         /// The length of every state in bytes.
@@ -136,8 +136,8 @@ impl History {
     /// Appends a state.
     ///
     /// # Errors
-    /// The length of the message does not fit the size of the maze, or another state does not fit
-    /// into memory. On error, the states in the history stay the same.
+    /// Returns an error if the message has the wrong length for the size of the maze, or if there
+    /// is not enough memory for another state. On error, the states in the history stay the same.
     pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
         let (expected, found) = (state_bytes(self.size), state.len());
         if found != expected {
@@ -260,7 +260,7 @@ fn compress<'p>(
     Some(buffer)
 }
 
-/// Reads states of a history and caches one decompressed block.
+/// Reads states from a history and caches one decompressed block.
 pub struct HistoryReader<'h> {
     history: &'h History,
     decompressor: Option<Decompressor<'static>>,

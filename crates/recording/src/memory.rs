@@ -5,10 +5,10 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The memory in bytes that must remain free after an allocation for states.
+/// The number of bytes that must remain free after memory is reserved for states.
 ///
 /// Most allocations for other purposes abort the process if they fail. This amount of free memory
-/// is enough for such allocations.
+/// is enough for them.
 const HEADROOM_BYTES: usize = 4 << 20;
 
 /// Reserves capacity for `additional` more elements. Fails if less than `HEADROOM_BYTES` would
@@ -92,7 +92,7 @@ impl Share {
         has_room
     }
 
-    /// Returns the memory that other recordings take from the budget, in bytes.
+    /// Returns how much of the budget other recordings use, in bytes.
     pub(crate) fn others(&self) -> usize {
         self.budget.used.load(Ordering::Relaxed).saturating_sub(self.bytes)
     }

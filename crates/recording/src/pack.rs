@@ -47,8 +47,7 @@ impl Packing {
         if is_cancelled { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
     }
 
-    /// Removes the temporary file, because the process may end before the background thread can do
-    /// so.
+    /// Removes the temporary file. The process may end before the background thread can do so.
     fn abandon(&self) {
         let mut unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(path) = unfinished.take() {
@@ -146,7 +145,7 @@ impl Packer {
     /// Starts the thread.
     ///
     /// # Errors
-    /// The thread cannot be created.
+    /// Returns an error if the thread cannot be created.
     pub(crate) fn start() -> io::Result<Self> {
         let (queue, next) = mpsc::sync_channel::<Unpacked>(MAX_QUEUED);
         let (busy, done) = mpsc::channel();

@@ -39,8 +39,8 @@ const MAX_DESCRIPTION_BYTES: usize = 64 << 10;
 /// field may claim more bytes than the file contains.
 const STEP_BYTES: usize = 64 * 1024;
 
-/// The integrity of a recording's file: whether the file is complete and, if not, how many bytes
-/// are intact.
+/// The integrity of a recording file: whether it is complete and, if not, how many bytes are
+/// intact.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Integrity {
     /// The recording was closed, so the file is complete.
@@ -73,7 +73,7 @@ pub(crate) struct Description {
 /// Reads a recording up to its last intact record.
 ///
 /// Calls `on_state` with each state and its time in nanoseconds since 1970 (UTC). Stops at the
-/// first error of `on_state` and returns the error.
+/// first error from `on_state` and returns it.
 pub(crate) fn read_states(
     source: impl Read,
     on_state: impl FnMut(&Description, &[u8], u64) -> Result<(), ReadError>,
@@ -273,7 +273,7 @@ fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> {
     match maze.size() {
         found if found == size => Ok(maze),
         found => {
-            Err(invalid(format!("the maze has {found} cells, but the states have {size} cells")))
+            Err(invalid(format!("the maze has {found} cells, but the states are for {size} cells")))
         }
     }
 }
@@ -415,7 +415,7 @@ mod tests {
         let Integrity::Damaged { reason, .. } = recording.integrity() else {
             panic!("{recording:?}")
         };
-        insta::assert_snapshot!(reason, @r#"a chunk with the unknown compression "\x1b[2J""#);
+        insta::assert_snapshot!(reason, @r#"a chunk with the unknown compression method "\x1b[2J""#);
     }
 
     #[test]
@@ -442,7 +442,7 @@ mod tests {
         insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
         insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
         insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
-        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states have 3x1 cells");
+        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states are for 3x1 cells");
     }
 
     #[test]

@@ -11,11 +11,11 @@ use crate::error::RecordError;
 use crate::pack::{Packer, remove_unfinished};
 use crate::writer::RecordingWriter;
 
-/// The maximum number of names that are tried for a new file.
+/// The maximum number of names tried for a new file.
 const MAX_TRIES: u32 = 10_000;
 
-/// The maximum length of the part of a file name that names the maze, in bytes. File systems allow
-/// file names of up to 255 bytes.
+/// The maximum length of the maze name in a file name, in bytes. File systems allow file names of
+/// up to 255 bytes.
 const MAX_NAME_BYTES: usize = 100;
 
 /// Records simulations into a folder. Each reset ends the current file.
@@ -39,7 +39,7 @@ impl Recorder {
     /// Creates a recorder for `folder`, and creates the folder if it does not exist.
     ///
     /// # Errors
-    /// The folder cannot be created, or no file can be created in the folder.
+    /// Returns an error if the folder cannot be created, or if no file can be created in it.
     pub fn new(folder: &Path) -> Result<Self, RecordError> {
         let failed = |error| RecordError::new(folder, error);
         fs::create_dir_all(folder).map_err(failed)?;
@@ -60,7 +60,7 @@ impl Recorder {
     /// that begins with the returned description and maze.
     ///
     /// # Errors
-    /// The state cannot be recorded.
+    /// Returns an error if the state cannot be recorded.
     pub fn write<'m>(
         &mut self,
         state: &[u8],
@@ -80,7 +80,8 @@ impl Recorder {
     /// Closes the current file, if there is one, and queues it for compression.
     ///
     /// # Errors
-    /// The summary at the end of the file cannot be written. All states remain readable.
+    /// Returns an error if the summary at the end of the file cannot be written. All states remain
+    /// readable.
     pub fn close(&mut self) -> Result<(), RecordError> {
         let Some(current) = self.current.take() else { return Ok(()) };
         let (unpacked, closed) = current.close_unpacked();
@@ -124,8 +125,7 @@ impl Recorder {
     }
 }
 
-/// Shortens the name of a maze and replaces characters that are not valid in file names on every
-/// system.
+/// Shortens a maze name and replaces every character except letters, digits, `-` and `.` with `-`.
 fn file_name(maze: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || "-.".contains(c) { c } else { '-' };
     let mut bytes = 0;
