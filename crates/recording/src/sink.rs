@@ -28,8 +28,8 @@ pub(crate) trait Storage {
     /// Returns the length of the file in bytes. Fails if the file is no longer at its path.
     fn length(&self) -> io::Result<u64>;
 
-    /// Removes this many bytes from the end of the file. Later calls of `append` continue at the
-    /// new end of the file.
+    /// Removes this many bytes from the end of the file. Later calls to `append` continue at the
+    /// new end.
     fn cut(&mut self, bytes: u64) -> io::Result<()>;
 }
 
@@ -45,7 +45,7 @@ impl RecordingFile {
     /// Creates a new file.
     ///
     /// On Unix, the file is opened for appending, so records are always written at its end. If
-    /// another program has changed the length of the file, the next check detects the change.
+    /// another program has changed the length of the file, the next check detects this.
     /// Append mode is not used on Windows, which cannot truncate a file that is open for appending.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let mut options = File::options();
@@ -151,8 +151,8 @@ impl<S: Storage> Write for Sink<S> {
 }
 
 impl<S> Seek for Sink<S> {
-    /// Returns the current position. The MCAP writer only asks for the position, so moving to
-    /// another position is not supported.
+    /// Returns the current position. The MCAP writer only queries the position, so other seeks
+    /// are not supported.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
             SeekFrom::Current(0) => Ok(self.whole + self.buffer.len() as u64),

@@ -1,4 +1,4 @@
-//! Stores byte strings in slabs, which are large blocks of memory.
+//! Stores byte strings in large blocks of memory (slabs).
 
 use std::collections::TryReserveError;
 use std::iter;
@@ -8,9 +8,9 @@ use crate::memory::reserve;
 
 /// The size of a slab in bytes.
 ///
-/// When a large block is freed, the allocator immediately returns the block's memory to the system.
-/// The allocator of glibc always treats blocks above 32 MiB as large. The unused part of a slab
-/// takes address space but no memory.
+/// When a large block is freed, the allocator immediately returns its memory to the system. The
+/// glibc allocator always treats blocks above 32 MiB as large. The unused part of a slab takes
+/// address space but no memory.
 const SLAB_BYTES: usize = (32 << 20) + 4096;
 
 /// If memory is short, the size of a new slab is halved repeatedly, but not below this number of

@@ -16,8 +16,8 @@ const GAP_BYTES: usize = 10;
 
 /// The times of the states of a history.
 ///
-/// Each time is stored as the gap since the previous time, in a variable number of bytes. The gaps
-/// of a search at full speed take one or two bytes each. Cloning is cheap.
+/// Each time is stored as the gap since the previous time, in a variable number of bytes. When
+/// a search runs at full speed, each gap takes one or two bytes. Cloning is cheap.
 #[derive(Clone, Debug, Default)]
 pub struct Times {
     /// Nanoseconds per tick. Times are rounded down to whole ticks.
@@ -122,7 +122,7 @@ impl Times {
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     started: Instant,
-    /// The nanoseconds since 1970 at `started`.
+    /// The system time at `started`, in nanoseconds since 1970 (UTC).
     since_epoch: u64,
 }
 

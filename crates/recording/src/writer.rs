@@ -58,8 +58,8 @@ impl RecordingWriter {
     /// Appends the bytes of a state with the current time.
     ///
     /// # Errors
-    /// The file cannot be written, or another program removed or changed it. A state that could not
-    /// be written leaves no trace in the file. Writing later states may succeed.
+    /// The file cannot be written, or another program has removed or changed it. A state that could
+    /// not be written leaves no trace in the file. Later writes may succeed.
     pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
         let Some(records) = &mut self.records else { return Ok(()) };
         let sequence = records.states;

@@ -33,7 +33,7 @@ impl Control {
         self.is_stopping.load(Ordering::Acquire)
     }
 
-    /// Wakes the threads that wait for the end of the server.
+    /// Wakes the threads that are waiting for the server to end.
     pub(crate) fn set_ended(&self) {
         *self.has_ended.lock().unwrap_or_else(PoisonError::into_inner) = true;
         self.ended.notify_all();
@@ -56,21 +56,21 @@ impl StopHandle {
     }
 }
 
-/// The current run and the number of its states.
+/// The current run number and the number of states in that run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status {
-    /// The run number. The first run has number 1, and each reset and each new maze begins the next
-    /// run. Before the server runs, the run number is 0.
+    /// The run number. The first run is number 1, and every reset or new maze begins the next run.
+    /// Before the server runs, the run number is 0.
     pub run: u32,
-    /// The number of states in this run.
+    /// The number of states in the current run.
     pub states: usize,
 }
 
-/// The number of bits for the count of states in a [`StatusCell`], which has 24 further bits for
-/// the run number.
+/// The number of bits in a [`StatusCell`] that hold the state count. The other 24 bits hold the run
+/// number.
 const STATES_BITS: u32 = 40;
 
-/// The largest run number. After the run with this number, the numbers begin at 1 again.
+/// The largest run number, after which the numbering restarts at 1.
 pub(crate) const MAX_RUN: u32 = (1 << (64 - STATES_BITS)) - 1;
 
 /// The current [`Status`] in one atomic word, which the server writes and any thread reads.

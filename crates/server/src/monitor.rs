@@ -10,13 +10,13 @@ use mmsim_recording::{Block, Times};
 use crate::control::{Control, Status};
 use crate::service::SimulationService;
 
-/// A query from a monitor. The server's thread runs the query between two requests.
+/// A query from a monitor, which the server's thread runs between requests.
 pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
 
-/// Reads the simulation of a running server, and can replace its maze.
+/// Reads the simulation of a running server. A monitor can also replace the maze.
 ///
 /// [`status`](Self::status) does not wait for the server's thread. All other methods of `Monitor`
-/// send queries, which the server's thread runs between two requests. A query takes microseconds. A
+/// send queries, which the server's thread runs between requests. A query takes microseconds. A
 /// slow caller never delays a search.
 #[derive(Clone)]
 pub struct Monitor {
@@ -24,7 +24,7 @@ pub struct Monitor {
     pub(crate) control: Arc<Control>,
 }
 
-/// A description of the simulation that is served.
+/// A description of the served simulation.
 #[derive(Clone, Debug)]
 pub struct Served {
     /// The run number.
@@ -50,13 +50,13 @@ pub enum MonitorError {
 }
 
 impl Monitor {
-    /// Returns the current run and the number of its states. Run 0 means that the server is not
-    /// running yet.
+    /// Returns the current run number and the number of states in that run. Run 0 means that the
+    /// server is not running yet.
     pub fn status(&self) -> Status {
         self.control.status.read()
     }
 
-    /// Returns a description of the simulation that is served.
+    /// Returns a description of the served simulation.
     ///
     /// # Errors
     /// Returns an error if the server has ended.

@@ -30,17 +30,17 @@ pub struct Server {
 pub struct ServeError {
     /// The address that the server listened on.
     pub address: String,
-    /// The error of the operating system.
+    /// The error that the operating system reported.
     pub source: io::Error,
 }
 
 impl Server {
-    /// Listens on a port of this machine; port 0 selects a free port. `host` is a name, an address,
-    /// or `*` for all IPv4 addresses of this machine.
+    /// Listens on `port`, where 0 selects a free port. `host` is a name, an address, or `*` for all
+    /// IPv4 addresses of this machine.
     ///
     /// # Errors
-    /// Returns an error if the port is in use, the host cannot be resolved, the address of the host
-    /// does not belong to this machine, or the operating system reports another error.
+    /// Returns an error if the port is in use, the host cannot be resolved, its address does not
+    /// belong to this machine, or the operating system reports another error.
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let listener = listen(host, port)?;
         let failed = |source| BindError::Listen { host: host.into(), port, source };

@@ -96,7 +96,7 @@ fn set(buffer: &mut ReplyBuffer, reply: Reply<'_>) {
     let _ = reply.encode(buffer);
 }
 
-/// Writes a reply that reports an error.
+/// Writes an error reply.
 pub(crate) fn refuse(buffer: &mut ReplyBuffer, reason: impl fmt::Display) {
     buffer.clear();
     // Writing into a vector cannot fail.

@@ -86,11 +86,11 @@ type CellBits<const N: usize> = [u64; N];
 struct LayeredSearch<const N: usize, const STRIDE: usize> {
     /// The first cell of the path, at which the search ends.
     end: Cell,
-    /// The cells with an open northern side, in two sets: cells from which a step north leads
-    /// nearer to `end`, and cells from which a step north leads away from `end`.
+    /// The cells with an open northern side, in two sets: those from which a step north leads
+    /// towards `end`, and those from which it leads away from `end`.
     north: [CellBits<N>; 2],
-    /// The cells with an open eastern side, in two sets: cells from which a step east leads nearer
-    /// to `end`, and cells from which a step east leads away from `end`.
+    /// The cells with an open eastern side, in two sets: those from which a step east leads towards
+    /// `end`, and those from which it leads away from `end`.
     east: [CellBits<N>; 2],
 }
 
@@ -162,13 +162,12 @@ impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
 
     /// For each cell in `settled`, returns the heading of the next step on a shortest path to the
     /// last cell. The headings are encoded as in [`ShortestPath`]. `odd` contains the cells of
-    /// `settled` in every second layer (all cells with the same A* estimate), beginning with the
-    /// second layer.
+    /// `settled` in the second, fourth, sixth, … layers.
     ///
-    /// A step away from `end` is part of a shortest path to the last cell if both cells of the step
-    /// have the same A* estimate. A step towards `end` is part of a shortest path if the estimates
-    /// of its two cells differ. Connected neighbours are in the same layer or in successive layers,
-    /// so `odd` is enough to compare their estimates.
+    /// A step away from `end` is part of a shortest path to the last cell if both of its cells have
+    /// the same A* estimate. A step towards `end` is part of a shortest path if the estimates of
+    /// its two cells differ. Connected neighbours are in the same layer or in successive layers, so
+    /// `odd` is enough to compare their estimates.
     fn towards(&self, settled: &CellBits<N>, odd: &CellBits<N>) -> [[u64; WORDS]; 2] {
         let Self { north: [north, south], east: [east, west], .. } = self;
         let (south_odd, south_settled) = (up::<N, STRIDE>(odd), up::<N, STRIDE>(settled));
@@ -197,12 +196,12 @@ fn and<const N: usize>(cells: &CellBits<N>, others: &CellBits<N>) -> CellBits<N>
     from_fn(|i| cells[i] & others[i])
 }
 
-/// Replaces each cell of a set by its northern neighbour.
+/// Replaces each cell of a set with its northern neighbour.
 fn up<const N: usize, const STRIDE: usize>(cells: &CellBits<N>) -> CellBits<N> {
     from_fn(|i| cells[i] << STRIDE | if i > 0 { cells[i - 1] >> (64 - STRIDE) } else { 0 })
 }
 
-/// Replaces each cell of a set by its southern neighbour.
+/// Replaces each cell of a set with its southern neighbour.
 fn down<const N: usize, const STRIDE: usize>(cells: &CellBits<N>) -> CellBits<N> {
     from_fn(|i| cells[i] >> STRIDE | if i + 1 < N { cells[i + 1] << (64 - STRIDE) } else { 0 })
 }

@@ -10,7 +10,7 @@ use crate::strategy::Strategy;
 use crate::swing::Swing;
 use crate::weight_increment::WeightIncrement;
 
-/// A bundled strategy, which can be selected by name.
+/// A bundled strategy, selected by name.
 ///
 /// ```
 /// use mmsim_solvers::BundledStrategy;

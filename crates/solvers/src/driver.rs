@@ -109,8 +109,8 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
     /// Does the same as [`advance`](Self::advance), but reads the walls from a maze in memory.
     ///
     /// # Errors
-    /// Returns an error if the strategy cannot continue, if the mouse would crash, or if the map of
-    /// the mouse contradicts the maze.
+    /// Returns an error if the strategy cannot continue, if the mouse would crash, or if the
+    /// mouse's map contradicts the maze.
     pub fn advance_in(&mut self, maze: &Maze) -> Result<bool, DriveError<Infallible>> {
         self.advance(|pose| Ok(maze.walls().around(pose)))
     }
@@ -121,7 +121,7 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
     }
 
     /// Returns the last decision, or the error if the strategy could not decide. Returns `None`
-    /// before the first decision and after a failed reading.
+    /// before the first decision and after a failed wall reading.
     pub fn decision(&self) -> Option<Result<Move, SearchError>> {
         self.error.map(Err).or(self.decision.map(Ok))
     }

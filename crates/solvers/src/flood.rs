@@ -1,4 +1,4 @@
-//! Floods, which compute the distance from each cell to the nearest target.
+//! A flood computes the distance from each cell to the nearest target.
 
 // The operations of a wave must be inlined into the loop that is compiled for each instruction set.
 #![allow(clippy::inline_always)]
@@ -62,9 +62,9 @@ enum Steps {
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct SmallSteps {
     lines: SmallLines,
-    /// True if the maze has 16×16 cells and all of them can reach a target. If this field is true,
-    /// the byte 255 is a distance, otherwise it is `UNREACHABLE_BYTE`. Only a path that visits all
-    /// 256 cells has a length of 255 steps.
+    /// True if the maze has 16×16 cells and all of them can reach a target. In this case, the byte
+    /// 255 is a distance; otherwise, it is `UNREACHABLE_BYTE`. Only a path that visits all 256
+    /// cells has a length of 255 steps.
     all_reached: bool,
 }
 

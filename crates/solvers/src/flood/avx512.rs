@@ -54,7 +54,7 @@ impl Avx512Small {
     }
 }
 
-/// Implements operations by calling the same operations of the SSE2 vector.
+/// Forwards operations to the inner SSE2 vector.
 macro_rules! forward {
     ($($operation:ident($($other:ident)?)),*) => { $(
         #[inline(always)]
@@ -101,8 +101,8 @@ impl BitOps for Avx512Small {
     }
 }
 
-/// Does the same as [`ParityPlane::spread`]. Uses masked instructions, in which each bit of a
-/// 64-bit word selects one of 64 bytes.
+/// Implements [`ParityPlane::spread`] with masked instructions, in which each bit of a 64-bit word
+/// selects one of 64 bytes.
 #[inline(always)]
 fn spread_by_masks<H: ParityPlane>(even: &[H; 8], odd: &[H; 8], lines: &mut [[Line; 8]]) {
     let (even, odd) = (to_words(even), to_words(odd));
