@@ -8,7 +8,7 @@ use crate::strategy::{Move, SearchError, Strategy, step_to_least};
 /// A strategy that goes to the neighbour with the shortest optimistic distance to the goal. The
 /// strategy floods the maze again only if new walls change a distance.
 ///
-/// The weight of a cell is its distance to the goal in steps. The strategy always reaches the goal,
+/// The weight of a cell is its distance in steps to the goal. The strategy always reaches the goal,
 /// or reports that the goal is unreachable.
 #[derive(Clone, Debug)]
 pub struct FloodFill {

@@ -5,8 +5,8 @@ use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 use crate::a_star::ShortestPath;
 use crate::flood::Distances;
 
-/// A route that visits the goal and the corners of a maze. The order of the visits is that of the
-/// robot published for the project "plot and navigate a virtual maze".
+/// A route that visits the goal and the corners of a maze in the same order as the robot published
+/// for the project "plot and navigate a virtual maze".
 ///
 /// ```text
 ///  2. top left ┌───────┐ 5. top right
@@ -60,9 +60,9 @@ impl KeyPointRoute {
         Self::new(goals, [KeyPoint::Centre, KeyPoint::Start(start)])
     }
 
-    /// Creates a route through the first `corners` of three corners: top left, bottom right and top
-    /// right. With all three corners, the route visits the centre, top left, bottom right, centre,
-    /// top right, centre, start and centre.
+    /// Creates a route through the first `corners` of these corners: top left, bottom right, top
+    /// right. With all three, the route is: centre, top left, bottom right, centre, top right,
+    /// centre, start, centre.
     #[must_use]
     pub fn swing(size: MazeSize, start: Cell, goals: CellSet, corners: usize) -> Self {
         let (east, north) = (size.width() - 1, size.height() - 1);
@@ -111,8 +111,8 @@ impl KeyPointRoute {
         route
     }
 
-    /// Returns the next key point for a mouse in the cell `from`, or `None` if the route is
-    /// complete. Skips key points that have been reached or that `walls` make unreachable.
+    /// Returns the next key point for a mouse at `from`, or `None` if the route is complete. Skips
+    /// key points that have been reached or that `walls` make unreachable.
     pub fn target(&mut self, walls: &Walls, from: Cell) -> Option<Cell> {
         while !self.ahead.is_empty() {
             let target = match self.points[self.ahead.start] {

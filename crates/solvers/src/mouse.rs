@@ -1,4 +1,4 @@
-//! A mouse, which combines a strategy, a map and a pose.
+//! A mouse that combines a strategy, a map and a pose.
 
 use mmsim_maze::{
     Cell, Contradiction, Heading, KnownMaze, Pose, Step, Unknown, WallState, WallsAround,
@@ -22,9 +22,9 @@ pub struct Mouse<S> {
 #[error("cannot leave {cell} to the {heading}: {}", describe(*state))]
 #[non_exhaustive]
 pub struct Crash {
-    /// The cell of the mouse.
+    /// The cell the mouse is in.
     pub cell: Cell,
-    /// The side of the cell through which the attempted step leads.
+    /// The side through which the mouse tried to leave the cell.
     pub heading: Heading,
     /// The state of the wall on that side, according to the map.
     pub state: WallState,
@@ -79,9 +79,9 @@ impl<S: Strategy> Mouse<S> {
     }
 
     /// Adds to the map the walls that the mouse reads after a half turn. `around` describes the
-    /// walls as observed at the pose [`turned_round`](Self::turned_round). The pose of the mouse
-    /// itself does not change. This method is needed at the start, where the wall behind the mouse
-    /// may be unknown.
+    /// walls as observed at the pose [`turned_round`](Self::turned_round). The mouse's pose does
+    /// not change. This method is needed at the start, where the wall behind the mouse may be
+    /// unknown.
     ///
     /// # Errors
     /// Returns an error and leaves the map unchanged if the walls contradict an earlier reading.

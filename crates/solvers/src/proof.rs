@@ -43,11 +43,10 @@ impl PathBounds {
 }
 
 /// Returns the number of steps that the mouse has taken when its map first proves that a known path
-/// is shortest, or `None` if the map never proves it. `poses` holds the poses in which the mouse
+/// is shortest, or `None` if the map never proves it. `poses` holds the poses at which the mouse
 /// read the walls: the start pose, and then the pose after each step.
 ///
-/// The search does not need the number of steps until the proof, so callers can compute it after
-/// the search.
+/// The search itself does not need this number, so callers can compute it afterwards.
 #[must_use]
 pub fn steps_until_proven(maze: &Maze, poses: &[Pose]) -> Option<u32> {
     let mut map = KnownMaze::unexplored(maze);

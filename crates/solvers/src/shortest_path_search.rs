@@ -9,22 +9,22 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 /// returns to the start, and runs to the goal.
 ///
 /// - The mouse goes to the goal by flood fill. If several neighbours are equally near, the mouse
-///   ignores the walls and compares the numbers of columns and of rows from each neighbour to the
-///   goal. The mouse prefers the neighbour for which the larger of these two numbers is smallest.
-///   This neighbour leaves the mouse the most alternative paths to the goal.
-/// - From the goal, the mouse explores the optimistic shortest paths from the start to the goal. A
-///   layer consists of all cells on the optimistic shortest paths that have the same distance from
-///   the start. Every path crosses every layer, so a few walls in a narrow layer may block all
-///   paths. Of the layers without a visited cell, the mouse selects those with the fewest cells,
-///   and goes to the nearest of these cells.
+///   ignores the walls and counts the columns and the rows from each neighbour to the goal. It
+///   prefers the neighbour for which the larger of these two numbers is smallest. This neighbour
+///   leaves the mouse the most alternative paths to the goal.
+/// - After reaching the goal, the mouse explores the optimistic shortest paths from the start to
+///   the goal. A layer consists of all cells on the optimistic shortest paths that have the same
+///   distance from the start. Every path crosses every layer, so a few walls in a narrow layer may
+///   block all paths. Of the layers without a visited cell, the mouse selects those with the fewest
+///   cells, and goes to the nearest cell in the selected layers.
 /// - The exploration ends as soon as one of the optimistic shortest paths is known to be open,
 ///   because the optimistic distance then equals the pessimistic distance. The mouse always enters
 ///   the goal before it returns, even if the proof is complete one step earlier.
 /// - On the return run, the mouse tries a path through unknown walls if that path may be shorter
 ///   than the shortest known path.
 ///
-/// The weight of a cell is its distance in steps to the current target of the mouse. If the goal is
-/// reachable, the strategy always finds a path and proves that it is shortest. If the goal is
+/// The weight of a cell is its distance in steps to the mouse's current target. If the goal is
+/// reachable, the strategy always finds a path and proves that it is the shortest. If the goal is
 /// unreachable, the mouse returns to the start before the strategy returns an error.
 #[derive(Clone, Debug)]
 pub struct ShortestPathSearch {
@@ -35,12 +35,12 @@ pub struct ShortestPathSearch {
     /// The current target of the exploration.
     target: Option<ExplorationTarget>,
     distances: Distances,
-    /// The south-western and the north-eastern corner of the bounding box of the goal cells, or
-    /// `None` before the first decision.
+    /// The south-western and north-eastern corners of the bounding box of the goal cells, or `None`
+    /// before the first decision.
     goal_corners: Option<[Cell; 2]>,
 }
 
-/// The part of the search that the mouse is in.
+/// A part of the search.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Leg {
     ToGoal,
@@ -160,7 +160,7 @@ impl Strategy for ShortestPathSearch {
     }
 }
 
-/// Returns the south-western and the north-eastern corner of the bounding box of `cells`.
+/// Returns the south-western and north-eastern corners of the bounding box of `cells`.
 fn corners(cells: &CellSet) -> [Cell; 2] {
     let mut cells = cells.iter();
     let first = cells.next().unwrap_or(Cell::new(0, 0));

@@ -2,8 +2,7 @@
 
 use mmsim_maze::{Cell, KnownMaze, Pose, Step, Unknown};
 
-/// A search strategy, which decides on the next move from the known walls and the pose of the
-/// mouse.
+/// A search strategy, which decides the next move based on the known walls and the mouse's pose.
 ///
 /// A strategy uses no socket, clock or thread. The only required method is
 /// [`next_move`](Self::next_move).
@@ -27,10 +26,10 @@ use mmsim_maze::{Cell, KnownMaze, Pose, Step, Unknown};
 /// }
 /// ```
 pub trait Strategy {
-    /// Decides on the next move of a mouse in `pose`. The map already contains the walls around the
+    /// Decides the next move of a mouse at `pose`. The map already contains the walls around the
     /// mouse.
     ///
-    /// This method is called exactly once after each reading of the walls.
+    /// This method is called exactly once each time the mouse has read the walls.
     ///
     /// # Errors
     /// Returns an error if the search cannot continue.
@@ -43,8 +42,8 @@ pub trait Strategy {
         None
     }
 
-    /// Returns the phase to which the last [`next_move`](Self::next_move) belongs. By default, the
-    /// phase is always the search run, which suits a strategy that stops at the goal.
+    /// Returns the phase of the last [`next_move`](Self::next_move). By default, the phase is
+    /// always the search run, which suits a strategy that stops at the goal.
     fn phase(&self) -> Phase {
         Phase::SearchRun
     }
@@ -101,33 +100,33 @@ pub enum Move {
     Step(Step),
 }
 
-/// The reason why a strategy cannot continue.
+/// The reason a strategy cannot continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SearchError {
     /// Known walls block every path from the mouse to the goal.
     #[error("goal unreachable from {cell}")]
     GoalUnreachable {
-        /// The cell of the mouse.
+        /// The cell the mouse is in.
         cell: Cell,
     },
     /// The mouse has walls on all four sides.
     #[error("the mouse is boxed in at {cell}")]
     BoxedIn {
-        /// The cell of the mouse.
+        /// The cell the mouse is in.
         cell: Cell,
     },
     /// An error that is specific to the strategy.
     #[error("search failed at {cell}: {reason}")]
     Failed {
-        /// The cell of the mouse.
+        /// The cell the mouse is in.
         cell: Cell,
         /// The reason for the failure.
         reason: &'static str,
     },
 }
 
-/// Returns the steps that a mouse in `pose` can take through sides known to be open, in the order
+/// Returns the steps that a mouse at `pose` can take through sides known to be open, in the order
 /// front, left, right, back. Each step is paired with the cell to which it leads.
 pub fn open_steps(map: &KnownMaze, pose: Pose) -> impl Iterator<Item = (Step, Cell)> + '_ {
     let possible = map.walls(Unknown::Closed).sides(pose.cell);

@@ -5,8 +5,8 @@ use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
 use super::plane::{BitOps, ParityPlane, SIDE, Words};
 
-/// One value for the dark cells of a maze and one for the light cells, which are coloured like a
-/// chessboard. The cell (0, 0) is dark, like the square a1.
+/// One value for the dark cells of a maze and one for its light cells. The cells are coloured like
+/// a chessboard, and the cell (0, 0) is dark, like the square a1.
 #[derive(Clone, Copy)]
 pub(super) struct ByColour<T> {
     pub(super) dark: T,
@@ -23,8 +23,8 @@ pub(super) type Bitboard<H> = ByColour<Openings<H>>;
 /// The open sides through which the cells of one chessboard colour can be entered.
 #[derive(Clone, Copy)]
 pub(super) struct Openings<B> {
-    /// The cells that can be entered from the cell with the same bit position. The cells (2k, y)
-    /// and (2k + 1, y) have different colours, but the same bit position.
+    /// The cells that can be entered from the cell of the opposite colour at the same bit position.
+    /// The cells (2k, y) and (2k + 1, y) share a bit position.
     same: B,
     /// The cells in even columns that can be entered by a step east.
     east: B,
@@ -54,7 +54,7 @@ impl<B: BitOps> Openings<B> {
         along.or_without(across, before)
     }
 
-    /// Returns two sets, whose union contains the cells that can be entered from `cells`.
+    /// Returns two sets whose union is the set of cells that can be entered from `cells`.
     #[inline(always)]
     fn along_and_across(&self, cells: B) -> [B; 2] {
         // With three-operand logic, only three operations after the shifts depend on each other.
@@ -106,8 +106,8 @@ impl<H: ParityPlane> Bitboard<H> {
 }
 
 impl<T> ByColour<T> {
-    /// Returns the values for the dark and the light cells, in this order if `near_is_dark` is
-    /// true, otherwise in the opposite order.
+    /// Returns the values for the dark and the light cells, in that order if `near_is_dark` is
+    /// true, and in the opposite order otherwise.
     #[inline(always)]
     pub(super) fn near_and_far(self, near_is_dark: bool) -> [T; 2] {
         let Self { dark, light } = self;
@@ -195,15 +195,14 @@ impl<H: ParityPlane> CellPlanes<H> {
     }
 }
 
-/// Returns a bit set that contains all bits of the even rows.
+/// Returns a bit set in which exactly the bits of the even rows are set.
 #[inline(always)]
 pub(super) fn even_rows<H: ParityPlane>() -> H {
     let word = if H::IS_SMALL { 0x00ff_00ff_00ff_00ff } else { 0x0000_ffff_0000_ffff };
     H::from_words(H::Words::repeat(word))
 }
 
-/// Converts the sets of cells in even and in odd columns to sets of dark and light cells, which are
-/// coloured like a chessboard.
+/// Regroups the cells in even and odd columns by their chessboard colour.
 #[inline(always)]
 fn by_colour<H: ParityPlane>([even, odd]: [H; 2]) -> CellPlanes<H> {
     let swapped = even.xor(odd).without(even_rows());
@@ -260,8 +259,8 @@ fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
     [H::from_words(even), H::from_words(odd)]
 }
 
-/// Interleaves the cells in even columns with the cells in odd columns. Returns rows of bits. Inverse
-/// of [`split`].
+/// Interleaves the cells in even columns with the cells in odd columns, and returns them as rows of
+/// bits. Inverse of [`split`].
 #[inline(always)]
 pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [u32; SIDE] {
     let (even, odd) = (even.to_words(), odd.to_words());

@@ -36,7 +36,7 @@ impl Downhill {
         run(DownhillTask { walls, targets }, walls.size())
     }
 
-    /// Returns the cells from which a step in the direction of `heading` leads nearer to a target.
+    /// Returns the cells in which `heading` is downhill.
     pub const fn towards(&self, heading: Heading) -> &CellSet {
         &self.cells[heading as usize]
     }

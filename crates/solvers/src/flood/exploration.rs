@@ -18,8 +18,8 @@ pub(crate) struct ExplorationTarget {
 }
 
 impl ExplorationTarget {
-    /// Selects the cell that a mouse in the cell `mouse` should explore next. Returns `None` if one
-    /// of the optimistic shortest paths is known to be open, or if there is no path.
+    /// Selects the cell that a mouse at `mouse` should explore next. Returns `None` if one of the
+    /// optimistic shortest paths is known to be open, or if there is no path.
     ///
     /// A layer consists of all cells on the optimistic shortest paths that have the same distance
     /// from the start. A candidate is an unvisited cell with an unknown wall that an optimistic
@@ -74,21 +74,20 @@ struct Colour<B> {
     visited: B,
 }
 
-/// The cells of one colour (as on a chessboard) that lie on the shortest paths through known and
-/// unknown openings.
+/// The cells of one chessboard colour on the optimistic shortest paths.
 #[derive(Clone, Copy)]
 struct PathCells<B> {
     all: B,
-    /// The cells of the layers with the fewest cells, among the layers without a visited cell. A
-    /// layer consists of all path cells with the same distance from the start.
+    /// The cells of the narrowest layers (those with the fewest cells) among the layers without a
+    /// visited cell. A layer consists of all path cells with the same distance from the start.
     narrowest: B,
 }
 
 /// The optimistic shortest paths from the start to the goal.
 ///
-/// The cells are coloured like a chessboard, so each step of a path changes the colour. Arrays of
-/// two elements have one element for each colour. The first element belongs to the colour of the
-/// goal cells that are nearest to the start.
+/// The cells are coloured like a chessboard, so each step of a path changes the colour. Two-element
+/// arrays have one element per colour. The first element belongs to the colour of the goal cells
+/// nearest to the start.
 struct ShortestPaths<B> {
     colours: [Colour<B>; 2],
     ends_are_dark: bool,
@@ -100,7 +99,7 @@ struct ShortestPaths<B> {
     /// start than `ends`. The distances of connected neighbours differ by 1, so the distance modulo
     /// 4 shows which neighbour is nearer to the start.
     layers: [B; 4],
-    /// The length of the optimistic shortest paths in steps.
+    /// The length of each optimistic shortest path, in steps.
     length: usize,
 }
 
@@ -156,10 +155,10 @@ impl<B: ParityPlane> ShortestPaths<B> {
     }
 
     /// Calls `visit` for each layer (all path cells with the same distance from the start), from
-    /// the goal back to the start. The arguments are the index of the layer's chessboard colour and
-    /// the cells of the layer. Layers are computed four at a time, so `visit` may be called for up
-    /// to three empty layers at the end. To stop early, `visit` returns `false`. After that,
-    /// `visit` may be called up to four more times, and must return `false` each time.
+    /// the goal back to the start. Its arguments are the index of the layer's chessboard colour and
+    /// the layer's cells. Layers are computed four at a time, so `visit` may be called for up to
+    /// three empty layers at the end. `visit` returns `false` to stop early. After that, it may be
+    /// called up to four more times, and must return `false` each time.
     #[inline(always)]
     fn for_each_layer(&self, mut visit: impl FnMut(usize, B) -> bool) {
         let mut layer = self.ends;
@@ -223,9 +222,9 @@ impl<B: ParityPlane> ShortestPaths<B> {
         if is_any { candidates } else { self.narrowest(unexplored) }
     }
 
-    /// Selects the layers with the fewest cells, among the layers that contain unexplored cells but
-    /// no visited cell. Returns the unexplored cells in the selected layers, or all unexplored
-    /// cells if no layer is selected.
+    /// Among the layers that contain unexplored cells but no visited cell, selects those with the
+    /// fewest cells. Returns the unexplored cells in the selected layers, or all unexplored cells
+    /// if no layer is selected.
     #[inline(always)]
     fn narrowest(&self, unexplored: [B; 2]) -> [B; 2] {
         let mut narrowest = Narrowest::NONE;
@@ -239,8 +238,8 @@ impl<B: ParityPlane> ShortestPaths<B> {
         if narrowest.width == Narrowest::<B>::NONE.width { unexplored } else { narrowest.cells }
     }
 
-    /// Returns the candidates nearest to the mouse, preceded by the index of their chessboard
-    /// colour, which is the same for all of them.
+    /// Returns the candidates nearest to the mouse, preceded by the index of their common
+    /// chessboard colour.
     #[inline(always)]
     fn nearest(&self, mouse: Cell, candidates: [B; 2]) -> Option<(usize, B)> {
         let near = usize::from(is_dark(mouse) != self.ends_are_dark);
@@ -252,7 +251,7 @@ impl<B: ParityPlane> ShortestPaths<B> {
         Some(((near + usize::from(steps)) % 2, nearest))
     }
 
-    /// Returns the cells in `cells` that are farthest from the start. All of them have the
+    /// Returns those of `cells` that are farthest from the start. All of `cells` have the
     /// chessboard colour with the index `cells_colour`.
     #[inline(always)]
     fn first_layer_with(&self, cells_colour: usize, cells: B) -> B {
@@ -267,8 +266,7 @@ impl<B: ParityPlane> ShortestPaths<B> {
     }
 }
 
-/// The cells added for the layers with the fewest cells so far. Each of these layers has `width`
-/// cells.
+/// Cells collected from the narrowest layers so far. Each of these layers has `width` cells.
 struct Narrowest<B> {
     width: u32,
     cells: [B; 2],
@@ -277,9 +275,9 @@ struct Narrowest<B> {
 impl<B: ParityPlane> Narrowest<B> {
     const NONE: Self = Self { width: u32::MAX, cells: [B::NONE; 2] };
 
-    /// Adds `cells`, which belong to `layer`. Ignores them if `layer` is empty or has more than
-    /// `self.width` cells. If a non-empty `layer` has fewer than `self.width` cells, `cells`
-    /// replaces the cells added before.
+    /// Adds `cells`, which belong to `layer`. Ignores empty layers and layers with more than
+    /// `self.width` cells. If a layer has fewer cells, its `cells` replace all previously added
+    /// cells.
     #[inline(always)]
     fn add(&mut self, colour: usize, layer: B, cells: B) {
         let width = count(layer);
@@ -382,8 +380,8 @@ o---o---o---o---o---o
     }
 
     /// Follows the optimistic shortest paths from goal to start. Returns the candidates that
-    /// [`ExplorationTarget::find`] considers, and all cells on these paths, or `None` if one of the
-    /// paths is known to be open.
+    /// [`ExplorationTarget::find`] considers, and all cells on the optimistic shortest paths, or
+    /// `None` if one of these paths is known to be open.
     fn candidates(map: &KnownMaze, from_start: &Distances) -> Option<(CellSet, CellSet)> {
         let mut paths = Paths::to_goals(map, from_start);
         let (mut width, mut narrowest, mut others) = (usize::MAX, CellSet::EMPTY, CellSet::EMPTY);
@@ -420,7 +418,7 @@ o---o---o---o---o---o
     }
 
     impl Paths {
-        /// Creates a list that contains only the goal cells nearest to the start.
+        /// Creates a list of the goal cells nearest to the start.
         fn to_goals(map: &KnownMaze, from_start: &Distances) -> Self {
             let nearest = map.goals().iter().filter_map(|goal| from_start.at(goal)).min();
             let is_end = |&goal: &Cell| nearest.is_some() && from_start.at(goal) == nearest;

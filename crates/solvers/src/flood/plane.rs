@@ -1,5 +1,5 @@
-//! Parity planes, which store cells of one chessboard colour with one bit per cell, and the
-//! conversion of planes to one byte per cell.
+//! Parity planes (sets of cells of one chessboard colour, with one bit per cell) and their
+//! conversion to one byte per cell.
 
 use mmsim_maze::MazeSize;
 
@@ -57,8 +57,8 @@ pub(super) trait ParityPlane: BitOps {
         Self::interleave(&even, &odd, lines);
     }
 
-    /// Merges the bytes of the cells in even and in odd columns: byte j of `even[i]` becomes
-    /// element 2i of line j, and byte j of `odd[i]` becomes element 2i + 1 of line j.
+    /// Merges the bytes of the cells in even and odd columns: byte j of `even[i]` becomes element
+    /// 2i of line j, and byte j of `odd[i]` becomes element 2i + 1 of line j.
     #[inline(always)]
     fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
         let (even, odd) = (to_words(even), to_words(odd));
@@ -77,7 +77,7 @@ pub(super) trait ParityPlane: BitOps {
 
 /// An array of words.
 pub(super) trait Words: Copy + AsRef<[u64]> + AsMut<[u64]> {
-    /// Creates an array that consists of copies of a word.
+    /// Creates an array filled with copies of `word`.
     fn repeat(word: u64) -> Self;
 }
 

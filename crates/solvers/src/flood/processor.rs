@@ -22,7 +22,7 @@ pub enum Instructions {
     Sse2,
     /// AVX2 and BMI1, which most x86-64 processors since 2015 have.
     Avx2,
-    /// AVX-512 with the extensions BW and VL, which most servers and some laptops have. AVX-512 is
+    /// AVX-512 with the BW and VL extensions, which most servers and some laptops have. AVX-512 is
     /// available only with the crate feature `avx512`.
     Avx512,
 }

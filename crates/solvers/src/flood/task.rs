@@ -1,4 +1,4 @@
-//! Tasks, which are computations that can run with any instruction set.
+//! Tasks: computations that can run with any instruction set.
 
 use super::plane::ParityPlane;
 

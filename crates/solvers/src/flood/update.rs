@@ -1,4 +1,4 @@
-//! Updates of distances after walls have changed.
+//! Updating distances after walls have changed.
 
 use mmsim_maze::{Cell, CellSet, Heading, Walls};
 
@@ -36,8 +36,8 @@ impl Distances {
 
     /// Returns true if the cell is a target or has an open neighbour nearer to a target. Suppose
     /// that a mouse always goes downhill, never removes a wall, and adds walls only around its own
-    /// cell. If this method returns true for the cell of the mouse, the distance of that cell is
-    /// still correct.
+    /// cell. If this method returns true for the mouse's cell, the distance of that cell is still
+    /// correct.
     pub(crate) fn is_downhill_open(&self, walls: &Walls, cell: Cell) -> bool {
         let (steps, around, sides) = (self.raw(cell), self.raw_around(cell), walls.sides(cell));
         // This code has no branches, because branches would be unpredictable.
@@ -49,9 +49,9 @@ impl Distances {
     }
 
     /// Returns true if the distances are still correct after the walls around `seen` have changed.
-    /// First, the distance of each open neighbour of `seen` must differ from the distance of `seen`
-    /// by at most one step. Second, neither `seen` nor a neighbour behind a wall may have lost its
-    /// last open neighbour that is nearer to a target.
+    /// They are correct if the distance of each open neighbour of `seen` differs from that of
+    /// `seen` by at most one step, and neither `seen` nor a neighbour behind a wall has lost its
+    /// last open neighbour nearer to a target.
     fn remains_correct(&self, walls: &Walls, seen: Cell) -> bool {
         if walls.size() != self.size {
             return false;

@@ -1,5 +1,4 @@
-//! Waves, which are the sets of cells at distance 0, 1, 2 and so on from the cells at which a flood
-//! begins.
+//! Waves: the sets of cells at distance 0, 1, 2 and so on from the cells where a flood begins.
 
 use super::bitboard::{Bitboard, CellPlanes, Openings, even_rows};
 use super::plane::{BitOps, ParityPlane};
@@ -15,17 +14,17 @@ pub(super) struct Marks<B> {
     pub(super) unvisited: B,
 }
 
-/// The distances of all cells. If all cells at which the flood begins have the same chessboard
-/// colour, `near` belongs to this colour, otherwise to the dark cells. `far` belongs to the
-/// opposite colour.
+/// The distances of all cells. If the cells where the flood begins all have the same chessboard
+/// colour, `near` holds the distances of the cells of that colour; otherwise, it holds those of the
+/// dark cells. `far` holds the distances of the cells of the opposite colour.
 pub(super) struct Flooded<B> {
     pub(super) near: Marks<B>,
     pub(super) far: Marks<B>,
     pub(super) near_is_dark: bool,
 }
 
-/// One counter for each cell, which is incremented until a wave reaches the cell. Element `FIRST` +
-/// i of `code` holds bit i of each counter.
+/// One counter per cell, incremented until a wave reaches the cell. Element `FIRST` + i of `code`
+/// holds bit i of each counter.
 ///
 /// The counters are Gray codes, so an increment changes only one bit of a counter.
 struct Counts<B, const FIRST: usize> {
@@ -85,9 +84,9 @@ pub(super) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> F
     Flooded { near, far, near_is_dark: is_dark }
 }
 
-/// Sends waves from `edge`, whose cells all have the same chessboard colour, so that the cells of
-/// each wave have the same colour, too. Returns the distances of all cells of the colour of `edge`,
-/// followed by those of the opposite colour.
+/// Sends waves from `edge`, whose cells all have the same chessboard colour. Each wave then also
+/// contains cells of only one colour. Returns the distances of all cells with the colour of `edge`,
+/// followed by the distances of the other cells.
 #[inline(always)]
 fn waves_of_one_colour<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],
@@ -146,8 +145,8 @@ fn waves_of_both_colours<B: BitOps>(
 }
 
 impl<B: ParityPlane> Flooded<B> {
-    /// Calls `plane` to get a set of cells of each chessboard colour. Returns those cells of the
-    /// two sets that are in even columns, and those in odd columns.
+    /// Calls `plane` once per chessboard colour to get two sets of cells. Returns the same cells,
+    /// grouped into even and odd columns.
     #[inline(always)]
     pub(super) fn columns(&self, plane: impl Fn(&Marks<B>) -> B) -> [B; 2] {
         let even: B = even_rows();
@@ -166,9 +165,9 @@ impl<B: ParityPlane> Flooded<B> {
 }
 
 /// Sends waves from `from`, whose cells all have the same chessboard colour, until a wave reaches a
-/// target. Returns the targets that are nearest to `from` and their distance in steps, or `None` if
-/// no target is reachable. If this distance is even, the returned targets have the same colour as
-/// the cells of `from`, otherwise the opposite colour.
+/// target. Returns the targets nearest to `from`, together with their distance in steps, or `None`
+/// if no target is reachable. If this distance is even, the returned targets have the same colour
+/// as the cells of `from`, otherwise the opposite colour.
 #[inline(always)]
 pub(super) fn first_targets<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],

@@ -1,12 +1,12 @@
 //! Floods with SSE2, which every x86-64 processor has, and with AVX2. This file is compiled only if
-//! the compiler may use SSE2.
+//! SSE2 is enabled for the target.
 //!
 //! Only this file, `avx512.rs` and `dispatch.rs` contain `unsafe` code. A call to an intrinsic is
-//! `unsafe` unless the calling function enables the feature of the intrinsic, and trait methods
-//! cannot enable features. None of the intrinsics used here accesses memory through a pointer, so
-//! the only requirement is that the processor has the instruction. SSE2 is always available on
-//! x86-64. Code that needs other processor features runs only inside functions that enable these
-//! features. `dispatch.rs` calls such a function only if the processor supports the features.
+//! `unsafe` unless the calling function enables the intrinsic's feature, and trait methods cannot
+//! enable features. None of the intrinsics used here accesses memory through a pointer, so the only
+//! requirement is that the processor supports the instruction. SSE2 is always available on x86-64.
+//! Code that needs other processor features runs only inside functions that enable these features.
+//! `dispatch.rs` calls such a function only if the processor supports the features.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
@@ -23,7 +23,7 @@ use super::task::Task;
 #[repr(transparent)]
 pub(super) struct Sse2<const VECTORS: usize>(pub(super) [__m128i; VECTORS]);
 
-/// Runs a task that is written for SSE2. In this function, the compiler may use AVX2 instructions.
+/// Runs a task written for SSE2, but lets the compiler use AVX2 instructions.
 #[target_feature(enable = "avx2,bmi1,popcnt")]
 pub(super) unsafe fn run_avx2<H: ParityPlane, T: Task>(task: T) -> T::Output {
     task.run::<H>()
