@@ -12,12 +12,12 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 /// point with A*, and plans again whenever the mouse sees a new wall.
 ///
 /// The weight of a cell is its distance in steps to the next key point of the route or, on the fast
-/// run, to the goal. The strategy always reaches the goal, or reports that the goal is unreachable.
+/// run, to the goal. The strategy always reaches the goal, or reports that it is unreachable.
 #[derive(Clone, Debug)]
 pub struct Swing {
     /// The route, or `None` before the first decision.
     route: Option<KeyPointRoute>,
-    /// The path to the next key point, and the number of steps that the mouse has taken on it.
+    /// The path to the next key point, and the number of steps that the mouse has taken along it.
     plan: Option<(ShortestPath, usize)>,
     /// The walls that were known when the path was planned.
     walls: Walls,

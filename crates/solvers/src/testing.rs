@@ -10,7 +10,7 @@ use crate::strategy::{Move, SearchError, Strategy};
 pub(crate) struct Outcome {
     /// The last decision.
     pub(crate) result: Result<Move, SearchError>,
-    /// The number of steps.
+    /// The number of steps that the mouse has taken.
     pub(crate) steps: u32,
     /// A picture of the map with the weights and the mouse.
     pub(crate) drawing: String,

@@ -3,7 +3,7 @@
 //! The mazes are divided into two halves. Blocks of eight successive mazes stay together, because
 //! mazes of the same contest are adjacent in the list. A [`WallPrior`] is learnt from each half.
 //! The champion then uses this prior in the mazes of the other half, with several seeds. For
-//! comparison, the example also runs the robot `proven`, which explores until no faster race is
+//! comparison, the example also runs the `proven` robot, which explores until no faster race is
 //! possible.
 //!
 //! ```sh

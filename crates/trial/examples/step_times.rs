@@ -1,4 +1,4 @@
-//! Measures how long the champion takes per step in complete trials, with noise-free and with noisy
+//! Measures how long the champion takes per step in complete trials, with noise-free and noisy
 //! sensors. For each file or folder, prints the median, the 99th percentile and the maximum of the
 //! step times in its mazes.
 //!

@@ -24,18 +24,18 @@ pub use wall_prior::WallPrior;
 /// races along the fastest known path.
 ///
 /// **On the way to the goal** the champion plans optimistically: it treats unknown walls as open.
-/// The champion follows the path that is fastest under this assumption, to the point where the path
-/// leaves the explored area.
+/// It follows the path that is fastest under this assumption, up to the point where the path leaves
+/// the explored area.
 ///
 /// **After reaching the goal** the champion samples random mazes that agree with the known walls; a
 /// [`WallPrior`] gives the probabilities of the unknown walls. In each sample, the champion finds
 /// the fastest path from the start to the goal. The part of this path from its first to its last
-/// unknown wall is a stretch. The champion sums over all samples how many race steps the path saves
-/// and how many steps are necessary to explore the stretch. A [`StoppingRule`] sets the minimum
-/// gain per exploration step. Among the stretches with more than this gain, the robot moves to the
-/// stretch with the largest total gain. The total gain of a stretch is its own gain plus the gains
-/// of the other stretches, which count less the farther away they are. The robot stops exploring if
-/// no stretch has more than the minimum gain or if no faster race is possible.
+/// unknown wall is a stretch. Over all samples, the champion adds up the race steps that the path
+/// saves and the steps needed to explore the stretch. A [`StoppingRule`] sets the minimum gain per
+/// exploration step. Among the stretches whose gain exceeds this minimum, the champion heads for
+/// the one with the largest total gain. The total gain of a stretch is its own gain plus the gains
+/// of the other stretches, which count less the farther away they are. The champion stops exploring
+/// if no stretch has a gain above the minimum or if no faster race is possible.
 ///
 /// The champion assumes that the maze is similar to a contest maze, in which the goal cells form a
 /// room with one entrance. In mazes of other kinds, the champion may explore too little or too
@@ -43,8 +43,8 @@ pub use wall_prior::WallPrior;
 /// sensors, it crosses only sides that it has seen to be open.
 ///
 /// With noisy sensors the champion keeps a probability for each wall and repeats uncertain
-/// readings. The champion also tracks several hypotheses about its position, because a wall that it
-/// has not detected can cut a move short.
+/// readings. The champion also tracks several hypotheses about its position, because an undetected
+/// wall can cut a move short.
 #[derive(Clone, Debug)]
 pub struct Champion {
     belief: BeliefState,
@@ -155,7 +155,7 @@ impl Robot for Champion {
     }
 }
 
-/// Bounds on the number of race steps, and the distances used to compute the bounds.
+/// Bounds on the number of race steps, and the distances used to compute them.
 struct RaceBounds {
     /// The distances from the current cell if all unknown walls are closed.
     from_here: RaceSteps,
@@ -180,10 +180,9 @@ impl RaceBounds {
     }
 
     /// Returns the next cell on the way to the goal: a cell at the edge of the explored area, or a
-    /// goal cell. Under the assumption that all unknown walls are open, a path to the goal with the
-    /// fewest steps leads through the returned cell. Ties are broken by the number of steps to the
-    /// cell plus the Manhattan distance from the cell to the goal, then by the number of steps to
-    /// the cell.
+    /// goal cell. If all unknown walls are open, one of the fastest paths to the goal leads through
+    /// this cell. Ties are broken by the number of steps to the cell plus the Manhattan distance
+    /// from the cell to the goal, then by the number of steps to the cell.
     fn nearest_to_goal(&self, map: &KnownMaze) -> Option<Cell> {
         let manhattan = |cell: Cell, goal: Cell| cell.x.abs_diff(goal.x) + cell.y.abs_diff(goal.y);
         let to_any_goal = |cell| map.goals().iter().map(|goal| manhattan(cell, goal)).min();

@@ -18,14 +18,14 @@ use crate::trial::sensor_headings;
 ///
 /// Before each step the robot floods the maze from its position, with unknown walls open, and
 /// numbers the cells in the order in which the flood reaches them. Cells at the same distance are
-/// expanded by column from west to east, and within a column from south to north. Each cell is
-/// expanded to the north, west, south and east, in that order. The plan is traced back from the
-/// centre, from each cell to the neighbour with the lowest number. The robot moves up to 3 cells
-/// along the first straight of the plan.
+/// expanded column by column from west to east, and within a column from south to north. Each cell
+/// is expanded to the north, west, south and east, in that order. The plan is traced back from the
+/// centre by moving from each cell to the neighbour with the lowest number. The robot moves up to 3
+/// cells along the first straight of the plan.
 ///
 /// The robot records a wall only on the side from which it saw the wall, so a plan may still cross
-/// the wall from the opposite side. The race is planned in the same way as the exploration, so the
-/// robot may enter unexplored cells during the race.
+/// it from the opposite side. The race is planned in the same way as the exploration, so the robot
+/// may enter unexplored cells during the race.
 ///
 /// The robot differs from the published code in two ways: it turns on the spot if it has not seen
 /// the walls behind it, and it [gives up](Action::GiveUp) if no goal cell is reachable. In large
@@ -72,8 +72,8 @@ impl CountExpansion {
         next.filter(|_| !self.walls[place].contains(cell))
     }
 
-    /// Floods the maze from the cell `from`. Returns, for each cell that was reached, the number of
-    /// cells that were reached earlier.
+    /// Floods the maze from the cell `from`. Returns, for each reached cell, the number of cells
+    /// reached before it.
     fn counts(&self, from: Cell) -> [Option<u16>; MazeSize::MAX_AREA] {
         let mut counts = [None; MazeSize::MAX_AREA];
         let mut open = BinaryHeap::from([Reverse((0_u16, from.x, from.y))]);

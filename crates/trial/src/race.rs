@@ -5,8 +5,8 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose, Walls};
 use crate::action::{Action, Rotation};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
-/// The number of empty rows added on each of two sides of the maze, north and south. The empty rows
-/// make bounds checks unnecessary.
+/// The height of the empty margins north and south of the maze, in rows. The margins make bounds
+/// checks unnecessary.
 const MARGIN: usize = Action::MAX_CELLS as usize;
 const UNREACHABLE: u16 = u16::MAX;
 
@@ -15,7 +15,7 @@ const UNREACHABLE: u16 = u16::MAX;
 /// A step is a straight move of 1 to 3 cells. The robot's heading does not affect the distance,
 /// because a step may begin with a left or right turn, and a robot can move backwards. A target
 /// counts as reached only if a step ends in it. Ignoring crossed targets makes no path longer,
-/// because a step that would cross a target can end in the target instead.
+/// because a step that would cross a target can end there instead.
 ///
 /// The distances are computed by breadth-first search. Each round of the search takes a few bit
 /// operations per row of the maze.
@@ -30,7 +30,7 @@ const UNREACHABLE: u16 = u16::MAX;
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct RaceSteps {
     size: MazeSize,
-    /// The number of steps for each cell, in rows of 32 cells from the south.
+    /// The number of steps from each cell to a target, row by row from the south, 32 cells per row.
     steps: [u16; MazeSize::MAX_AREA],
 }
 

@@ -32,8 +32,8 @@ impl BeliefState {
     }
 
     /// Updates the weight and the map of each hypothesis. The weight is multiplied by the
-    /// likelihood of the readings. If all weights become 0, copies of the most likely hypothesis
-    /// with the poses that best explain the readings replace all hypotheses.
+    /// likelihood of the readings. If all weights become 0, the hypotheses are replaced by copies
+    /// of the previously most likely one, placed at the poses that best explain the readings.
     pub(super) fn observe(&mut self, sensors: [u8; 3]) {
         let weight = |hypothesis: &Hypothesis| {
             let likelihood = hypothesis.likelihood(hypothesis.survey.pose(), sensors, self.noise);

@@ -11,8 +11,8 @@ use crate::race::RaceSteps;
 #[derive(Clone, Debug)]
 pub(super) struct ExplorationValue {
     samples: MazeSamples,
-    /// The known walls at the time when the samples were drawn, first with all unknown walls open,
-    /// then with all unknown walls closed.
+    /// The map from which the samples were drawn, first with unknown walls open, then with unknown
+    /// walls closed.
     known: [Walls; 2],
     /// The number of samples drawn since the known walls last changed.
     count: usize,
@@ -28,9 +28,9 @@ const MAX_SAMPLES: usize = 1024;
 struct Candidate {
     /// The cell from which the robot would enter the stretches.
     end: Cell,
-    /// The number of race steps saved in all samples together.
+    /// The total number of race steps saved over all samples.
     saved: u32,
-    /// The sum of the lengths of the stretches in time steps.
+    /// The total length of the stretches in time steps.
     length: u32,
 }
 
@@ -107,10 +107,10 @@ impl ExplorationValue {
         candidates
     }
 
-    /// Returns 30 times the expected number of race steps saved per exploration step if the robot
-    /// explores a candidate that is `steps` steps away. These steps count in every sample, but the
-    /// length of a stretch counts only in samples in which the stretch is open, on the assumption
-    /// that the robot sees from the nearer end whether the stretch is open.
+    /// Returns the gain from exploring a candidate that is `steps` steps away: 30 times the
+    /// expected number of race steps saved per exploration step. The steps to the candidate count
+    /// in every sample. The robot is assumed to see from the nearer end whether a stretch is open,
+    /// so the length of the stretch counts only in samples in which it is open.
     fn gain(&self, candidate: &Candidate, steps: u16) -> f64 {
         #[allow(clippy::cast_precision_loss)]
         let steps = self.count as f64 * f64::from(steps) + f64::from(candidate.length);

@@ -37,13 +37,13 @@ pub(super) struct Hypothesis {
 /// A side counts as open if the probability that it is open is at least this value. A side counts
 /// as closed if the probability that it is closed is at least this value.
 const CERTAIN: f32 = 0.9;
-/// With noisy sensors, the probability that a side is open never exceeds this value, nor does the
-/// probability that the side is closed. The value is below 1 so that later readings can still
-/// change the probability.
+/// With noisy sensors, neither the probability that a side is open nor the probability that it is
+/// closed exceeds this value. The value is below 1 so that later readings can still change the
+/// probability.
 const MAX_PROBABILITY: f32 = 0.999;
-/// The minimum likelihood of a sensor reading if any wall up to the measured distance is unknown.
-/// Without this limit, long corridors would be considered too unlikely, because the walls are
-/// treated as independent.
+/// The minimum likelihood of a sensor reading if at least one wall up to the measured distance is
+/// unknown. Without this limit, long corridors would be considered too unlikely, because the walls
+/// are treated as independent.
 const MIN_UNKNOWN_LIKELIHOOD: f64 = 0.05;
 
 impl Hypothesis {
@@ -60,7 +60,7 @@ impl Hypothesis {
     }
 
     /// Returns a copy of the map with all uncertain walls set to unknown. A wall is uncertain if it
-    /// may be the result of a wrong reading.
+    /// may be due to a wrong reading.
     pub(super) fn without_uncertain_walls(&self) -> KnownMaze {
         let mut map = self.survey.map().clone();
         for cell in map.size().cells() {
@@ -118,8 +118,8 @@ impl Hypothesis {
         sensor_headings(pose.heading).into_iter().zip(sensors).map(likelihood).product()
     }
 
-    /// For each number of open cells, starting with 0, returns the probability that this is the
-    /// true number and that the sensor returns `reading`.
+    /// For each number of open cells (0, 1, 2, …), returns the joint probability that this is the
+    /// true number and that the sensor reports `reading`.
     fn likelihoods(
         &self,
         cell: Cell,

@@ -19,7 +19,7 @@ impl WallSite {
         size.cells().flat_map(at).filter(is_inside)
     }
 
-    /// Returns the two cells on either side of the wall site.
+    /// Returns the two cells that the wall site separates.
     pub(super) fn cells(self) -> impl Iterator<Item = Cell> {
         [Some(self.cell), self.cell.neighbour(self.heading)].into_iter().flatten()
     }
@@ -100,9 +100,9 @@ impl MazeBatch {
         Walls::from_rows(self.size, rows(true), rows(false))
     }
 
-    /// Returns the walls around `site` as one byte for each maze. Each bit of the byte stands for
-    /// one of the eight neighbouring sites and is set if that site has a wall. The byte is an index
-    /// into the table of [`WallPrior`](super::wall_prior::WallPrior).
+    /// Returns the walls around `site` as one byte per maze. Each bit of the byte stands for one of
+    /// the eight neighbouring sites and is set if that site has a wall. The byte is an index into
+    /// the table of [`WallPrior`](super::wall_prior::WallPrior).
     pub(super) fn neighbours(&self, site: WallSite) -> [u8; Self::LEN] {
         let here = site.index();
         let words: [u64; 8] = if site.is_north() {

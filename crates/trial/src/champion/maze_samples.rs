@@ -17,9 +17,9 @@ pub(super) struct MazeSamples {
     batches: Vec<MazeBatch>,
     len: usize,
     rng: Rng,
-    /// The wall sites between two goal cells.
+    /// The wall sites between adjacent goal cells.
     inside: Vec<WallSite>,
-    /// The wall sites between a goal cell and another cell.
+    /// The wall sites between a goal cell and a cell outside the goal.
     around: Vec<WallSite>,
 }
 

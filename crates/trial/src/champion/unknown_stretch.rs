@@ -7,7 +7,7 @@ use crate::race::{Straights, Wave};
 /// The part of a race between its first and its last unknown wall, including both walls.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct UnknownStretch {
-    /// The cell before the first unknown wall and the cell behind the last unknown wall.
+    /// The cell before the first unknown wall and the cell after the last one.
     pub(super) ends: [Cell; 2],
     /// The number of time steps that the race takes along the stretch.
     pub(super) length: u16,
@@ -105,8 +105,8 @@ impl<'m> StretchFinder<'m> {
         Some(UnknownStretch { ends: [before, behind], length: to - from + 1, race })
     }
 
-    /// Selects the step from `cell` that leads to the goal through the fewest unknown walls, among
-    /// the steps to the cells of `layer`, which are one step nearer to the goal. Returns the number
+    /// Among the steps from `cell` to the cells of `layer`, which are one step nearer to the goal,
+    /// selects the one that leads to the goal through the fewest unknown walls. Returns the number
     /// of unknown walls, the heading of the step, and its length in cells.
     fn step<const ROWS: usize, const PADDED: usize>(
         &self,
@@ -139,8 +139,8 @@ mod tests {
     use super::*;
     use crate::race::{RaceSteps, straight};
 
-    /// The reference implementation, which enumerates all fastest races. Returns the number of
-    /// unknown walls and the unknown stretch of each race.
+    /// The reference implementation, which enumerates all fastest races. For each of these races
+    /// that crosses an unknown wall, returns the number of unknown walls and the unknown stretch.
     fn reference(map: &KnownMaze, sample: &Walls) -> Vec<(usize, UnknownStretch)> {
         let race = RaceSteps::flood(sample, map.goals());
         let Some(steps) = race.at(map.start().cell) else { return Vec::new() };

@@ -6,8 +6,8 @@ use super::contest;
 use super::maze_batch::{MazeBatch, WallSite};
 
 /// The probability of a wall at a site, given the walls at the eight neighbouring sites. Six of the
-/// neighbouring sites share a post with the site in the middle. Two are parallel to it, on the far
-/// sides of the two adjacent cells.
+/// neighbouring sites share a post with the central site. Two are parallel to it, on the far sides
+/// of the two adjacent cells.
 ///
 /// ```text
 ///        o---8---o         1, 4  in line, beyond a post
@@ -21,13 +21,14 @@ use super::maze_batch::{MazeBatch, WallSite};
 ///        o---7---o
 /// ```
 ///
-/// The prior captures typical properties of contest mazes. For example, each post has a wall,
-/// crossings are rare, and corridors are more frequent than open areas. In statistical terms, the
-/// prior is a Markov random field over the walls, fitted by pseudo-likelihood (Besag, 1975).
+/// The prior captures typical properties of contest mazes. For example, each post touches at least
+/// one wall, crossings are rare, and corridors are more frequent than open areas. In statistical
+/// terms, the prior is a Markov random field over the walls, fitted by pseudo-likelihood (Besag,
+/// 1975).
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct WallPrior {
-    /// The probabilities in units of 1/256. Bit i - 1 of the index is set if the site with the
-    /// number i in the drawing above has a wall.
+    /// The probabilities in units of 1/256. Bit i - 1 of the index is set if site i in the drawing
+    /// above has a wall.
     wall: [u8; 256],
 }
 
