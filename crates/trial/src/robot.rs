@@ -52,7 +52,7 @@ pub fn run_trial(maze: &Maze, robot: &mut (impl Robot + ?Sized)) -> TrialOutcome
 }
 
 /// Runs a complete trial of a robot with the given sensor noise. Before each step, `observe`
-/// receives the trial, the sensor readings of the robot and the robot's action.
+/// receives the trial, the robot's sensor readings and its next action.
 pub fn run_observed_trial(
     maze: &Maze,
     robot: &mut (impl Robot + ?Sized),

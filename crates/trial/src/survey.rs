@@ -6,8 +6,7 @@ use crate::action::Action;
 use crate::race::moved;
 use crate::trial::sensor_headings;
 
-/// A robot's map of the maze, built from sensor readings, and the robot's pose, tracked by dead
-/// reckoning.
+/// A robot's map of the maze, built from sensor readings, and its pose, tracked by dead reckoning.
 ///
 /// ```
 /// use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, WallState};

@@ -11,10 +11,10 @@ use crate::race::{RaceSteps, straight};
 use crate::robot::Robot;
 use crate::survey::Survey;
 
-/// The published robot that visits key points, such as the corners of the maze, one after another
-/// along optimistic shortest paths, and plans again whenever it sees a new wall. On straights, the
-/// robot moves up to 3 cells per step. At the end of its exploration, the robot resets and races
-/// along the shortest path known to be open.
+/// The published robot that visits key points, such as the corners of the maze, along optimistic
+/// shortest paths. The robot replans whenever it sees a new wall. On straights, the robot moves up
+/// to 3 cells per step. At the end of its exploration, the robot resets and races along the
+/// shortest path known to be open.
 ///
 /// The robot moves backwards only through sides known to be open. The robot skips unreachable [key
 /// points](KeyPointRoute), and it [gives up](Action::GiveUp) if no goal cell is reachable.
@@ -58,7 +58,7 @@ pub enum Variant {
     JustArrive,
     /// Visit the centre and return to the start.
     ArriveAndBack,
-    /// Visit the centre, the corners and the start, in the order of [`KeyPointRoute::swing`].
+    /// Visit the centre, corners and start in the order defined by [`KeyPointRoute::swing`].
     #[default]
     All,
 }
@@ -76,12 +76,12 @@ pub struct UnknownVariant {
     pub name: String,
 }
 
-/// The error for a text that is not a valid number of [`KeyPoints`].
+/// The error for a string that is not a valid number of key points.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected 0 to 3 key points, found {found:?}")]
 #[non_exhaustive]
 pub struct KeyPointsError {
-    /// The invalid text.
+    /// The invalid string.
     pub found: String,
 }
 
@@ -247,7 +247,7 @@ impl KeyPoints {
 }
 
 impl Default for KeyPoints {
-    /// Returns the maximum, which is three corners.
+    /// Returns the maximum: three corners.
     fn default() -> Self {
         Self(3)
     }

@@ -55,7 +55,7 @@ pub enum TrialPhase {
 pub enum TrialOutcome {
     /// The robot finished both runs.
     Scored(Score),
-    /// The robot used up [`Trial::MAX_STEPS`] steps.
+    /// The robot reached the limit of [`Trial::MAX_STEPS`] steps.
     OutOfTime,
     /// The robot reported that the goal is unreachable.
     GaveUp,

@@ -2,7 +2,7 @@
 //!
 //! Other web sites that are open in the same browser as the page can send requests to this server.
 //! Other web sites cannot read the responses, since the server sends no CORS headers. The checks in
-//! this module reject the requests of other web sites and prevent DNS rebinding.
+//! this module reject requests from other web sites and prevent DNS rebinding.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -151,8 +151,8 @@ pub(crate) async fn guard(
     ] {
         headers.insert(name, HeaderValue::from_static(value));
     }
-    // With a token, the host is usually not loopback. On such hosts, browsers ignore this header
-    // without encryption and log a warning.
+    // With a token, the host is usually not a loopback host. For other hosts, browsers ignore this
+    // header and log a warning unless the connection is encrypted.
     if access.token.is_none() {
         let name = HeaderName::from_static("cross-origin-opener-policy");
         headers.insert(name, HeaderValue::from_static("same-origin"));

@@ -146,7 +146,7 @@ struct SourceInfo {
     /// Whether the true maze is known.
     truth: bool,
     shortest_path: Option<u16>,
-    /// The integrity of a recording, which is `closed`, `cut` or `damaged`.
+    /// The integrity of a recording: `closed`, `cut` or `damaged`.
     ending: Option<&'static str>,
     /// A description of the problem if the recording was not closed or is damaged.
     note: Option<String>,

@@ -20,7 +20,7 @@ pub struct ViewerConfig {
 }
 
 impl ViewerConfig {
-    /// Shows the simulation of a server and allows the page to run bundled mice against the server.
+    /// Shows the simulation of a server and allows the page to run bundled mice against it.
     /// `maze` is the path of the maze that the server simulates.
     pub fn with_live(mut self, server: &Server, maze: &Path) -> Self {
         self.live = Some(LiveServer::new(server.monitor(), server.address(), maze));

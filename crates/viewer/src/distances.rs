@@ -12,10 +12,10 @@ const MAX_SAMPLES: usize = 512;
 /// there is no path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct DistanceBounds {
-    /// The distance if all unknown walls are open, which is a lower bound.
+    /// A lower bound: the distance if all unknown walls are open.
     #[serde(rename = "open")]
     pub(crate) optimistic: Option<u16>,
-    /// The distance if all unknown walls are closed, which is an upper bound.
+    /// An upper bound: the distance if all unknown walls are closed.
     #[serde(rename = "closed")]
     pub(crate) pessimistic: Option<u16>,
 }

@@ -24,8 +24,9 @@ use crate::mouse::RunnerStatus;
 const POLL_INTERVAL: Duration = Duration::from_millis(33);
 
 /// The polling interval of an event stream while the simulation is idle or the search is fast. A
-/// page takes three times as long to draw a state as to handle an event. During a fast search, few
-/// events are enough, since each state that a page fetches also contains the number of states.
+/// page takes three times as long to draw a state as to handle an event. During a fast search,
+/// fewer events are enough, since each state that a page fetches also contains the number of
+/// states.
 const SLOW_POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A search counts as fast if more states than this arrive between two events.

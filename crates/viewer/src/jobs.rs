@@ -1,4 +1,4 @@
-//! Jobs that would block the thread of the web server for too long.
+//! Jobs that would block the web server thread for too long.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

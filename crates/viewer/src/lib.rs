@@ -1,12 +1,12 @@
 //! A web page for watching a micromouse search. The page shows the maze and the mouse, and has a
 //! slider to select any state of the search.
 //!
-//! [`Viewer`] is a small web server that contains all files of the page. A stream of events reports
-//! the number of states, and the page fetches only the states it draws. A search never waits for a
+//! [`Viewer`] is a small web server with the page's files built in. An event stream reports the
+//! number of states, and the page fetches only the states it draws. A search never waits for a
 //! page, and a page can fetch every state.
 //!
-//! Other web sites in the same browser can neither read nor control the page. On addresses other
-//! than loopback, the server requires a token.
+//! Other web sites in the same browser can neither read nor control the page. The server requires a
+//! token unless it listens on a loopback address.
 #![forbid(unsafe_code)]
 
 mod access;

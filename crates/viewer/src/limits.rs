@@ -38,7 +38,7 @@ pub struct Limits {
     pub header_time: Duration,
     /// The maximum time to receive the body of a request.
     pub body_time: Duration,
-    /// The maximum delay of an upload or a download, compared with a transfer at 64 KiB/s.
+    /// The time by which an upload or download may lag behind a transfer at 64 KiB/s.
     pub max_lag: Duration,
     /// The maximum time that an upload, a picture or a recording waits in a queue.
     pub queue_time: Duration,

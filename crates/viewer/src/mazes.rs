@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::api_error::ApiError;
 
-/// A catalogue of mazes, with the size and the shortest path of each maze.
+/// A catalogue of mazes, with the size and shortest path length of each maze.
 pub(crate) struct MazeList {
     catalogue: Catalogue,
     entries: OnceLock<Vec<MazeEntry>>,
@@ -33,7 +33,7 @@ impl MazeList {
         Self { catalogue, entries: OnceLock::new() }
     }
 
-    /// Returns all mazes, and reads the maze files on the first call.
+    /// Returns all mazes, reading the maze files on the first call.
     pub(crate) fn entries(&self) -> &[MazeEntry] {
         let read = || self.catalogue.entries().iter().map(MazeEntry::new).collect();
         self.entries.get_or_init(read)

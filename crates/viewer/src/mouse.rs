@@ -25,7 +25,7 @@ pub(crate) struct Runner {
     control: Arc<RunControl>,
 }
 
-/// The state shared by the runner and the thread of the mouse.
+/// The state shared by the runner and the mouse thread.
 #[derive(Default)]
 struct RunControl {
     state: Mutex<RunState>,
@@ -44,7 +44,7 @@ pub(crate) struct RunnerStatus {
     strategy: &'static str,
     #[serde(rename = "running")]
     is_running: bool,
-    /// The outcome of the search, which is empty while the mouse runs.
+    /// The outcome of the search, or an empty string while the mouse is running.
     #[serde(rename = "says")]
     outcome: String,
 }
@@ -103,8 +103,7 @@ impl Runner {
     }
 }
 
-/// A guard that writes the outcome to the status when the guard is dropped, even if the thread of
-/// the mouse panics.
+/// A guard that writes the outcome to the status when dropped, even if the mouse thread panics.
 struct OutcomeOnDrop {
     control: Arc<RunControl>,
     outcome: String,

@@ -20,7 +20,7 @@ const CACHED_BLOCKS: usize = 8;
 /// before the attempt is complete.
 const MAX_ATTEMPTS: usize = 100;
 
-/// The run number of a recording, which contains only one run.
+/// The run number of the only run in a recording.
 const RECORDED_RUN: u32 = 0;
 
 /// A source of states with a cache of recently read data.
@@ -166,8 +166,8 @@ impl Source {
         }
     }
 
-    /// Returns the block that contains a state, from the cache if possible. A cached copy of the
-    /// newest block is replaced if the state was added later.
+    /// Returns the block that contains a state, from the cache if possible. Replaces a cached copy
+    /// of the newest block if the copy does not contain the state yet.
     pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
         let has_state = |states: &&Arc<States>| states.get(index).is_some();
         let cached = self.cache(run, |cache| cache.blocks.iter().find(has_state).cloned());

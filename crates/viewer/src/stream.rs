@@ -7,7 +7,7 @@ use futures_util::stream::{self, Stream};
 
 const CHUNK_BYTES: usize = 256 * 1024;
 
-/// Streams the content of a file. Each chunk is read only after the previous chunk was sent.
+/// Streams the content of a file. Each chunk is read only after the previous one has been sent.
 pub(crate) fn from_file(file: File) -> impl Stream<Item = io::Result<Vec<u8>>> {
     stream::unfold(Some(file), |file| async {
         let mut file = file?;

@@ -83,7 +83,7 @@ pub(crate) async fn receive_body(
     Ok(())
 }
 
-/// Receives the whole body of a request before the handler of the request runs.
+/// Receives the whole request body before the handler runs.
 pub(crate) async fn buffer_body(
     State(state): State<Arc<AppState>>,
     request: Request,
@@ -167,7 +167,7 @@ impl AsyncWrite for Connection {
         self.stream.is_write_vectored()
     }
 
-    /// Pauses the deadline, since everything has been written.
+    /// Pauses the deadline until the next write, since all data has been written.
     fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
         self.send_deadline.pause();
         Pin::new(&mut self.stream).poll_flush(cx)

@@ -28,11 +28,12 @@ use crate::limits::Limits;
 use crate::transfer::Connection;
 use crate::{api, jobs};
 
-/// The minimum size of a compressed response, in bytes. Frequent responses, such as the view of a
-/// single state, are smaller and therefore not compressed.
+/// The minimum size, in bytes, at which a response is compressed. Frequent responses, such as the
+/// view of a single state, are smaller and therefore not compressed.
 const MIN_COMPRESSED_BYTES: u64 = 4096;
 
-/// The delay before accepting connections again after an error, such as a lack of file descriptors.
+/// The delay before accepting connections again after an error, such as running out of file
+/// descriptors.
 const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(250);
 
 /// A web server that is already listening. [`spawn`](Self::spawn) starts serving requests.
@@ -67,8 +68,8 @@ pub struct ViewerHandle {
 }
 
 impl Viewer {
-    /// Listens on a local address. Port 0 selects a free port. If the address is not loopback, the
-    /// server creates a token that browsers must send.
+    /// Listens on a local address. Port 0 selects a free port. If the address is not a loopback
+    /// address, the server creates a token that browsers must send.
     ///
     /// # Errors
     /// Returns an error if the port is in use or the host is not a local address.
