@@ -1,5 +1,5 @@
-//! All connections of a server. This module decides in which order connections are served and when
-//! they are closed. Functions that need the current time take it as an argument.
+//! All connections of a server. This module decides the order in which connections are served and
+//! when they are closed. Functions that need the current time take it as an argument.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::fmt;

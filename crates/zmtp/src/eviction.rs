@@ -48,9 +48,9 @@ fn network(address: IpAddr) -> IpAddr {
 
 /// Chooses the connection to close when a new client connects to a full server.
 ///
-/// The function prefers connections without activity (see
-/// [`Service::answer`](crate::Service::answer)), and then the connection that has been silent for
-/// the longest time. A connection that has been silent for less than [`SILENCE`] is closed only if
+/// The function chooses the connection that has been silent the longest among those without
+/// activity (see [`Service::answer`](crate::Service::answer)) or, if there are none, among all
+/// connections. A connection that has been silent for less than [`SILENCE`] is closed only if
 /// more than half of all connections belong to its network and the new client belongs to another
 /// network.
 pub(crate) fn choose_evicted<'s, T>(

@@ -1,8 +1,8 @@
 //! A ZeroMQ REP server without libzmq. The crate consists of a ZMTP 3.1 codec that performs no I/O,
 //! and a single-threaded server with limited memory use.
 //!
-//! Implement [`Service`] and pass the service to [`RepServer::run`], which answers all REQ and
-//! DEALER clients.
+//! Implement [`Service`] and pass your implementation to [`RepServer::run`], which answers all REQ
+//! and DEALER clients.
 //!
 //! ```
 //! use mmsim_zmtp::codec::ProtocolError;
@@ -35,8 +35,8 @@
 //!   error reply from [`Service::refuse`].
 //! - No input makes the server panic or stop. A client that violates the protocol is disconnected.
 //! - Memory is bounded. There are at most [`MAX_CONNECTIONS`](limits::MAX_CONNECTIONS) connections,
-//!   and each of them uses less than 100 KiB if replies are short. The server stops reading from a
-//!   client that does not read its replies.
+//!   and each uses less than 100 KiB if replies are short. The server stops reading from a client
+//!   that does not read its replies.
 //! - Clients take turns. When the server is full, inactive connections are closed to make room for
 //!   new clients. The clients of one network cannot prevent clients of other networks from
 //!   connecting.
@@ -47,8 +47,8 @@
 //!
 //! - [`codec`] decodes bytes into events and encodes replies, without I/O.
 //! - [`connection`] adds buffers to a non-blocking stream of any kind.
-//! - The private module `connections` decides in which order connections are served and when they
-//!   are closed. Its functions take the current time as an argument, so that unit tests need no
+//! - The private module `connections` decides the order in which connections are served and when
+//!   they are closed. Its functions take the current time as an argument, so unit tests need no
 //!   clock.
 //! - [`RepServer`] handles the sockets and reads the clock.
 //!
@@ -62,11 +62,11 @@
 //!
 //! # Why not libzmq
 //!
-//! In libzmq 4.3.4, any remote client can terminate a process that listens with libzmq. To do so, a
-//! client sends about 8 KB: it fills the receive queue with requests, sends a PING, and resets the
-//! connection. An assertion then fails (`!_io_error` in `stream_engine_base.cpp`). An unlimited
-//! receive queue avoids the crash, but does not limit the memory use. Besides this crash, libzmq
-//! has three faults that its users cannot avoid:
+//! Any remote client can crash a process that listens with libzmq 4.3.4. About 8 KB is enough: the
+//! client fills the receive queue with requests, sends a PING, and resets the connection. An
+//! assertion then fails (`!_io_error` in `stream_engine_base.cpp`). An unlimited receive queue
+//! avoids the crash, but does not limit memory use. Besides this crash, libzmq has three faults
+//! that its users cannot avoid:
 //!
 //! - If a client sends a request without the empty delimiter frame and disconnects, a libzmq REP
 //!   socket loses the reply to another, well-behaved client.

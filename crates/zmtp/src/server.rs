@@ -19,7 +19,7 @@ use crate::timers::{AcceptBackoff, Drain};
 const LISTENER: Token = Token(0);
 const WAKER: Token = Token(1);
 
-/// The maximum number of connections that wait to be accepted. The operating system may impose a
+/// The maximum number of connections waiting to be accepted. The operating system may impose a
 /// lower limit.
 const BACKLOG: i32 = 1024;
 
@@ -29,8 +29,7 @@ const MAX_EVENTS: usize = 256;
 /// The maximum number of connections that the server accepts before it serves existing connections.
 const MAX_ACCEPTED_AT_ONCE: usize = 16;
 
-/// The operating system sends TCP keepalive probes on connections that have been idle for this
-/// time.
+/// The operating system sends TCP keepalive probes on connections that have been idle this long.
 const KEEPALIVE: Duration = Duration::from_secs(60);
 
 /// A REP socket that listens on TCP. One thread serves all connections.

@@ -1,4 +1,4 @@
-//! The [`Service`] trait, which users of the server implement.
+//! The [`Service`] trait, which users of the crate implement.
 
 use crate::codec::event::ProtocolError;
 
@@ -17,8 +17,8 @@ pub trait Service {
     /// full server, the server first closes connections without activity.
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool;
 
-    /// Refuses a request with an oversized frame. The implementation must overwrite `reply`, which
-    /// may hold an earlier reply, with an error message.
+    /// Refuses a request with an oversized frame. The implementation must overwrite `reply` with an
+    /// error message; `reply` may hold an earlier reply.
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>);
 
     /// Runs on the server's thread each time [`RepServer::run`](crate::RepServer::run) has handled

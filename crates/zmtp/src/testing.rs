@@ -113,7 +113,7 @@ impl Write for Wire {
 /// activity.
 #[derive(Default)]
 pub(crate) struct Echo {
-    /// The number of calls of `after_round`.
+    /// The number of calls to `after_round`.
     pub(crate) rounds: usize,
 }
 

@@ -209,9 +209,9 @@ pub(crate) mod tests {
         }
     }
 
-    /// Decodes input that arrives in chunks. The chunk lengths are taken from `lengths`, repeatedly
-    /// if necessary. Skips the [`Event::Ignored`] events within a long frame, because their number
-    /// depends on the chunks.
+    /// Decodes `input` in chunks, cycling through `lengths` for their lengths. Skips the
+    /// [`Event::Ignored`] events within a long frame, because their number depends on how the input
+    /// is split.
     fn events_in_pieces(input: &[u8], lengths: &[usize]) -> Vec<String> {
         let (mut decoder, mut events) = (Decoder::default(), Vec::new());
         let (mut start, mut end) = (0, 0);

@@ -36,7 +36,7 @@ pub enum Event<'i> {
     Oversized(ProtocolError),
 }
 
-/// A violation of the ZMTP protocol by a peer, or a limit that the peer has exceeded.
+/// An error caused by a peer: a violation of the protocol or an exceeded limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProtocolError {

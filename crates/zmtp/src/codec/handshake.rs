@@ -3,8 +3,8 @@
 //! A peer that supports only ZMTP 2.0 (<https://rfc.zeromq.org/spec/15/>), such as `JeroMQ` 0.3,
 //! sends version 1 in the eleventh byte of its greeting. After the eleventh byte, both sides of a
 //! ZMTP 2.0 connection send their socket type in one byte and their identity in a frame. All later
-//! frames have the format of ZMTP 3. The server waits for the version of the peer before it sends
-//! the rest of its own greeting, because that rest depends on the version.
+//! frames have the format of ZMTP 3. The server waits for the peer's version before it sends the
+//! rest of its own greeting, because the rest depends on that version.
 
 use crate::codec::event::{Event, ProtocolError};
 use crate::codec::frame::{Frame, socket_type};
