@@ -21,8 +21,8 @@ const MAX_DRAIN: Duration = Duration::from_millis(300);
 /// The maximum duration of a shutdown, including the time for sending the last replies.
 const LINGER: Duration = Duration::from_millis(500);
 
-/// The schedule for accepting connections. While the server cannot take more connections, the next
-/// attempt is delayed.
+/// The schedule for accepting connections. While the server cannot take more connections, it delays
+/// its next attempt to accept one.
 #[derive(Debug)]
 pub(crate) struct AcceptBackoff {
     /// True if a connection may be waiting to be accepted.
