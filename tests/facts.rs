@@ -1,4 +1,4 @@
-//! Reads every maze of the shared collection and compares its properties with those in
+//! Reads every maze in the shared collection and compares its properties with those in
 //! `facts.json`.
 
 use std::collections::BTreeMap;

@@ -34,7 +34,7 @@ fn index(cell: Cell) -> usize {
 }
 
 /// Compares every flood implementation with the reference implementation. Returns the longest
-/// distance in steps.
+/// distance, in steps.
 fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
     let expected = flood_with_queue(walls, targets);
     let downhill = Downhill::flood(walls, targets);

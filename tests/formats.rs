@@ -9,7 +9,7 @@ use mmsim_formats::{Catalogue, Format, parse_maze};
 use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_tests::{bundled_mazes, shared};
 
-/// Returns the mazes of a folder that are in the text format, with their paths.
+/// Returns the text-format mazes in a folder, with their paths.
 fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
     let catalogue = Catalogue::from_path(folder).unwrap();
     let entries = catalogue.entries().iter();
@@ -18,7 +18,7 @@ fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
 }
 
 /// Converts each maze to every format that can hold it, and checks that parsing the result gives
-/// the same maze. Returns the number of mazes for each format.
+/// the same maze. Returns the number of mazes per format.
 fn round_trips(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
     let mut counts = BTreeMap::new();
     for (path, maze) in mazes {

@@ -1,4 +1,4 @@
-//! Checks the code, the output and the links in the documentation.
+//! Checks the code, program output and links in the documentation.
 
 use std::fs;
 use std::path::Path;

@@ -16,7 +16,7 @@ use mmsim_tests::bundled_mazes;
 const MAX_STATE_BYTES: usize = 40;
 
 /// Recordings with fewer states than this are not checked, because the maze and the summary take
-/// most of their space.
+/// up most of the space.
 const MIN_STATES: usize = 170;
 
 #[test]
@@ -50,7 +50,7 @@ fn a_recorded_search_takes_at_most_forty_bytes_per_state() {
 /// A search stops after this number of states.
 const MAX_STATES: usize = 3000;
 
-/// Records a search in the same way as a server. Returns the number of states.
+/// Records a search as a server would. Returns the number of states.
 fn record(path: &Path, maze: &Maze, strategy: BundledStrategy) -> usize {
     let mut simulation = Simulation::new("maze", maze.clone());
     let mut writer = RecordingWriter::create(path, &simulation.info(), Some(maze)).unwrap();

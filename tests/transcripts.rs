@@ -1,6 +1,6 @@
-//! Compares mmsim with transcripts: recorded requests of the example clients and the replies of the
-//! reference server. The server of mmsim must send the recorded replies, and the strategies must
-//! send the recorded requests.
+//! Compares mmsim with transcripts: recorded requests from the example clients and replies from the
+//! reference server. The mmsim server must send the recorded replies, and the strategies must send
+//! the recorded requests.
 
 use std::ops::ControlFlow;
 use std::path::Path;

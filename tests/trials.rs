@@ -88,7 +88,7 @@ fn race_optima_match_the_published_optima() {
     }
 }
 
-/// The numbers of exploration steps and race steps of a robot in each of the three published mazes.
+/// A robot's exploration and race steps in each of the three published mazes.
 type PublishedMazeSteps = [(u32, u32); 3];
 
 fn steps(robot: BundledRobot, settings: &Settings) -> Option<PublishedMazeSteps> {

@@ -1,9 +1,8 @@
-//! A complete client that does not use `mmsim-client`. A flood-fill mouse talks to the simulator
-//! with a ZeroMQ socket and the wire codec, and computes distances with `mmsim-solvers`.
+//! A complete client that does not use `mmsim-client`. The flood-fill mouse talks to the simulator
+//! over a ZeroMQ socket, using the wire codec, and computes distances with `mmsim-solvers`.
 //!
 //! Start a simulator with `mmsim`, then run this program, optionally with an endpoint such as
-//! `tcp://127.0.0.1:6574`. The example `own-strategy.rs` uses `mmsim-client` and is therefore
-//! shorter.
+//! `tcp://127.0.0.1:6574`. The `own-strategy.rs` example is shorter because it uses `mmsim-client`.
 
 use std::error::Error;
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! The fuzz target for recordings, including truncated and damaged files.
+//! The fuzz target for recordings, including truncated and damaged ones.
 
 use std::io::{self, Read};
 
@@ -12,8 +12,8 @@ const MAGIC_BYTES: usize = mcap::MAGIC.len();
 /// same bytes in small pieces gives the same recording.
 ///
 /// Also checks that bytes after the last intact record do not change the contents. This check does
-/// not apply to files with chunks: the reader returns the states at the start of a damaged chunk,
-/// although the chunk does not belong to the intact records.
+/// not apply to files with chunks: the reader returns the states at the start of a damaged chunk
+/// but does not count the chunk as intact.
 pub fn run(content: &[u8]) {
     let at_once = Recording::read(content);
     let piecewise = Recording::read(Trickle(content));

@@ -8,12 +8,11 @@
 //! ```
 //!
 //! If the count after a piece is 0, the piece is sent as one request. A separator ends each piece.
-//! With a length before each piece instead, an inserted or deleted byte would change all later
-//! requests.
+//! With length prefixes instead, one inserted or deleted byte would change all later requests.
 //!
 //! If the count is n > 0, and the piece begins with `S` and has at least six bytes, n different
-//! states are sent. The bytes of the piece are repeated to fill a state of the maze's size (see
-//! `stretched`), so a short input can fill several compressed blocks of the history.
+//! states are sent. The piece is stretched to the length of a state (see `stretched`), so a short
+//! input can fill several compressed blocks of the history.
 
 use std::collections::VecDeque;
 use std::sync::LazyLock;
@@ -244,7 +243,7 @@ fn check_state(simulation: &Simulation, states: &[Vec<u8>], index: usize) {
     assert_eq!(kept.as_deref(), states.get(index).map(Vec::as_slice), "state {index}");
 }
 
-/// Adds to the total number of requests, and prints the total after every [`PRINT_INTERVAL`]
+/// Adds `count` to the total number of requests, and prints the total every [`PRINT_INTERVAL`]
 /// requests.
 fn count_requests(count: usize) {
     let before = REQUESTS.fetch_add(count as u64, Ordering::Relaxed);

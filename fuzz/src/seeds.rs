@@ -1,9 +1,9 @@
-//! Writes the seed corpus of the fuzz targets. Run `seeds CORPUS` in the root folder of the
+//! Writes the seed corpus of the fuzz targets. Run `seeds CORPUS` from the root folder of the
 //! project.
 //!
 //! The seeds are made from the mazes in `mazes` and, if available, from the mazes and transcripts
-//! in `../shared`. A transcript is a recording of the requests that a client sent to a server, and
-//! of the replies.
+//! in `../shared`. A transcript contains the requests that a client sent to a server, and the
+//! replies.
 
 use std::ffi::OsStr;
 use std::io::{self, Cursor};
@@ -24,7 +24,7 @@ use walkdir::WalkDir;
 // The compiler flags of the targets require this runtime.
 use libfuzzer_sys as _;
 
-/// The number of successive requests of a transcript that form one input.
+/// The number of consecutive transcript requests per input.
 const REQUESTS_PER_INPUT: usize = 8;
 
 /// The maximum number of inputs from one transcript. From a longer transcript, inputs are selected
@@ -120,8 +120,8 @@ fn write_generated_requests(seeds: &mut SeedFolder) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes inputs from a transcript. Each line of a transcript is a JSON object whose member `req`
-/// is a request in hex. Lines without `req`, such as those of a recorded trial, are skipped.
+/// Writes inputs made from a transcript. Each line of a transcript is a JSON object whose member
+/// `req` is a request in hex. Lines without `req`, such as those of a recorded trial, are skipped.
 fn write_exchange(seeds: &mut SeedFolder, lines: &str) -> io::Result<()> {
     let requests: Vec<Vec<u8>> = lines.lines().filter_map(parse_request).collect();
     let inputs = requests.chunks(REQUESTS_PER_INPUT);
@@ -141,8 +141,8 @@ fn parse_request(line: &str) -> Option<Vec<u8>> {
         .collect()
 }
 
-/// Writes the byte streams that ZMTP 2 and ZMTP 3 clients send. The streams contain requests, commands, and
-/// frames that exceed the limits.
+/// Writes byte streams as sent by ZMTP 2 and ZMTP 3 clients. The streams contain requests,
+/// commands and oversized frames.
 fn write_streams(seeds: &mut SeedFolder) -> io::Result<()> {
     let oversized = [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; 65_537]].concat();
     let streams: [(u8, &[u8]); 6] = [
@@ -184,7 +184,7 @@ fn write_recordings(seeds: &mut SeedFolder) -> io::Result<()> {
     Ok(())
 }
 
-/// Returns a copy of a recording, with the messages in chunks.
+/// Returns a copy of a recording with its messages grouped in chunks.
 fn in_chunks(recording: &[u8], compression: Option<Compression>) -> Result<Vec<u8>, McapError> {
     let mut chunked = Vec::new();
     let options = WriteOptions::new().use_chunks(true).compression(compression);

@@ -1,7 +1,8 @@
 //! The fuzz target for the bytes that a ZMTP connection of the server receives.
 //!
 //! The maximum number of bytes per read is 1 plus the lower seven bits of the input's first byte.
-//! If the highest bit of the first byte is set, a valid handshake precedes the rest of the input.
+//! If the highest bit of the first byte is set, the target prepends a valid handshake to the rest
+//! of the input.
 //!
 //! The target checks that the output does not depend on how many bytes are read at a time. The
 //! output must consist of the greeting and complete frames, with exactly one reply for each
@@ -17,16 +18,16 @@ use mmsim_zmtp::limits::MAX_WAITING_REPLY_BYTES;
 /// The READY command of a REQ socket.
 const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
-/// If this bit of the first byte is set, a valid handshake precedes the rest of the input.
+/// If this bit of the first byte is set, the target prepends a valid handshake to the rest of the
+/// input.
 pub const WITH_HANDSHAKE: u8 = 0x80;
 
 /// The maximum number of calls to [`Connection::turn`] for one input. A connection that exceeds
-/// this limit is in an endless loop.
+/// this limit is assumed to be in an endless loop.
 const MAX_TURNS: usize = 1 << 20;
 
-/// Serves a connection with this input twice, once with long reads and once with short reads.
-/// Checks that the output of the connection is valid and does not depend on the length of the
-/// reads.
+/// Feeds this input to one connection with long reads and to another with short reads. Checks that
+/// both connections give the same valid output.
 pub fn run(input: &[u8]) {
     let Some((&choice, bytes)) = input.split_first() else { return };
     let handshake: &[&[u8]] =

@@ -67,7 +67,7 @@ pub fn serve(maze: Maze) -> Background {
     server.spawn(Simulation::new("served", maze))
 }
 
-/// Returns a socket of the given kind that is connected to the server and uses [`TIMEOUT`].
+/// Returns a socket of the given kind, connected to the server, with [`TIMEOUT`] as its timeout.
 ///
 /// # Panics
 /// Panics if `ZeroMQ` cannot create the socket.
@@ -75,7 +75,7 @@ pub fn connect(server: &Background, kind: zmq::SocketType) -> zmq::Socket {
     connect_to(server.address(), kind)
 }
 
-/// Returns a socket of the given kind that is connected to the given address and uses [`TIMEOUT`].
+/// Returns a socket of the given kind, connected to this address, with [`TIMEOUT`] as its timeout.
 ///
 /// # Panics
 /// Panics if `ZeroMQ` cannot create the socket.

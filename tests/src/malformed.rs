@@ -15,7 +15,7 @@ pub fn good_state() -> Vec<u8> {
     state
 }
 
-/// Returns the state of [`good_state`] with one byte changed.
+/// Returns [`good_state`] with one byte changed.
 fn changed(index: usize, byte: u8) -> Vec<u8> {
     let mut state = good_state();
     state[index] = byte;

@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 
 use mmsim_server::{Background, Simulation};
 
-/// The default timeout of tests, long enough for a busy machine.
+/// The default timeout for tests, long enough for a busy machine.
 pub const TIMEOUT: Duration = Duration::from_secs(300);
 
 /// [`TIMEOUT`] in milliseconds, for `ZeroMQ` sockets.
 pub const TIMEOUT_MS: i32 = 300_000;
 
-/// The timeout of a command. Some commands take a minute on an idle machine.
+/// The timeout for a command. Some commands take a minute on an idle machine.
 const COMMAND_TIMEOUT: Duration = Duration::from_secs(600);
 
 /// Polls until `poll` returns a value.

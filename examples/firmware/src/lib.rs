@@ -4,10 +4,10 @@
 //! The library does not use `std`, an allocator or static memory; the firmware provides the memory
 //! for the mouse. If a dependency used `std` or an allocator, this library would not build.
 //!
-//! The attribute `no_mangle` keeps the function names visible to C. `no_mangle` is unsafe because
+//! The `no_mangle` attribute keeps the function names visible to C. `no_mangle` is unsafe because
 //! two functions with the same name in one program cause undefined behaviour. Other code must
-//! therefore not define functions with the prefix `mouse_`. The library contains no other unsafe
-//! code: pointers from C arrive as references, and `mouse.h` states the rules that keep the
+//! therefore not define functions whose names start with `mouse_`. The library contains no other
+//! unsafe code: pointers from C arrive as references, and `mouse.h` states the rules that keep the
 //! references valid.
 #![no_std]
 #![allow(unsafe_code)] // for `no_mangle`, see above
