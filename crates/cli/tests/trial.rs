@@ -261,7 +261,7 @@ fn usage_errors_set_exit_code_2() {
         (&["a.txt", "--charts", "charts"], "--compare"),
         (&["a.txt", "--compare", "--robot", "random"], "cannot be used with"),
         (&["a.txt", "--compare", "--variant", "all"], "cannot be used with"),
-        (&["a.txt", "--key-points", "4"], "expected 0 to 3 key points"),
+        (&["a.txt", "--key-points", "4"], "expected 0 to 3 corners"),
         (&["a.txt", "--variant", "some"], "[possible values: just-arrive, arrive-and-back, all]"),
         (&["a.txt", "--once"], "--serve"),
         (&["a.txt", "--open"], "recording, history and viewer options require --serve"),

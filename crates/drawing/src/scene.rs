@@ -167,7 +167,7 @@ impl<'a> Scene<'a> {
     /// Cells are ordered row by row from the south. The drawing contains a wall element for each
     /// possible wall. Wall elements are ordered as follows: first the north and east sides of each
     /// cell, then the south sides of the southernmost row, then the west sides of the westernmost
-    /// column. The class `true` marks a wall of the true maze, `known` marks a wall on the client's
+    /// column. The `true` class marks a wall of the true maze, `known` marks a wall on the client's
     /// map, and `mistaken` marks a wall on the client's map that does not exist. A wall element
     /// with none of these classes is invisible.
     pub fn page_svg(&self) -> String {

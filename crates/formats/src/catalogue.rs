@@ -42,10 +42,10 @@ impl Catalogue {
         Self { entries: paths.map(|(path, text)| Entry { path, text }).collect() }
     }
 
-    /// Creates a collection from the file `path` or, if `path` is a folder, from all files in it and
-    /// its subfolders. The entries are sorted by path. In folders, hidden files and files with the
-    /// extension `.md` or `.json` are skipped, and symbolic links are followed. A subfolder that
-    /// cannot be listed becomes an unreadable entry.
+    /// Creates a collection from the file `path` or, if `path` is a folder, from all files in it
+    /// and its subfolders. The entries are sorted by path. In folders, hidden files and files with
+    /// the extension `.md` or `.json` are skipped, and symbolic links are followed. A subfolder
+    /// that cannot be listed becomes an unreadable entry.
     ///
     /// # Errors
     /// Returns an error if `path` does not exist or cannot be listed.

@@ -107,8 +107,8 @@ impl<'a> Command<'a> {
     /// `getStat`, because the `mms-rs` crate omits `getStat`.
     ///
     /// # Errors
-    /// Returns an error if the command is unknown, its arguments are invalid, or its cell is outside
-    /// the maze.
+    /// Returns an error if the command is unknown, its arguments are invalid, or its cell is
+    /// outside the maze.
     ///
     /// ```
     /// use mmsim_maze::MazeSize;

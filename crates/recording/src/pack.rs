@@ -169,7 +169,7 @@ impl Packer {
     /// Queues a recording for compression. If the queue is full, the recording stays uncompressed.
     pub(crate) fn pack(&self, unpacked: Unpacked) {
         if let Err(error) = self.queue.try_send(unpacked) {
-            debug!("a recording stays uncompressed: {error}");
+            debug!("cannot compress a recording: {error}");
         }
     }
 

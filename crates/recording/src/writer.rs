@@ -78,7 +78,7 @@ impl RecordingWriter {
     pub fn close(self) -> Result<(), RecordError> {
         let (unpacked, closed) = self.close_unpacked();
         if let Err(error) = unpacked.pack(&Packing::default()) {
-            debug!("a recording stays uncompressed: {error}");
+            debug!("cannot compress a recording: {error}");
         }
         closed
     }

@@ -33,7 +33,7 @@
 //! that order. The example clients of the reference simulator (mmsim 0.1.7, written in Python) have
 //! the same preference.
 //!
-//! Without the feature `std` (enabled by default), the crate is `no_std` and never allocates
+//! Without the `std` feature (enabled by default), the crate is `no_std` and never allocates
 //! memory.
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 // Marks the items of optional features on docs.rs.

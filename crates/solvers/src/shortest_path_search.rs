@@ -8,7 +8,7 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 /// A strategy that goes to the goal, explores until no unknown wall can hide a shorter path,
 /// returns to the start, and runs to the goal.
 ///
-/// - The mouse goes to the goal by flood fill. If several neighbours are equally near, the mouse
+/// - The mouse uses flood fill to reach the goal. If several neighbours are equally near, the mouse
 ///   ignores the walls and counts the columns and the rows from each neighbour to the goal. It
 ///   prefers the neighbour for which the larger of these two numbers is smallest. This neighbour
 ///   leaves the mouse the most alternative paths to the goal.

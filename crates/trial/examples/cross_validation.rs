@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let overall = means.iter().sum::<f64>() / means.len() as f64;
         println!("{name:22} {}  {overall:.3}", columns.join(" "));
     };
-    // The robot `proven` does not use the seed.
+    // The `proven` robot does not use the seed.
     print("proven", StoppingRule::Proven, 1);
     for min_gain in MIN_GAINS {
         print(&format!("champion, gain {min_gain:.1}"), StoppingRule::MinGain(min_gain), SEEDS);

@@ -13,8 +13,8 @@ use crate::survey::Survey;
 use crate::trial::sensor_headings;
 
 /// The published benchmark robot, which plans like the published
-/// [`SwingRobot`](crate::SwingRobot), but uses A* with the heuristic set to zero. The robot moves to
-/// the centre, resets, and races to the centre. The robot's scores equal the published scores.
+/// [`SwingRobot`](crate::SwingRobot), but uses A* with the heuristic set to zero. The robot moves
+/// to the centre, resets, and races to the centre. The robot's scores equal the published scores.
 ///
 /// Before each step the robot floods the maze from its position, with unknown walls open, and
 /// numbers the cells in the order in which the flood reaches them. Cells at the same distance are

@@ -78,7 +78,7 @@ pub struct UnknownVariant {
 
 /// The error for a string that is not a valid number of key points.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected 0 to 3 key points, found {found:?}")]
+#[error("expected 0 to 3 corners, found {found:?}")]
 #[non_exhaustive]
 pub struct KeyPointsError {
     /// The invalid string.
@@ -285,7 +285,7 @@ mod tests {
         for &points in KeyPoints::ALL {
             assert_eq!(points.to_string().parse(), Ok(points));
         }
-        insta::assert_snapshot!("4".parse::<KeyPoints>().unwrap_err(), @r#"expected 0 to 3 key points, found "4""#);
+        insta::assert_snapshot!("4".parse::<KeyPoints>().unwrap_err(), @r#"expected 0 to 3 corners, found "4""#);
         insta::assert_snapshot!("swing".parse::<Variant>().unwrap_err(), @r#"expected one of just-arrive, arrive-and-back, all, found "swing""#);
     }
 

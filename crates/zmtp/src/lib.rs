@@ -93,7 +93,7 @@ pub use bind::{BindError, listen};
 pub use server::{RepServer, Waker};
 pub use service::Service;
 
-/// Runs the examples of the README as doctests.
+/// Runs the examples in the README as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

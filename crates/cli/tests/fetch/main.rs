@@ -32,7 +32,7 @@ fn all_of(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
     all
 }
 
-/// Fetches mazes from a file or URL into the folder `mazes`.
+/// Fetches mazes from a file or URL into the `mazes` folder.
 fn fetch(home: &Home, from: &str) -> Output {
     home.run(&["mazes", "fetch", "mazes", "--from", from])
 }
@@ -48,7 +48,7 @@ fn fetch_fails(home: &Home, from: &str) -> String {
     output.stderr
 }
 
-/// Returns a home folder with fetched mazes in the folder `mazes`.
+/// Returns a home folder with fetched mazes in the `mazes` folder.
 fn home_with_mazes() -> Home {
     let home = Home::new();
     let archive = home.write("old.tar.gz", archives::tar_gz(&[("top/classic/old.txt", MAZE)]));

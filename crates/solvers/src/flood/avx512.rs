@@ -2,7 +2,7 @@
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
-// The feature `avx512` needs Rust 1.89; the rest of the crate does not.
+// The `avx512` feature needs Rust 1.89; the rest of the crate does not.
 #![allow(clippy::incompatible_msrv)]
 
 use core::arch::x86_64::*;

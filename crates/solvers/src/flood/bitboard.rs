@@ -224,7 +224,8 @@ fn open<H: ParityPlane>(walls: &[u32; SIDE]) -> [u32; SIDE] {
 #[inline(always)]
 fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
     let mut planes = [H::Words::repeat(0); 2];
-    // The compiler turns these loops over rows into vector instructions. `zip` is not always inlined.
+    // The compiler turns these loops over rows into vector instructions. `zip` is not always
+    // inlined.
     if H::IS_SMALL {
         let mut columns = [[[0; 8]; 2]; 2];
         let [even, odd] = &mut columns;

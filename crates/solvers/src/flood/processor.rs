@@ -39,7 +39,7 @@ impl Instructions {
     }
 
     /// Returns true if this processor supports the instruction set and this crate was built with
-    /// support for it. Without the feature `std`, only instruction sets that every processor of the
+    /// support for it. Without the `std` feature, only instruction sets that every processor of the
     /// target supports are available.
     pub fn is_available(self) -> bool {
         match self {
