@@ -13,9 +13,9 @@ use crate::scene::Scene;
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
 const MAX_COLOURS: usize = 255;
 
-/// The number of colours that a palette reproduces exactly. The exact colours are the colours of
-/// the theme and those that cover the largest areas. The rest of the palette approximates all other
-/// colours.
+/// The number of colours that a palette reproduces exactly. These are the colours of the
+/// theme and the colours that cover the largest areas. The rest of the palette approximates all
+/// other colours.
 const EXACT: usize = 112;
 
 /// A set of colours with a cached lookup of the nearest colour.

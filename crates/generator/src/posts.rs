@@ -40,7 +40,7 @@ impl Post {
         self.x == 0 || self.y == 0 || self.x >= size.width() || self.y >= size.height()
     }
 
-    /// Returns the posts that are connected to this inner post by a wall, each with that wall.
+    /// Returns the posts that a wall connects to this inner post, each paired with its wall.
     fn connected(self, walls: &Walls) -> impl Iterator<Item = (Self, CellSide)> + '_ {
         let Self { x, y } = self;
         [

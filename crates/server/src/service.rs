@@ -1,4 +1,4 @@
-//! Serves a simulation, stores the time of each state, and records the states.
+//! Serves a simulation, and keeps the time of each state and the recording of the states.
 
 use std::sync::mpsc::Receiver;
 

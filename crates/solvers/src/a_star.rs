@@ -269,8 +269,10 @@ mod tests {
         assert_eq!(path(south_west, north_east), "EENN");
         assert_eq!(path(north_east, south_west), "WWSS");
         assert_eq!(path(south_west, south_west), "");
-        let outside = Cell::new(3, 0);
-        assert!(ShortestPath::find(&walls, south_west, outside).is_none());
-        assert!(ShortestPath::find(&walls, outside, outside).is_none());
+        for outside in [Cell::new(3, 0), Cell::new(17, 0), Cell::new(0, 17)] {
+            assert!(ShortestPath::find(&walls, south_west, outside).is_none());
+            assert!(ShortestPath::find(&walls, outside, south_west).is_none());
+            assert!(ShortestPath::find(&walls, outside, outside).is_none());
+        }
     }
 }

@@ -133,4 +133,15 @@ mod tests {
         }
         insta::assert_snapshot!("floodfill".parse::<BundledStrategy>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, swing, shortest-path-search, found "floodfill""#);
     }
+
+    #[test]
+    fn each_strategy_has_a_description_and_a_limit() {
+        let limits = BundledStrategy::ALL.iter().map(|strategy| strategy.max_states());
+        assert!(limits.eq([1000, 1000, 1000, 10_000, 10_000]));
+        for (index, strategy) in BundledStrategy::ALL.iter().enumerate() {
+            assert!((20..80).contains(&strategy.about().len()), "{strategy}");
+            let same = |other: &BundledStrategy| other.about() == strategy.about();
+            assert_eq!(BundledStrategy::ALL.iter().position(same), Some(index), "{strategy}");
+        }
+    }
 }

@@ -68,17 +68,9 @@ impl KeyPointRoute {
         let (east, north) = (size.width() - 1, size.height() - 1);
         let all = [Cell::new(0, north), Cell::new(east, 0), Cell::new(east, north)];
         let corner = |index: usize| (index < corners).then_some(KeyPoint::Corner(all[index]));
-        let centre = Some(KeyPoint::Centre);
-        let points = [
-            centre,
-            corner(0),
-            corner(1),
-            centre.filter(|_| corners > 0),
-            corner(2),
-            centre.filter(|_| corners > 2),
-            Some(KeyPoint::Start(start)),
-            centre,
-        ];
+        let (centre, start) = (Some(KeyPoint::Centre), Some(KeyPoint::Start(start)));
+        // A mouse that is already in the centre skips this key point.
+        let points = [centre, corner(0), corner(1), centre, corner(2), centre, start, centre];
         Self::new(goals, points.into_iter().flatten())
     }
 
@@ -179,6 +171,21 @@ mod tests {
         assert_eq!(swing(0), [centre, (0, 0), centre]);
         assert_eq!(cells(KeyPointRoute::just_arrive(goals), &walls), [centre]);
         assert_eq!(cells(KeyPointRoute::arrive_and_back(START, goals), &walls), [centre, (0, 0)]);
+        let without_last = [centre, (0, 15), (15, 0), centre, (15, 15), centre, (0, 0)];
+        let there_and_back = KeyPointRoute::there_and_back(SIZE, START, goals);
+        assert_eq!(cells(there_and_back, &walls), without_last);
+    }
+
+    #[test]
+    fn a_mouse_returns_once_all_other_key_points_are_reached() {
+        let walls = Walls::open(SIZE);
+        let mut route = KeyPointRoute::arrive_and_back(START, SIZE.central_cells());
+        let centre = route.target(&walls, START).unwrap();
+        assert!(!route.is_returning());
+        assert_eq!(route.target(&walls, centre), Some(START));
+        assert!(route.is_returning());
+        assert_eq!(route.target(&walls, START), None);
+        assert!(!route.is_returning());
     }
 
     #[test]

@@ -30,8 +30,8 @@ pub use wall_prior::WallPrior;
 /// **After reaching the goal** the champion samples random mazes that agree with the known walls; a
 /// [`WallPrior`] gives the probabilities of the unknown walls. In each sample, the champion finds
 /// the fastest path from the start to the goal. The part of this path from its first to its last
-/// unknown wall is a stretch. Over all samples, the champion adds up the race steps that the path
-/// saves and the steps needed to explore the stretch. A [`StoppingRule`] sets the minimum gain per
+/// unknown wall is a stretch. For each stretch, the champion totals over all samples how many
+/// race steps the path saves and how many steps it takes to explore the stretch. A [`StoppingRule`] sets the minimum gain per
 /// exploration step. Among the stretches whose gain exceeds this minimum, the champion heads for
 /// the one with the largest total gain. The total gain of a stretch is its own gain plus the gains
 /// of the other stretches, which count less the farther away they are. The champion stops exploring

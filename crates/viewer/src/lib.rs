@@ -34,7 +34,7 @@ pub use config::ViewerConfig;
 pub use limits::{Limits, MAX_VIEWER_CONNECTIONS};
 pub use viewer::{Viewer, ViewerHandle};
 
-/// The default port of the page.
+/// The default port on which the page is served.
 pub const DEFAULT_VIEWER_PORT: u16 = 6575;
 
 /// Compiles and runs the example in the README of this crate.

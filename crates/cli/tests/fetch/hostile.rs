@@ -15,8 +15,8 @@ fn refusal(archive: &[u8]) -> String {
     error.strip_suffix("; nothing was changed\n").unwrap_or(error).to_string()
 }
 
-/// Returns the error for an archive with a valid entry and an entry with the given name. Asserts
-/// that .tar.gz and .zip give the same error.
+/// Returns the reason why an archive that contains an entry with the given name is refused. Asserts
+/// that it is the same for .tar.gz and .zip.
 fn refusal_of_name(name: &[u8]) -> String {
     let good = tar_entry(b"good.txt", EntryType::Regular, MAZE.as_bytes());
     let bad = tar_of(name, EntryType::Regular, MAZE.as_bytes());
