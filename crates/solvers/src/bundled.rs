@@ -124,7 +124,36 @@ impl FromStr for BundledStrategy {
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write;
+
+    use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Walls};
+
     use super::*;
+    use crate::{Distances, Mouse, SearchDriver};
+
+    /// Returns pseudorandom mazes with many loops. The goal of each maze is reachable.
+    fn mazes() -> impl Iterator<Item = Maze> {
+        let sizes = [(5, 5), (8, 8), (12, 9), (16, 16), (20, 7)];
+        let mut state = 1_u64;
+        let mut row = move || {
+            let mut next = || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                (state >> 32) as u32
+            };
+            next() & (next() | next())
+        };
+        sizes.into_iter().flat_map(|size| [size; 2]).map(move |(width, height)| {
+            let size = MazeSize::new(width, height).unwrap();
+            let mut maze = || {
+                let (north, east) = ([0; 32].map(|_| row()), [0; 32].map(|_| row()));
+                Maze::new(Walls::from_rows(size, north, east), Cell::new(0, 0), CellSet::EMPTY)
+            };
+            let is_reachable = |maze: &Maze| {
+                Distances::flood(maze.walls(), maze.goals()).at(maze.start().cell).is_some()
+            };
+            std::iter::repeat_with(|| maze().unwrap()).find(is_reachable).unwrap()
+        })
+    }
 
     #[test]
     fn names_parse_back() {
@@ -143,5 +172,31 @@ mod tests {
             let same = |other: &BundledStrategy| other.about() == strategy.about();
             assert_eq!(BundledStrategy::ALL.iter().position(same), Some(index), "{strategy}");
         }
+    }
+
+    #[test]
+    fn strategies_search_generated_mazes() {
+        let mut table = String::new();
+        for maze in mazes() {
+            let shortest = Distances::flood(maze.walls(), maze.goals()).at(maze.start().cell);
+            write!(table, "{} {:2}", maze.size(), shortest.unwrap()).unwrap();
+            for strategy in BundledStrategy::ALL {
+                let map = KnownMaze::unexplored(&maze);
+                let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
+                let mut driver = SearchDriver::new(&mut mouse, 300);
+                let mut weights = 0_u64;
+                while driver.advance_in(&maze) == Ok(true) {
+                    let weights_of_state =
+                        maze.size().cells().filter_map(|cell| driver.mouse().weight(cell));
+                    weights += weights_of_state.map(u64::from).sum::<u64>();
+                }
+                let stats = driver.stats();
+                let phases = [stats.search_run, stats.return_run, stats.fast_run];
+                let [search, back, fast] = phases.map(|phase| phase.steps);
+                write!(table, " | {search:3} {back:2} {fast:2} {weights:6}").unwrap();
+            }
+            table.push('\n');
+        }
+        insta::assert_snapshot!(table);
     }
 }

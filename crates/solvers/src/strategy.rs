@@ -153,3 +153,51 @@ pub(crate) fn step_to_least(map: &KnownMaze, pose: Pose, numbers: [u32; 4]) -> O
     let step = Step::ALL[(least & 3) as usize];
     u32::try_from(least >> 2).ok().map(|number| (step, number))
 }
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, Heading, MazeSize};
+
+    use super::*;
+
+    /// A strategy that always stops.
+    struct Stopping;
+
+    impl Strategy for Stopping {
+        fn next_move(&mut self, _: &KnownMaze, _: Pose) -> Result<Move, SearchError> {
+            Ok(Move::Stop)
+        }
+    }
+
+    /// A strategy that implements all methods.
+    struct Returning;
+
+    impl Strategy for Returning {
+        fn next_move(&mut self, _: &KnownMaze, _: Pose) -> Result<Move, SearchError> {
+            Ok(Move::Step(Step::Back))
+        }
+
+        fn weight(&self, cell: Cell) -> Option<u16> {
+            Some(cell.x.into())
+        }
+
+        fn phase(&self) -> Phase {
+            Phase::ReturnRun
+        }
+    }
+
+    #[test]
+    fn references_and_boxes_behave_like_their_strategy() {
+        let size = MazeSize::CLASSIC;
+        let pose = Pose::new(Cell::new(7, 0), Heading::North);
+        let map = KnownMaze::new(size, pose.cell, size.central_cells());
+        let results = |mut strategy: Box<dyn Strategy>| {
+            let mut strategy = &mut strategy;
+            let decision = Strategy::next_move(&mut strategy, &map, pose);
+            (decision, Strategy::weight(&strategy, pose.cell), Strategy::phase(&strategy))
+        };
+        assert_eq!(results(Box::new(Stopping)), (Ok(Move::Stop), None, Phase::SearchRun));
+        let back = Ok(Move::Step(Step::Back));
+        assert_eq!(results(Box::new(Returning)), (back, Some(7), Phase::ReturnRun));
+    }
+}

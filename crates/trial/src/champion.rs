@@ -31,11 +31,12 @@ pub use wall_prior::WallPrior;
 /// [`WallPrior`] gives the probabilities of the unknown walls. In each sample, the champion finds
 /// the fastest path from the start to the goal. The part of this path from its first to its last
 /// unknown wall is a stretch. For each stretch, the champion totals over all samples how many
-/// race steps the path saves and how many steps it takes to explore the stretch. A [`StoppingRule`] sets the minimum gain per
-/// exploration step. Among the stretches whose gain exceeds this minimum, the champion heads for
-/// the one with the largest total gain. The total gain of a stretch is its own gain plus the gains
-/// of the other stretches, which count less the farther away they are. The champion stops exploring
-/// if no stretch has a gain above the minimum or if no faster race is possible.
+/// race steps the path saves and how many steps it takes to explore the stretch. A [`StoppingRule`]
+/// sets the minimum gain per exploration step. Among the stretches whose gain exceeds this minimum,
+/// the champion heads for the one with the largest total gain. The total gain of a stretch is its
+/// own gain plus the gains of the other stretches, which count less the farther away they are. The
+/// champion stops exploring if no stretch has a gain above the minimum or if no faster race is
+/// possible.
 ///
 /// The champion assumes that the maze is similar to a contest maze, in which the goal cells form a
 /// room with one entrance. In mazes of other kinds, the champion may explore too little or too
