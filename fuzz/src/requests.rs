@@ -41,7 +41,7 @@ const MAX_REQUESTS: usize = 1 << 10;
 /// of the weights.
 const HEAD_BYTES: usize = 5;
 
-/// The number of requests between two printed totals.
+/// Totals are printed once per this number of requests.
 const PRINT_INTERVAL: u64 = 1_000_000;
 
 /// The total number of requests sent so far.

@@ -85,7 +85,7 @@ fn check_output(Outcome { output, replies, .. }: &Outcome) {
         let (length, body) = if flags & 2 == 0 {
             (usize::from(rest[0]), &rest[1..])
         } else {
-            let (length, body) = rest.split_first_chunk().expect("the length has 8 bytes");
+            let (length, body) = rest.split_first_chunk().expect("a length field of 8 bytes");
             (usize::try_from(u64::from_be_bytes(*length)).expect("the length fits in memory"), body)
         };
         assert!(length <= MAX_WAITING_REPLY_BYTES, "a frame has {length} bytes");

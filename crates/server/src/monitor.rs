@@ -44,8 +44,8 @@ pub enum MonitorError {
         /// The requested run number.
         run: u32,
     },
-    /// The server has ended.
-    #[error("the server has ended")]
+    /// The server has stopped.
+    #[error("the server has stopped")]
     Ended,
 }
 
@@ -59,7 +59,7 @@ impl Monitor {
     /// Returns a description of the served simulation.
     ///
     /// # Errors
-    /// Returns an error if the server has ended.
+    /// Returns an error if the server has stopped.
     pub fn served(&self) -> Result<Served, MonitorError> {
         self.query(|service| {
             let (info, maze) = (service.simulation.info(), service.simulation.maze().clone());
@@ -71,7 +71,7 @@ impl Monitor {
     /// block with this index.
     ///
     /// # Errors
-    /// Returns an error if the run or the server has ended.
+    /// Returns an error if the run or the server has stopped.
     pub fn block(&self, run: u32, index: usize) -> Result<Option<Block>, MonitorError> {
         self.query_run(run, move |service| service.simulation.history().block(index))
     }
@@ -79,7 +79,7 @@ impl Monitor {
     /// Returns the times at which the states of a run arrived.
     ///
     /// # Errors
-    /// Returns an error if the run or the server has ended.
+    /// Returns an error if the run or the server has stopped.
     pub fn times(&self, run: u32) -> Result<Times, MonitorError> {
         self.query_run(run, |service| service.times.clone())
     }
@@ -87,7 +87,7 @@ impl Monitor {
     /// Replaces the maze and begins a new run with an empty history.
     ///
     /// # Errors
-    /// Returns an error if the server has ended.
+    /// Returns an error if the server has stopped.
     pub fn serve(&self, name: &str, maze: Maze) -> Result<Status, MonitorError> {
         let name = name.to_string();
         self.query(move |service| service.replace_maze(&name, maze))

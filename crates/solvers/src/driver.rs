@@ -76,8 +76,8 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
     ///
     /// # Errors
     /// Returns an error if the walls cannot be read, if they contradict earlier readings, or if the
-    /// mouse would crash. An error of the strategy is returned one call later, so that the caller
-    /// can first report the state in which the error occurred.
+    /// mouse would crash. If the strategy fails, the next call returns its error, so that the
+    /// caller can first report the state in which the error occurred.
     #[inline]
     pub fn advance<E>(
         &mut self,

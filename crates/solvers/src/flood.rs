@@ -63,8 +63,8 @@ enum Steps {
 struct SmallSteps {
     lines: SmallLines,
     /// True if the maze has 16×16 cells and all of them can reach a target. In this case, the byte
-    /// 255 is a distance; otherwise, it is `UNREACHABLE_BYTE`. Only a path that visits all 256
-    /// cells has a length of 255 steps.
+    /// 255 is a distance; otherwise, it is `UNREACHABLE_BYTE`. A shortest path can only have a
+    /// length of 255 steps if it visits all 256 cells.
     all_reached: bool,
 }
 

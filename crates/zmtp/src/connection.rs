@@ -214,8 +214,7 @@ mod tests {
     use crate::limits::MAX_REQUEST_BYTES;
     use crate::testing::{Echo, Wire};
 
-    /// Returns a new connection and its stream. The connection can read a handshake and then
-    /// `incoming` from the stream.
+    /// Returns a new connection and its stream, which supplies a handshake and then `incoming`.
     fn connect(incoming: &[u8]) -> (Connection<Wire>, Wire) {
         let wire = Wire::new(incoming);
         (Connection::new(wire.clone()), wire)

@@ -84,7 +84,7 @@ pub(crate) struct WatchArgs {
 }
 
 impl WatchArgs {
-    /// Returns true if an option for recording, the history or the viewer page is set.
+    /// Returns true if any recording, history or viewer option is set.
     pub(crate) fn is_set(&self) -> bool {
         self.retention != RetentionArgs::default() || self.viewer != ViewerArgs::default()
     }

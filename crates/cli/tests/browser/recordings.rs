@@ -34,7 +34,7 @@ fn assert_history(panel: Panel<'_>, maze: &Maze, states: &[TestState]) {
     }
 }
 
-/// Waits for a download and returns its path. A download is an empty file until it is complete.
+/// Waits for a download and returns its path. The file stays empty until the download is complete.
 fn downloaded(browser: &Browser, ending: &str) -> PathBuf {
     wait_for(ending, || {
         let entries = fs::read_dir(browser.downloads()).unwrap().map(|entry| entry.unwrap().path());

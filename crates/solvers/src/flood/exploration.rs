@@ -368,7 +368,7 @@ o---o---o---o---o---o
         }
     }
 
-    /// Finds the target naively, by comparing the distances of single cells.
+    /// Finds the target naively, by comparing distances cell by cell.
     fn naive(map: &KnownMaze, mouse: Cell) -> Option<ExplorationTarget> {
         let open = map.walls(Unknown::Open);
         let from_start = Distances::flood(open, &only(map.start().cell));

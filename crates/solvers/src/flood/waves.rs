@@ -156,8 +156,8 @@ impl<B: ParityPlane> Flooded<B> {
         [near.xor(swapped), far.xor(swapped)]
     }
 
-    /// Returns true if the maze has the maximum size that the bit sets can hold, and the waves have
-    /// reached every cell.
+    /// Returns true if the maze is the largest that the bit sets can hold and the waves have reached
+    /// every cell.
     #[inline(always)]
     pub(super) fn is_full(&self) -> bool {
         self.near.unvisited.or(self.far.unvisited).is_empty()
