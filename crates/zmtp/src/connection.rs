@@ -256,6 +256,18 @@ mod tests {
     }
 
     #[test]
+    fn version_is_sent_as_soon_as_the_signature_arrives() {
+        let wire = Wire::silent();
+        let mut connection = Connection::new(wire.clone());
+        for (byte, sent) in GREETING[..10].iter().zip([10, 10, 10, 10, 10, 10, 10, 10, 10, 11]) {
+            wire.push(&[*byte]);
+            connection.set_ready(true, true);
+            run_until_idle(&mut connection).unwrap();
+            assert_eq!(wire.sent(), GREETING[..sent]);
+        }
+    }
+
+    #[test]
     fn turn_with_nothing_left_has_no_more() {
         let (mut connection, wire) = connect(&requests(0..8));
         let turn = connection.turn(8, &mut Echo::default()).unwrap();

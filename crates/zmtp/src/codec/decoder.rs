@@ -409,4 +409,16 @@ pub(crate) mod tests {
             prop_assert_eq!(events_in_pieces(&input, &[input.len()]), events_in_pieces(&input, &cuts));
         }
     }
+
+    #[test]
+    fn only_the_first_bytes_of_a_long_frame_are_kept() {
+        let body = [7; 2 * MAX_KEPT_BYTES];
+        let mut input = handshake();
+        input.extend_from_slice(b"\x01\0");
+        push_last_frame(&mut input, &body);
+        let events = events_in_pieces(&input, &[input.len()]);
+        assert_eq!(events_in_pieces(&input, &[3000]), events);
+        let kept = [[7; MAX_KEPT_BYTES], [0; MAX_KEPT_BYTES]].concat();
+        assert!(events.last().unwrap().contains(&format!("{kept:?}")));
+    }
 }
