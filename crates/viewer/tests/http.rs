@@ -185,7 +185,11 @@ fn saved_runs_can_be_opened() {
     );
     let invalid = upload(b"invalid");
     assert_eq!(invalid.status, 400);
-    assert!(invalid.text().starts_with("own.mcap: expected a description of the maze"), "{}", invalid.text());
+    assert!(
+        invalid.text().starts_with("own.mcap: expected a description of the maze"),
+        "{}",
+        invalid.text()
+    );
 
     let listed = watched.get("/api/recordings").json();
     let name = listed[0]["name"].as_str().unwrap();
