@@ -7,7 +7,7 @@ mod system {
     use std::fs;
     use std::path::{Path, PathBuf};
 
-    use rlimit::Resource;
+    use mmsim_recording::free_within_limits;
 
     /// Linux control groups, versions 2 and 1. Each entry holds the mount point, the names of the
     /// limit file and the usage file, and the key in `memory.stat` for reclaimable file pages.
@@ -25,20 +25,12 @@ mod system {
     /// limits of this process and of its control groups.
     pub(crate) fn free() -> Option<u64> {
         let root = Path::new("/");
-        let limits =
-            [process(root, Resource::AS, "VmSize:"), process(root, Resource::DATA, "VmData:")];
-        limits.into_iter().chain([machine(root), groups(root)]).flatten().min()
+        [free_within_limits(), machine(root), groups(root)].into_iter().flatten().min()
     }
 
     /// Returns the free memory of the machine.
     fn machine(root: &Path) -> Option<u64> {
-        kibibytes(&read(root.join("proc/meminfo"))?, "MemAvailable:")
-    }
-
-    /// Returns the memory left under a resource limit of this process, such as `ulimit -v`.
-    fn process(root: &Path, limit: Resource, used: &str) -> Option<u64> {
-        let (limit, _) = limit.get().ok().filter(|&(limit, _)| limit != rlimit::INFINITY)?;
-        Some(limit.saturating_sub(kibibytes(&read(root.join("proc/self/status"))?, used)?))
+        after(&read(root.join("proc/meminfo"))?, "MemAvailable:")?.checked_mul(1024)
     }
 
     /// Returns the memory left under the limits of this process's control groups and their
@@ -68,10 +60,6 @@ mod system {
 
     fn read(path: PathBuf) -> Option<String> {
         fs::read_to_string(path).ok()
-    }
-
-    fn kibibytes(text: &str, key: &str) -> Option<u64> {
-        after(text, key)?.checked_mul(1024)
     }
 
     /// Returns the number that follows `key` in the line that starts with `key`.
@@ -133,8 +121,8 @@ mod system {
             let root = root(&[("proc/meminfo", "MemTotal: 90 kB\nMemAvailable:   70 kB\n")]);
             assert_eq!(machine(root.path()), Some(70 * 1024));
             assert_eq!(machine(Path::new("/no such folder")), None);
-            let all = kibibytes(&read("/proc/meminfo".into()).unwrap(), "MemTotal:").unwrap();
-            assert!((1..=all).contains(&free().unwrap()));
+            let all = after(&read("/proc/meminfo".into()).unwrap(), "MemTotal:").unwrap();
+            assert!((1..=all * 1024).contains(&free().unwrap()));
         }
     }
 }

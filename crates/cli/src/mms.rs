@@ -61,7 +61,7 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
         note(format_args!("still serving at {address}; press Ctrl-C to stop"));
         interrupt.wait();
     } else if !viewer.no_viewer {
-        note("viewer page closed because the mouse exited; use --stay to keep it open");
+        note("viewer page closed because the run has ended; use --stay to keep it open");
     }
     server.stop()?;
     Ok(exit.code())

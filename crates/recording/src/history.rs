@@ -1,6 +1,5 @@
 //! Keeps every state of a search in memory.
 
-use std::collections::TryReserveError;
 use std::fmt;
 
 use mmsim_maze::{MazeSize, Pose};
@@ -8,7 +7,7 @@ use mmsim_protocol::{StateMessage, state_bytes};
 use zstd::bulk::{Compressor, Decompressor};
 
 use crate::block::{Block, States};
-use crate::memory::reserve;
+use crate::memory::{OutOfMemory, reserve};
 use crate::motion_count::MotionCount;
 use crate::slabs::Slabs;
 
@@ -144,7 +143,7 @@ impl History {
             return Err(PushError::Length { expected, found });
         }
         let states = self.len();
-        let out_of_memory = |_: TryReserveError| PushError::OutOfMemory { states };
+        let out_of_memory = |_: OutOfMemory| PushError::OutOfMemory { states };
         if self.open.len() == self.block_bytes() {
             self.pack().map_err(out_of_memory)?;
         }
@@ -230,7 +229,7 @@ impl History {
 
     /// Compresses the states in `open` into a block. If compression fails or saves no memory, the
     /// block is stored uncompressed.
-    fn pack(&mut self) -> Result<(), TryReserveError> {
+    fn pack(&mut self) -> Result<(), OutOfMemory> {
         let packed = compress(&mut self.packer, &self.open);
         let packed = packed.filter(|packed| packed.len() < self.open.len());
         self.packed.push(packed.unwrap_or(&self.open))?;

@@ -30,7 +30,7 @@ mod writer;
 pub use block::{Block, States};
 pub use error::{OpenError, ReadError, RecordError};
 pub use history::{History, HistoryReader, PushError};
-pub use memory::MemoryBudget;
+pub use memory::{MemoryBudget, OutOfMemory, free_within_limits};
 pub use motion_count::MotionCount;
 pub use reader::Integrity;
 pub use recorder::Recorder;

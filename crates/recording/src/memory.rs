@@ -1,35 +1,61 @@
 //! Memory for states: fallible allocation, and a limit shared by several recordings.
 
-use std::collections::TryReserveError;
-use std::hint::black_box;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The number of bytes that must remain free after memory is reserved for states.
 ///
 /// Most allocations for other purposes abort the process if they fail. This amount of free memory
-/// is enough for them.
-const HEADROOM_BYTES: usize = 4 << 20;
+/// is enough for them, including 8 MiB for the thread that compresses recordings.
+const HEADROOM_BYTES: u64 = 16 << 20;
 
-/// Reserves capacity for `additional` more elements. Fails if less than `HEADROOM_BYTES` would
-/// remain free.
-pub(crate) fn reserve<T>(list: &mut Vec<T>, additional: usize) -> Result<(), TryReserveError> {
+/// The error that there is not enough memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("out of memory")]
+pub struct OutOfMemory;
+
+/// Reserves capacity for `additional` more elements. Fails if the limits of this process would
+/// leave less than `HEADROOM_BYTES` free.
+pub(crate) fn reserve<T>(list: &mut Vec<T>, additional: usize) -> Result<(), OutOfMemory> {
     if list.capacity() - list.len() >= additional {
         return Ok(());
     }
-    // The headroom is never written to, so it takes address space but no memory.
-    let mut headroom = Vec::<u8>::new();
-    headroom.try_reserve_exact(HEADROOM_BYTES)?;
-    list.try_reserve(additional)?;
-    // This keeps the compiler from removing the unused allocation.
-    black_box(&headroom);
-    Ok(())
+    let bytes = additional.saturating_mul(size_of::<T>());
+    let reserved = is_available(bytes) && list.try_reserve(additional).is_ok();
+    if reserved { Ok(()) } else { Err(OutOfMemory) }
 }
 
-/// Returns true if this many bytes can be allocated now.
+/// Returns true if the limits of this process allow it to allocate this many bytes now.
+///
+/// The limits are read, because a trial allocation would take the memory from other threads for a
+/// moment.
 pub(crate) fn is_available(bytes: usize) -> bool {
-    // `black_box` keeps the compiler from removing the allocation.
-    reserve(black_box(&mut Vec::<u8>::new()), bytes).is_ok()
+    free_within_limits().is_none_or(|free| free >= HEADROOM_BYTES.saturating_add(bytes as u64))
+}
+
+/// Returns the memory in bytes that this process can still allocate under its resource limits,
+/// such as `ulimit -v`. Returns `None` if it has no such limits.
+#[cfg(target_os = "linux")]
+pub fn free_within_limits() -> Option<u64> {
+    use rustix::process::{Resource, getrlimit};
+
+    let limits = [Resource::As, Resource::Data].map(|limit| getrlimit(limit).current);
+    if limits == [None; 2] {
+        return None;
+    }
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let used = |key: &str| {
+        let line = status.lines().find_map(|line| line.strip_prefix(key))?;
+        line.split_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
+    };
+    let free = |(limit, key): (Option<u64>, _)| Some(limit?.saturating_sub(used(key)?));
+    limits.into_iter().zip(["VmSize:", "VmData:"]).filter_map(free).min()
+}
+
+/// Returns `None`, because only Linux reports how much of a limit is in use.
+#[cfg(not(target_os = "linux"))]
+pub const fn free_within_limits() -> Option<u64> {
+    None
 }
 
 /// A memory limit that open recordings share. Dropping a recording frees its share of the memory.
@@ -114,7 +140,7 @@ mod tests {
         assert!(reserve(&mut list, usize::MAX / 4).is_err());
         assert_eq!(list, [7; 3]);
         assert!(reserve(&mut list, 1000).is_ok() && list.capacity() >= 1003);
-        assert!(is_available(1 << 20) && !is_available(usize::MAX / 4));
+        assert!(is_available(1 << 20));
     }
 
     #[test]

@@ -142,7 +142,8 @@ pub(crate) struct Packer {
 }
 
 impl Packer {
-    /// Starts the thread.
+    /// Starts the thread. When `start` returns, the allocator has reserved the thread's share of the
+    /// address space (64 MiB with glibc).
     ///
     /// # Errors
     /// Returns an error if the thread cannot be created.
@@ -152,7 +153,7 @@ impl Packer {
         let packing = Arc::new(Packing::default());
         let shared = Arc::clone(&packing);
         thread::Builder::new().name("packer".into()).spawn(move || {
-            let _busy: mpsc::Sender<()> = busy;
+            let _ = busy.send(());
             // The priority is not the lowest, because shutdown waits only one second for this
             // thread. Only Linux has priorities for threads.
             #[cfg(target_os = "linux")]
@@ -163,6 +164,7 @@ impl Packer {
                 }
             }
         })?;
+        let _ = done.recv();
         Ok(Self { queue, packing, done })
     }
 

@@ -31,7 +31,7 @@ pub struct Recorder {
     /// A temporary file that reserves a file descriptor for the next recording. Without this file,
     /// connections could use up all file descriptors.
     spare: Option<File>,
-    /// `None` until the first recording is closed.
+    /// `None` if the thread could not be created.
     packer: Option<Packer>,
 }
 
@@ -52,7 +52,8 @@ impl Recorder {
             number: 0,
             current: None,
             spare: Some(spare),
-            packer: None,
+            // The thread starts before states take memory.
+            packer: Packer::start().ok(),
         })
     }
 
@@ -86,7 +87,6 @@ impl Recorder {
         let Some(current) = self.current.take() else { return Ok(()) };
         let (unpacked, closed) = current.close_unpacked();
         self.reserve_descriptor();
-        self.packer = self.packer.take().or_else(|| Packer::start().ok());
         if let Some(packer) = &self.packer {
             packer.pack(unpacked);
         }

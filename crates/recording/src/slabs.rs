@@ -1,26 +1,22 @@
 //! Stores byte strings in large blocks of memory (slabs).
 
-use std::collections::TryReserveError;
-use std::iter;
 use std::ops::Range;
 
-use crate::memory::reserve;
+use memmap2::MmapMut;
 
-/// The size of a slab in bytes.
-///
-/// When a large block is freed, the allocator immediately returns its memory to the system. The
-/// glibc allocator always treats blocks above 32 MiB as large. The unused part of a slab takes
-/// address space but no memory.
-const SLAB_BYTES: usize = (32 << 20) + 4096;
+use crate::memory::{OutOfMemory, is_available, reserve};
 
-/// If memory is short, the size of a new slab is halved repeatedly, but not below this number of
-/// bytes.
-const MIN_SLAB_BYTES: usize = 64 * 1024;
+/// The minimum size of a slab in bytes.
+const SLAB_BYTES: usize = 1 << 20;
 
 /// A list of byte strings.
 #[derive(Debug, Default)]
 pub(crate) struct Slabs {
-    buffers: Vec<Vec<u8>>,
+    /// Memory that is mapped, because the system gets it back when the list is dropped. The
+    /// allocator could keep freed memory for one thread.
+    mappings: Vec<MmapMut>,
+    /// The number of bytes used in the newest slab.
+    used: usize,
     locations: Vec<Location>,
     /// The memory used by the strings and their locations, in bytes.
     pub(crate) bytes: usize,
@@ -39,37 +35,31 @@ impl Slabs {
     ///
     /// # Errors
     /// The system is out of memory. On error, the list stays unchanged.
-    pub(crate) fn push(&mut self, bytes: &[u8]) -> Result<(), TryReserveError> {
+    pub(crate) fn push(&mut self, bytes: &[u8]) -> Result<(), OutOfMemory> {
         reserve(&mut self.locations, 1)?;
-        if self.buffers.last().is_none_or(|slab| slab.capacity() - slab.len() < bytes.len()) {
-            reserve(&mut self.buffers, 1)?;
-            self.buffers.push(new_slab(bytes.len())?);
+        if self.mappings.last().is_none_or(|slab| slab.len() - self.used < bytes.len()) {
+            let size = bytes.len().max(SLAB_BYTES);
+            if !is_available(size) {
+                return Err(OutOfMemory);
+            }
+            reserve(&mut self.mappings, 1)?;
+            self.mappings.push(MmapMut::map_anon(size).map_err(|_| OutOfMemory)?);
+            self.used = 0;
         }
-        let slab = self.buffers.len() - 1;
-        if let Some(last) = self.buffers.last_mut() {
-            self.locations.push((slab, last.len()..last.len() + bytes.len()));
-            last.extend_from_slice(bytes);
-        }
+        let range = self.used..self.used + bytes.len();
+        let target = self.mappings.last_mut().and_then(|slab| slab.get_mut(range.clone()));
+        target.ok_or(OutOfMemory)?.copy_from_slice(bytes);
+        self.used = range.end;
+        self.locations.push((self.mappings.len() - 1, range));
         self.bytes += bytes.len() + size_of::<Location>();
         Ok(())
     }
 
     /// Returns the string with this index.
     pub(crate) fn get(&self, index: usize) -> Option<&[u8]> {
-        let (slab, bytes) = self.locations.get(index)?;
-        self.buffers.get(*slab)?.get(bytes.clone())
+        let (slab, range) = self.locations.get(index)?;
+        self.mappings.get(*slab)?.get(range.clone())
     }
-}
-
-/// Allocates a slab of at least `least` bytes. If memory is short, the slab is smaller than usual.
-fn new_slab(least: usize) -> Result<Vec<u8>, TryReserveError> {
-    let mut slab = Vec::new();
-    let sizes = iter::successors(Some(SLAB_BYTES), |size| Some(size / 2));
-    let mut sizes = sizes.take_while(|&size| size >= least.max(MIN_SLAB_BYTES));
-    if !sizes.any(|size| reserve(&mut slab, size).is_ok()) {
-        reserve(&mut slab, least)?;
-    }
-    Ok(slab)
 }
 
 #[cfg(test)]
@@ -84,7 +74,7 @@ mod tests {
             assert_eq!((slabs.len(), slabs.get(count)), (count, None));
             slabs.push(string).unwrap();
         }
-        assert_eq!(slabs.buffers.len(), 2);
+        assert_eq!(slabs.mappings.len(), 2);
         for (index, string) in strings.iter().enumerate() {
             assert!(slabs.get(index) == Some(string));
         }

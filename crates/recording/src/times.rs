@@ -1,11 +1,10 @@
 //! The times of states in compact form, and the clock that measures them.
 
-use std::collections::TryReserveError;
 use std::mem;
 use std::sync::Arc;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use crate::memory::reserve;
+use crate::memory::{OutOfMemory, reserve};
 
 /// The capacity of a chunk in bytes.
 const CHUNK_BYTES: usize = 64 * 1024;
@@ -62,7 +61,7 @@ impl Times {
     ///
     /// # Errors
     /// The system is out of memory. On error, the list stays unchanged.
-    pub fn push(&mut self, time: u64) -> Result<(), TryReserveError> {
+    pub fn push(&mut self, time: u64) -> Result<(), OutOfMemory> {
         if self.gaps.len() + GAP_BYTES > CHUNK_BYTES {
             let mut next = Vec::new();
             reserve(&mut next, CHUNK_BYTES)?;

@@ -193,6 +193,9 @@ mod tests {
                 let stats = driver.stats();
                 let phases = [stats.search_run, stats.return_run, stats.fast_run];
                 let [search, back, fast] = phases.map(|phase| phase.steps);
+                if *strategy == BundledStrategy::ShortestPathSearch {
+                    assert_eq!(Some(fast), shortest.map(u32::from));
+                }
                 write!(table, " | {search:3} {back:2} {fast:2} {weights:6}").unwrap();
             }
             table.push('\n');

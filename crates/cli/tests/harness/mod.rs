@@ -245,6 +245,11 @@ impl Serving {
 impl Drop for Serving {
     fn drop(&mut self) {
         let _ = self.child.kill();
-        let _ = self.child.wait();
+        let status = self.child.wait();
+        if let Some(Ok(rest)) = self.rest.take().map(|rest| rest.recv_timeout(TIMEOUT))
+            && thread::panicking()
+        {
+            eprintln!("the server's exit: {status:?}; its messages:\n{}{rest}", self.messages);
+        }
     }
 }

@@ -72,9 +72,8 @@ impl Task for DownhillTask<'_> {
         let at = |y: usize| (low[y], high[y]);
         let mut cells = [[0; SIDE]; 4];
         let [north, east, south, west] = &mut cells;
-        let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
         for y in 0..usize::from(size.height()) {
-            let flooded = columns & !unvisited[y];
+            let flooded = !unvisited[y];
             if y + 1 < usize::from(size.height()) {
                 let open = !walls.north_rows()[y] & flooded;
                 north[y] = is_further(at(y + 1), at(y)) & open;
