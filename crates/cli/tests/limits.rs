@@ -29,8 +29,8 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
     let home = Home::new();
     // The history limit exceeds the memory limit of the system, so that an allocation fails.
     let options = ["-p", "0", "--maze", "hedgerow", "--history-limit", "100000", "--record", "r"];
-    // The limit is 64 MiB above the memory at the start.
-    let taken = figure(home.serve(&options).id(), "VmSize").unwrap() + 64 * MIB;
+    // The limit is 48 MiB above the memory at the start.
+    let taken = figure(home.serve(&options).id(), "VmSize").unwrap() + 48 * MIB;
     let limit = format!("-v {}", taken / 1024);
     let server = Serving::start(limited(&home.server(&options), &limit), "states");
     for _ in 0..2 {

@@ -1,5 +1,6 @@
 //! Memory for states: fallible allocation, and a limit shared by several recordings.
 
+use std::hint::black_box;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -9,28 +10,35 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// is enough for them, including 8 MiB for the thread that compresses recordings.
 const HEADROOM_BYTES: u64 = 16 << 20;
 
-/// The error that there is not enough memory.
+/// There is not enough free memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("out of memory")]
 pub struct OutOfMemory;
 
-/// Reserves capacity for `additional` more elements. Fails if the limits of this process would
-/// leave less than `HEADROOM_BYTES` free.
+/// Reserves capacity for `additional` more elements. Fails under the same conditions as
+/// [`check_headroom`], or if the allocation fails.
 pub(crate) fn reserve<T>(list: &mut Vec<T>, additional: usize) -> Result<(), OutOfMemory> {
     if list.capacity() - list.len() >= additional {
         return Ok(());
     }
-    let bytes = additional.saturating_mul(size_of::<T>());
-    let reserved = is_available(bytes) && list.try_reserve(additional).is_ok();
-    if reserved { Ok(()) } else { Err(OutOfMemory) }
+    check_headroom(additional.saturating_mul(size_of::<T>()))?;
+    list.try_reserve(additional).map_err(|_| OutOfMemory)
 }
 
-/// Returns true if the limits of this process allow it to allocate this many bytes now.
-///
-/// The limits are read, because a trial allocation would take the memory from other threads for a
-/// moment.
+/// Returns true if this many bytes can be allocated now.
 pub(crate) fn is_available(bytes: usize) -> bool {
-    free_within_limits().is_none_or(|free| free >= HEADROOM_BYTES.saturating_add(bytes as u64))
+    // `black_box` keeps the compiler from removing the allocation.
+    reserve(black_box(&mut Vec::<u8>::new()), bytes).is_ok()
+}
+
+/// Fails if an allocation of this many bytes would leave less than `HEADROOM_BYTES` under the
+/// limits of this process.
+///
+/// Allocating the headroom for a moment would be simpler, but would take the memory from other
+/// threads.
+pub(crate) fn check_headroom(bytes: usize) -> Result<(), OutOfMemory> {
+    let needed = HEADROOM_BYTES.saturating_add(bytes as u64);
+    if free_within_limits().is_none_or(|free| free >= needed) { Ok(()) } else { Err(OutOfMemory) }
 }
 
 /// Returns the memory in bytes that this process can still allocate under its resource limits,
@@ -140,7 +148,7 @@ mod tests {
         assert!(reserve(&mut list, usize::MAX / 4).is_err());
         assert_eq!(list, [7; 3]);
         assert!(reserve(&mut list, 1000).is_ok() && list.capacity() >= 1003);
-        assert!(is_available(1 << 20));
+        assert!(is_available(1 << 20) && !is_available(usize::MAX / 4));
     }
 
     #[test]

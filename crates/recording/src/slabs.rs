@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use memmap2::MmapMut;
 
-use crate::memory::{OutOfMemory, is_available, reserve};
+use crate::memory::{OutOfMemory, check_headroom, reserve};
 
 /// The minimum size of a slab in bytes.
 const SLAB_BYTES: usize = 1 << 20;
@@ -12,8 +12,8 @@ const SLAB_BYTES: usize = 1 << 20;
 /// A list of byte strings.
 #[derive(Debug, Default)]
 pub(crate) struct Slabs {
-    /// Memory that is mapped, because the system gets it back when the list is dropped. The
-    /// allocator could keep freed memory for one thread.
+    /// The slabs. They are mapped because the system then gets their memory back when the list is
+    /// dropped, whereas an allocator may keep it for a single thread.
     mappings: Vec<MmapMut>,
     /// The number of bytes used in the newest slab.
     used: usize,
@@ -39,9 +39,7 @@ impl Slabs {
         reserve(&mut self.locations, 1)?;
         if self.mappings.last().is_none_or(|slab| slab.len() - self.used < bytes.len()) {
             let size = bytes.len().max(SLAB_BYTES);
-            if !is_available(size) {
-                return Err(OutOfMemory);
-            }
+            check_headroom(size)?;
             reserve(&mut self.mappings, 1)?;
             self.mappings.push(MmapMut::map_anon(size).map_err(|_| OutOfMemory)?);
             self.used = 0;
