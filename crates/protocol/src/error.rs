@@ -2,6 +2,7 @@
 
 use mmsim_maze::{Cell, Excerpt, MazeSize};
 
+use crate::annotations::MAX_ANNOTATIONS_BYTES;
 use crate::layout::{WALLS_REQUEST_BYTES, state_bytes};
 
 /// The reason why a simulator cannot serve a request.
@@ -9,7 +10,7 @@ use crate::layout::{WALLS_REQUEST_BYTES, state_bytes};
 #[non_exhaustive]
 pub enum RequestError {
     /// The message is not a known request.
-    #[error("expected ping, reset, info, W or S, found {0}")]
+    #[error("expected ping, reset, info, W, S or A, found {0}")]
     Unknown(Excerpt<16>),
     /// The length of the walls request is not 4 bytes.
     #[error("expected W, x, y and heading ({WALLS_REQUEST_BYTES} bytes), found {found} bytes")]
@@ -41,6 +42,28 @@ pub enum RequestError {
         matrix: &'static str,
         /// The byte.
         found: u8,
+    },
+    /// The annotations request has no annotations or is too long.
+    #[error("expected A and annotations (2 to {MAX_ANNOTATIONS_BYTES} bytes), found {found} bytes")]
+    AnnotationsLength {
+        /// The length of the message in bytes.
+        found: usize,
+    },
+    /// An annotation is invalid.
+    #[error("expected {expected}, found {found} at byte {offset}")]
+    Annotation {
+        /// The position in the message, counted from 0.
+        offset: usize,
+        /// The valid values.
+        expected: &'static str,
+        /// The rest of the message.
+        found: Excerpt<16>,
+    },
+    /// The message ends within an annotation.
+    #[error("expected {expected}, found the end of the message")]
+    AnnotationEnd {
+        /// The valid values.
+        expected: &'static str,
     },
     /// The cell is outside the maze.
     #[error("expected a cell in a maze of {size} cells, found {cell}")]

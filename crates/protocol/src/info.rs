@@ -35,7 +35,13 @@ pub struct Info {
     pub states: usize,
     /// The version of the protocol.
     pub protocol: u32,
+    /// The protocol extensions that the simulator supports, such as [`ANNOTATIONS`].
+    #[serde(default)]
+    pub extensions: Vec<String>,
 }
+
+/// The name of the extension for [`Annotations`](crate::Annotations).
+pub const ANNOTATIONS: &str = "annotations";
 
 impl Info {
     /// Creates the description of a maze.
@@ -49,12 +55,18 @@ impl Info {
             goals: goals.iter().map(|cell| [cell.x, cell.y]).collect(),
             states,
             protocol: PROTOCOL_VERSION,
+            extensions: alloc::vec![ANNOTATIONS.into()],
         }
     }
 
     /// Returns the size of the maze, or `None` if the width or the height is invalid.
     pub fn size(&self) -> Option<MazeSize> {
         MazeSize::new(self.width.into(), self.height.into()).ok()
+    }
+
+    /// Returns true if the simulator accepts [`Annotations`](crate::Annotations).
+    pub fn has_annotations(&self) -> bool {
+        self.extensions.iter().any(|extension| extension == ANNOTATIONS)
     }
 
     /// Returns the start pose, or `None` if the heading is invalid.
@@ -90,9 +102,13 @@ mod tests {
             json,
             r#"{"name":"a \"maze\"","width":16,"height":16,"start":[0,0],"heading":"N","#
                 .to_owned()
-                + r#""goals":[[7,7],[8,7],[7,8],[8,8]],"states":123,"protocol":1}"#
+                + r#""goals":[[7,7],[8,7],[7,8],[8,8]],"states":123,"protocol":1,"#
+                + r#""extensions":["annotations"]}"#
         );
         assert_eq!(serde_json::from_str::<Info>(&json).unwrap(), info);
+        assert!(info.has_annotations());
+        let older = json.replace(r#","extensions":["annotations"]"#, "");
+        assert!(!serde_json::from_str::<Info>(&older).unwrap().has_annotations());
         assert_eq!(info.size(), Some(size));
         assert_eq!(info.start_pose(), Some(start));
         assert_eq!(info.goal_cells(), size.central_cells());

@@ -9,6 +9,7 @@
 //! | walls | `W` x y heading | three bytes, 0 or 1: walls to the left, in front, to the right |
 //! | state | `S` x y heading order weights order walls | `ok`; the state is stored |
 //! | info (this project's server only) | `info` | JSON: the maze's name, size, start and goals |
+//! | annotations (if `info` lists them) | `A` annotations | `ok`; they belong to the next state |
 //!
 //! If the simulator cannot serve a request, the reply begins with `error:` and gives the reason.
 //!
@@ -58,8 +59,11 @@
 #[cfg(feature = "info")]
 extern crate alloc;
 
+mod annotation_writer;
+mod annotations;
 mod belief;
 mod buffer;
+mod colour;
 mod error;
 #[cfg(feature = "info")]
 mod info;
@@ -76,10 +80,15 @@ pub use mmsim_maze::{
     TextPicture, Unknown, WallState, WallsAround,
 };
 
+pub use annotation_writer::{AnnotationError, AnnotationWriter};
+pub use annotations::{
+    Annotation, Annotations, MAX_ANNOTATIONS_BYTES, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_CHARS,
+};
 pub use buffer::BufferTooSmall;
+pub use colour::Colour;
 pub use error::RequestError;
 #[cfg(feature = "info")]
-pub use info::Info;
+pub use info::{ANNOTATIONS, Info};
 pub use layout::{MAX_STATE_BYTES, state_bytes};
 pub use matrix::{CellWalls, Matrix, Order};
 pub use message::StateMessage;

@@ -2,6 +2,7 @@
 
 use mmsim_maze::{Excerpt, MazeSize, Pose};
 
+use crate::annotations::Annotations;
 use crate::buffer::{BufferTooSmall, write_bytes};
 use crate::error::RequestError;
 use crate::message::{decode_pose, heading_byte};
@@ -26,6 +27,9 @@ pub enum Request<'a> {
     /// Asks for a description of the maze. Only this project's server supports `info`; the
     /// reference server (mmsim 0.1.7, written in Python) never replies to it.
     Info,
+    /// Adds texts, colours, walls and log lines to the next state. Only servers whose reply to
+    /// `info` lists the extension `annotations` support this request.
+    Annotations(Annotations<'a>),
 }
 
 impl<'a> Request<'a> {
@@ -50,6 +54,7 @@ impl<'a> Request<'a> {
             &[b'W', x, y, heading] => decode_pose(x, y, heading, size).map(Self::Walls),
             [b'W', ..] => Err(RequestError::WallsLength { found: message.len() }),
             [b'S', ..] => State::decode(message, size).map(Self::State),
+            [b'A', ..] => Annotations::decode(message, size).map(Self::Annotations),
             _ => Err(RequestError::Unknown(Excerpt::new(message))),
         }
     }
@@ -58,7 +63,9 @@ impl<'a> Request<'a> {
     ///
     /// # Errors
     /// Returns an error if the buffer is shorter than the request. A buffer of
-    /// [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) bytes is long enough for any request.
+    /// [`MAX_ANNOTATIONS_BYTES`](crate::MAX_ANNOTATIONS_BYTES) bytes is long enough for any
+    /// request, and one of [`MAX_STATE_BYTES`](crate::MAX_STATE_BYTES) bytes for any other than
+    /// annotations.
     ///
     /// ```
     /// use mmsim_protocol::{Cell, Heading, Pose, Request};
@@ -76,6 +83,7 @@ impl<'a> Request<'a> {
                 write_bytes(buffer, &[b'W', cell.x, cell.y, heading_byte(*heading)])
             }
             Self::State(state) => state.encode(buffer),
+            Self::Annotations(annotations) => write_bytes(buffer, annotations.as_bytes()),
         }
     }
 }
@@ -87,7 +95,8 @@ mod tests {
     use mmsim_maze::{Cell, Heading};
 
     use super::*;
-    use crate::layout::{MAX_STATE_BYTES, WALLS_REQUEST_BYTES};
+    use crate::annotations::MAX_ANNOTATIONS_BYTES;
+    use crate::layout::WALLS_REQUEST_BYTES;
 
     fn error(message: &[u8]) -> String {
         Request::decode(message, MazeSize::CLASSIC).unwrap_err().to_string()
@@ -114,10 +123,10 @@ mod tests {
 
     #[test]
     fn errors_say_expected_and_found() {
-        insta::assert_snapshot!(error(b""), @"expected ping, reset, info, W or S, found an empty message");
-        insta::assert_snapshot!(error(b"foo"), @r#"expected ping, reset, info, W or S, found "foo""#);
-        insta::assert_snapshot!(error(b"ping\n"), @r#"expected ping, reset, info, W or S, found "ping\n""#);
-        insta::assert_snapshot!(error(&[b'x'; 1 << 12]), @r#"expected ping, reset, info, W or S, found "xxxxxxxxxxxxxxxx"… of 4096 bytes"#);
+        insta::assert_snapshot!(error(b""), @"expected ping, reset, info, W, S or A, found an empty message");
+        insta::assert_snapshot!(error(b"foo"), @r#"expected ping, reset, info, W, S or A, found "foo""#);
+        insta::assert_snapshot!(error(b"ping\n"), @r#"expected ping, reset, info, W, S or A, found "ping\n""#);
+        insta::assert_snapshot!(error(&[b'x'; 1 << 12]), @r#"expected ping, reset, info, W, S or A, found "xxxxxxxxxxxxxxxx"… of 4096 bytes"#);
         insta::assert_snapshot!(error(b"W\x00\x00"), @"expected W, x, y and heading (4 bytes), found 3 bytes");
         insta::assert_snapshot!(error(b"WW\x00\x00N"), @"expected W, x, y and heading (4 bytes), found 5 bytes");
         insta::assert_snapshot!(error(b"W\x00\x00n"), @r#"expected N, E, S or W as the heading, found "n""#);
@@ -148,7 +157,7 @@ mod tests {
             let size = MazeSize::new(width, height).unwrap();
             match Request::decode(&message, size) {
                 Ok(request) => {
-                    let mut buffer = [0xa5; MAX_STATE_BYTES];
+                    let mut buffer = [0xa5; MAX_ANNOTATIONS_BYTES];
                     let length = request.encode(&mut buffer).unwrap();
                     prop_assert_eq!(&buffer[..length], &message[..]);
                 }
