@@ -129,6 +129,7 @@ static int step(void) {
 int main(int argc, char **argv) {
     const int timeout = TIMEOUT_MS, linger = 0;
     uint8_t message[8];
+    if (getenv("MMSIM_ENDPOINT")) endpoint = getenv("MMSIM_ENDPOINT");
     if (argc > 1) endpoint = argv[1];
     simulator = zmq_socket(zmq_ctx_new(), ZMQ_REQ);
     zmq_setsockopt(simulator, ZMQ_RCVTIMEO, &timeout, sizeof timeout);

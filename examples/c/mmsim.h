@@ -25,8 +25,11 @@
 /* The length of a state request in bytes: 518 for a maze of 16x16 cells. */
 #define MMSIM_STATE_BYTES(width, height) (6 + 2 * (width) * (height))
 
-/* A buffer of this size holds any request. */
+/* A buffer of this size holds any request except annotations. */
 #define MMSIM_MAX_BYTES MMSIM_STATE_BYTES(MMSIM_MAX_SIDE, MMSIM_MAX_SIDE)
+
+/* The maximum length of an annotations request in bytes. */
+#define MMSIM_MAX_ANNOTATIONS_BYTES 4096
 
 /* Headings, clockwise: each is a quarter turn to the right of the previous one. */
 enum { MMSIM_NORTH, MMSIM_EAST, MMSIM_SOUTH, MMSIM_WEST };
@@ -123,6 +126,117 @@ static inline void mmsim_set_cell(uint8_t *state, mmsim_size size, uint8_t x, ui
     if (x >= size.width || y >= size.height) return;
     state[5 + index] = weight < 255 ? (uint8_t)weight : 255;
     state[6 + area + index] = known;
+}
+
+/* Annotations are texts, colours, walls and log lines, which the simulator shows with the next
+   state. Only send them to a simulator whose reply to `info` lists them: other simulators may never
+   reply.
+
+       uint8_t request[MMSIM_MAX_ANNOTATIONS_BYTES];
+       size_t length = 0;
+       length = mmsim_annotate_text(request, sizeof request, length, x, y, "1024");
+       length = mmsim_annotate_colour(request, sizeof request, length, x, y, 'G');
+       ... if `length` is not 0, send `length` bytes, expect `ok`, then send the state ...
+
+   Each mmsim_annotate function appends an annotation to a request of `length` bytes, or begins a
+   request if `length` is 0, and returns the new length. If the annotation does not fit or an
+   argument is out of range, it writes nothing and returns `length`. */
+
+/* Encodes `info`. Only send it to `mmsim`: the reference simulator never replies to it. */
+static inline size_t mmsim_encode_info(uint8_t *buffer, size_t capacity) {
+    if (capacity < 4) return 0;
+    memcpy(buffer, "info", 4);
+    return 4;
+}
+
+/* Returns 1 if the reply to `info` says that the simulator shows annotations. */
+static inline int mmsim_has_annotations(const uint8_t *reply, size_t length) {
+    static const char list[] = "\"extensions\":[", name[] = "\"annotations\"";
+    int is_listed = 0;
+    for (size_t i = 0; i < length; i++) {
+        if (length - i >= sizeof list - 1 && memcmp(reply + i, list, sizeof list - 1) == 0) {
+            is_listed = 1;
+        } else if (is_listed && reply[i] == ']') {
+            return 0;
+        } else if (is_listed && length - i >= sizeof name - 1 &&
+                   memcmp(reply + i, name, sizeof name - 1) == 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* Appends a head of 1 to 5 bytes and a text. */
+static inline size_t mmsim_annotate(uint8_t *request, size_t capacity, size_t length,
+                                    const char *head, size_t head_length, const char *text,
+                                    size_t text_length) {
+    const size_t start = length > 0 ? length : 1;
+    if (capacity > MMSIM_MAX_ANNOTATIONS_BYTES) capacity = MMSIM_MAX_ANNOTATIONS_BYTES;
+    if (capacity < start || capacity - start < head_length + text_length) return length;
+    for (size_t i = 0; i < text_length; i++) {
+        const uint8_t byte = (uint8_t)text[i];
+        if ((byte < 0x20 && (byte != '\t' || head[0] != 'L')) || byte == 0x7f) return length;
+    }
+    request[0] = 'A';
+    memcpy(request + start, head, head_length);
+    if (text_length > 0) memcpy(request + start + head_length, text, text_length);
+    return start + head_length + text_length;
+}
+
+/* Sets the text of a cell, or clears it if `text` is empty. A text is UTF-8 with at most 10
+   characters, and without control characters. */
+static inline size_t mmsim_annotate_text(uint8_t *request, size_t capacity, size_t length,
+                                         uint8_t x, uint8_t y, const char *text) {
+    const size_t bytes = strlen(text);
+    const char head[4] = {'T', (char)x, (char)y, (char)bytes};
+    size_t characters = 0;
+    for (size_t i = 0; i < bytes; i++) characters += ((uint8_t)text[i] & 0xc0) != 0x80;
+    if (characters > 10 || bytes > 40) return length;
+    return mmsim_annotate(request, capacity, length, head, 4, text, bytes);
+}
+
+/* Sets the colour of a cell to one of the letters kbacgorwyBCAGRY of the simulator mms, or clears
+   it if `letter` is '-'. */
+static inline size_t mmsim_annotate_colour(uint8_t *request, size_t capacity, size_t length,
+                                           uint8_t x, uint8_t y, char letter) {
+    const char head[4] = {'C', (char)x, (char)y, letter};
+    if (letter == 0 || !strchr("kbacgorwyBCAGRY-", letter)) return length;
+    return mmsim_annotate(request, capacity, length, head, 4, "", 0);
+}
+
+/* Declares a wall of a cell, whatever the flags in the states say: '1' present, '0' absent,
+   '?' unknown, '-' as in the states. */
+static inline size_t mmsim_annotate_wall(uint8_t *request, size_t capacity, size_t length,
+                                         mmsim_pose side, char state) {
+    const char head[5] = {'D', (char)side.x, (char)side.y, "NESW"[side.heading & 3], state};
+    if (side.heading > MMSIM_WEST || state == 0 || !strchr("10?-", state)) return length;
+    return mmsim_annotate(request, capacity, length, head, 5, "", 0);
+}
+
+/* Logs a line: UTF-8 with at most 1000 bytes, and without control characters except tabs. */
+static inline size_t mmsim_annotate_log(uint8_t *request, size_t capacity, size_t length,
+                                        const char *line) {
+    const size_t bytes = strlen(line);
+    const char head[3] = {'L', (char)(bytes & 255), (char)(bytes >> 8)};
+    if (bytes > 1000) return length;
+    return mmsim_annotate(request, capacity, length, head, 3, line, bytes);
+}
+
+/* Names the mouse ('M') or its strategy ('S'): UTF-8 with at most 100 bytes, and without control
+   characters. */
+static inline size_t mmsim_annotate_name(uint8_t *request, size_t capacity, size_t length,
+                                         char what, const char *name) {
+    const size_t bytes = strlen(name);
+    const char head[2] = {what, (char)bytes};
+    if ((what != 'M' && what != 'S') || bytes > 100) return length;
+    return mmsim_annotate(request, capacity, length, head, 2, name, bytes);
+}
+
+/* Clears all texts ('t'), colours ('c') or declared walls ('d'). */
+static inline size_t mmsim_annotate_clear(uint8_t *request, size_t capacity, size_t length,
+                                          char what) {
+    if (what == 0 || !strchr("tcd", what)) return length;
+    return mmsim_annotate(request, capacity, length, &what, 1, "", 0);
 }
 
 /* Decodes a reply of `length` bytes. */

@@ -12,6 +12,8 @@ Cell (0, 0) is the south-west corner, x grows east, y grows north.
 """
 from __future__ import annotations
 
+import json
+import os
 from dataclasses import dataclass
 from enum import Enum, IntFlag
 from types import TracebackType
@@ -88,12 +90,27 @@ class Refused(SimulatorError):
 class Simulator:
     """A connection to a simulator. The simulator may be started later.
 
-    A request fails if there is no reply within `timeout` seconds.
+    The default endpoint is the environment variable MMSIM_ENDPOINT, which `mmsim run` sets, or
+    tcp://127.0.0.1:6574. A request fails if there is no reply within `timeout` seconds.
+
+    `text`, `colour`, `wall`, `log` and `name` annotate the next state. `annotations` says whether
+    they are sent: the default is True with `mmsim run` and otherwise False, because the reference
+    simulator never replies to a request that it does not know. Annotations that are not sent have
+    no effect.
     """
 
-    def __init__(self, endpoint: str = "tcp://127.0.0.1:6574", timeout: float = 5.0) -> None:
-        self._endpoint = endpoint
+    def __init__(
+        self,
+        endpoint: str | None = None,
+        timeout: float = 5.0,
+        annotations: bool | None = None,
+    ) -> None:
+        variable = os.environ.get("MMSIM_ENDPOINT")
+        self._endpoint = endpoint or variable or "tcp://127.0.0.1:6574"
         self._timeout = timeout
+        # None until `info` is asked whether the simulator knows annotations.
+        self._annotates = None if annotations or (annotations is None and variable) else False
+        self._entries: list[bytes] = []
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._connect()
 
@@ -103,6 +120,7 @@ class Simulator:
 
     def reset(self) -> None:
         """Deletes all states in the simulator and begins a new search."""
+        self._entries.clear()
         self._expect(b"ok", b"reset")
 
     def walls(self, pose: Pose) -> Walls:
@@ -123,11 +141,55 @@ class Simulator:
         """
         if [len(column) for column in weights] != [len(column) for column in walls]:
             raise ValueError("weights and walls must have the same shape")
+        self._send_annotations()
         message = bytearray(b"S" + _pose_bytes(pose))
         for grid in (weights, walls):
             message += b"F"  # column by column from the west
             message += bytes(min(cell, 255) for column in grid for cell in column)
         self._expect(b"ok", bytes(message))
+
+    def text(self, x: int, y: int, text: object) -> None:
+        """Sets the text of a cell, at most 10 characters. An empty text clears it."""
+        text = _printable(str(text))
+        if len(text) > 10:
+            raise ValueError(f"a text has at most 10 characters, found {text!r}")
+        self._annotate(b"T" + bytes([x, y]) + _with_length(text))
+
+    def colour(self, x: int, y: int, letter: str | None) -> None:
+        """Sets the colour of a cell, one of the letters kbacgorwyBCAGRY of mms, or clears it."""
+        if letter is not None and (len(letter) != 1 or letter not in "kbacgorwyBCAGRY"):
+            raise ValueError(f"a colour is one of kbacgorwyBCAGRY, found {letter!r}")
+        self._annotate(b"C" + bytes([x, y]) + (letter or "-").encode())
+
+    def wall(self, x: int, y: int, heading: Heading, state: str) -> None:
+        """Declares a wall of a cell, whatever the flags of the states say.
+
+        `state` is "1" for present, "0" for absent, "?" for unknown, or "-" as in the states.
+        """
+        if state not in ("1", "0", "?", "-"):
+            raise ValueError(f"a declared wall is 1, 0, ? or -, found {state!r}")
+        self._annotate(b"D" + bytes([x, y]) + (heading.value + state).encode())
+
+    def clear_texts(self) -> None:
+        """Clears all texts."""
+        self._annotate(b"t")
+
+    def clear_colours(self) -> None:
+        """Clears all colours."""
+        self._annotate(b"c")
+
+    def log(self, text: object) -> None:
+        """Logs one or more lines. Lines are cut after 1000 bytes."""
+        for line in str(text).splitlines() or [""]:
+            cut = _printable(line).encode()[:1000].decode(errors="ignore").encode()
+            self._annotate(b"L" + len(cut).to_bytes(2, "little") + cut)
+
+    def name(self, mouse: str, strategy: str = "") -> None:
+        """Names the mouse and its strategy, in at most 100 bytes each."""
+        for kind, name in ((b"M", mouse), (b"S", strategy)):
+            if len(name.encode()) > 100:
+                raise ValueError(f"a name has at most 100 bytes, found {name!r}")
+            self._annotate(kind + _with_length(_printable(name)))
 
     def close(self) -> None:
         """Closes the connection."""
@@ -155,6 +217,26 @@ class Simulator:
                 f"cannot reach {self._endpoint}: {error} (expected tcp://HOST:PORT)"
             ) from error
 
+    def _annotate(self, entry: bytes) -> None:
+        if self._annotates is not False:
+            self._entries.append(entry)
+
+    def _send_annotations(self) -> None:
+        if self._entries and self._annotates is None:
+            extensions = json.loads(self._ask(b"info")).get("extensions", [])
+            self._annotates = "annotations" in extensions
+        if not self._annotates:
+            self._entries.clear()
+        while self._entries:
+            # A request has at most 4096 bytes.
+            request, count = b"A", 0
+            for entry in self._entries:
+                if len(request) + len(entry) > 4096:
+                    break
+                request, count = request + entry, count + 1
+            del self._entries[:count]
+            self._expect(b"ok", request)
+
     def _expect(self, expected: bytes, request: bytes) -> None:
         reply = self._ask(request)
         if reply != expected:
@@ -178,3 +260,13 @@ class Simulator:
 
 def _pose_bytes(pose: Pose) -> bytes:
     return bytes([pose.x, pose.y]) + pose.heading.value.encode()
+
+
+def _with_length(text: str) -> bytes:
+    encoded = text.encode()
+    return bytes([len(encoded)]) + encoded
+
+
+def _printable(text: str) -> str:
+    """Replaces characters that annotations cannot contain, such as tabs, with spaces."""
+    return "".join(c if c.isprintable() else " " for c in text)

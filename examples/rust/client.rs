@@ -31,7 +31,8 @@ fn main() -> ExitCode {
 
 /// Searches the maze and returns the number of steps to the goal.
 fn search() -> Result<u32, Box<dyn Error>> {
-    let endpoint = std::env::args().nth(1).unwrap_or("tcp://127.0.0.1:6574".into());
+    let endpoint = std::env::args().nth(1).or_else(|| std::env::var("MMSIM_ENDPOINT").ok());
+    let endpoint = endpoint.unwrap_or("tcp://127.0.0.1:6574".into());
     let simulator = Simulator::connect(endpoint)?;
     simulator.ping()?;
     simulator.reset()?;

@@ -8,7 +8,7 @@
 
 #include "mmsim.h"
 
-static uint8_t buffer[4096];
+static uint8_t buffer[5000];
 
 static uint8_t byte(void) {
     return (uint8_t)getchar();
@@ -55,6 +55,47 @@ static size_t make_state(size_t capacity) {
     return length;
 }
 
+/* Reads a zero-terminated string. */
+static const char *read_text(void) {
+    static char text[2000];
+    size_t length = 0;
+    int c;
+    while ((c = getchar()) > 0 && length < sizeof text - 1) text[length++] = (char)c;
+    text[length] = 0;
+    return text;
+}
+
+/* Appends as many annotations as the next byte says. */
+static size_t make_annotations(size_t capacity) {
+    size_t length = 0;
+    for (int count = byte(); count > 0; count--) {
+        const char kind = (char)byte();
+        if (kind == 'T') {
+            const uint8_t x = byte(), y = byte();
+            length = mmsim_annotate_text(buffer, capacity, length, x, y, read_text());
+        } else if (kind == 'C') {
+            const uint8_t x = byte(), y = byte();
+            length = mmsim_annotate_colour(buffer, capacity, length, x, y, (char)byte());
+        } else if (kind == 'D') {
+            const mmsim_pose side = read_pose();
+            length = mmsim_annotate_wall(buffer, capacity, length, side, (char)byte());
+        } else if (kind == 'L') {
+            length = mmsim_annotate_log(buffer, capacity, length, read_text());
+        } else if (kind == 'M' || kind == 'S') {
+            length = mmsim_annotate_name(buffer, capacity, length, kind, read_text());
+        } else {
+            length = mmsim_annotate_clear(buffer, capacity, length, kind);
+        }
+    }
+    return length;
+}
+
+static void read_info(void) {
+    const uint16_t length = number();
+    for (uint16_t i = 0; i < length; i++) buffer[i] = byte();
+    putchar(mmsim_has_annotations(buffer, length));
+}
+
 static void read_reply(void) {
     const uint16_t length = number();
     mmsim_reply reply;
@@ -72,11 +113,14 @@ int main(void) {
     for (int task = getchar(); task != EOF; task = getchar()) {
         size_t capacity = 0;
         memset(buffer, 0xa5, sizeof buffer);
-        if (task != '?') capacity = number();
+        if (task != '?' && task != 'i') capacity = number();
         if (task == 'p') write_request(mmsim_encode_ping(buffer, capacity));
         if (task == 'r') write_request(mmsim_encode_reset(buffer, capacity));
         if (task == 'w') write_request(mmsim_encode_walls(buffer, capacity, read_pose()));
         if (task == 's') write_request(make_state(capacity));
+        if (task == 'e') write_request(mmsim_encode_info(buffer, capacity));
+        if (task == 'a') write_request(make_annotations(capacity));
+        if (task == 'i') read_info();
         if (task == '?') read_reply();
     }
     return 0;

@@ -4,7 +4,10 @@ use std::fs::File;
 use std::process::Stdio;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, WallState};
-use mmsim_protocol::{CellWalls, MAX_STATE_BYTES, MapState, Order, Reply, Request, state_bytes};
+use mmsim_protocol::{
+    Annotation, AnnotationWriter, CellWalls, Colour, MAX_STATE_BYTES, MapState, Order, Reply,
+    Request, state_bytes,
+};
 use mmsim_tests::wait_with_output;
 
 use crate::client;
@@ -133,10 +136,112 @@ fn requests_without_a_matrix() {
     let mut tasks = Tasks::default();
     tasks.both(b'p', &[], b"ping");
     tasks.both(b'r', &[], b"reset");
+    tasks.both(b'e', &[], b"info");
     for heading in Heading::ALL {
         let mut message = [0; 4];
         Request::Walls(Pose::new(Cell::new(31, 7), heading)).encode(&mut message).unwrap();
         tasks.both(b'w', &[31, 7, heading as u8], &message);
+    }
+    tasks.check();
+}
+
+/// Returns the arguments with which `codec.c` appends an annotation.
+fn arguments(annotation: Annotation<'_>) -> Vec<u8> {
+    match annotation {
+        Annotation::Text { cell, text } => {
+            [&[b'T', cell.x, cell.y], text.as_bytes(), b"\0"].concat()
+        }
+        Annotation::Colour { cell, colour } => {
+            vec![b'C', cell.x, cell.y, colour.map_or(b'-', |colour| colour.letter() as u8)]
+        }
+        Annotation::Wall { cell, heading, state } => {
+            let state = match state {
+                Some(WallState::Present) => b'1',
+                Some(WallState::Absent) => b'0',
+                Some(WallState::Unknown) => b'?',
+                None => b'-',
+            };
+            vec![b'D', cell.x, cell.y, heading as u8, state]
+        }
+        Annotation::Log(text) => [b"L", text.as_bytes(), b"\0"].concat(),
+        Annotation::Mouse(text) => [b"M", text.as_bytes(), b"\0"].concat(),
+        Annotation::Strategy(text) => [b"S", text.as_bytes(), b"\0"].concat(),
+        Annotation::ClearTexts => b"t".to_vec(),
+        Annotation::ClearColours => b"c".to_vec(),
+        Annotation::ClearWalls => b"d".to_vec(),
+    }
+}
+
+/// Annotations of every kind, among them the longest texts and texts that are invalid.
+fn annotations<'a>(long: &'a [String; 4], cell: Cell) -> Vec<Annotation<'a>> {
+    let [text, name, line, too_long] = long;
+    let mut annotations = vec![
+        Annotation::Text { cell, text: "1024" },
+        Annotation::Text { cell, text: "" },
+        Annotation::Text { cell, text },
+        Annotation::Text { cell, text: "12345678901" },
+        Annotation::Text { cell, text: "a\tb" },
+        Annotation::Text { cell, text: too_long },
+        Annotation::Colour { cell, colour: None },
+        Annotation::Log("wall\tahead \u{e4}"),
+        Annotation::Log(line),
+        Annotation::Log("a\nb"),
+        Annotation::Log(too_long),
+        Annotation::Mouse("Theseus"),
+        Annotation::Strategy(name),
+        Annotation::Mouse(line),
+        Annotation::ClearTexts,
+        Annotation::ClearColours,
+        Annotation::ClearWalls,
+    ];
+    let colours = Colour::ALL.map(|colour| Annotation::Colour { cell, colour: Some(colour) });
+    annotations.extend(colours);
+    for heading in Heading::ALL {
+        let states = [WallState::Present, WallState::Absent, WallState::Unknown];
+        let states = states.map(Some).into_iter().chain([None]);
+        annotations.extend(states.map(|state| Annotation::Wall { cell, heading, state }));
+    }
+    annotations
+}
+
+#[test]
+fn annotations_of_every_kind() {
+    let mut tasks = Tasks::default();
+    let long = ["\u{10ffff}".repeat(10), "n".repeat(100), "l".repeat(1000), "x".repeat(1001)];
+    let all = annotations(&long, Cell::new(31, 7));
+    for (capacity, annotations) in all
+        .chunks(9)
+        .map(|chunk| (5000, chunk))
+        .chain(all.iter().map(|one| (5000, std::slice::from_ref(one))))
+        .chain((0..60).map(|capacity| (capacity, &all[..9])))
+    {
+        let mut buffer = vec![0; capacity];
+        let mut writer = AnnotationWriter::new(&mut buffer);
+        let mut task = vec![u8::try_from(annotations.len()).unwrap()];
+        for &annotation in annotations {
+            let _ = writer.push(annotation);
+            task.extend(arguments(annotation));
+        }
+        tasks.request(b'a', capacity, &task, writer.finish().unwrap_or_default());
+    }
+    tasks.check();
+}
+
+#[test]
+fn the_extension_is_found_in_info() {
+    let mut tasks = Tasks::default();
+    for (info, expected) in [
+        (r#"{"name":"a","protocol":1,"extensions":["annotations"]}"#, 1),
+        (r#"{"name":"a","protocol":1,"extensions":["more","annotations"]}"#, 1),
+        (r#"{"name":"annotations","protocol":1,"extensions":[]}"#, 0),
+        (r#"{"name":"a","extensions":["more"],"x":"annotations"}"#, 0),
+        (r#"{"name":"annotations","protocol":1}"#, 0),
+        ("", 0),
+    ] {
+        tasks.input.push(b'i');
+        tasks.input.extend(number(info.len()));
+        tasks.input.extend(info.as_bytes());
+        tasks.expected.push(expected);
     }
     tasks.check();
 }
