@@ -7,17 +7,27 @@ use crate::args::KnownMazeArgs;
 use crate::output::{own_command, warn};
 use crate::usage::UsageError;
 
+/// The name under which the bundled strategies appear on the page and in recordings.
+pub(crate) const OWN_MICE: &str = "mmsim";
+
+/// What a mouse knows about a simulator before it starts.
+pub(crate) struct KnownSimulator {
+    pub(crate) map: KnownMaze,
+    pub(crate) start: Pose,
+    /// True if the simulator has said that it accepts annotations.
+    pub(crate) has_annotations: bool,
+}
+
 /// Returns `connect` as a ZeroMQ address. The default transport is `tcp://`.
 pub(crate) fn endpoint(connect: &str) -> String {
     if connect.contains("://") { connect.into() } else { format!("tcp://{connect}") }
 }
 
-/// Returns the known maze and the start pose that the arguments define, or `None` with `--goal
-/// server`. A usage error shows the usage of `command`.
+/// Returns the maze that the arguments define, or `None` with `--goal server`. A usage error shows the usage of `command`.
 pub(crate) fn maze_from_args(
     command: &'static str,
     KnownMazeArgs { size, goal }: &KnownMazeArgs,
-) -> Result<Option<(KnownMaze, Pose)>, UsageError> {
+) -> Result<Option<KnownSimulator>, UsageError> {
     let size = size.unwrap_or(MazeSize::CLASSIC);
     if goal.contains(&None) {
         if goal.len() > 1 {
@@ -33,15 +43,16 @@ pub(crate) fn maze_from_args(
     let goals: CellSet = cells.collect();
     let start = Pose::new(Cell::new(0, 0), Heading::North);
     let goals = if goals.is_empty() { size.central_cells() } else { goals };
-    Ok(Some((KnownMaze::new(size, start.cell, goals), start)))
+    let map = KnownMaze::new(size, start.cell, goals);
+    Ok(Some(KnownSimulator { map, start, has_annotations: false }))
 }
 
-/// Asks the server for its maze and the start pose. Returns an error if the server's maze does not
+/// Asks the server for its maze. Returns an error if the server's maze does not
 /// have the given size.
 pub(crate) fn ask_maze(
     transport: &mut Zmq<'_>,
     size: Option<MazeSize>,
-) -> Result<(KnownMaze, Pose), String> {
+) -> Result<KnownSimulator, String> {
     let info = Exchange::new(transport).info().map_err(|error| error.to_string())?;
     let (Some(map), Some(start)) = (info.known_maze(), info.start_pose()) else {
         return Err(format!("expected a maze of 1x1 to 32x32 cells, found {info:?}"));
@@ -50,7 +61,7 @@ pub(crate) fn ask_maze(
     if let Some(size) = size.filter(|&size| size != served) {
         return Err(format!("--size is {size}, but the server's maze is {served}"));
     }
-    Ok((map, start))
+    Ok(KnownSimulator { map, start, has_annotations: info.has_annotations() })
 }
 
 /// Warns that a reply is late. The transport calls this every second while it waits; for each

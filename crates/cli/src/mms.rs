@@ -20,7 +20,9 @@ use mmsim_mms::{Command, CommandError, Response, SimulatedMouse, excerpt};
 use simulator::Simulator;
 
 use crate::args::ServerArgs;
-use crate::connection::{ask_maze, endpoint, explain, maze_from_args, report_waiting};
+use crate::connection::{
+    KnownSimulator, ask_maze, endpoint, explain, maze_from_args, report_waiting,
+};
 use crate::interrupt::Interrupt;
 use crate::local_server;
 use crate::output::{note, print, print_json, warn};
@@ -72,7 +74,7 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     let asks_server = known.is_none();
     let mut transport =
         Zmq::connect(endpoint, None, |waiting| report_waiting(&waiting, asks_server))?;
-    let (map, _) = match known {
+    let KnownSimulator { map, .. } = match known {
         Some(known) => known,
         None => ask_maze(&mut transport, args.remote.known.size)?,
     };

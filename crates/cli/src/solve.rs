@@ -6,13 +6,15 @@ use std::ops::ControlFlow;
 use std::thread;
 use std::time::Duration;
 
-use mmsim_client::{BrokenRun, SearchRun, Waiting, Zmq, search_run};
+use mmsim_client::{BrokenRun, Named, SearchRun, Transport, Waiting, Zmq, search_run};
 use mmsim_maze::Pose;
 use mmsim_protocol::Info;
 use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
-use crate::connection::{ask_maze, endpoint, explain, maze_from_args, report_waiting};
+use crate::connection::{
+    KnownSimulator, OWN_MICE, ask_maze, endpoint, explain, maze_from_args, report_waiting,
+};
 use crate::output::{print_json, warn};
 use crate::recording_transport::RecordingTransport;
 use crate::screen::{Screen, ending};
@@ -27,7 +29,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let on_wait = |waiting: Waiting<'_>| report_waiting(&waiting, asks_server);
     let mut transport = Zmq::connect(&endpoint, args.timeout, on_wait)?;
     let known = known.map_or_else(|| ask_maze(&mut transport, args.known.size), Ok);
-    let prepared = known.and_then(|(map, start)| {
+    let prepared = known.and_then(|KnownSimulator { map, start, has_annotations }| {
         // The address serves as the name of the maze, because the true name may be unknown.
         let info = Info::new(&endpoint, map.size(), start, map.goals(), 0);
         let recording = RecordingTransport::new(transport, args.record.as_deref(), &info);
@@ -35,9 +37,9 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
             Some(file) if file.exists() => format!("{error} (--record needs a new file)"),
             _ => error.to_string(),
         });
-        Ok((map, start, recording?))
+        Ok((map, start, has_annotations, recording?))
     });
-    let (map, start, mut transport) = match prepared {
+    let (map, start, has_annotations, mut recording) = match prepared {
         Ok(prepared) => prepared,
         Err(error) if args.json => {
             let report = SolveReport {
@@ -55,6 +57,12 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let max_steps = args.max_steps.unwrap_or(strategy.max_states());
     let mut screen = Screen::new(strategy, !pace.is_zero() && !args.json);
     let mut shown = Ok(());
+    let mut named;
+    let mut transport: &mut dyn Transport = &mut recording;
+    if has_annotations {
+        named = Named::new(transport, OWN_MICE, strategy.name())?;
+        transport = &mut named;
+    }
     let result = search_run(&mut transport, &mut mouse, max_steps, |mouse, run| {
         shown = screen.show(mouse, run);
         thread::sleep(pace);
@@ -63,7 +71,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     shown?;
     let (run, error) =
         result.map_or_else(|BrokenRun { run, error }| (run, Some(error)), |run| (run, None));
-    let recorded = transport.close().map_err(|error| format!("incomplete recording: {error}"));
+    let recorded = recording.close().map_err(|error| format!("incomplete recording: {error}"));
     if args.json {
         let error = error.as_ref().map(ToString::to_string).or_else(|| recorded.clone().err());
         print_json(&SolveReport::new(strategy.name(), &run, &mouse, error))?;

@@ -2,7 +2,8 @@
 
 use mmsim_maze::{Cell, Escaped, KnownMaze, Pose, WallsAround};
 use mmsim_protocol::{
-    BufferTooSmall, Excerpt, Info, MAX_STATE_BYTES, MapState, Order, Reply, Request,
+    Annotation, AnnotationError, AnnotationWriter, Excerpt, Info, MAX_ANNOTATIONS_BYTES, MapState,
+    Order, Reply, Request,
 };
 
 use crate::run::RunError;
@@ -32,14 +33,14 @@ use crate::transport::Transport;
 pub struct Exchange<T> {
     transport: T,
     requests: u32,
-    request: [u8; MAX_STATE_BYTES],
+    request: [u8; MAX_ANNOTATIONS_BYTES],
     reply: Vec<u8>,
 }
 
 impl<T: Transport> Exchange<T> {
     /// Creates an exchange over this transport.
     pub const fn new(transport: T) -> Self {
-        Self { transport, requests: 0, request: [0; MAX_STATE_BYTES], reply: Vec::new() }
+        Self { transport, requests: 0, request: [0; MAX_ANNOTATIONS_BYTES], reply: Vec::new() }
     }
 
     /// Returns the number of requests that were sent.
@@ -85,6 +86,34 @@ impl<T: Transport> Exchange<T> {
         self.ask("S", |buffer| MapState::new(pose, map, weight, Order::F).encode(buffer), is_ok)
     }
 
+    /// Sends annotations, which belong to the next state, in as many requests as needed. Requires a
+    /// simulator that supports them ([`Info::has_annotations`]).
+    ///
+    /// # Errors
+    /// Returns an error if an annotation is invalid, or if the simulator does not reply or refuses
+    /// a request. The annotations of earlier requests remain.
+    pub fn annotate<'a>(
+        &mut self,
+        annotations: impl IntoIterator<Item = Annotation<'a>>,
+    ) -> Result<(), RunError> {
+        let mut rest = annotations.into_iter().peekable();
+        while rest.peek().is_some() {
+            let encode = |buffer: &mut [u8]| {
+                let mut writer = AnnotationWriter::new(buffer);
+                while let Some(&annotation) = rest.peek() {
+                    match writer.push(annotation) {
+                        Ok(()) => rest.next(),
+                        Err(AnnotationError::BufferTooSmall(_)) => break,
+                        Err(AnnotationError::Invalid(error)) => return Err(error.into()),
+                    };
+                }
+                Ok::<_, RunError>(writer.finish().unwrap_or_default().len())
+            };
+            self.ask("A", encode, is_ok)?;
+        }
+        Ok(())
+    }
+
     /// Requests a description of the maze. Only mmsim replies to this request; the reference
     /// simulator never replies.
     ///
@@ -102,12 +131,15 @@ impl<T: Transport> Exchange<T> {
         Ok(serde_json::from_str(&json)?)
     }
 
-    fn ask<R>(
+    fn ask<R, E>(
         &mut self,
         request: &'static str,
-        encode: impl FnOnce(&mut [u8]) -> Result<usize, BufferTooSmall>,
+        encode: impl FnOnce(&mut [u8]) -> Result<usize, E>,
         expected: impl FnOnce(Reply<'_>) -> Option<R>,
-    ) -> Result<R, RunError> {
+    ) -> Result<R, RunError>
+    where
+        RunError: From<E>,
+    {
         let length = encode(&mut self.request)?;
         self.requests += 1;
         self.transport.exchange(&self.request[..length], &mut self.reply)?;
@@ -123,4 +155,37 @@ impl<T: Transport> Exchange<T> {
 
 fn is_ok(reply: Reply<'_>) -> Option<()> {
     (reply == Reply::Ok).then_some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_protocol::{Annotations, MazeSize};
+
+    use super::*;
+    use crate::transport::InMemory;
+
+    #[test]
+    fn long_annotations_take_several_requests() {
+        let size = MazeSize::HALF_SIZE;
+        let texts: Vec<_> = size.cells().map(|cell| (cell, cell.to_string())).collect();
+        let annotations = || texts.iter().map(|&(cell, ref text)| Annotation::Text { cell, text });
+        let mut received = Vec::new();
+        let transport = InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
+            received.push(request.to_vec());
+            reply.extend_from_slice(b"ok");
+        });
+        Exchange::new(transport).annotate(annotations()).unwrap();
+        assert_eq!(received.len(), 3);
+        let decoded = received.iter().map(|request| Annotations::decode(request, size).unwrap());
+        assert!(decoded.flat_map(|request| request.iter()).eq(annotations()));
+    }
+
+    #[test]
+    fn invalid_annotations_are_not_sent() {
+        let transport = InMemory::new(|request: &[u8], _: &mut Vec<u8>| panic!("{request:?}"));
+        let mut exchange = Exchange::new(transport);
+        exchange.annotate([]).unwrap();
+        let error = exchange.annotate([Annotation::Log("a\nb")]).unwrap_err();
+        insta::assert_snapshot!(error, @r#"expected a log line of at most 1000 bytes in UTF-8, without control characters, found "a\nb" at byte 4"#);
+    }
 }

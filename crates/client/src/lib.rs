@@ -23,12 +23,14 @@
 #![forbid(unsafe_code)]
 
 mod exchange;
+mod named;
 mod run;
 mod transport;
 #[cfg(feature = "zmq")]
 mod zmq_transport;
 
 pub use exchange::Exchange;
+pub use named::Named;
 pub use run::{BrokenRun, RunError, SearchRun, search_run};
 pub use transport::{InMemory, Transport, TransportError};
 #[cfg(feature = "zmq")]

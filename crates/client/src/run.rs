@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use mmsim_maze::{Cell, Contradiction, Heading, MazeSize};
-use mmsim_protocol::{BufferTooSmall, Excerpt, UnknownReply};
+use mmsim_protocol::{BufferTooSmall, Excerpt, RequestError, UnknownReply};
 use mmsim_solvers::{Crash, DriveError, Mouse, SearchDriver, SearchError, SearchStats, Strategy};
 
 use crate::exchange::Exchange;
@@ -72,6 +72,9 @@ pub enum RunError {
     /// The strategy chose a step through a side that is not known to be open.
     #[error(transparent)]
     Crash(#[from] Crash),
+    /// An annotation is invalid.
+    #[error(transparent)]
+    Annotation(#[from] RequestError),
     /// A request does not fit into its buffer.
     #[error(transparent)]
     Buffer(#[from] BufferTooSmall),

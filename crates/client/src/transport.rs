@@ -11,7 +11,7 @@ pub trait Transport {
     fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError>;
 }
 
-impl<T: Transport> Transport for &mut T {
+impl<T: Transport + ?Sized> Transport for &mut T {
     fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError> {
         (**self).exchange(request, reply)
     }

@@ -173,7 +173,7 @@ fn arguments(annotation: Annotation<'_>) -> Vec<u8> {
 }
 
 /// Annotations of every kind, among them the longest texts and texts that are invalid.
-fn annotations<'a>(long: &'a [String; 4], cell: Cell) -> Vec<Annotation<'a>> {
+fn annotations(long: &[String; 4], cell: Cell) -> Vec<Annotation<'_>> {
     let [text, name, line, too_long] = long;
     let mut annotations = vec![
         Annotation::Text { cell, text: "1024" },
