@@ -4,20 +4,23 @@ pub(crate) mod args;
 mod button;
 mod child;
 mod exit;
+mod refusals;
+mod session;
 mod simulator;
+mod stop;
 
 use std::error::Error;
-use std::sync::mpsc::RecvTimeoutError::{Disconnected, Timeout};
 use std::time::Duration;
 
 use args::MmsArgs;
-use button::Button;
-use child::{Child, Line, MAX_LINE_BYTES};
+use child::Child;
 use exit::{ExitCause, MouseExit};
 use mmsim_client::{Transport, Zmq};
 use mmsim_maze::KnownMaze;
-use mmsim_mms::{Command, CommandError, Response, SimulatedMouse, excerpt};
+use mmsim_mms::SimulatedMouse;
+use session::Session;
 use simulator::Simulator;
+use stop::Stop;
 
 use crate::args::ServerArgs;
 use crate::connection::{
@@ -28,12 +31,6 @@ use crate::local_server;
 use crate::output::{note, print, print_json, warn};
 use crate::selection::Collection;
 use crate::usage::UsageError;
-
-/// The interval between checks for Ctrl-C while the mouse computes.
-const POLL_INTERVAL: Duration = Duration::from_millis(50);
-
-/// The time after which an incomplete line is reported. Must be a multiple of [`POLL_INTERVAL`].
-const INCOMPLETE_LINE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Runs the mouse and returns the exit code.
 pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
@@ -90,29 +87,21 @@ fn search(
     map: &KnownMaze,
     interrupt: &Interrupt,
 ) -> Result<MouseExit, Box<dyn Error>> {
+    let mouse = SimulatedMouse::new(map.size(), map.start().cell, *map.goals())
+        .with_score_rules(args.scores);
+    let stop = Stop::new(interrupt, args.time_limit);
     let pace = Duration::from_millis(args.pace);
-    let mut session = Session {
-        simulator: Simulator::new(transport, map.size(), interrupt, pace)?,
-        interrupt,
-        button: Button::from_stdin(),
-        mouse: SimulatedMouse::new(map.size(), map.start().cell, *map.goals()),
-        limit: args.limit,
-        lines: 0,
-        crashes: 0,
-        refused: 0,
-    };
-    let cause = match Child::start(&args.command) {
-        Ok(child) => session.run(child).unwrap_or_else(|cause| cause),
-        Err(error) => ExitCause::NotStarted(error),
-    };
-    let Session { mouse, crashes, refused, .. } = session;
-    let exit = MouseExit { mouse, cause, crashes, refused };
+    let simulator = Simulator::new(transport, map.size(), &stop, pace)?;
+    let exit = Session::new(mouse, simulator, &stop, args.limit).run(Child::start(&args.command));
     match &exit.cause {
         ExitCause::LostSimulator(error) => warn(format_args!("mmsim: {}", explain(error))),
         ExitCause::NotStarted(error) | ExitCause::Failed(error) => {
             warn(format_args!("mmsim: {error}"));
         }
-        ExitCause::Exited(_) | ExitCause::Limit(_) | ExitCause::Interrupted => {}
+        ExitCause::Exited(_)
+        | ExitCause::Limit(_)
+        | ExitCause::TimeLimit(_)
+        | ExitCause::Interrupted => {}
     }
     let was_started = !matches!(exit.cause, ExitCause::NotStarted(_));
     if was_started {
@@ -124,111 +113,4 @@ fn search(
         print(&exit.scores())?;
     }
     Ok(exit)
-}
-
-/// The state of a running mouse.
-struct Session<'a, T> {
-    simulator: Simulator<'a, T>,
-    interrupt: &'a Interrupt,
-    button: Button,
-    mouse: SimulatedMouse,
-    limit: Option<u32>,
-    lines: u64,
-    crashes: u64,
-    refused: u64,
-}
-
-impl<T: Transport> Session<'_, T> {
-    /// Executes the mouse's commands until the mouse exits or is stopped.
-    fn run(&mut self, mut child: Child) -> Result<ExitCause, ExitCause> {
-        self.simulator.update(&self.mouse)?;
-        let mut silence = Duration::ZERO;
-        loop {
-            if self.interrupt.wait_for(Duration::ZERO) {
-                return Err(ExitCause::Interrupted);
-            }
-            match child.next_line(POLL_INTERVAL) {
-                Ok(line) => {
-                    self.answer(&line, &child)?;
-                    silence = Duration::ZERO;
-                }
-                // A process that the mouse has started may keep the pipe open after the mouse
-                // exits.
-                Err(Timeout) if child.status().is_ok_and(|status| status.is_some()) => break,
-                Err(Timeout) => {
-                    let start = child.incomplete_line();
-                    silence =
-                        if start.is_empty() { Duration::ZERO } else { silence + POLL_INTERVAL };
-                    if silence == INCOMPLETE_LINE_TIMEOUT {
-                        self.report_incomplete(&start);
-                    }
-                }
-                Err(Disconnected) => break,
-            }
-        }
-        child.end_replies();
-        // The mouse may have set markers after the last state was sent.
-        self.simulator.update(&self.mouse)?;
-        let mut interval = Duration::from_millis(1);
-        loop {
-            let status = child.status();
-            // Ctrl-C may have reached both processes.
-            let timeout = if matches!(status, Ok(None)) { interval } else { Duration::ZERO };
-            if self.interrupt.wait_for(timeout) {
-                return Err(ExitCause::Interrupted);
-            }
-            match status {
-                Ok(Some(status)) => return Ok(ExitCause::Exited(status)),
-                Ok(None) => interval = POLL_INTERVAL.min(2 * interval),
-                Err(error) => return Err(ExitCause::Failed(error.to_string())),
-            }
-        }
-    }
-
-    /// Reports an incomplete line, because the mouse may be waiting for a reply to it.
-    fn report_incomplete(&self, start: &[u8]) {
-        let (line, start) = (self.lines + 1, excerpt(start));
-        warn(format_args!("mms: line {line}: waiting for a newline after {start}"));
-    }
-
-    fn answer(&mut self, line: &Line, child: &Child) -> Result<(), ExitCause> {
-        self.lines += 1;
-        if matches!(line, Line::Whole(line) if line.trim_ascii().is_empty()) {
-            return Ok(());
-        }
-        if self.button.was_pressed() {
-            self.mouse.press_reset();
-        }
-        let command = match self.command(line) {
-            Ok(command) => command,
-            Err(error) => {
-                self.refused += 1;
-                warn(format_args!("mms: line {}: {error}", self.lines));
-                return Ok(());
-            }
-        };
-        let is_movement = matches!(command, Command::Forward { .. } | Command::Turn { .. });
-        let reply = self.mouse.execute(command, &mut self.simulator)?;
-        self.crashes += u64::from(reply == Some(Response::Crash));
-        if let Some(limit) = self.limit.filter(|_| is_movement)
-            && self.mouse.scores().total().cost() > limit.into()
-        {
-            return Err(ExitCause::Limit(limit));
-        }
-        reply.map_or(Ok(()), |reply| child.reply(reply)).map_err(ExitCause::Failed)
-    }
-
-    fn command<'l>(&self, line: &'l Line) -> Result<Command<'l>, String> {
-        match line {
-            Line::Whole(line) => Command::parse(line, self.mouse.map().size())
-                .map_err(|error: CommandError| error.to_string()),
-            Line::TooLong(start) => Err(format!(
-                "expected at most {MAX_LINE_BYTES} bytes, found a longer line that starts with {}",
-                excerpt(start)
-            )),
-            Line::Unfinished(line) => {
-                Err(format!("expected a newline, found the end of output after {}", excerpt(line)))
-            }
-        }
-    }
 }

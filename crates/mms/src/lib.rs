@@ -25,7 +25,7 @@
 //!     assert_eq!(response.map(|response| response.to_string()).as_deref(), Some(expected));
 //! }
 //! assert!(maze.goals().contains(mouse.pose().cell), "it moved until the wall");
-//! assert_eq!(mouse.scores().total().distance(), 1.);
+//! assert_eq!(mouse.scores().total().distance(), 18., "mms counts the requested half steps");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
@@ -40,7 +40,7 @@ pub use command::{Command, CommandError, excerpt};
 pub use grid_point::{CompassDirection, GridPoint, GridPointKind};
 pub use mouse::{Environment, SimulatedMouse};
 pub use response::{GeneralFormat, Response};
-pub use scores::{Scores, Stat, TravelStats};
+pub use scores::{ScoreRules, Scores, Stat, TravelStats};
 
 /// Runs the README examples as doctests.
 #[cfg(doctest)]

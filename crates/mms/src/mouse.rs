@@ -7,7 +7,7 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState, W
 use crate::command::Command;
 use crate::grid_point::{CompassDirection, GridPoint, GridPointKind};
 use crate::response::Response;
-use crate::scores::Scores;
+use crate::scores::{ScoreRules, Scores};
 
 /// Provides the walls to a simulated mouse and is notified when the pose of the mouse changes.
 pub trait Environment {
@@ -51,7 +51,10 @@ pub struct SimulatedMouse {
     marked: Walls,
     /// The number in the text of each cell, row by row, or 0 if the text is not a number.
     numbers: [u16; MazeSize::MAX_AREA],
-    scores: Scores,
+    /// The rules by which `getStat` replies.
+    rules: ScoreRules,
+    /// The scores by all rules, in the order of [`ScoreRules::ALL`].
+    scores: [Scores; ScoreRules::ALL.len()],
     is_reset_pressed: bool,
 }
 
@@ -66,9 +69,18 @@ impl SimulatedMouse {
             map,
             marked: Walls::open(size),
             numbers: [0; MazeSize::MAX_AREA],
-            scores: Scores::default(),
+            rules: ScoreRules::default(),
+            scores: ScoreRules::ALL.map(Scores::new),
             is_reset_pressed: false,
         }
+    }
+
+    /// Returns the mouse with these rules for the replies to `getStat`. The default is
+    /// [`ScoreRules::Mms12`].
+    #[must_use]
+    pub fn with_score_rules(mut self, rules: ScoreRules) -> Self {
+        self.rules = rules;
+        self
     }
 
     /// Returns the position.
@@ -95,9 +107,14 @@ impl SimulatedMouse {
         self.index(cell).map_or(0, |index| self.numbers[index])
     }
 
-    /// Returns the scores.
+    /// Returns the scores by the rules that the mouse was created with.
     pub const fn scores(&self) -> &Scores {
-        &self.scores
+        self.scores_by(self.rules)
+    }
+
+    /// Returns the scores by other rules.
+    pub const fn scores_by(&self, rules: ScoreRules) -> &Scores {
+        &self.scores[rules as usize]
     }
 
     /// Presses the reset button, which the mouse polls with `wasReset`.
@@ -127,7 +144,7 @@ impl SimulatedMouse {
             Command::Forward { half_steps } => self.move_forward(half_steps, environment).map(Some),
             Command::Turn { eighths } => {
                 self.direction = self.direction.turned(eighths);
-                self.scores.add_turn();
+                self.score(Scores::add_turn);
                 self.update_run();
                 environment.on_pose_change(self).map(|()| Some(Response::Ack))
             }
@@ -136,10 +153,10 @@ impl SimulatedMouse {
                 self.point = GridPoint::centre(self.map.start().cell);
                 self.direction = CompassDirection::NORTH;
                 self.is_reset_pressed = false;
-                self.scores.reset();
+                self.score(Scores::reset);
                 environment.on_pose_change(self).map(|()| Some(Response::Ack))
             }
-            Command::GetStat(stat) => Ok(Some(self.scores.stat(stat))),
+            Command::GetStat(stat) => Ok(Some(self.scores().stat(stat))),
             Command::MarkWall { cell, heading, is_present } => {
                 self.marked.set(cell, heading, true);
                 self.map.set_wall(cell, heading, wall_state(is_present));
@@ -172,7 +189,7 @@ impl SimulatedMouse {
             && let Some(point) = self.free_point_ahead(self.point, self.direction, environment)?
         {
             if moved == 0 && is_at_start {
-                self.scores.begin_run();
+                self.score(Scores::begin_run);
             }
             let before = self.point.cell();
             (self.point, moved) = (point, moved + 1);
@@ -182,7 +199,7 @@ impl SimulatedMouse {
             }
         }
         if moved > 0 {
-            self.scores.add_movement(moved);
+            self.score(|scores| scores.add_movement(half_steps, moved));
             self.update_run();
         }
         Ok(if moved > 0 && moved == half_steps { Response::Ack } else { Response::Crash })
@@ -193,10 +210,15 @@ impl SimulatedMouse {
     fn update_run(&mut self) {
         let cell = self.point.cell();
         if self.map.goals().contains(cell) {
-            self.scores.complete_run();
+            self.score(Scores::complete_run);
         } else if cell == self.map.start().cell {
-            self.scores.cancel_run();
+            self.score(Scores::cancel_run);
         }
+    }
+
+    /// Counts an event by all rules.
+    fn score(&mut self, event: impl Fn(&mut Scores)) {
+        self.scores.iter_mut().for_each(event);
     }
 
     fn is_blocked_within<E: Environment>(

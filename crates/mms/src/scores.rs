@@ -1,27 +1,58 @@
-//! Scorekeeping, as specified in the mms README.
+//! Scorekeeping: as mms 1.2 does it, and as the mms README specifies it.
 
 use std::fmt;
 
 use crate::response::Response;
 
+/// The rules by which movements count. The rules differ in the unit of distance.
+///
+/// ```
+/// use mmsim_mms::ScoreRules;
+/// assert_eq!(ScoreRules::ALL.map(ScoreRules::name), ["mms-1.2", "cells"]);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ScoreRules {
+    /// The rules of mms 1.2: the unit is the half step. A movement counts its requested distance,
+    /// even if it ends in a crash.
+    #[default]
+    Mms12,
+    /// The rules of the mms README: the unit is the cell. A movement counts the distance travelled.
+    Cells,
+}
+
+impl ScoreRules {
+    /// All rules.
+    pub const ALL: [Self; 2] = [Self::Mms12, Self::Cells];
+
+    /// Returns the name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Mms12 => "mms-1.2",
+            Self::Cells => "cells",
+        }
+    }
+}
+
 /// The distance and turns of a mouse, in total or in one run from the start to the goal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TravelStats {
-    half_steps: u64,
-    /// The effective distance, counted in quarters of a cell so that it is an integer.
+    /// The distance, counted in half units so that it is an integer.
+    distance_halves: u64,
+    /// The effective distance, counted in quarters of a unit so that it is an integer.
     effective_quarters: u64,
     turns: u64,
 }
 
 impl TravelStats {
-    /// Returns the distance in cells. A half step counts as half a cell, even on a diagonal.
+    /// Returns the distance, in the unit of the [`ScoreRules`]. A diagonal half step counts as much
+    /// as a straight one.
     #[expect(clippy::cast_precision_loss, reason = "a mouse moves fewer than 2^52 half steps")]
     pub fn distance(&self) -> f64 {
-        self.half_steps as f64 / 2.
+        self.distance_halves as f64 / 2.
     }
 
-    /// Returns the effective distance in cells, including penalties. In each movement, the distance
-    /// beyond two cells counts half.
+    /// Returns the effective distance, including penalties. In each movement, the distance beyond
+    /// two units counts half.
     #[expect(clippy::cast_precision_loss, reason = "a mouse moves fewer than 2^50 cells")]
     pub fn effective_distance(&self) -> f64 {
         self.effective_quarters as f64 / 4.
@@ -39,9 +70,9 @@ impl TravelStats {
         self.turns as f64 + self.effective_distance()
     }
 
-    /// Returns the distance in cells, rounded up.
+    /// Returns the distance, rounded up.
     const fn whole_distance(&self) -> u64 {
-        self.half_steps.div_ceil(2)
+        self.distance_halves.div_ceil(2)
     }
 
     const fn cost_quarters(&self) -> u64 {
@@ -51,8 +82,9 @@ impl TravelStats {
 
 /// Counts the movements and turns of a mouse, in total and for its current and best runs, and
 /// computes its score.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Scores {
+    rules: ScoreRules,
     total: TravelStats,
     current_run: TravelStats,
     best_run: Option<TravelStats>,
@@ -63,10 +95,28 @@ pub struct Scores {
 }
 
 impl Scores {
-    /// The penalty for a reset, in cells of effective distance.
+    /// The penalty for a reset, added to the effective distance.
     pub const PENALTY: u64 = 15;
     /// The score of a mouse that has not reached the goal.
     pub const UNSOLVED: f64 = 2000.;
+
+    /// Creates the scores of a mouse that has not moved.
+    pub(crate) const fn new(rules: ScoreRules) -> Self {
+        let zero = TravelStats { distance_halves: 0, effective_quarters: 0, turns: 0 };
+        Self {
+            rules,
+            total: zero,
+            current_run: zero,
+            best_run: None,
+            is_running: false,
+            has_penalty: false,
+        }
+    }
+
+    /// Returns the rules by which the movements count.
+    pub const fn rules(&self) -> ScoreRules {
+        self.rules
+    }
 
     /// Returns the stats of all movements and turns.
     pub const fn total(&self) -> &TravelStats {
@@ -94,23 +144,43 @@ impl Scores {
     /// Returns a statistic. Statistics of the best run are [`Response::NoValue`] until a run is
     /// complete.
     pub fn stat(&self, stat: Stat) -> Response {
-        let distance = |run: &TravelStats| Response::Count(run.whole_distance());
-        let effective = |run: &TravelStats| Response::Number(run.effective_distance());
-        let turns = |run: &TravelStats| Response::Count(run.turns());
-        let best_run =
-            |stat: fn(&TravelStats) -> Response| self.best_run().map_or(Response::NoValue, stat);
+        let distance = |run: &TravelStats| self.count(run.whole_distance());
+        let effective = |run: &TravelStats| self.number(run.effective_distance());
+        let turns = |run: &TravelStats| self.count(run.turns());
+        let best_run = |stat: &dyn Fn(&TravelStats) -> Response| {
+            self.best_run().map_or(Response::NoValue, stat)
+        };
         match stat {
             Stat::TotalDistance => distance(self.total()),
             Stat::TotalTurns => turns(self.total()),
-            Stat::BestRunDistance => best_run(distance),
-            Stat::BestRunTurns => best_run(turns),
+            Stat::BestRunDistance => best_run(&distance),
+            Stat::BestRunTurns => best_run(&turns),
             Stat::CurrentRunDistance => distance(self.current_run()),
             Stat::CurrentRunTurns => turns(self.current_run()),
             Stat::TotalEffectiveDistance => effective(self.total()),
-            Stat::BestRunEffectiveDistance => best_run(effective),
+            Stat::BestRunEffectiveDistance => best_run(&effective),
             Stat::CurrentRunEffectiveDistance => effective(self.current_run()),
-            Stat::Score => Response::Number(self.score()),
+            Stat::Score => self.number(self.score()),
         }
+    }
+
+    /// Returns a whole number as a response. mms 1.2 has no whole number above 999,999: it formats
+    /// a larger one as `1e+06` and fails to parse this text as an integer.
+    const fn count(&self, count: u64) -> Response {
+        match self.rules {
+            ScoreRules::Mms12 if count > 999_999 => Response::NoValue,
+            _ => Response::Count(count),
+        }
+    }
+
+    /// Returns a number as a response. mms 1.2 stores numbers with single precision, which can
+    /// change the sixth digit.
+    #[expect(clippy::cast_possible_truncation, reason = "as in mms")]
+    fn number(&self, number: f64) -> Response {
+        Response::Number(match self.rules {
+            ScoreRules::Mms12 => f64::from(number as f32),
+            ScoreRules::Cells => number,
+        })
     }
 
     /// Begins a run. The first run after a reset begins with a penalty. Call this method when a
@@ -124,11 +194,16 @@ impl Scores {
         }
     }
 
-    /// Adds a movement.
-    pub(crate) fn add_movement(&mut self, half_steps: u64) {
-        // Beyond two cells, each half step counts as a quarter of a cell.
-        let effective_quarters = (2 * half_steps).min(half_steps + 4);
-        self.add(TravelStats { half_steps, effective_quarters, turns: 0 });
+    /// Adds a movement, given the requested and the travelled half steps.
+    pub(crate) fn add_movement(&mut self, requested: u64, travelled: u64) {
+        let distance_halves = match self.rules {
+            // mms has no larger distances.
+            ScoreRules::Mms12 => 2 * requested.min(i32::MAX.unsigned_abs().into()),
+            ScoreRules::Cells => travelled,
+        };
+        // Beyond two units, each half unit counts as a quarter of a unit.
+        let effective_quarters = (2 * distance_halves).min(distance_halves + 4);
+        self.add(TravelStats { distance_halves, effective_quarters, turns: 0 });
     }
 
     /// Adds a turn.
@@ -136,10 +211,13 @@ impl Scores {
         self.add(TravelStats { turns: 1, ..TravelStats::default() });
     }
 
-    /// Completes the current run, if there is one.
+    /// Completes the current run, if there is one. In mms 1.2, a mouse that has begun no run, because
+    /// it starts at a goal, completes an empty run.
     pub(crate) fn complete_run(&mut self) {
+        let was_running = std::mem::take(&mut self.is_running);
         let is_better = |best: TravelStats| self.current_run.cost_quarters() < best.cost_quarters();
-        if std::mem::take(&mut self.is_running) && self.best_run.is_none_or(is_better) {
+        let counts = was_running || self.rules == ScoreRules::Mms12;
+        if counts && self.best_run.is_none_or(is_better) {
             self.best_run = Some(self.current_run);
         }
     }
@@ -159,7 +237,7 @@ impl Scores {
     fn add(&mut self, more: TravelStats) {
         let current = self.is_running.then_some(&mut self.current_run);
         for stats in [Some(&mut self.total), current].into_iter().flatten() {
-            stats.half_steps += more.half_steps;
+            stats.distance_halves += more.distance_halves;
             stats.effective_quarters += more.effective_quarters;
             stats.turns += more.turns;
         }
@@ -169,7 +247,7 @@ impl Scores {
 /// A statistic that a mouse can query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stat {
-    /// The total distance in cells.
+    /// The total distance.
     TotalDistance,
     /// The total number of turns.
     TotalTurns,
@@ -250,6 +328,10 @@ impl fmt::Display for Stat {
 mod tests {
     use super::*;
 
+    fn cells() -> Scores {
+        Scores::new(ScoreRules::Cells)
+    }
+
     /// Records a run from the start to the goal.
     fn run(scores: &mut Scores, turns: u64, movements: &[u64]) {
         scores.begin_run();
@@ -257,7 +339,7 @@ mod tests {
             scores.add_turn();
         }
         for &half_steps in movements {
-            scores.add_movement(half_steps);
+            scores.add_movement(half_steps, half_steps);
         }
         scores.complete_run();
     }
@@ -267,15 +349,44 @@ mod tests {
         for (half_steps, effective) in
             [(1, 0.5), (2, 1.), (3, 1.5), (4, 2.), (5, 2.25), (6, 2.5), (20, 6.)]
         {
-            let mut scores = Scores::default();
-            scores.add_movement(half_steps);
+            let mut scores = cells();
+            scores.add_movement(100, half_steps);
             assert_eq!(scores.total().effective_distance(), effective, "{half_steps}");
         }
     }
 
     #[test]
+    fn mms_counts_the_requested_half_steps() {
+        for (half_steps, effective) in [(1, 1.), (2, 2.), (3, 2.5), (4, 3.), (20, 11.)] {
+            let mut scores = Scores::new(ScoreRules::Mms12);
+            scores.add_movement(half_steps, 1);
+            assert_eq!(scores.total().effective_distance(), effective, "{half_steps}");
+        }
+        let mut scores = Scores::new(ScoreRules::Mms12);
+        scores.add_movement(u64::MAX, 1);
+        assert_eq!(scores.total().distance(), f64::from(i32::MAX));
+    }
+
+    #[test]
+    fn mms_has_six_digits() {
+        let mut scores = Scores::new(ScoreRules::Mms12);
+        scores.add_movement(999_999, 1);
+        assert_eq!(scores.stat(Stat::TotalDistance), Response::Count(999_999));
+        scores.add_movement(1, 1);
+        assert_eq!(scores.stat(Stat::TotalDistance), Response::NoValue);
+        assert_eq!(scores.stat(Stat::TotalEffectiveDistance).to_string(), "500002");
+        // The best run costs 8,998 turns + 2.5; the score is 9000.5 + 0.1 * 9996.5 = 10000.15. The
+        // nearest number of single precision is 10000.150390625.
+        let mut scores = Scores::new(ScoreRules::Mms12);
+        run(&mut scores, 8998, &[3]);
+        (0..996).for_each(|_| scores.add_turn());
+        assert_eq!(scores.score(), 10000.15);
+        assert_eq!(scores.stat(Stat::Score).to_string(), "10000.2");
+    }
+
+    #[test]
     fn the_best_run_has_the_lowest_cost() {
-        let mut scores = Scores::default();
+        let mut scores = cells();
         assert_eq!(scores.score(), 2000.);
         run(&mut scores, 3, &[2, 20]);
         // 3 turns, 1 cell and 10 cells: 3 + 1 + 6, plus a tenth of this sum.
@@ -292,22 +403,22 @@ mod tests {
 
     #[test]
     fn an_ended_run_does_not_change() {
-        let mut scores = Scores::default();
+        let mut scores = cells();
         run(&mut scores, 1, &[4]);
         scores.add_turn();
-        scores.add_movement(2);
+        scores.add_movement(2, 2);
         scores.complete_run();
         assert_eq!((scores.current_run().turns(), scores.current_run().distance()), (1, 2.));
         assert_eq!((scores.total().turns(), scores.total().distance()), (2, 3.));
         scores.begin_run();
         scores.cancel_run();
-        scores.add_movement(2);
+        scores.add_movement(2, 2);
         assert_eq!(scores.current_run(), &TravelStats::default());
     }
 
     #[test]
     fn a_penalty_is_added_when_the_next_run_begins() {
-        let mut scores = Scores::default();
+        let mut scores = cells();
         scores.reset();
         scores.reset();
         assert_eq!(scores.total().effective_distance(), 0.);
@@ -325,7 +436,7 @@ mod tests {
             assert_eq!(format!("{stat:32}").len(), 32);
         }
         assert_eq!(Stat::from_name(b"Score"), None);
-        let scores = Scores::default();
+        let scores = cells();
         let absent = Stat::ALL.into_iter().filter(|&stat| scores.stat(stat) == Response::NoValue);
         assert!(absent.map(Stat::name).all(|name| name.starts_with("best-run")));
     }

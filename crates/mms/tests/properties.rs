@@ -2,7 +2,7 @@
 //! rules.
 
 use mmsim_maze::{Cell, Heading, MazeSize, WallState, Walls};
-use mmsim_mms::{Command, GridPoint, SimulatedMouse};
+use mmsim_mms::{Command, GeneralFormat, GridPoint, ScoreRules, SimulatedMouse, Stat};
 use proptest::prelude::*;
 
 /// The east and north components of half a step in each direction, clockwise from north.
@@ -85,7 +85,138 @@ fn commands() -> impl Strategy<Value = Vec<(String, u64)>> {
     prop::collection::vec(line.prop_map(|(name, number)| (name.to_string(), number)), 0..80)
 }
 
+/// The statistics of mms 1.2, counted in the way mms counts them: with single precision, on each
+/// command, and read back from their texts.
+#[derive(Default)]
+struct NaiveStats {
+    /// The distance, the effective distance and the turns.
+    total: [f32; 3],
+    current: [f32; 3],
+    best: Option<[f32; 3]>,
+    has_started: bool,
+    penalty: f32,
+}
+
+impl NaiveStats {
+    fn move_forward(&mut self, half_steps: u64, is_at_start: bool) {
+        if is_at_start {
+            self.current = [0., self.penalty, 0.];
+            self.total[1] += self.penalty;
+            self.penalty = 0.;
+            self.has_started = true;
+        }
+        #[expect(clippy::cast_precision_loss, reason = "as in mms")]
+        let distance = half_steps as f32;
+        let effective = if distance > 2. { distance / 2. + 1. } else { distance };
+        self.add([distance, effective, 0.]);
+    }
+
+    fn add(&mut self, more: [f32; 3]) {
+        for (index, more) in more.into_iter().enumerate() {
+            self.total[index] += more;
+            if self.has_started {
+                self.current[index] += more;
+            }
+        }
+    }
+
+    /// Called after each movement and each turn.
+    fn arrive(&mut self, is_at_goal: bool, is_at_start: bool) {
+        if is_at_goal {
+            let cost = |stats: [f32; 3]| stats[1] + stats[2];
+            if self.best.is_none_or(|best| cost(self.current) < cost(best)) {
+                self.best = Some(self.current);
+            }
+        }
+        if is_at_goal || is_at_start {
+            self.has_started = false;
+        }
+    }
+
+    fn reset(&mut self) {
+        self.penalty = 15.;
+        self.has_started = false;
+    }
+
+    /// Returns the replies to `getStat` in the order of [`Stat::ALL`].
+    fn replies(&self) -> [String; 10] {
+        let text = |number: f32| GeneralFormat(number.into()).to_string();
+        let integer = |number: f32| text(number).parse().unwrap_or(-1).to_string();
+        let best = |index: usize, format: &dyn Fn(f32) -> String| {
+            self.best.map_or("-1".into(), |best| format(best[index]))
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "as in mms")]
+        let score = self.best.map_or(2000., |best| {
+            (f64::from(best[1] + best[2]) + 0.1 * f64::from(self.total[1] + self.total[2])) as f32
+        });
+        [
+            integer(self.total[0]),
+            integer(self.total[2]),
+            best(0, &integer),
+            best(2, &integer),
+            integer(self.current[0]),
+            integer(self.current[2]),
+            text(self.total[1]),
+            best(1, &text),
+            text(self.current[1]),
+            text(score),
+        ]
+    }
+}
+
+/// Commands that move the mouse, with small and with large distances. mms reads a larger number
+/// than 2,147,483,647 as 0.
+fn movements() -> impl Strategy<Value = Vec<(&'static str, u64)>> {
+    const NAMES: [&str; 9] = [
+        "moveForward",
+        "moveForward",
+        "moveForwardHalf",
+        "turnRight",
+        "turnLeft",
+        "turnRight45",
+        "turnLeft45",
+        "turnRight",
+        "ackReset",
+    ];
+    let numbers = prop_oneof![9 => 0u64..5, 2 => 5u64..200, 1 => Just(300_000)];
+    prop::collection::vec((prop::sample::select(&NAMES[..]), numbers), 0..80)
+}
+
 proptest! {
+    #[test]
+    fn statistics_equal_those_of_mms(walls in mazes(), commands in movements()) {
+        let size = walls.size();
+        let mut mouse = SimulatedMouse::new(size, Cell::new(0, 0), size.central_cells());
+        let (mut at, mut eighths, mut naive) = ((1, 1), 0, NaiveStats::default());
+        let cell = |(x, y): (i32, i32)| (x / 2, y / 2);
+        let goals: Vec<_> = size.central_cells().iter().map(|cell| (cell.x.into(), cell.y.into())).collect();
+        for (name, number) in commands {
+            let line = if name.starts_with("move") { format!("{name} {number}") } else { name.into() };
+            let command = Command::parse(line.as_bytes(), size).unwrap();
+            let Ok(_) = mouse.execute(command, &mut walls.clone());
+            if name == "ackReset" {
+                (at, eighths) = ((1, 1), 0);
+                naive.reset();
+            } else if let Some(turn) = name.strip_prefix("turn") {
+                let turn = match turn { "Right" => 2, "Right45" => 1, "Left" => 6, _ => 7 };
+                eighths = (eighths + turn) % 8;
+                naive.add([0., 0., 1.]);
+                naive.arrive(goals.contains(&cell(at)), cell(at) == (0, 0));
+            } else {
+                let requested = if name == "moveForward" { 2 * number } else { number };
+                let moved = free_half_steps(&walls, at, eighths, requested);
+                if moved > 0 {
+                    naive.move_forward(requested, cell(at) == (0, 0));
+                    let steps = i32::try_from(moved).unwrap();
+                    at = (at.0 + STEPS[eighths].0 * steps, at.1 + STEPS[eighths].1 * steps);
+                    naive.arrive(goals.contains(&cell(at)), cell(at) == (0, 0));
+                }
+            }
+            let replies = Stat::ALL.map(|stat| mouse.scores().stat(stat).to_string());
+            prop_assert_eq!(replies, naive.replies(), "{}", line);
+        }
+    }
+
     #[test]
     fn the_mouse_follows_the_rules(walls in mazes(), commands in commands()) {
         let size = walls.size();
@@ -120,7 +251,7 @@ proptest! {
         }
         #[expect(clippy::cast_precision_loss, reason = "the distances are small")]
         let distance = half_steps as f64 / 2.;
-        prop_assert!((mouse.scores().total().distance() - distance).abs() < 1e-9);
+        prop_assert!((mouse.scores_by(ScoreRules::Cells).total().distance() - distance).abs() < 1e-9);
         // The mouse has marked no walls, so its map is correct.
         for cell in size.cells() {
             for heading in Heading::ALL {

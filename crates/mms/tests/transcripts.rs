@@ -1,8 +1,8 @@
-//! Tests all commands with transcripts. Each line of a transcript is `command -> response`, or only
-//! `command` if mms does not respond to the command.
+//! Tests all commands with transcripts, whose statistics count cells. Each line of a transcript is
+//! `command -> response`, or only `command` if mms does not respond to the command.
 
 use mmsim_maze::Maze;
-use mmsim_mms::{Command, SimulatedMouse};
+use mmsim_mms::{Command, ScoreRules, SimulatedMouse};
 
 const MAZE: &str = "\
 o---o---o---o---o
@@ -36,7 +36,8 @@ struct Fixture {
 impl Fixture {
     fn new(maze: &str) -> Self {
         let maze: Maze = maze.parse().unwrap();
-        let mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals());
+        let mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals())
+            .with_score_rules(ScoreRules::Cells);
         Self { maze, mouse }
     }
 

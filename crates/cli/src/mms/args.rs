@@ -2,10 +2,14 @@
 
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
+use clap::builder::{PossibleValue, TypedValueParser};
+use mmsim_mms::ScoreRules;
 
-use crate::args::{KnownMazeArgs, ServerArgs};
+use crate::args::{KnownMazeArgs, ServerArgs, one_of};
+use crate::solve::args::parse_seconds;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -17,8 +21,8 @@ Examples:
                                                  use the maze of a running simulator
 
 Press Enter to press the reset button. The exit code is that of the mouse, or 128 plus the number of
-the signal that killed it; 1 if the mouse did not start, exceeded --limit or lost the simulator; 130
-after Ctrl-C.";
+the signal that killed it; 1 if the mouse did not start, exceeded --limit or --time-limit, or lost the
+simulator; 130 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
@@ -36,9 +40,15 @@ pub(crate) struct MmsArgs {
     /// Print a JSON object when the mouse exits
     #[arg(long, conflicts_with = "score")]
     pub(crate) json: bool,
-    /// Stop the mouse when its number of turns plus its effective distance exceeds N
+    /// Rules for the scores and for the replies to getStat
+    #[arg(long, value_name = "RULES", value_parser = score_rules(), default_value = "mms-1.2")]
+    pub(crate) scores: ScoreRules,
+    /// Stop the mouse when its number of turns plus its effective distance in cells exceeds N
     #[arg(long, value_name = "N")]
     pub(crate) limit: Option<u32>,
+    /// Stop the mouse after S seconds
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub(crate) time_limit: Option<Duration>,
     /// Wait MS milliseconds after each step and each turn
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pub(crate) pace: u64,
@@ -64,6 +74,15 @@ pub(crate) struct RemoteArgs {
     pub(crate) connect: Option<String>,
     #[command(flatten)]
     pub(crate) known: KnownMazeArgs,
+}
+
+fn score_rules() -> impl TypedValueParser<Value = ScoreRules> {
+    one_of(ScoreRules::ALL, |rules| {
+        PossibleValue::new(rules.name()).help(match rules {
+            ScoreRules::Mms12 => "Count half steps as mms 1.2 does, and count crashes in full",
+            ScoreRules::Cells => "Count the cells that the mouse has travelled",
+        })
+    })
 }
 
 impl MmsArgs {

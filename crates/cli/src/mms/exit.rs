@@ -1,13 +1,16 @@
 //! The result of a run: why the mouse exited, and its scores.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::process::ExitStatus;
+use std::time::Duration;
 
 use mmsim_client::RunError;
-use mmsim_mms::{GeneralFormat, SimulatedMouse, Stat, TravelStats};
+use mmsim_mms::{GeneralFormat, ScoreRules, Scores, SimulatedMouse, Stat, TravelStats};
 use serde::Serialize;
 
 use crate::interrupt::Interrupt;
+use crate::output::counted;
 
 /// A mouse that is not running.
 pub(crate) struct MouseExit {
@@ -23,6 +26,7 @@ pub(crate) struct MouseExit {
 pub(crate) enum ExitCause {
     Exited(ExitStatus),
     Limit(u32),
+    TimeLimit(Duration),
     Interrupted,
     LostSimulator(RunError),
     NotStarted(String),
@@ -39,6 +43,7 @@ impl MouseExit {
             }
             ExitCause::Interrupted => Interrupt::CODE,
             ExitCause::Limit(_)
+            | ExitCause::TimeLimit(_)
             | ExitCause::LostSimulator(_)
             | ExitCause::NotStarted(_)
             | ExitCause::Failed(_) => 1,
@@ -53,13 +58,20 @@ impl MouseExit {
                 None => format!("exited with code {}", self.code()),
             },
             ExitCause::Limit(limit) => format!("stopped: exceeded --limit {limit}"),
+            ExitCause::TimeLimit(limit) => {
+                format!("stopped: exceeded --time-limit {}", limit.as_secs_f64())
+            }
             ExitCause::Interrupted => "stopped by Ctrl-C".into(),
             ExitCause::NotStarted(_) => "not started".into(),
             ExitCause::LostSimulator(_) | ExitCause::Failed(_) => "stopped".into(),
         };
         let scores = self.mouse.scores();
         let goal = if scores.best_run().is_some() { "goal reached" } else { "goal not reached" };
-        format!("mouse {how}; {goal}, score {}", GeneralFormat(scores.score()))
+        let invalid = match self.refused {
+            0 => String::new(),
+            count => format!("; {}", counted(count, "invalid line")),
+        };
+        format!("mouse {how}; {goal}, score {}{invalid}", GeneralFormat(scores.score()))
     }
 
     /// Returns the scores that mms competitions use, one per line.
@@ -76,7 +88,6 @@ impl MouseExit {
     /// Returns the output of `mms --json`.
     pub(crate) fn report(&self) -> MouseReport {
         let scores = self.mouse.scores();
-        let (total, best) = (scores.total(), scores.best_run());
         let (exit_code, signal) = match &self.cause {
             ExitCause::Exited(status) => (status.code(), signal(*status)),
             _ => (None, None),
@@ -86,19 +97,17 @@ impl MouseExit {
             ExitCause::NotStarted(error) | ExitCause::Failed(error) => Some(error.clone()),
             _ => None,
         };
+        let by = |rules: ScoreRules| (rules.name(), ScoreReport::new(self.mouse.scores_by(rules)));
         MouseReport {
-            goal_reached: best.is_some(),
-            score: scores.score(),
-            best_run_distance: best.map(TravelStats::distance),
-            best_run_effective_distance: best.map(TravelStats::effective_distance),
-            best_run_turns: best.map(TravelStats::turns),
-            total_distance: total.distance(),
-            total_effective_distance: total.effective_distance(),
-            total_turns: total.turns(),
+            goal_reached: scores.best_run().is_some(),
+            scores: scores.rules().name(),
+            chosen: ScoreReport::new(scores),
+            scores_by: ScoreRules::ALL.map(by).into(),
             visited_cells: self.mouse.map().visited().len(),
             crashes: self.crashes,
             refused_lines: self.refused,
             limit_reached: matches!(self.cause, ExitCause::Limit(_)),
+            time_limit_reached: matches!(self.cause, ExitCause::TimeLimit(_)),
             exit_code,
             signal,
             error,
@@ -110,6 +119,24 @@ impl MouseExit {
 #[derive(Serialize)]
 pub(crate) struct MouseReport {
     goal_reached: bool,
+    /// The name of the chosen rules.
+    scores: &'static str,
+    #[serde(flatten)]
+    chosen: ScoreReport,
+    scores_by: BTreeMap<&'static str, ScoreReport>,
+    visited_cells: usize,
+    crashes: u64,
+    refused_lines: u64,
+    limit_reached: bool,
+    time_limit_reached: bool,
+    exit_code: Option<i32>,
+    signal: Option<i32>,
+    error: Option<String>,
+}
+
+/// The scores by some rules.
+#[derive(Serialize)]
+struct ScoreReport {
     score: f64,
     best_run_distance: Option<f64>,
     best_run_effective_distance: Option<f64>,
@@ -117,13 +144,21 @@ pub(crate) struct MouseReport {
     total_distance: f64,
     total_effective_distance: f64,
     total_turns: u64,
-    visited_cells: usize,
-    crashes: u64,
-    refused_lines: u64,
-    limit_reached: bool,
-    exit_code: Option<i32>,
-    signal: Option<i32>,
-    error: Option<String>,
+}
+
+impl ScoreReport {
+    fn new(scores: &Scores) -> Self {
+        let (total, best) = (scores.total(), scores.best_run());
+        Self {
+            score: scores.score(),
+            best_run_distance: best.map(TravelStats::distance),
+            best_run_effective_distance: best.map(TravelStats::effective_distance),
+            best_run_turns: best.map(TravelStats::turns),
+            total_distance: total.distance(),
+            total_effective_distance: total.effective_distance(),
+            total_turns: total.turns(),
+        }
+    }
 }
 
 /// Returns the signal that killed a process.

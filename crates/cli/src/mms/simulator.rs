@@ -7,14 +7,14 @@ use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState};
 use mmsim_mms::{Environment, SimulatedMouse};
 
 use super::exit::ExitCause;
-use crate::interrupt::Interrupt;
+use super::stop::Stop;
 
 /// A connection to a simulator. Each wall is requested only once.
 pub(crate) struct Simulator<'a, T> {
     exchange: Exchange<T>,
     /// The walls that the simulator has reported.
     reported: KnownMaze,
-    interrupt: &'a Interrupt,
+    stop: &'a Stop<'a>,
     pace: Duration,
     /// A copy of the mouse, made when its state was last sent.
     last: Option<SimulatedMouse>,
@@ -25,13 +25,13 @@ impl<'a, T: Transport> Simulator<'a, T> {
     pub(crate) fn new(
         transport: T,
         size: MazeSize,
-        interrupt: &'a Interrupt,
+        stop: &'a Stop<'a>,
         pace: Duration,
     ) -> Result<Self, RunError> {
         let mut exchange = Exchange::new(transport);
         exchange.reset()?;
         let reported = KnownMaze::new(size, Cell::new(0, 0), CellSet::EMPTY);
-        Ok(Self { exchange, reported, interrupt, pace, last: None })
+        Ok(Self { exchange, reported, stop, pace, last: None })
     }
 
     /// Sends the mouse's state if it has changed.
@@ -69,7 +69,7 @@ impl<T: Transport> Environment for Simulator<'_, T> {
 
     fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
         self.send(mouse)?;
-        if self.interrupt.wait_for(self.pace) { Err(ExitCause::Interrupted) } else { Ok(()) }
+        self.stop.wait(self.pace)
     }
 }
 

@@ -45,7 +45,8 @@ pub(crate) fn strategy_value(strategy: BundledStrategy) -> PossibleValue {
     PossibleValue::new(strategy.name()).help(strategy.about())
 }
 
-fn parse_seconds(text: &str) -> Result<Duration, String> {
+/// Parses a positive number of seconds.
+pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
     let seconds = seconds.filter(|seconds| !seconds.is_zero());
     seconds.ok_or_else(|| "expected a number of seconds greater than 0".into())

@@ -49,6 +49,30 @@ fn the_limit_stops_the_mouse() {
     assert_eq!(run(&home, &["small.txt", "--limit", "2"], within).unwrap().code, Some(0));
 }
 
+#[test]
+fn the_time_limit_stops_a_mouse_that_waits_or_loops() {
+    let home = Home::new();
+    home.write("small.txt", SMALL);
+    // The last mouse closes its output but does not exit.
+    let mice = [
+        ("time.sleep(600)", &["--time-limit", "0.5"][..]),
+        ("while True: ask('wallFront')", &["--time-limit", "0.5"]),
+        ("ask('turnLeft'), ask('turnLeft')", &["--time-limit", "0.5", "--pace", "600000"]),
+        ("os.close(1), time.sleep(600)", &["--time-limit", "0.5"]),
+    ];
+    for (mouse, options) in mice {
+        let options = [&["small.txt", "--json"], options].concat();
+        let Some(ended) = run(&home, &options, mouse) else { return };
+        assert_eq!(ended.code, Some(1), "{mouse}");
+        assert!(ended.stderr.contains("mouse stopped: exceeded --time-limit 0.5;"), "{ended:?}");
+        let report = ended.json();
+        let reached = (&report["time_limit_reached"], &report["limit_reached"]);
+        assert_eq!(reached, (&json!(true), &json!(false)), "{mouse}");
+    }
+    let ended = run(&home, &["small.txt", "--time-limit", "600", "--json"], "sys.exit(3)").unwrap();
+    assert_eq!((ended.code, &ended.json()["time_limit_reached"]), (Some(3), &json!(false)));
+}
+
 /// Returns true if this process exists and is not a zombie.
 #[cfg(target_os = "linux")]
 fn lives(id: &str) -> bool {

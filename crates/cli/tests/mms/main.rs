@@ -99,17 +99,18 @@ fn a_mouse_that_uses_mms_rs_reaches_the_goal() {
     let options = [&QUIET[..], &["--maze", "hedgerow", "--score", "--record", "seen"]].concat();
     let ended = home.run(&arguments(&options, &[mouse.to_str().unwrap()]));
     assert_eq!(ended.code, Some(0), "{ended:?}");
+    // The mouse moves cell by cell, and each cell counts as two half steps.
     insta::assert_snapshot!(ended.stdout, @"
-    score: 346.5
-    best-run-distance: 191
-    best-run-effective-distance: 191
+    score: 556.6
+    best-run-distance: 382
+    best-run-effective-distance: 382
     best-run-turns: 124
-    total-distance: 191
-    total-effective-distance: 191
+    total-distance: 382
+    total-effective-distance: 382
     total-turns: 124
     ");
     let messages = ended.stderr.lines().last();
-    assert_eq!(messages, Some("mouse exited with code 0; goal reached, score 346.5"));
+    assert_eq!(messages, Some("mouse exited with code 0; goal reached, score 556.6"));
     let recording = recording(&home.path().join("seen"));
     let poses = states(&recording, |state| state.pose());
     let size = MazeSize::CLASSIC;
@@ -168,12 +169,12 @@ for line, reply in [
     ('moveForwardHalf', 'ack'), ('moveForwardHalf 3', 'ack'), ('moveForward', 'crash'),
     ('turnRight', 'ack'), ('moveForward', 'ack'), ('moveForward 2', 'ack'), ('moveForward 0', 'crash'),
     ('wasReset', 'false'), ('ackReset', 'ack'), ('moveForward 9', 'crash'),
-    ('getStat total-distance', '7'), ('getStat total-turns', '7'),
-    ('getStat total-effective-distance', '22'),
-    ('getStat best-run-distance', '5'), ('getStat best-run-turns', '1'),
-    ('getStat best-run-effective-distance', '5'),
-    ('getStat current-run-distance', '2'), ('getStat current-run-turns', '0'),
-    ('getStat current-run-effective-distance', '17'), ('getStat score', '8.9'),
+    ('getStat total-distance', '28'), ('getStat total-turns', '7'),
+    ('getStat total-effective-distance', '33.5'),
+    ('getStat best-run-distance', '10'), ('getStat best-run-turns', '1'),
+    ('getStat best-run-effective-distance', '8.5'),
+    ('getStat current-run-distance', '18'), ('getStat current-run-turns', '0'),
+    ('getStat current-run-effective-distance', '25'), ('getStat score', '13.55'),
 ]:
     assert ask(line) == reply, line
 for line in [
@@ -188,8 +189,16 @@ for line in [
     };
     assert_eq!(ended.code, Some(0), "{ended:?}");
     assert!(!ended.stderr.contains("mms: line"), "{ended:?}");
-    let report = json!({
-        "goal_reached": true,
+    let by_mms = json!({
+        "score": 13.55,
+        "best_run_distance": 10.0,
+        "best_run_effective_distance": 8.5,
+        "best_run_turns": 1,
+        "total_distance": 28.0,
+        "total_effective_distance": 33.5,
+        "total_turns": 7,
+    });
+    let in_cells = json!({
         "score": 8.9,
         "best_run_distance": 5.0,
         "best_run_effective_distance": 5.0,
@@ -197,14 +206,21 @@ for line in [
         "total_distance": 7.0,
         "total_effective_distance": 22.0,
         "total_turns": 7,
+    });
+    let mut report = json!({
+        "goal_reached": true,
+        "scores": "mms-1.2",
+        "scores_by": { "mms-1.2": by_mms.clone(), "cells": in_cells },
         "visited_cells": 6,
         "crashes": 3,
         "refused_lines": 0,
         "limit_reached": false,
+        "time_limit_reached": false,
         "exit_code": 0,
         "signal": null,
         "error": null,
     });
+    report.as_object_mut().unwrap().extend(by_mms.as_object().unwrap().clone());
     assert_eq!(ended.json(), report);
     let recording = recording(&home.path().join("seen"));
     let last = states(&recording, |state| {
@@ -229,6 +245,30 @@ fn unknown_commands_are_reported_immediately() {
     // The mouse waits for a reply that never comes.
     let mut hanging = Serving::start(command, "mms: line 2: ");
     assert!(hanging.messages.ends_with("mms: line 2: unknown command \"moveForwrad\"\n"));
+    hanging.kill();
+    hanging.wait();
+}
+
+#[test]
+fn a_repeated_error_is_counted() {
+    let home = Home::new();
+    // In one piece, so that the mouse is never silent after an invalid line.
+    let mouse = "ask('hello\\nsetText 99 0 1\\n' * 1000 + 'mazeWidth')";
+    let Some(ended) = run(&home, &["--json"], mouse) else { return };
+    assert_eq!(ended.json()["refused_lines"], json!(2000));
+    let messages: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
+    assert_eq!(messages.len(), 2 * (5 + 1), "{messages:#?}");
+    let summary = ended.stderr.lines().last().unwrap();
+    assert!(summary.ends_with("goal not reached, score 2000; 2000 invalid lines"), "{summary}");
+}
+
+#[test]
+fn a_counted_line_is_reported_when_the_mouse_waits() {
+    let home = Home::new();
+    let mouse = "for i in range(10): say('debug %d' % i)\nask('moveForwrad')";
+    let Some(command) = command(&home, &QUIET, mouse) else { return };
+    let mut hanging = Serving::start(command, "mms: line 11: ");
+    assert!(hanging.messages.ends_with("mms: line 11: unknown command \"moveForwrad\"\n"));
     hanging.kill();
     hanging.wait();
 }
@@ -353,7 +393,9 @@ sys.exit(int(width))
     };
     let Some(ended) = connect(&["--goal", "server"]) else { return };
     assert_eq!(ended.code, Some(4), "{ended:?}");
-    assert!(ended.stdout.starts_with("score: 6.05\nbest-run-distance: 5\n"), "{ended:?}");
+    assert!(ended.stdout.starts_with("score: 8.8\nbest-run-distance: 10\n"), "{ended:?}");
+    let in_cells = connect(&["--goal", "server", "--scores", "cells"]).unwrap();
+    assert!(in_cells.stdout.starts_with("score: 6.05\nbest-run-distance: 5\n"), "{in_cells:?}");
     let configured = connect(&["--size", "4x3", "--goal", "2,2", "3,2"]).unwrap();
     assert_eq!((configured.code, &configured.stdout), (Some(4), &ended.stdout));
     // There is a state for the start, for each of five steps, and for a turn.

@@ -1,0 +1,164 @@
+//! Reports of invalid lines.
+
+use std::fmt;
+use std::mem;
+
+use mmsim_maze::MazeSize;
+use mmsim_mms::{Command, CommandError, excerpt};
+
+use super::child::{Line, MAX_LINE_BYTES};
+
+/// The number of lines of each kind that are reported.
+const REPORTED: u64 = 5;
+
+/// An invalid line.
+#[derive(Debug)]
+pub(crate) enum Refusal<'l> {
+    /// A line that is not a valid command.
+    Command(CommandError),
+    /// A line that exceeds the maximum length.
+    TooLong(&'l [u8]),
+    /// The last line of the output, without a newline.
+    Unfinished(&'l [u8]),
+}
+
+/// The number of the kinds that [`Refusal::kind`] returns.
+const KINDS: usize = 5;
+
+impl Refusal<'_> {
+    /// Parses the command in a line.
+    pub(crate) fn parse(line: &Line, size: MazeSize) -> Result<Command<'_>, Refusal<'_>> {
+        match line {
+            Line::Whole(line) => Command::parse(line, size).map_err(Refusal::Command),
+            Line::TooLong(start) => Err(Refusal::TooLong(start)),
+            Line::Unfinished(start) => Err(Refusal::Unfinished(start)),
+        }
+    }
+
+    /// Returns an index for the kind and what its lines are called.
+    const fn kind(&self) -> (usize, &'static str) {
+        match self {
+            Self::Command(CommandError::Arguments { .. }) => (0, "invalid arguments"),
+            Self::Command(CommandError::Outside { .. }) => (1, "cells outside the maze"),
+            Self::Command(_) => (2, "unknown commands"),
+            Self::TooLong(_) => (3, "overlong lines"),
+            Self::Unfinished(_) => (4, "incomplete lines"),
+        }
+    }
+}
+
+impl fmt::Display for Refusal<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Command(error) => error.fmt(f),
+            Self::TooLong(start) => {
+                let start = excerpt(start);
+                write!(
+                    f,
+                    "expected at most {MAX_LINE_BYTES} bytes, found a longer line that starts with {start}"
+                )
+            }
+            Self::Unfinished(start) => {
+                write!(f, "expected a newline, found the end of output after {}", excerpt(start))
+            }
+        }
+    }
+}
+
+/// Counts the invalid lines of a mouse and selects those to report: the first five of each kind,
+/// and the line after which a mouse falls silent.
+#[derive(Debug, Default)]
+pub(crate) struct Refusals {
+    counts: [u64; KINDS],
+    /// The report of the latest line, if that line is invalid and was not reported.
+    withheld: Option<String>,
+    /// True if a withheld report was returned. From then on, no report is withheld.
+    has_explained_silence: bool,
+}
+
+impl Refusals {
+    /// Returns the number of invalid lines.
+    pub(crate) fn total(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    /// Counts an invalid line and returns the message to print, if any.
+    pub(crate) fn add(&mut self, line: u64, refusal: &Refusal<'_>) -> Option<String> {
+        let (kind, name) = refusal.kind();
+        let count = self.counts.get_mut(kind)?;
+        *count += 1;
+        self.withheld = None;
+        if *count <= REPORTED {
+            return Some(format!("mms: line {line}: {refusal}"));
+        }
+        if !self.has_explained_silence {
+            self.withheld = Some(format!("mms: line {line}: {refusal}"));
+        }
+        (*count == REPORTED + 1).then(|| format!("mms: further {name} are counted but not shown"))
+    }
+
+    /// Notes that the latest line is valid.
+    pub(crate) fn accept(&mut self) {
+        self.withheld = None;
+    }
+
+    /// Returns true if the report of the latest line was withheld.
+    pub(crate) const fn has_withheld(&self) -> bool {
+        self.withheld.is_some()
+    }
+
+    /// Returns the report of the latest line if it was withheld, because the mouse may be waiting
+    /// for a reply to that line. After that, no more reports are withheld.
+    pub(crate) fn take_withheld(&mut self) -> Option<String> {
+        self.has_explained_silence |= self.has_withheld();
+        mem::take(&mut self.withheld)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn add(refusals: &mut Refusals, number: u64, line: &str) -> Option<String> {
+        let line = Line::Whole(line.into());
+        let refusal = Refusal::parse(&line, MazeSize::CLASSIC).unwrap_err();
+        refusals.add(number, &refusal)
+    }
+
+    #[test]
+    fn five_lines_of_each_kind_are_reported() {
+        let mut refusals = Refusals::default();
+        let mut messages = Vec::new();
+        for number in 1..=1000 {
+            messages.extend(add(&mut refusals, number, &format!("hello {number}")));
+        }
+        messages.extend(add(&mut refusals, 1001, "clearText 16 0"));
+        insta::assert_snapshot!(messages.join("\n"), @r#"
+        mms: line 1: unknown command "hello 1"
+        mms: line 2: unknown command "hello 2"
+        mms: line 3: unknown command "hello 3"
+        mms: line 4: unknown command "hello 4"
+        mms: line 5: unknown command "hello 5"
+        mms: further unknown commands are counted but not shown
+        mms: line 1001: expected a cell in a maze of 16x16 cells, found "clearText 16 0"
+        "#);
+        assert_eq!(refusals.total(), 1001);
+    }
+
+    #[test]
+    fn silence_is_explained_once() {
+        let mut refusals = Refusals::default();
+        for number in 1..=5 {
+            add(&mut refusals, number, "hello");
+            assert_eq!(refusals.take_withheld(), None, "the line was reported");
+        }
+        add(&mut refusals, 6, "hello");
+        refusals.accept();
+        assert_eq!(refusals.take_withheld(), None, "the latest line is valid");
+        add(&mut refusals, 8, "moveForwrad");
+        let explained = refusals.take_withheld();
+        assert_eq!(explained.as_deref(), Some("mms: line 8: unknown command \"moveForwrad\""));
+        add(&mut refusals, 9, "hello");
+        assert_eq!(refusals.take_withheld(), None);
+    }
+}

@@ -1,0 +1,153 @@
+//! The run of a mouse: reading its commands, answering them, and waiting for its exit.
+
+use std::sync::mpsc::RecvTimeoutError::{Disconnected, Timeout};
+use std::time::Duration;
+
+use mmsim_client::Transport;
+use mmsim_mms::{Command, Response, ScoreRules, SimulatedMouse, excerpt};
+
+use super::button::Button;
+use super::child::{Child, Line};
+use super::exit::{ExitCause, MouseExit};
+use super::refusals::{Refusal, Refusals};
+use super::simulator::Simulator;
+use super::stop::Stop;
+use crate::output::warn;
+
+/// The interval between checks for Ctrl-C while the mouse computes.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+
+/// The time after which a line that the mouse waits for is reported. Must be a multiple of
+/// [`POLL_INTERVAL`].
+const SILENCE_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// A running mouse.
+pub(crate) struct Session<'a, T> {
+    simulator: Simulator<'a, T>,
+    stop: &'a Stop<'a>,
+    button: Button,
+    mouse: SimulatedMouse,
+    limit: Option<u32>,
+    lines: u64,
+    crashes: u64,
+    refusals: Refusals,
+}
+
+impl<'a, T: Transport> Session<'a, T> {
+    pub(crate) fn new(
+        mouse: SimulatedMouse,
+        simulator: Simulator<'a, T>,
+        stop: &'a Stop<'a>,
+        limit: Option<u32>,
+    ) -> Self {
+        let button = Button::from_stdin();
+        let refusals = Refusals::default();
+        Self { simulator, stop, button, mouse, limit, lines: 0, crashes: 0, refusals }
+    }
+
+    /// Runs the mouse until it exits or is stopped.
+    pub(crate) fn run(mut self, child: Result<Child, String>) -> MouseExit {
+        let cause = match child {
+            Ok(child) => self.serve(child).unwrap_or_else(|cause| cause),
+            Err(error) => ExitCause::NotStarted(error),
+        };
+        let Self { mouse, crashes, refusals, .. } = self;
+        MouseExit { mouse, cause, crashes, refused: refusals.total() }
+    }
+
+    fn serve(&mut self, mut child: Child) -> Result<ExitCause, ExitCause> {
+        self.simulator.update(&self.mouse)?;
+        self.answer_all(&mut child)?;
+        child.end_replies();
+        // The mouse may have set markers after the last state was sent.
+        self.simulator.update(&self.mouse)?;
+        self.wait_for_exit(&mut child)
+    }
+
+    /// Answers the mouse's commands until its output ends.
+    fn answer_all(&mut self, child: &mut Child) -> Result<(), ExitCause> {
+        let mut silence = Duration::ZERO;
+        loop {
+            self.stop.check()?;
+            match child.next_line(POLL_INTERVAL) {
+                Ok(line) => {
+                    self.answer(&line, child)?;
+                    silence = Duration::ZERO;
+                }
+                // A process that the mouse has started may keep the pipe open after the mouse
+                // exits.
+                Err(Timeout) if child.status().is_ok_and(|status| status.is_some()) => {
+                    return Ok(());
+                }
+                Err(Timeout) => {
+                    let incomplete = child.incomplete_line();
+                    let may_wait = !incomplete.is_empty() || self.refusals.has_withheld();
+                    silence = if may_wait { silence + POLL_INTERVAL } else { Duration::ZERO };
+                    if silence == SILENCE_TIMEOUT {
+                        self.explain_silence(&incomplete);
+                    }
+                }
+                Err(Disconnected) => return Ok(()),
+            }
+        }
+    }
+
+    /// Reports an incomplete or invalid line, because the mouse may be waiting for a reply to it.
+    fn explain_silence(&mut self, incomplete: &[u8]) {
+        if !incomplete.is_empty() {
+            let (line, start) = (self.lines + 1, excerpt(incomplete));
+            warn(format_args!("mms: line {line}: waiting for a newline after {start}"));
+        } else if let Some(report) = self.refusals.take_withheld() {
+            warn(report);
+        }
+    }
+
+    fn answer(&mut self, line: &Line, child: &Child) -> Result<(), ExitCause> {
+        self.lines += 1;
+        if matches!(line, Line::Whole(line) if line.trim_ascii().is_empty()) {
+            return Ok(());
+        }
+        if self.button.was_pressed() {
+            self.mouse.press_reset();
+        }
+        match Refusal::parse(line, self.mouse.map().size()) {
+            Ok(command) => {
+                self.refusals.accept();
+                let reply = self.execute(command)?;
+                reply.map_or(Ok(()), |reply| child.reply(reply)).map_err(ExitCause::Failed)
+            }
+            Err(refusal) => {
+                if let Some(message) = self.refusals.add(self.lines, &refusal) {
+                    warn(message);
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn execute(&mut self, command: Command<'_>) -> Result<Option<Response>, ExitCause> {
+        let is_movement = matches!(command, Command::Forward { .. } | Command::Turn { .. });
+        let reply = self.mouse.execute(command, &mut self.simulator)?;
+        self.crashes += u64::from(reply == Some(Response::Crash));
+        // The limit counts what the mouse does, so it does not depend on the rules for scores.
+        let cost = self.mouse.scores_by(ScoreRules::Cells).total().cost();
+        match self.limit {
+            Some(limit) if is_movement && cost > limit.into() => Err(ExitCause::Limit(limit)),
+            _ => Ok(reply),
+        }
+    }
+
+    fn wait_for_exit(&self, child: &mut Child) -> Result<ExitCause, ExitCause> {
+        let mut interval = Duration::from_millis(1);
+        loop {
+            let status = child.status();
+            // Ctrl-C may have reached both processes.
+            self.stop.wait(if matches!(status, Ok(None)) { interval } else { Duration::ZERO })?;
+            match status {
+                Ok(Some(status)) => return Ok(ExitCause::Exited(status)),
+                Ok(None) => interval = POLL_INTERVAL.min(2 * interval),
+                Err(error) => return Err(ExitCause::Failed(error.to_string())),
+            }
+        }
+    }
+}
