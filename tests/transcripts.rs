@@ -9,32 +9,16 @@ use mmsim_client::{InMemory, search_run};
 use mmsim_maze::Maze;
 use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse};
-use mmsim_tests::{ask, classic_map, connect, json_lines, serve, shared, stop};
-use serde::{Deserialize, Deserializer};
+use mmsim_tests::{Exchange, ask, classic_map, connect, json_lines, serve, shared, stop};
 
 const MAZES: [&str; 2] = ["alljapan-045-2024-exp-fin", "apec2018"];
-
-#[derive(Deserialize)]
-struct RecordedExchange {
-    #[serde(deserialize_with = "from_hex")]
-    req: Vec<u8>,
-    #[serde(deserialize_with = "from_hex")]
-    rep: Vec<u8>,
-}
-
-fn from_hex<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
-    let digits = String::deserialize(deserializer)?;
-    let byte = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16);
-    let bytes = (0..digits.len()).step_by(2).map(byte).collect::<Result<_, _>>();
-    bytes.map_err(serde::de::Error::custom)
-}
 
 fn maze(shared: &Path, name: &str) -> Maze {
     mmsim_formats::read_maze(&shared.join("mazes/classic").join(name).with_extension("txt"))
         .unwrap()
 }
 
-fn transcript(shared: &Path, client: &str, maze: &str) -> Vec<RecordedExchange> {
+fn transcript(shared: &Path, client: &str, maze: &str) -> Vec<Exchange> {
     json_lines(&shared.join("transcripts").join(format!("{client}.{maze}.jsonl")))
 }
 
@@ -46,7 +30,7 @@ fn the_server_replies_like_the_reference_server() {
             let server = serve(maze(&shared, name));
             let socket = connect(&server, zmq::REQ);
             let mut states = Vec::new();
-            for (n, RecordedExchange { req, rep }) in
+            for (n, Exchange { req, rep }) in
                 transcript(&shared, client, name).into_iter().enumerate()
             {
                 assert_eq!(ask(&socket, &req), rep, "{client} on {name}, request {n}");

@@ -3,7 +3,7 @@
 use std::io::{self, Read};
 
 use mmsim_protocol::Request;
-use mmsim_recording::{Integrity, ReadError, Recording};
+use mmsim_recording::{Block, Integrity, ReadError, Recording};
 
 /// The number of magic bytes before the first record.
 const MAGIC_BYTES: usize = mcap::MAGIC.len();
@@ -75,6 +75,11 @@ fn check(result: &Result<Recording, ReadError>, length: usize) {
     for state in recording.history().iter() {
         assert!(matches!(Request::decode(&state, size), Ok(Request::State(_))));
     }
+    for block in 0..states.div_ceil(Block::STATES) {
+        let newest = states.min((block + 1) * Block::STATES) - 1;
+        let block = recording.history().block(block).and_then(Block::unpack);
+        assert!(block.is_some_and(|block| block.context(newest).is_some()), "state {newest}");
+    }
     match recording.integrity() {
         Integrity::Closed => {}
         &Integrity::Truncated { intact, length: found } => {
@@ -94,6 +99,10 @@ fn check_alike(recording: &Recording, other: &Recording) {
     assert_eq!(recording.maze(), other.maze());
     assert!(recording.times().iter().eq(other.times().iter()));
     assert!(recording.history().iter().eq(other.history().iter()));
+    let newest = |recording: &Recording| {
+        recording.history().len().checked_sub(1).and_then(|index| recording.history().context(index))
+    };
+    assert_eq!(newest(recording), newest(other));
 }
 
 /// A reader that returns at most seven bytes per read.

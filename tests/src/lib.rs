@@ -13,6 +13,7 @@ use mmsim_maze::{KnownMaze, Maze, Pose, Unknown};
 use mmsim_protocol::{Cell, Heading};
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::Distances;
+use serde::{Deserialize, Deserializer};
 
 pub use malformed::{good_state, malformed_requests};
 pub use wait::{
@@ -44,6 +45,24 @@ pub fn bundled_mazes() -> PathBuf {
 pub fn json_lines<T: serde::de::DeserializeOwned>(path: &Path) -> Vec<T> {
     let text = fs::read_to_string(path).unwrap();
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// A line of a transcript: a request and its reply.
+#[derive(Deserialize)]
+pub struct Exchange {
+    /// The request.
+    #[serde(deserialize_with = "from_hex")]
+    pub req: Vec<u8>,
+    /// The reply.
+    #[serde(deserialize_with = "from_hex")]
+    pub rep: Vec<u8>,
+}
+
+fn from_hex<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
+    let digits = String::deserialize(deserializer)?;
+    let byte = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16);
+    let bytes = (0..digits.len()).step_by(2).map(byte).collect::<Result<_, _>>();
+    bytes.map_err(serde::de::Error::custom)
 }
 
 /// Returns the map and start pose of a mouse in an unknown 16×16 maze with the goal in the centre.

@@ -172,6 +172,33 @@ impl KnownMaze {
         self.possible.set(cell, heading, wall != WallState::Absent);
     }
 
+    /// Makes each wall unknown whose position is not marked by a wall in `observed`. Visited cells
+    /// stay visited.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, WallState, Walls};
+    /// let (size, corner) = (MazeSize::CLASSIC, Cell::new(0, 0));
+    /// let mut map = KnownMaze::new(size, corner, size.central_cells());
+    /// map.set_wall(corner, Heading::North, WallState::Absent);
+    /// map.set_wall(corner, Heading::East, WallState::Absent);
+    /// let mut observed = Walls::open(size);
+    /// observed.set(corner, Heading::East, true);
+    /// map.forget_unobserved(&observed);
+    /// assert_eq!(map.wall(corner, Heading::North), WallState::Unknown);
+    /// assert_eq!(map.wall(corner, Heading::East), WallState::Absent);
+    /// ```
+    pub fn forget_unobserved(&mut self, observed: &Walls) {
+        self.certain = self.certain.combine(observed, |certain, observed| certain & observed);
+        self.possible = self.possible.combine(observed, |possible, observed| possible | !observed);
+    }
+
+    /// Makes each wall unknown that differs from the true maze. The shortest path is then at least
+    /// as long as the optimistic distance, and at most as long as the pessimistic distance.
+    pub fn forget_errors(&mut self, truth: &Walls) {
+        self.certain = self.certain.combine(truth, |certain, truth| certain & truth);
+        self.possible = self.possible.combine(truth, |possible, truth| possible | truth);
+    }
+
     /// Marks `cell` as visited if it is inside the maze.
     pub fn visit(&mut self, cell: Cell) {
         if self.size().contains(cell) {
@@ -308,6 +335,34 @@ mod tests {
         assert_eq!(map, self::map());
         map.visit(middle);
         assert!(map.visited().contains(middle));
+    }
+
+    #[test]
+    fn only_observed_and_correct_walls_stay_known() {
+        use WallState::{Absent, Present, Unknown};
+        let (cell, heading) = (Cell::new(1, 1), Heading::West);
+        for observed in [false, true] {
+            for truth in [false, true] {
+                for claim in [Absent, Present, Unknown] {
+                    let mut walls = Walls::open(map().size());
+                    let mut map = map();
+                    map.visit(cell);
+                    map.set_wall(cell, heading, claim);
+                    let mut kept = map.clone();
+                    walls.set(cell, heading, observed);
+                    kept.forget_unobserved(&walls);
+                    assert_eq!(kept.wall(cell, heading), if observed { claim } else { Unknown });
+                    walls.set(cell, heading, truth);
+                    map.forget_errors(&walls);
+                    let is_correct = (claim == Present) == truth;
+                    assert_eq!(map.wall(cell, heading), if is_correct { claim } else { Unknown });
+                    for map in [map, kept] {
+                        assert_eq!(map.wall(Cell::new(0, 0), Heading::South), Present);
+                        assert!(map.visited().contains(cell));
+                    }
+                }
+            }
+        }
     }
 
     #[test]

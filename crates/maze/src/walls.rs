@@ -134,6 +134,14 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
+    /// Combines the bits of two mazes of the same size. Outer walls stay present.
+    pub(crate) fn combine(&self, other: &Self, bits: impl Fn(u32, u32) -> u32) -> Self {
+        let rows = |one: &[u32; SIDE], other: &[u32; SIDE]| {
+            core::array::from_fn(|y| bits(one[y], other[y]))
+        };
+        Self::from_rows(self.size, rows(&self.north, &other.north), rows(&self.east, &other.east))
+    }
+
     /// Returns the neighbours of `cell` on the sides without a wall, in the order north, east,
     /// south, west.
     pub fn open_neighbours(&self, cell: Cell) -> impl Iterator<Item = Cell> + '_ {

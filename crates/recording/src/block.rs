@@ -2,10 +2,12 @@
 
 use mmsim_maze::MazeSize;
 use mmsim_protocol::{StateMessage, state_bytes};
-use zstd::bulk::Decompressor;
 
-use crate::memory::reserve;
+use crate::compressor::decompress;
+use crate::context::Context;
+use crate::context_log::ContextBlock;
 use crate::motion_count::MotionCount;
+use crate::update::StoredUpdate;
 
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
 #[derive(Clone, Debug)]
@@ -23,6 +25,8 @@ pub struct States {
     pub(crate) motion: MotionCount,
     pub(crate) size: MazeSize,
     pub(crate) bytes: Vec<u8>,
+    /// The contexts of the states, which are compressed if the states belong to a [`Block`].
+    pub(crate) contexts: ContextBlock,
 }
 
 impl Block {
@@ -32,13 +36,10 @@ impl Block {
     /// Decompresses the states. Returns `None` if memory runs out.
     pub fn unpack(self) -> Option<States> {
         let Self { states, packed } = self;
-        if !packed {
-            return Some(states);
-        }
-        let mut bytes = Vec::new();
-        reserve(&mut bytes, Self::STATES * state_bytes(states.size)).ok()?;
-        Decompressor::new().ok()?.decompress_to_buffer(&states.bytes, &mut bytes).ok()?;
-        Some(States { bytes, ..states })
+        let length =
+            if packed { Self::STATES * state_bytes(states.size) } else { states.bytes.len() };
+        let bytes = decompress(states.bytes, length).ok()?;
+        Some(States { bytes, contexts: states.contexts.unpack().ok()?, ..states })
     }
 }
 
@@ -74,6 +75,25 @@ impl States {
         let end = start.saturating_add(count.saturating_mul(length));
         let end = end.min(self.bytes.len());
         self.bytes.get(start..end).unwrap_or_default()
+    }
+
+    /// Returns the context of the state with this index.
+    pub fn context(&self, index: usize) -> Option<Context> {
+        let last = index - self.get(index).map(|_| self.first)?;
+        let (mut context, mut updates) = (self.contexts.first(self.size)?, self.contexts.updates());
+        for at in 0..=last {
+            let pose = self.message(self.first + at).and_then(|state| state.pose().ok());
+            let update = StoredUpdate::decode(updates.seek(at), self.size).ok()?;
+            context.apply(pose, &update);
+        }
+        Some(context)
+    }
+
+    /// Returns the update of the state with this index as bytes, for [`save`](crate::save). The
+    /// bytes are empty for most states.
+    pub fn update(&self, index: usize) -> Option<&[u8]> {
+        let at = index - self.get(index).map(|_| self.first)?;
+        Some(self.contexts.updates().seek(at))
     }
 
     /// Returns the motion from the first state of the history to the state with this index.

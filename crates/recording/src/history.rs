@@ -1,19 +1,19 @@
 //! Keeps every state of a search in memory.
 
-use std::fmt;
+use std::{fmt, mem};
 
 use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::{StateMessage, state_bytes};
-use zstd::bulk::{Compressor, Decompressor};
+use zstd::bulk::Decompressor;
 
 use crate::block::{Block, States};
+use crate::compressor::BlockCompressor;
+use crate::context::Context;
+use crate::context_log::ContextLog;
 use crate::memory::{OutOfMemory, reserve};
 use crate::motion_count::MotionCount;
 use crate::slabs::Slabs;
-
-/// The zstd compression level of blocks. With level 1, states of real searches take about 10 bytes
-/// each. Higher levels are slower and do not save memory.
-const LEVEL: i32 = 1;
+use crate::update::Update;
 
 /// Every state since the last reset, stored as the bytes of its message.
 ///
@@ -40,8 +40,10 @@ pub struct History {
     packed: Slabs,
     /// The newest states, which are not compressed.
     open: Vec<u8>,
-    /// The compressor and its output buffer, which are created when the first block is compressed.
-    packer: Option<(Compressor<'static>, Vec<u8>)>,
+    compressor: BlockCompressor,
+    pub(crate) contexts: ContextLog,
+    /// The update of the state that is being added.
+    update: Vec<u8>,
     /// The motion from the first state of the history to the first state of each block.
     motions: Vec<MotionCount>,
     newest: Newest,
@@ -105,7 +107,9 @@ impl History {
             limit,
             packed: Slabs::default(),
             open: Vec::new(),
-            packer: None,
+            compressor: BlockCompressor::default(),
+            contexts: ContextLog::new(size),
+            update: Vec::new(),
             motions: Vec::new(),
             newest: Newest::default(),
             previous: Newest::default(),
@@ -124,7 +128,8 @@ impl History {
 
     /// Returns the memory that the states use, in bytes.
     pub const fn bytes(&self) -> usize {
-        self.packed.bytes + self.open.len() + self.motions.len() * size_of::<MotionCount>()
+        let motions = self.motions.len() * size_of::<MotionCount>();
+        self.packed.bytes + self.open.len() + motions + self.contexts.bytes()
     }
 
     /// Returns the memory limit in bytes.
@@ -132,12 +137,20 @@ impl History {
         self.limit
     }
 
-    /// Appends a state.
+    /// Appends a state whose client has read the walls around its pose.
+    ///
+    /// # Errors
+    /// See [`push_after`](Self::push_after).
+    pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
+        self.push_after(Update::default(), state)
+    }
+
+    /// Appends a state and the update that precedes it.
     ///
     /// # Errors
     /// Returns an error if the message has the wrong length for the size of the maze, or if there
     /// is not enough memory for another state. On error, the states in the history stay the same.
-    pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
+    pub fn push_after(&mut self, update: Update<'_>, state: &[u8]) -> Result<(), PushError> {
         let (expected, found) = (state_bytes(self.size), state.len());
         if found != expected {
             return Err(PushError::Length { expected, found });
@@ -147,17 +160,24 @@ impl History {
         if self.open.len() == self.block_bytes() {
             self.pack().map_err(out_of_memory)?;
         }
+        let pose = StateMessage::new(state, self.size).and_then(|state| state.pose()).ok();
+        self.contexts.encode(pose, update, &mut self.update).map_err(out_of_memory)?;
         let starts_block = self.open.is_empty();
         let bytes = if starts_block { size_of::<MotionCount>() } else { 0 } + state.len();
+        let bytes = bytes + self.contexts.push_bytes(starts_block, &self.update);
         if self.bytes().saturating_add(bytes) > self.limit {
             return Err(PushError::Full { limit: self.limit, states });
         }
         let room = self.block_bytes() - self.open.len();
         reserve(&mut self.open, room).map_err(out_of_memory)?;
         reserve(&mut self.motions, 1).map_err(out_of_memory)?;
+        if starts_block {
+            let block = self.packed.len();
+            self.contexts.begin_block(block, &mut self.compressor).map_err(out_of_memory)?;
+        }
+        self.contexts.push(states % Block::STATES, pose, &self.update).map_err(out_of_memory)?;
         self.open.extend_from_slice(state);
         self.previous = self.newest;
-        let pose = StateMessage::new(state, self.size).and_then(|state| state.pose()).ok();
         if let (Some(before), Some(after)) = (self.newest.pose, pose) {
             self.newest.motion.add(before, after);
         }
@@ -173,6 +193,7 @@ impl History {
     pub fn undo_push(&mut self) {
         self.open.truncate(self.open.len().saturating_sub(state_bytes(self.size)));
         self.motions.truncate(self.len().div_ceil(Block::STATES));
+        self.contexts.undo_push();
         self.newest = self.previous;
     }
 
@@ -187,11 +208,26 @@ impl History {
     /// any thread. Returns `None` if the block does not exist or memory runs out.
     pub fn block(&self, index: usize) -> Option<Block> {
         let (states, packed) = self.stored(index)?;
+        let contexts = self.contexts.block(index, index == self.packed.len()).ok()?;
         let mut copy = Vec::new();
         reserve(&mut copy, states.len()).ok()?;
         copy.extend_from_slice(states);
         let (first, motion) = (index * Block::STATES, *self.motions.get(index)?);
-        Some(Block { states: States { first, motion, size: self.size, bytes: copy }, packed })
+        let size = self.size;
+        Some(Block { states: States { first, motion, size, bytes: copy, contexts }, packed })
+    }
+
+    /// Returns the context of the state with this index. To read the contexts of many states, use
+    /// [`block`](Self::block).
+    pub fn context(&self, index: usize) -> Option<Context> {
+        self.block(index / Block::STATES)?.unpack()?.context(index)
+    }
+
+    /// Returns the update of the newest state as bytes, for
+    /// [`RecordingWriter::write_after`](crate::RecordingWriter::write_after). The bytes are empty
+    /// for most states.
+    pub fn newest_update(&self) -> &[u8] {
+        self.contexts.newest()
     }
 
     /// Returns a reader that is efficient for many states. If states are read in order, each block
@@ -208,8 +244,8 @@ impl History {
 
     /// Removes all states and frees their memory.
     pub fn clear(&mut self) {
-        let packer = self.packer.take();
-        *self = Self { packer, ..Self::with_limit(self.size, self.limit) };
+        let compressor = mem::take(&mut self.compressor);
+        *self = Self { compressor, ..Self::with_limit(self.size, self.limit) };
     }
 
     /// Returns the bytes of the block with this index, and true if they are compressed.
@@ -230,9 +266,8 @@ impl History {
     /// Compresses the states in `open` into a block. If compression fails or saves no memory, the
     /// block is stored uncompressed.
     fn pack(&mut self) -> Result<(), OutOfMemory> {
-        let packed = compress(&mut self.packer, &self.open);
-        let packed = packed.filter(|packed| packed.len() < self.open.len());
-        self.packed.push(packed.unwrap_or(&self.open))?;
+        self.contexts.end_block(self.packed.len(), &mut self.compressor)?;
+        self.packed.push(self.compressor.compress(&self.open))?;
         self.open.clear();
         Ok(())
     }
@@ -243,20 +278,6 @@ impl fmt::Debug for History {
         let (states, bytes) = (self.len(), self.bytes());
         f.debug_struct("History").field("states", &states).field("bytes", &bytes).finish()
     }
-}
-
-fn compress<'p>(
-    packer: &'p mut Option<(Compressor<'static>, Vec<u8>)>,
-    block: &[u8],
-) -> Option<&'p [u8]> {
-    if packer.is_none() {
-        let mut buffer = Vec::new();
-        reserve(&mut buffer, zstd::zstd_safe::compress_bound(block.len())).ok()?;
-        *packer = Some((Compressor::new(LEVEL).ok()?, buffer));
-    }
-    let (compressor, buffer) = packer.as_mut()?;
-    compressor.compress_to_buffer(block, buffer).ok()?;
-    Some(buffer)
 }
 
 /// Reads states from a history and caches one decompressed block.

@@ -16,6 +16,10 @@ pub(crate) const MAZE: &str = "maze";
 /// The topic and message encoding of the channel for states. Each message holds one state.
 pub(crate) const STATES: [&str; 2] = ["/state", "mmsim-state"];
 
+/// The topic and message encoding of the channel for updates. Each message holds the update of the
+/// next state. States whose update is empty have no message in this channel.
+pub(crate) const UPDATES: [&str; 2] = ["/update", "mmsim-update"];
+
 /// The topic and message encoding of the channel whose only message is the true maze as text.
 ///
 /// Recordings made by clients lack this channel, because clients do not know the true maze. The

@@ -12,6 +12,9 @@
 
 mod block;
 mod chunk;
+mod compressor;
+mod context;
+mod context_log;
 mod error;
 mod history;
 mod layout;
@@ -19,24 +22,29 @@ mod memory;
 mod motion_count;
 mod pack;
 mod reader;
+mod readings;
 mod recorder;
 mod recording;
 mod save;
 mod sink;
 mod slabs;
 mod times;
+mod update;
 mod writer;
 
 pub use block::{Block, States};
+pub use context::{Context, UpdateEncoder};
 pub use error::{OpenError, ReadError, RecordError};
 pub use history::{History, HistoryReader, PushError};
 pub use memory::{MemoryBudget, OutOfMemory, free_within_limits};
 pub use motion_count::MotionCount;
 pub use reader::Integrity;
+pub use readings::ReadingTracker;
 pub use recorder::Recorder;
 pub use recording::Recording;
 pub use save::save;
 pub use times::{Clock, Times};
+pub use update::{Readings, Update};
 pub use writer::RecordingWriter;
 
 /// Compiles and runs the code in the README of this crate.

@@ -18,7 +18,7 @@ use tempfile::{Builder, NamedTempFile};
 use tracing::debug;
 
 use crate::memory;
-use crate::reader::{Description, Integrity, read_states};
+use crate::reader::{Description, Integrity, RecordedState, read_states};
 use crate::save::{RecordWriter, compressed};
 use crate::sink::{Identity, identity};
 
@@ -103,14 +103,14 @@ impl Unpacked {
         // The lock keeps another server that starts in this folder from removing the file.
         target.as_file().try_lock()?;
         let mut writer = None;
-        let read = read_states(original, |description, state, time| {
+        let read = read_states(original, |description, RecordedState { time, update, state }| {
             packing.check()?;
             if writer.is_none() {
                 let Description { info, maze, .. } = description;
                 let to = BufWriter::new(target.as_file());
                 writer = Some(RecordWriter::new(compressed(), to, info, maze.as_ref(), time)?);
             }
-            Ok(writer.as_mut().map_or(Ok(()), |writer| writer.write(time, state))?)
+            Ok(writer.as_mut().map_or(Ok(()), |writer| writer.write(time, update, state))?)
         });
         let (_, integrity) = read.map_err(io::Error::other)?;
         let found = writer.as_ref().map_or(0, |writer| writer.states);
@@ -238,7 +238,8 @@ mod tests {
         let (path, maze) = (folder.join("a.mcap"), open_maze(MazeSize::CLASSIC));
         let mut writer = RecordingWriter::create(&path, &info(&maze), Some(&maze)).unwrap();
         for number in 0..states {
-            writer.write(&state(number)).unwrap();
+            let update: &[u8] = if number % 100 == 7 { b"N" } else { b"" };
+            writer.write_after(update, &state(number)).unwrap();
         }
         let (unpacked, closed) = writer.close_unpacked();
         closed.unwrap();
@@ -263,6 +264,9 @@ mod tests {
         assert_eq!((after.info(), after.maze()), (before.0.info(), before.0.maze()));
         assert!(after.history().iter().eq((0..5000).map(state)));
         assert!(after.times().iter().eq(before.0.times().iter()));
+        for index in (0..5000).step_by(49) {
+            assert_eq!(after.history().context(index), before.0.history().context(index));
+        }
         assert_eq!(after.maze(), Some(&open_maze(MazeSize::CLASSIC)));
         assert_eq!(*after.integrity(), Integrity::Closed);
         let metadata = fs::metadata(&unpacked.path).unwrap();
@@ -282,7 +286,7 @@ mod tests {
         // Readers that find only one of the two kinds of index show nothing.
         assert!(summary.chunk_indexes.is_empty());
         let statistics = summary.stats.unwrap();
-        assert_eq!((statistics.message_count, statistics.chunk_count), (5001, 3));
+        assert_eq!((statistics.message_count, statistics.chunk_count), (5051, 3));
         let mut states = 0;
         for message in mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap) {
             match &*message.channel.topic {
@@ -290,6 +294,10 @@ mod tests {
                     assert_eq!(*message.data, state(states));
                     assert_eq!(message.sequence, states);
                     states += 1;
+                }
+                "/update" => {
+                    assert_eq!((&*message.data, message.sequence), (&b"N"[..], states));
+                    assert_eq!(states % 100, 7);
                 }
                 topic => assert_eq!((topic, states), ("/maze", 0)),
             }
@@ -307,7 +315,7 @@ mod tests {
         state[5 + size.area()] = b'F';
         let (info, count) = (info(&open_maze(size)), 20_000_u64);
         let mut file = io::Cursor::new(Vec::new());
-        let states = (0..count).map(|number| (1 << 60 | number << 14, &state));
+        let states = (0..count).map(|number| (1 << 60 | number << 14, [], &state));
         save(&mut file, &info, None, states).unwrap();
         let bytes = file.into_inner().len() as u64;
         let unpacked = count * (state.len() as u64 + 31);

@@ -12,8 +12,9 @@ use mmsim_protocol::{Info, Request};
 
 use crate::chunk;
 use crate::error::ReadError;
-use crate::layout::{INFO, MAZE, MAZES, METADATA, STATES};
+use crate::layout::{INFO, MAZE, MAZES, METADATA, STATES, UPDATES};
 use crate::memory;
+use crate::update::StoredUpdate;
 
 /// The maximum length of a record in bytes, both before and after decompression. A state takes at
 /// most 2,085 bytes and a maze less than 10,000 bytes, but a chunk written by another tool can take
@@ -70,13 +71,23 @@ pub(crate) struct Description {
     pub(crate) maze: Option<Maze>,
 }
 
+/// A state in a recording.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RecordedState<'a> {
+    /// The time in nanoseconds since 1970 (UTC).
+    pub(crate) time: u64,
+    /// The valid bytes of the update before the state.
+    pub(crate) update: &'a [u8],
+    /// The valid bytes of the state.
+    pub(crate) state: &'a [u8],
+}
+
 /// Reads a recording up to its last intact record.
 ///
-/// Calls `on_state` with each state and its time in nanoseconds since 1970 (UTC). Stops at the
-/// first error from `on_state` and returns it.
+/// Calls `on_state` with each state. Stops at the first error from `on_state` and returns it.
 pub(crate) fn read_states(
     source: impl Read,
-    on_state: impl FnMut(&Description, &[u8], u64) -> Result<(), ReadError>,
+    on_state: impl FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>,
 ) -> Result<(Description, Integrity), ReadError> {
     let options = LinearReaderOptions::default()
         .with_record_length_limit(MAX_CHUNK_BYTES)
@@ -89,6 +100,8 @@ pub(crate) fn read_states(
         description: None,
         states: BTreeSet::new(),
         mazes: BTreeSet::new(),
+        updates: BTreeSet::new(),
+        update: Vec::new(),
         unpacked: 0,
         read: 0,
         on_state,
@@ -139,6 +152,10 @@ struct Records<F> {
     states: BTreeSet<u16>,
     /// The identifiers of the channels for the maze.
     mazes: BTreeSet<u16>,
+    /// The identifiers of the channels for updates.
+    updates: BTreeSet<u16>,
+    /// The update of the next state.
+    update: Vec<u8>,
     /// The number of bytes decompressed from chunks.
     unpacked: u64,
     /// The number of bytes read from the file.
@@ -146,7 +163,7 @@ struct Records<F> {
     on_state: F,
 }
 
-impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
+impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records<F> {
     /// Processes a record of any kind. The inner error is the reason why the record is invalid.
     fn add(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
         if opcode != op::CHUNK {
@@ -195,6 +212,7 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
                 match [&*channel.topic, &*channel.message_encoding] {
                     STATES => self.states.insert(channel.id),
                     MAZES => self.mazes.insert(channel.id),
+                    UPDATES => self.updates.insert(channel.id),
                     _ => false,
                 };
             }
@@ -206,11 +224,22 @@ impl<F: FnMut(&Description, &[u8], u64) -> Result<(), ReadError>> Records<F> {
                 description.maze = Some(read_maze(&data, description.size)?);
             }
             (Ok(Record::Message { header, data }), Some(description))
+                if self.updates.contains(&header.channel_id) =>
+            {
+                if let Err(reason) = StoredUpdate::decode(&data, description.size) {
+                    return Ok(Err(reason));
+                }
+                self.update.clear();
+                self.update.extend_from_slice(&data);
+            }
+            (Ok(Record::Message { header, data }), Some(description))
                 if self.states.contains(&header.channel_id) =>
             {
                 match Request::decode(&data, description.size) {
                     Ok(Request::State(_)) => {
-                        (self.on_state)(description, &data, header.log_time)?;
+                        let (time, update) = (header.log_time, &self.update);
+                        (self.on_state)(description, RecordedState { time, update, state: &data })?;
+                        self.update.clear();
                     }
                     Ok(_) => return Ok(Err("expected a state, found another request".into())),
                     Err(error) => return Ok(Err(error.to_string())),
@@ -283,6 +312,7 @@ mod tests {
     use std::fs;
 
     use mcap::records::MessageHeader;
+    use mmsim_maze::{Cell, Heading};
     use mmsim_protocol::MazeSize;
 
     use super::*;
@@ -293,6 +323,22 @@ mod tests {
 
     fn state(number: u8) -> Vec<u8> {
         [b"S\x00\x00NC\x01".to_vec(), vec![number], b"C\x0d\x00".to_vec()].concat()
+    }
+
+    /// Returns the update before the state with this number.
+    fn update(number: u8) -> &'static [u8] {
+        match number {
+            0 => b"U",
+            2 => b"NR\x01\0E",
+            _ => b"",
+        }
+    }
+
+    /// Returns true if the client has read the wall in the middle of the maze before the state with
+    /// this index, or `None` if it has not read any walls.
+    fn has_read_wall(recording: &Recording, index: usize) -> Option<bool> {
+        let context = recording.history().context(index).unwrap();
+        context.sensed().map(|sensed| sensed.has(Cell::new(0, 0), Heading::East))
     }
 
     fn info(maze: &Maze) -> Info {
@@ -306,7 +352,7 @@ mod tests {
         let maze = MAZE.parse().unwrap();
         let mut writer = RecordingWriter::create(&path, &info(&maze), Some(&maze)).unwrap();
         for number in 0..states {
-            writer.write(&state(number)).unwrap();
+            writer.write_after(update(number), &state(number)).unwrap();
         }
         writer.close().unwrap();
         fs::read(&path).unwrap()
@@ -322,6 +368,32 @@ mod tests {
         assert!(recording.history().iter().eq((0..200).map(state)));
         assert!(recording.times().iter().is_sorted() && recording.times().len() == 200);
         assert_eq!(*recording.integrity(), Integrity::Closed);
+        let read = [0, 1, 2, 3, 199].map(|index| has_read_wall(&recording, index));
+        assert_eq!(read, [None, None, Some(false), Some(true), Some(true)]);
+    }
+
+    #[test]
+    fn an_invalid_update_is_damage() {
+        let mut bytes = recorded(5);
+        let at = bytes.windows(5).position(|bytes| bytes == b"NR\x01\0E").unwrap();
+        bytes[at + 2] = 9;
+        let recording = Recording::read(&bytes[..]).unwrap();
+        assert!(recording.history().iter().eq((0..2).map(state)));
+        let Integrity::Damaged { reason, .. } = recording.integrity() else {
+            panic!("{recording:?}")
+        };
+        insta::assert_snapshot!(reason, @r#"expected R, x, y and heading, found "R\t\x00E""#);
+    }
+
+    #[test]
+    fn recordings_of_earlier_versions_have_usual_readings() {
+        let mut file = std::io::Cursor::new(Vec::new());
+        let states = (0..3).map(|number| (u64::from(number), [], state(number)));
+        crate::save::save(&mut file, &info(&MAZE.parse().unwrap()), None, states).unwrap();
+        let bytes = file.into_inner();
+        assert!(!bytes.windows(7).any(|bytes| bytes == b"/update"));
+        let recording = Recording::read(&bytes[..]).unwrap();
+        assert_eq!([0, 2].map(|index| has_read_wall(&recording, index)), [Some(true); 2]);
     }
 
     #[test]
@@ -341,6 +413,10 @@ mod tests {
                     let states = ends.iter().filter(|&&end| end <= length).count();
                     let expected = (0..5).map(state).take(states);
                     assert!(recording.history().iter().eq(expected), "{length} bytes");
+                    if let Some(newest) = states.checked_sub(1) {
+                        let read = has_read_wall(&recording, newest);
+                        assert_eq!(read, [None, None, Some(false), Some(true), Some(true)][newest]);
+                    }
                     let Integrity::Truncated { intact, length: found } = *recording.integrity()
                     else {
                         panic!("{length} bytes: {:?}", recording.integrity())

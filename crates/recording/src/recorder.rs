@@ -57,23 +57,25 @@ impl Recorder {
         })
     }
 
-    /// Appends a state to the current file. If no file is open, calls `describe` and creates a file
+    /// Appends an update and the state that follows to the current file. If no file is open, calls `describe` and creates a file
     /// that begins with the returned description and maze.
     ///
     /// # Errors
     /// Returns an error if the state cannot be recorded.
     pub fn write<'m>(
         &mut self,
+        update: &[u8],
         state: &[u8],
         describe: impl FnOnce() -> (Info, &'m Maze),
     ) -> Result<(), RecordError> {
         if let Some(current) = &mut self.current {
-            return current.write(state);
+            return current.write_after(update, state);
         }
         let (info, maze) = describe();
         self.spare = None;
-        let written =
-            self.create(&info, maze).and_then(|new| self.current.insert(new).write(state));
+        let written = self
+            .create(&info, maze)
+            .and_then(|new| self.current.insert(new).write_after(update, state));
         self.reserve_descriptor();
         written
     }
@@ -148,7 +150,7 @@ mod tests {
     fn write(recorder: &mut Recorder, state: &[u8]) -> Result<(), RecordError> {
         let maze: Maze = MAZE.parse().unwrap();
         let info = Info::new("a/b c", maze.size(), maze.start(), maze.goals(), 0);
-        recorder.write(state, || (info, &maze))
+        recorder.write(&[], state, || (info, &maze))
     }
 
     fn files(folder: &Path) -> Vec<PathBuf> {

@@ -6,13 +6,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mmsim_maze::Maze;
-use mmsim_protocol::{Info, MazeSize};
+use mmsim_protocol::{Info, MazeSize, StateMessage};
 
 use crate::error::{OpenError, ReadError};
 use crate::history::History;
 use crate::memory::{MemoryBudget, Share};
-use crate::reader::{Description, Integrity, read_states};
+use crate::reader::{Description, Integrity, RecordedState, read_states};
 use crate::times::Times;
+use crate::update::StoredUpdate;
 
 /// A recording that has been read into memory.
 ///
@@ -81,20 +82,27 @@ impl Recording {
     /// # Errors
     /// See [`open_within`](Self::open_within).
     pub fn read_within(source: impl Read, budget: &Arc<MemoryBudget>) -> Result<Self, ReadError> {
-        let (mut kept, mut share) = (None, Share::new(budget));
-        let (description, integrity) = read_states(source, |description, state, time| {
-            let (history, times) =
-                kept.get_or_insert_with(|| (History::new(description.size), Times::new(1)));
-            let states = history.len();
-            // Nothing else can fail: the reader checked the length, and the history has no limit.
-            history.push(state).map_err(|_| ReadError::OutOfMemory)?;
-            times.push(time).map_err(|_| ReadError::OutOfMemory)?;
-            if !share.grow_to(history.bytes() + times.bytes()) {
-                let (limit, others) = (budget.limit(), share.others());
-                return Err(ReadError::TooLarge { states, limit, others });
-            }
-            Ok(())
-        })?;
+        let (mut kept, mut share, mut poses) = (None, Share::new(budget), Vec::new());
+        let (description, integrity) =
+            read_states(source, |description, RecordedState { time, update, state }| {
+                let (history, times) =
+                    kept.get_or_insert_with(|| (History::new(description.size), Times::new(1)));
+                let states = history.len();
+                let pose =
+                    StateMessage::new(state, description.size).and_then(|state| state.pose());
+                // The reader has checked the update.
+                let update = StoredUpdate::decode(update, description.size)
+                    .map(|update| update.to_update(pose.ok(), &mut poses))
+                    .unwrap_or_default();
+                // Nothing else can fail: the reader checked the length, and the history has no limit.
+                history.push_after(update, state).map_err(|_| ReadError::OutOfMemory)?;
+                times.push(time).map_err(|_| ReadError::OutOfMemory)?;
+                if !share.grow_to(history.bytes() + times.bytes()) {
+                    let (limit, others) = (budget.limit(), share.others());
+                    return Err(ReadError::TooLarge { states, limit, others });
+                }
+                Ok(())
+            })?;
         let Description { mut info, size, maze } = description;
         let (history, times) = kept.unwrap_or_else(|| (History::new(size), Times::new(1)));
         info.states = history.len();

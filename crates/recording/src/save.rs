@@ -8,7 +8,7 @@ use mcap::{Compression, McapError, WriteOptions};
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 
-use crate::layout::{INFO, MAZES, METADATA, PROTOCOL, STATES};
+use crate::layout::{INFO, MAZES, METADATA, PROTOCOL, STATES, UPDATES};
 
 /// The uncompressed size of a chunk in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
@@ -20,7 +20,9 @@ const LEVEL: u32 = 8;
 /// Writes the description, the maze and the states of a recording.
 pub(crate) struct RecordWriter<W: Write + Seek> {
     pub(crate) mcap: mcap::Writer<W>,
-    channel_id: u16,
+    states_channel: u16,
+    /// The channel for updates, which is added when it is needed.
+    updates_channel: Option<u16>,
     pub(crate) states: u32,
 }
 
@@ -43,25 +45,36 @@ impl<W: Write + Seek> RecordWriter<W> {
             let library = concat!("mmsim ", env!("CARGO_PKG_VERSION"));
             let mut mcap = options.library(library).create(to)?;
             mcap.write_metadata(&Metadata { name: METADATA.into(), metadata })?;
-            let [topic, encoding] = STATES;
-            let channel_id = mcap.add_channel(0, topic, encoding, &BTreeMap::new())?;
+            let states_channel = add_channel(&mut mcap, STATES)?;
             if let Some(maze) = maze {
-                let [topic, encoding] = MAZES;
-                let channel_id = mcap.add_channel(0, topic, encoding, &BTreeMap::new())?;
-                let header = header(channel_id, 0, start);
+                let header = header(add_channel(&mut mcap, MAZES)?, 0, start);
                 mcap.write_to_known_channel(&header, maze.to_string().as_bytes())?;
             }
-            Ok(Self { mcap, channel_id, states: 0 })
+            Ok(Self { mcap, states_channel, updates_channel: None, states: 0 })
         };
         create().map_err(io_error)
     }
 
-    /// Appends a state that was received at `time`, in nanoseconds since 1970 (UTC).
-    pub(crate) fn write(&mut self, time: u64, state: &[u8]) -> io::Result<()> {
-        let header = header(self.channel_id, self.states, time);
+    /// Appends a state that was received at `time`, in nanoseconds since 1970 (UTC), and the update
+    /// that precedes it.
+    pub(crate) fn write(&mut self, time: u64, update: &[u8], state: &[u8]) -> io::Result<()> {
+        if !update.is_empty() {
+            let header = header(self.updates_channel()?, self.states, time);
+            self.mcap.write_to_known_channel(&header, update).map_err(io_error)?;
+        }
+        let header = header(self.states_channel, self.states, time);
         self.mcap.write_to_known_channel(&header, state).map_err(io_error)?;
         self.states = self.states.wrapping_add(1);
         Ok(())
+    }
+
+    /// Returns the channel for updates. Adds it if it does not exist.
+    pub(crate) fn updates_channel(&mut self) -> io::Result<u16> {
+        if let Some(channel) = self.updates_channel {
+            return Ok(channel);
+        }
+        let channel = add_channel(&mut self.mcap, UPDATES).map_err(io_error)?;
+        Ok(*self.updates_channel.insert(channel))
     }
 
     /// Writes all records to the file, and ends the current chunk if chunks are enabled.
@@ -76,28 +89,36 @@ impl<W: Write + Seek> RecordWriter<W> {
     }
 }
 
+fn add_channel<W: Write + Seek>(
+    mcap: &mut mcap::Writer<W>,
+    [topic, encoding]: [&str; 2],
+) -> Result<u16, McapError> {
+    mcap.add_channel(0, topic, encoding, &BTreeMap::new())
+}
+
 const fn header(channel_id: u16, sequence: u32, time: u64) -> MessageHeader {
     MessageHeader { channel_id, sequence, log_time: time, publish_time: time }
 }
 
 /// Writes a compressed recording, which takes about 20 bytes per state.
 ///
-/// `info` describes the simulation, and `maze` is its true maze, if known. Each state is paired
-/// with its time in nanoseconds since 1970 (UTC).
+/// `info` describes the simulation, and `maze` is its true maze, if known. Each item consists of the
+/// time of a state in nanoseconds since 1970 (UTC), its update (see
+/// [`States::update`](crate::States::update)) and its bytes.
 ///
 /// # Errors
 /// The recording cannot be written to `to`.
-pub fn save<S: AsRef<[u8]>>(
+pub fn save<U: AsRef<[u8]>, S: AsRef<[u8]>>(
     to: impl Write + Seek,
     info: &Info,
     maze: Option<&Maze>,
-    states: impl IntoIterator<Item = (u64, S)>,
+    states: impl IntoIterator<Item = (u64, U, S)>,
 ) -> io::Result<()> {
     let mut states = states.into_iter().peekable();
-    let start = states.peek().map_or(0, |&(time, _)| time);
+    let start = states.peek().map_or(0, |&(time, ..)| time);
     let mut writer = RecordWriter::new(compressed(), to, info, maze, start)?;
-    for (time, state) in states {
-        writer.write(time, state.as_ref())?;
+    for (time, update, state) in states {
+        writer.write(time, update.as_ref(), state.as_ref())?;
     }
     writer.finish()
 }
@@ -141,7 +162,8 @@ mod tests {
         };
         for count in [0, 1, 200_000] {
             let mut file = io::Cursor::new(Vec::new());
-            save(&mut file, &info, Some(&maze), (0..count).map(state)).unwrap();
+            let states = (0..count).map(state).map(|(time, state)| (time, [], state));
+            save(&mut file, &info, Some(&maze), states).unwrap();
             let bytes = file.into_inner();
             let recording = Recording::read(bytes.as_slice()).unwrap();
             assert_eq!(*recording.integrity(), Integrity::Closed);

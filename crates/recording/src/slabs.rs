@@ -26,6 +26,9 @@ pub(crate) struct Slabs {
 type Location = (usize, Range<usize>);
 
 impl Slabs {
+    /// The memory for the location of a string, in bytes.
+    pub(crate) const LOCATION_BYTES: usize = size_of::<Location>();
+
     /// Returns the number of strings.
     pub(crate) const fn len(&self) -> usize {
         self.locations.len()

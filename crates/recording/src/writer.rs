@@ -47,7 +47,12 @@ impl RecordingWriter {
         // A chunk would stay in memory until it is full.
         let options = WriteOptions::new().use_chunks(false).compression(None);
         let started = RecordWriter::new(options, Sink::new(file), info, maze, clock.now());
-        let flushed = started.and_then(|mut records| records.flush().map(|()| records));
+        let flushed = started.and_then(|mut records| {
+            // If a later write failed, a channel that it had added would be lost.
+            records.updates_channel()?;
+            records.flush()?;
+            Ok(records)
+        });
         let records = flushed.map_err(|error| {
             let _ = fs::remove_file(path);
             failed(error)
@@ -55,15 +60,24 @@ impl RecordingWriter {
         Ok(Self { path: path.into(), identity, clock, records: Some(records), has_failed: false })
     }
 
-    /// Appends the bytes of a state with the current time.
+    /// Appends the bytes of a state with an empty update.
+    ///
+    /// # Errors
+    /// See [`write_after`](Self::write_after).
+    pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
+        self.write_after(&[], state)
+    }
+
+    /// Appends the bytes of an update (see [`History::newest_update`](crate::History)) and of the
+    /// state that follows, with the current time.
     ///
     /// # Errors
     /// The file cannot be written, or another program has removed or changed it. A state that could
     /// not be written leaves no trace in the file. Later writes may succeed.
-    pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
+    pub fn write_after(&mut self, update: &[u8], state: &[u8]) -> Result<(), RecordError> {
         let Some(records) = &mut self.records else { return Ok(()) };
         let sequence = records.states;
-        let written = records.write(self.clock.now(), state).and_then(|()| records.flush());
+        let written = records.write(self.clock.now(), update, state).and_then(|()| records.flush());
         written.map_err(|error| {
             (self.has_failed, records.states) = (true, sequence);
             RecordError::new(&self.path, error)

@@ -73,7 +73,8 @@ impl<'s> SimulationService<'s> {
             Err(PushError::Full { limit, states }.to_string())
         } else if let Some(recorder) = &mut self.recorder {
             let describe = || (simulation.info(), simulation.maze());
-            recorder.write(request, describe).map_err(|error| error.to_string())
+            let update = simulation.history.newest_update();
+            recorder.write(update, request, describe).map_err(|error| error.to_string())
         } else {
             Ok(())
         };
@@ -118,7 +119,7 @@ impl Service for SimulationService<'_> {
                 Change::State => {
                     // A state that cannot be recorded is removed from the history.
                     if let Err(reason) = self.keep_state(request) {
-                        self.simulation.history.undo_push();
+                        self.simulation.undo_state();
                         refuse(reply, reason);
                     }
                     self.publish_status();

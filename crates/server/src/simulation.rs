@@ -5,7 +5,7 @@ use std::io::Write;
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, Info, Reply, Request};
-use mmsim_recording::History;
+use mmsim_recording::{History, PushError, ReadingTracker, Update};
 
 /// The true maze and every state that a client has reported since the last reset.
 #[derive(Debug)]
@@ -13,6 +13,7 @@ pub struct Simulation {
     name: String,
     maze: Maze,
     pub(crate) history: History,
+    readings: ReadingTracker,
 }
 
 impl Simulation {
@@ -20,7 +21,7 @@ impl Simulation {
     /// `name`.
     pub fn new(name: &str, maze: Maze) -> Self {
         let history = History::new(maze.size());
-        Self { name: name.into(), maze, history }
+        Self { name: name.into(), maze, history, readings: ReadingTracker::default() }
     }
 
     /// Limits the history to this number of bytes. At the limit, further states are refused and
@@ -48,11 +49,15 @@ impl Simulation {
             Ok(Request::Ping) => set(reply, Reply::Pong),
             Ok(Request::Reset) => {
                 self.history.clear();
+                self.readings.clear();
                 set(reply, Reply::Ok);
                 return Change::Reset;
             }
-            Ok(Request::Walls(pose)) => set(reply, Reply::Walls(self.maze.walls().around(pose))),
-            Ok(Request::State(_)) => match self.history.push(request) {
+            Ok(Request::Walls(pose)) => {
+                self.readings.read(pose);
+                set(reply, Reply::Walls(self.maze.walls().around(pose)));
+            }
+            Ok(Request::State(_)) => match self.push(request) {
                 Ok(()) => {
                     set(reply, Reply::Ok);
                     return Change::State;
@@ -69,9 +74,23 @@ impl Simulation {
         Change::Nothing
     }
 
+    fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
+        let update = Update { readings: self.readings.readings() };
+        self.history.push_after(update, state)?;
+        self.readings.report();
+        Ok(())
+    }
+
+    /// Removes the newest state, which could not be recorded. Works only directly after the request
+    /// that added the state.
+    pub(crate) fn undo_state(&mut self) {
+        self.history.undo_push();
+        self.readings.undo_report();
+    }
+
     /// Returns the reply to `info`.
     pub fn info(&self) -> Info {
-        let Self { name, maze, history } = self;
+        let Self { name, maze, history, .. } = self;
         Info::new(name, maze.size(), maze.start(), maze.goals(), history.len())
     }
 }
@@ -165,6 +184,33 @@ mod tests {
         }
         assert_eq!(simulation.handle(b"reset", &mut buffer), Change::Reset);
         assert_eq!(reply(&mut simulation, &state), b"ok");
+    }
+
+    #[test]
+    fn readings_belong_to_the_next_stored_state() {
+        let size = MazeSize::CLASSIC;
+        let mut simulation = simulation(size).with_history_limit(2000);
+        let pose = |y| Pose::new(Cell::new(0, y), Heading::East);
+        let report = |simulation: &mut Simulation, y| {
+            let reply = reply(simulation, &state(size, pose(y), 1));
+            (reply == b"ok").then(|| simulation.history().newest_update().to_vec())
+        };
+        assert_eq!(report(&mut simulation, 0).unwrap(), b"U");
+        reply(&mut simulation, b"W\x00\x01E");
+        reply(&mut simulation, b"W\x00\x05E");
+        for _ in 0..3 {
+            assert_eq!(report(&mut simulation, 1).unwrap(), b"R\x00\x05E");
+            simulation.undo_state();
+        }
+        assert_eq!(report(&mut simulation, 1).unwrap(), b"R\x00\x05E");
+        assert_eq!(report(&mut simulation, 5).unwrap(), b"");
+        simulation.undo_state();
+        reply(&mut simulation, b"W\x00\x01E");
+        assert_eq!(report(&mut simulation, 7).unwrap(), b"N");
+        reply(&mut simulation, b"W\x00\x07E");
+        assert_eq!(report(&mut simulation, 7), None, "the history is full");
+        reply(&mut simulation, b"reset");
+        assert_eq!(report(&mut simulation, 7).unwrap(), b"U");
     }
 
     #[test]

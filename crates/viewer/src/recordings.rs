@@ -72,13 +72,16 @@ pub(crate) fn save(source: &Source, run: u32, cancel: &CancelToken) -> Result<fs
     let read_block = |first: usize| {
         cancel.check()?;
         let states = source.read_block(run, first)?;
-        let messages = (first..first + states.len()).filter_map(|index| states.get(index));
-        Ok::<Vec<_>, ApiError>(messages.map(Vec::from).collect())
+        let messages = (first..first + states.len()).filter_map(|index| {
+            Some((states.update(index)?.to_vec(), states.get(index)?.to_vec()))
+        });
+        Ok::<Vec<_>, ApiError>(messages.collect())
     };
     let firsts = (0..times.len()).step_by(Block::STATES);
     let blocks =
         firsts.map_while(|first| read_block(first).map_err(|error| failure = Some(error)).ok());
-    let states = times.iter().zip(blocks.flatten());
+    let states =
+        times.iter().zip(blocks.flatten()).map(|(time, (update, state))| (time, update, state));
     let (writer, truth) = (io::BufWriter::new(&mut file), description.truth.as_ref());
     save_recording(writer, &description.info, truth, states).map_err(failed)?;
     if let Some(error) = failure {

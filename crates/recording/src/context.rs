@@ -1,0 +1,307 @@
+//! What is known about a state apart from its bytes.
+
+use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, Walls, WallsAround};
+use mmsim_protocol::{State, StateMessage};
+
+use crate::update::{
+    Readings, StoredReadings, StoredUpdate, Update, put_not_own, put_reading, put_untracked,
+};
+
+/// What is known about a state apart from its bytes: the walls that the client has read.
+///
+/// A client may claim walls that it cannot know, for example because it marks a cell as visited
+/// before it reads the walls of that cell. [`known_maze`](Self::known_maze) contains only walls
+/// that the client can know.
+///
+/// ```
+/// use mmsim_maze::{Cell, Heading, KnownMaze, Maze, WallState};
+/// use mmsim_protocol::State;
+/// use mmsim_recording::{History, Readings, Update};
+/// let maze: Maze = "o---o---o---o\n| S       G |\no---o---o---o\n".parse()?;
+/// let mut history = History::new(maze.size());
+/// // The mouse has moved to the middle, but has only read the walls at the start.
+/// let state = b"S\x01\x00NC\x02\x01\x00C\x0d\x01\x00";
+/// let readings = Readings::Poses(&[maze.start()]);
+/// history.push_after(Update { readings }, state)?;
+///
+/// let context = history.context(0).expect("a state with the index 0");
+/// let (state, unexplored) = (State::decode(state, maze.size())?, KnownMaze::unexplored(&maze));
+/// let known = context.known_maze(&state, &unexplored, Some(&maze));
+/// assert_eq!(known.wall(Cell::new(0, 0), Heading::East), WallState::Absent);
+/// assert_eq!(known.wall(Cell::new(1, 0), Heading::East), WallState::Unknown);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Context {
+    size: MazeSize,
+    /// Contains a wall for each wall that the client has read, present or absent. `None` if the
+    /// readings are unknown.
+    sensed: Option<Walls>,
+}
+
+const TRACKED_KEY: u8 = b'T';
+const UNTRACKED_KEY: u8 = b'U';
+
+impl Context {
+    /// Creates the context before the first state of a run.
+    pub(crate) fn new(size: MazeSize) -> Self {
+        Self { size, sensed: Some(Walls::open(size)) }
+    }
+
+    /// Returns the walls that the client has read: a wall in the result means that the client has
+    /// read whether the maze has a wall in this position. Returns `None` if the client has not read
+    /// any walls since the reset, so its walls are from another source.
+    pub const fn sensed(&self) -> Option<&Walls> {
+        self.sensed.as_ref()
+    }
+
+    /// Returns the map of the walls that the client knows. A wall is known if the state claims it,
+    /// if it agrees with the true maze (if given), and if the client has read it (or has not read
+    /// any walls since the reset).
+    ///
+    /// If the true maze is given, its shortest path is at least as long as the optimistic distance
+    /// and at most as long as the pessimistic distance. `unexplored` is the map before the first
+    /// state, which provides the start and the goal.
+    pub fn known_maze(
+        &self,
+        state: &State<'_>,
+        unexplored: &KnownMaze,
+        truth: Option<&Maze>,
+    ) -> KnownMaze {
+        let mut map = state.map(unexplored.start().cell, *unexplored.goals());
+        if let Some(truth) = truth {
+            map.forget_errors(truth.walls());
+        }
+        if let Some(sensed) = &self.sensed {
+            map.forget_unobserved(sensed);
+        }
+        map
+    }
+
+    /// Applies an update before a state with the pose `own`. Returns true if the context has
+    /// changed.
+    pub(crate) fn apply(&mut self, own: Option<Pose>, update: &StoredUpdate<'_>) -> bool {
+        match update.readings {
+            StoredReadings::Usual => match (&mut self.sensed, own) {
+                (Some(sensed), Some(own)) => sense(sensed, own),
+                _ => false,
+            },
+            StoredReadings::Untracked => self.sensed.take().is_some(),
+            StoredReadings::Poses { own: has_own, others } => {
+                let mut changed = self.sensed.is_none();
+                let sensed = self.sensed.get_or_insert_with(|| Walls::open(self.size));
+                for pose in own.filter(|_| has_own).into_iter().chain(others.iter()) {
+                    changed |= sense(sensed, pose);
+                }
+                changed
+            }
+        }
+    }
+
+    /// Appends the bytes of an update before a state with the pose `own`. Omits everything that
+    /// does not change the context, so the update of most states is empty.
+    pub(crate) fn encode_update(&self, own: Option<Pose>, update: Update<'_>, to: &mut Vec<u8>) {
+        match (update.readings, &self.sensed) {
+            (Readings::Usual, _) | (Readings::Untracked, None) => {}
+            (Readings::Untracked, Some(_)) => put_untracked(to),
+            (Readings::Poses(poses), Some(sensed)) => {
+                let is_usual = match (poses, own) {
+                    (&[pose], Some(own)) => pose == own,
+                    ([], Some(own)) => is_sensed(sensed, own),
+                    (_, None) | ([_, ..], _) => poses.is_empty(),
+                };
+                if !is_usual {
+                    encode_poses(sensed.clone(), own, poses, to);
+                }
+            }
+            (Readings::Poses(poses), None) => {
+                let start = to.len();
+                encode_poses(Walls::open(self.size), own, poses, to);
+                if to.len() == start {
+                    // An empty update would mean that there are still no readings.
+                    match own {
+                        Some(own) => put_reading(to, own),
+                        None => put_not_own(to),
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns the maximum length of the encoded context in bytes.
+    pub(crate) fn max_bytes(&self) -> usize {
+        1 + 2 * row_bytes(self.size) * usize::from(self.size.height())
+    }
+
+    /// Appends the context as bytes.
+    pub(crate) fn encode(&self, to: &mut Vec<u8>) {
+        let Some(sensed) = &self.sensed else { return to.push(UNTRACKED_KEY) };
+        to.push(TRACKED_KEY);
+        for rows in [sensed.north_rows(), sensed.east_rows()] {
+            for row in &rows[..self.size.height().into()] {
+                to.extend_from_slice(&row.to_le_bytes()[..row_bytes(self.size)]);
+            }
+        }
+    }
+
+    /// Decodes the bytes written by [`encode`](Self::encode).
+    pub(crate) fn decode(bytes: &[u8], size: MazeSize) -> Option<Self> {
+        let sensed = match bytes.split_first()? {
+            (&TRACKED_KEY, bytes) => {
+                let (north, east) =
+                    bytes.split_at_checked(row_bytes(size) * usize::from(size.height()))?;
+                Some(Walls::from_rows(size, decode_rows(north, size), decode_rows(east, size)))
+            }
+            _ => None,
+        };
+        Some(Self { size, sensed })
+    }
+}
+
+/// Encodes the update of each state for [`RecordingWriter::write_after`]. A [`History`] encodes its
+/// updates itself.
+///
+/// [`History`]: crate::History
+/// [`RecordingWriter::write_after`]: crate::RecordingWriter::write_after
+#[derive(Clone, Debug)]
+pub struct UpdateEncoder {
+    context: Context,
+    bytes: Vec<u8>,
+}
+
+impl UpdateEncoder {
+    /// Creates an encoder for the states of a maze of this size.
+    pub fn new(size: MazeSize) -> Self {
+        Self { context: Context::new(size), bytes: Vec::new() }
+    }
+
+    /// Returns the bytes of the update before the next state.
+    pub fn encode(&mut self, update: Update<'_>, state: &[u8]) -> &[u8] {
+        let size = self.context.size;
+        let pose = StateMessage::new(state, size).and_then(|state| state.pose()).ok();
+        self.bytes.clear();
+        self.context.encode_update(pose, update, &mut self.bytes);
+        // Always succeeds, because the update has just been encoded.
+        if let Ok(update) = StoredUpdate::decode(&self.bytes, size) {
+            self.context.apply(pose, &update);
+        }
+        &self.bytes
+    }
+}
+
+/// Returns the length of an encoded row of walls in bytes.
+fn row_bytes(size: MazeSize) -> usize {
+    usize::from(size.width()).div_ceil(8)
+}
+
+fn decode_rows(bytes: &[u8], size: MazeSize) -> [u32; MazeSize::MAX_SIDE as usize] {
+    let mut rows = [0; MazeSize::MAX_SIDE as usize];
+    for (row, bytes) in rows.iter_mut().zip(bytes.chunks(row_bytes(size))) {
+        *row = bytes.iter().rev().fold(0, |row, &byte| row << 8 | u32::from(byte));
+    }
+    rows
+}
+
+/// Returns true if all walls around a pose have been read.
+fn is_sensed(sensed: &Walls, pose: Pose) -> bool {
+    sensed.around(pose) == WallsAround { left: true, front: true, right: true }
+}
+
+/// Marks the walls around a pose as read. Returns true if one of them had not been read.
+fn sense(sensed: &mut Walls, pose: Pose) -> bool {
+    let is_new = !is_sensed(sensed, pose);
+    if is_new {
+        let Pose { cell, heading } = pose;
+        for heading in [heading.left(), heading, heading.right()] {
+            sensed.set(cell, heading, true);
+        }
+    }
+    is_new
+}
+
+/// Appends readings. `before` contains the walls that have been read before.
+fn encode_poses(before: Walls, own: Option<Pose>, poses: &[Pose], to: &mut Vec<u8>) {
+    let (mut after, mut encoded) = (before.clone(), before);
+    for &pose in poses {
+        sense(&mut after, pose);
+    }
+    match own {
+        Some(own) if is_sensed(&after, own) => drop(sense(&mut encoded, own)),
+        _ => put_not_own(to),
+    }
+    for &pose in poses {
+        if sense(&mut encoded, pose) {
+            put_reading(to, pose);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, Heading};
+
+    use super::*;
+
+    fn pose(x: u8, y: u8, heading: Heading) -> Pose {
+        Pose::new(Cell::new(x, y), heading)
+    }
+
+    fn encoded(context: &Context, own: Option<Pose>, readings: Readings<'_>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        context.encode_update(own, Update { readings }, &mut bytes);
+        bytes
+    }
+
+    #[test]
+    fn only_unusual_readings_are_encoded() {
+        use Readings::{Poses, Untracked, Usual};
+        let size = MazeSize::new(4, 3).unwrap();
+        let mut context = Context::new(size);
+        let (own, next) = (pose(1, 1, Heading::North), pose(1, 2, Heading::East));
+        let back = pose(1, 1, Heading::South);
+        let update =
+            |context: &Context, readings: Readings<'_>| encoded(context, Some(own), readings);
+        assert_eq!(update(&context, Usual), b"");
+        assert_eq!(update(&context, Untracked), b"U");
+        assert_eq!(update(&context, Poses(&[own])), b"");
+        assert_eq!(update(&context, Poses(&[])), b"N");
+        assert_eq!(update(&context, Poses(&[next])), b"NR\x01\x02E");
+        assert_eq!(update(&context, Poses(&[next, own])), b"R\x01\x02E");
+        assert_eq!(update(&context, Poses(&[own, own, back])), b"R\x01\x01S");
+        assert_eq!(update(&context, Poses(&[pose(3, 2, Heading::East)])), b"NR\x03\x02E");
+        assert_eq!(encoded(&context, None, Poses(&[])), b"");
+        assert_eq!(encoded(&context, None, Poses(&[own])), b"NR\x01\x01N");
+        // The neighbours have read three of the walls.
+        context.apply(Some(own), &StoredUpdate::decode(b"", size).unwrap());
+        assert_eq!(update(&context, Poses(&[])), b"");
+        assert_eq!(update(&context, Poses(&[own])), b"");
+        assert_eq!(update(&context, Poses(&[own, own])), b"");
+        context.apply(Some(own), &StoredUpdate::decode(b"U", size).unwrap());
+        assert_eq!(update(&context, Usual), b"");
+        assert_eq!(update(&context, Untracked), b"");
+        assert_eq!(update(&context, Poses(&[])), b"N");
+        assert_eq!(update(&context, Poses(&[own])), b"R\x01\x01N");
+        assert_eq!(update(&context, Poses(&[own, next])), b"R\x01\x02E");
+        assert_eq!(encoded(&context, None, Poses(&[])), b"N");
+    }
+
+    #[test]
+    fn contexts_survive_a_round_trip() {
+        for size in [(1, 1), (9, 3), (16, 16), (32, 32)] {
+            let size = MazeSize::new(size.0, size.1).unwrap();
+            let mut context = Context::new(size);
+            for (index, cell) in size.cells().enumerate().step_by(3) {
+                let own = Pose::new(cell, Heading::ALL[index % 4]);
+                context.apply(Some(own), &StoredUpdate::decode(b"", size).unwrap());
+                let mut bytes = Vec::new();
+                context.encode(&mut bytes);
+                assert!(bytes.len() <= context.max_bytes());
+                assert_eq!(Context::decode(&bytes, size).as_ref(), Some(&context));
+            }
+            context.apply(None, &StoredUpdate::decode(b"U", size).unwrap());
+            let mut bytes = Vec::new();
+            context.encode(&mut bytes);
+            assert_eq!(Context::decode(&bytes, size), Some(context));
+        }
+    }
+}

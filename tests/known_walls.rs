@@ -1,0 +1,246 @@
+//! Checks which walls of a state count as known, and the distances that follow from them.
+
+use std::ops::ControlFlow;
+
+use mmsim_client::{InMemory, search_run};
+use mmsim_formats::Catalogue;
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose, Walls};
+use mmsim_protocol::{State, state_bytes};
+use mmsim_recording::{Block, History};
+use mmsim_server::{ReplyBuffer, Simulation};
+use mmsim_solvers::{BundledStrategy, Mouse, PathBounds, steps_between};
+use mmsim_tests::{Exchange, bundled_mazes, json_lines, shared};
+use proptest::prelude::*;
+
+/// Calls `check` with the index of each state and the walls that are known in this state.
+fn for_each_known_maze(history: &History, maze: &Maze, mut check: impl FnMut(usize, KnownMaze)) {
+    let unexplored = KnownMaze::unexplored(maze);
+    for block in 0..history.len().div_ceil(Block::STATES) {
+        let states = history.block(block).unwrap().unpack().unwrap();
+        for index in (block * Block::STATES..).take(states.len()) {
+            let state = State::decode(states.get(index).unwrap(), maze.size()).unwrap();
+            let context = states.context(index).unwrap();
+            check(index, context.known_maze(&state, &unexplored, Some(maze)));
+        }
+    }
+}
+
+/// Returns true if the bounds enclose the length of the shortest path. Without a path, there is no
+/// upper bound.
+fn encloses(bounds: PathBounds, shortest: Option<u16>) -> bool {
+    let or_infinite = |steps: Option<u16>| steps.unwrap_or(u16::MAX);
+    let shortest = or_infinite(shortest);
+    or_infinite(bounds.optimistic) <= shortest && shortest <= or_infinite(bounds.pessimistic)
+}
+
+fn shortest(maze: &Maze) -> Option<u16> {
+    steps_between(maze.walls(), maze.start().cell, maze.goals())
+}
+
+#[track_caller]
+fn check_bounds(name: &str, simulation: &Simulation) {
+    let (maze, shortest) = (simulation.maze(), shortest(simulation.maze()));
+    for_each_known_maze(simulation.history(), maze, |index, known| {
+        let bounds = PathBounds::new(&known);
+        assert!(encloses(bounds, shortest), "{name}, state {index}: {bounds:?}, not {shortest:?}");
+    });
+}
+
+#[test]
+fn distances_of_the_transcripts_enclose_the_shortest_path() {
+    let Some(shared) = shared("") else { return };
+    for name in ["alljapan-045-2024-exp-fin", "apec2018"] {
+        let path = shared.join("mazes/classic").join(name).with_extension("txt");
+        for client in ["flood-fill", "weight-increment", "left-wall", "tester"] {
+            let mut simulation = Simulation::new(name, mmsim_formats::read_maze(&path).unwrap());
+            let mut reply = ReplyBuffer::new();
+            let path = shared.join("transcripts").join(format!("{client}.{name}.jsonl"));
+            for exchange in json_lines::<Exchange>(&path) {
+                simulation.handle(&exchange.req, &mut reply);
+            }
+            assert!(simulation.history().len() > 5, "{client} in {name}");
+            check_bounds(&format!("{client} in {name}"), &simulation);
+        }
+    }
+}
+
+/// A client that asks for walls before it reports them knows exactly the walls in its map.
+#[test]
+fn the_known_walls_of_bundled_strategies_are_the_walls_in_their_maps() {
+    // All mazes take minutes in an unoptimised build.
+    let (folder, sample) = match shared("mazes") {
+        Some(folder) => (folder, if cfg!(debug_assertions) { 24 } else { 1 }),
+        None => (bundled_mazes(), 1),
+    };
+    let (mut states, mut updates) = (0, 0);
+    for entry in Catalogue::from_path(&folder).unwrap().entries().iter().step_by(sample) {
+        let (name, maze) = (entry.name(), entry.maze().unwrap());
+        let shortest = shortest(&maze);
+        for &strategy in BundledStrategy::ALL {
+            let mut simulation = Simulation::new(&name, maze.clone());
+            let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
+            let map = KnownMaze::unexplored(&maze);
+            let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
+            let mut maps = Vec::new();
+            // An unreachable goal is an error, but the states are checked.
+            let _ = search_run(&mut transport, &mut mouse, MAX_STATES, |mouse, _| {
+                maps.push(PathBounds::new(mouse.map()));
+                ControlFlow::Continue(())
+            });
+            assert_eq!(simulation.history().len(), maps.len(), "{strategy} in {name}");
+            for_each_known_maze(simulation.history(), &maze, |index, known| {
+                let bounds = PathBounds::new(&known);
+                assert_eq!(bounds, maps[index], "{strategy} in {name}, state {index}");
+                assert!(encloses(bounds, shortest), "{strategy} in {name}, state {index}");
+                states += 1;
+            });
+            updates += stored_updates(simulation.history());
+        }
+    }
+    assert!(states > 10_000, "only {states} states were checked");
+    // Only a mouse that reads the wall behind its start needs an update.
+    println!("{states} states, {updates} updates");
+    assert!(updates * 1000 <= states, "{updates} updates of {states} states");
+}
+
+/// A search stops after this number of states.
+const MAX_STATES: u32 = 2000;
+
+/// Returns the number of states that have an update.
+fn stored_updates(history: &History) -> usize {
+    let blocks = (0..history.len().div_ceil(Block::STATES)).map(|index| {
+        let states = history.block(index).unwrap().unpack().unwrap();
+        let indexes = (index * Block::STATES..).take(states.len());
+        indexes.filter(|&index| !states.update(index).unwrap().is_empty()).count()
+    });
+    blocks.sum()
+}
+
+/// The state of a mouse that takes walls around visited cells as absent if it has not read them.
+fn hasty_state(pose: Pose, visited: &CellSet, read: &Walls, size: MazeSize) -> Vec<u8> {
+    let mut state = vec![b'S', pose.cell.x, pose.cell.y, pose.heading.letter() as u8, b'C'];
+    state.resize(5 + size.area(), 0);
+    state.push(b'C');
+    state.extend(size.cells().map(|cell| {
+        let bits =
+            [(Heading::East, 2), (Heading::South, 4), (Heading::West, 8), (Heading::North, 16)];
+        let walls = bits.into_iter().filter(|&(heading, _)| read.has(cell, heading));
+        u8::from(visited.contains(cell)) | walls.map(|(_, bit)| bit).sum::<u8>()
+    }));
+    state
+}
+
+/// Walks through the maze like a mouse that moves, reports its state, and only then asks for the
+/// walls of its cell.
+fn hasty_walk(maze: &Maze, steps: usize) -> Simulation {
+    let mut simulation = Simulation::new("hasty", maze.clone());
+    let (mut reply, mut pose) = (ReplyBuffer::new(), maze.start());
+    let (mut visited, mut read, mut visits) =
+        (CellSet::EMPTY, Walls::open(maze.size()), [[0; 32]; 32]);
+    for _ in 0..steps {
+        visited.insert(pose.cell);
+        visits[usize::from(pose.cell.y)][usize::from(pose.cell.x)] += 1;
+        let state = hasty_state(pose, &visited, &read, maze.size());
+        simulation.handle(&state, &mut reply);
+        assert_eq!(reply, b"ok");
+        for heading in Heading::ALL {
+            let Pose { cell, .. } = pose;
+            simulation.handle(&[b'W', cell.x, cell.y, heading.letter() as u8], &mut reply);
+            read.set(cell, heading, reply[1] == 1);
+        }
+        let next = Heading::ALL.into_iter().filter(|&heading| !read.has(pose.cell, heading));
+        let next =
+            next.filter_map(|heading| Some(Pose::new(pose.cell.neighbour(heading)?, heading)));
+        let Some(next) =
+            next.min_by_key(|next| visits[usize::from(next.cell.y)][usize::from(next.cell.x)])
+        else {
+            break;
+        };
+        pose = next;
+    }
+    simulation
+}
+
+#[test]
+fn a_mouse_that_moves_before_it_asks_knows_only_what_it_has_read() {
+    let mut wrong = 0;
+    for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
+        let (name, maze) = (entry.name(), entry.maze().unwrap());
+        let simulation = hasty_walk(&maze, 600);
+        check_bounds(&name, &simulation);
+        let unexplored = KnownMaze::unexplored(&maze);
+        for_each_known_maze(simulation.history(), &maze, |index, known| {
+            let state = simulation.history().get(index).unwrap();
+            let state = State::decode(&state, maze.size()).unwrap();
+            assert!(known.visited().contains(state.pose().cell));
+            let claimed = state.map(unexplored.start().cell, *unexplored.goals());
+            wrong += usize::from(!encloses(PathBounds::new(&claimed), shortest(&maze)));
+        });
+    }
+    assert!(wrong > 20, "the claims of the mouse were wrong in only {wrong} states");
+}
+
+/// A robot that has its walls from another source never asks for walls.
+#[test]
+fn the_walls_of_a_robot_that_never_asks_are_known() {
+    let maze: Maze = "o---o---o---o\n| S       G |\no---o---o---o\n".parse().unwrap();
+    let mut simulation = Simulation::new("robot", maze.clone());
+    let mut reply = ReplyBuffer::new();
+    let state = |x| [b"S".as_slice(), &[x], b"\0EC\0\0\0C\x1d\x15\x17"].concat();
+    for x in 0..3 {
+        simulation.handle(&state(x), &mut reply);
+        assert_eq!(reply, b"ok");
+    }
+    let proven = PathBounds { optimistic: Some(2), pessimistic: Some(2) };
+    for_each_known_maze(simulation.history(), &maze, |_, known| {
+        assert_eq!(PathBounds::new(&known), proven);
+    });
+    assert_eq!(stored_updates(simulation.history()), 1);
+    // After the first reading, only walls that have been read are known.
+    simulation.handle(b"W\0\0N", &mut reply);
+    simulation.handle(&state(0), &mut reply);
+    for_each_known_maze(simulation.history(), &maze, |index, known| {
+        let unproven = PathBounds { optimistic: Some(2), pessimistic: None };
+        assert_eq!(PathBounds::new(&known), if index < 3 { proven } else { unproven });
+    });
+}
+
+fn any_maze() -> impl Strategy<Value = Maze> {
+    let walls = prop::collection::vec(any::<u32>(), 64);
+    (1usize..=6, 1usize..=6, walls).prop_map(|(width, height, bits)| {
+        let size = MazeSize::new(width, height).unwrap();
+        let rows = |from: usize| std::array::from_fn(|y| bits[from + y] & bits[63 - from - y]);
+        let walls = Walls::from_rows(size, rows(0), rows(31));
+        Maze::new(walls, Cell::new(0, 0), size.central_cells()).unwrap()
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+    #[test]
+    fn any_states_and_readings_enclose_the_shortest_path(
+        maze in any_maze(),
+        requests in prop::collection::vec(
+            (0u8..6, 0u8..6, 0usize..4, prop::option::of(prop::collection::vec(any::<u8>(), 72))),
+            1..40,
+        ),
+    ) {
+        let size = maze.size();
+        let mut simulation = Simulation::new("any", maze);
+        let mut reply = ReplyBuffer::new();
+        for (x, y, heading, matrices) in requests {
+            let pose = [x % size.width(), y % size.height(), b"NESW"[heading]];
+            let request = match matrices {
+                None => [b"W".as_slice(), &pose].concat(),
+                Some(bytes) => {
+                    let (weights, walls) = (&bytes[..size.area()], &bytes[36..36 + size.area()]);
+                    [b"S", &pose[..], b"F", weights, b"C", walls].concat()
+                }
+            };
+            simulation.handle(&request, &mut reply);
+            prop_assert!(!reply.starts_with(b"error"));
+            prop_assert!(request[0] == b'W' || request.len() == state_bytes(size));
+        }
+        check_bounds("any maze", &simulation);
+    }
+}
