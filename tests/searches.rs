@@ -8,11 +8,12 @@ use std::thread;
 use mmsim_client::{Exchange, Zmq, search_run};
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, KnownMaze, Maze, Unknown};
-use mmsim_protocol::{MazeSize, Request};
+use mmsim_protocol::{MAX_STATE_BYTES, MapState, MazeSize, Order, Request};
+use mmsim_recording::{Block, Course, History, RunFigures};
 use mmsim_server::{Server, Simulation};
 use mmsim_solvers::{
-    BundledStrategy, Distances, MazeFacts, Mouse, Move, PathBounds, Phase, SearchDriver,
-    SearchError, ShortestPathSearch, Swing,
+    BundledStrategy, Distances, MazeFacts, Mouse, Move, PathBounds, Phase, PhaseStats,
+    SearchDriver, SearchError, ShortestPathSearch, Swing,
 };
 use mmsim_tests::{TIMEOUT, bundled_mazes, known_distance, serve, shared, stop, within};
 
@@ -51,6 +52,45 @@ fn flood_fill_reaches_every_reachable_goal() {
             assert!(result.is_err(), "{name}: {result:?}");
         }
     }
+}
+
+/// The phases that a viewer finds in the poses of a bundled mouse equal those that the mouse counts.
+#[test]
+fn phases_of_poses_equal_those_of_the_strategies() {
+    let mut complete = 0;
+    for (name, maze) in mazes() {
+        for &strategy in BundledStrategy::ALL {
+            let map = KnownMaze::unexplored(&maze);
+            let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
+            let mut driver = SearchDriver::new(&mut mouse, 1000);
+            let mut history = History::new(maze.size()).with_course(Course::from_maze(&maze));
+            let (mut buffer, mut visits_start) = ([0; MAX_STATE_BYTES], false);
+            while driver.advance_in(&maze) == Ok(true) {
+                let (map, pose) = (driver.mouse().map(), driver.mouse().pose());
+                let length = MapState::new(pose, map, |_| 0, Order::C).encode(&mut buffer).unwrap();
+                history.push(&buffer[..length]).unwrap();
+                // A key point route may pass the start while the mouse still explores.
+                let explores = driver.stats().goal_reached() && driver.phase() != Phase::FastRun;
+                visits_start |= explores && pose.cell == maze.start().cell;
+                let index = history.len() - 1;
+                let states = history.block(index / Block::STATES).unwrap().unpack().unwrap();
+                let (found, stats) = (states.phases(index).unwrap(), driver.stats());
+                let counts = |run: RunFigures| (run.steps, run.turns);
+                let expected = |phase: PhaseStats| (phase.steps, phase.turns);
+                let text = format!("{strategy} in {name}, state {index}");
+                assert_eq!(counts(found.search_run), expected(stats.search_run), "{text}");
+                let total = (stats.steps().into(), stats.turns().into());
+                assert_eq!((found.total.steps, found.total.turns), total, "{text}");
+                assert_eq!((found.put_backs, found.jumps), (0, 0), "{text}");
+                if !visits_start {
+                    assert_eq!(counts(found.return_run), expected(stats.return_run), "{text}");
+                    assert_eq!(counts(found.fast_run), expected(stats.fast_run), "{text}");
+                    complete += u32::from(stats.fast_run.steps > 0 && found.best_run.is_some());
+                }
+            }
+        }
+    }
+    assert!(complete > 20, "{complete} searches with a fast run");
 }
 
 #[test]

@@ -67,12 +67,13 @@ fn search(
     let run = match result {
         Ok(run) => run,
         Err(BrokenRun { run, error: RunError::Search(error) }) => {
-            screen.finish(&mouse, &run, ending(&run))?;
+            screen.finish(&mouse, &run, ending(&run), None)?;
             warn(format_args!("{STRATEGY}: {error}"));
             return Ok(Some(false));
         }
         Err(error) => return Err(error.into()),
     };
-    screen.finish(&mouse, &run, if interrupted { "interrupted" } else { ending(&run) })?;
+    let ending = if interrupted { "interrupted" } else { ending(&run) };
+    screen.finish(&mouse, &run, ending, None)?;
     Ok((!interrupted).then(|| run.stats.goal_reached()))
 }

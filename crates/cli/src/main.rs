@@ -20,6 +20,7 @@ mod mms;
 mod output;
 mod page;
 mod parallel;
+mod phase_table;
 mod playback;
 mod recording_transport;
 mod render;

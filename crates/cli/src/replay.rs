@@ -9,7 +9,7 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, Pose, WallState};
 use mmsim_protocol::{Info, Matrix, State, StateMessage};
-use mmsim_recording::{Integrity, MemoryBudget, Recording};
+use mmsim_recording::{Block, Integrity, MemoryBudget, PhaseReport, Recording, Transition};
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
@@ -21,7 +21,7 @@ use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
 use crate::screen::{pictures, wide_or_compact};
 use crate::usage::CommandResult;
-use crate::{page, stderr};
+use crate::{page, phase_table, stderr};
 use args::ReplayArgs;
 
 pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
@@ -107,6 +107,10 @@ struct StateReport {
     #[serde(flatten)]
     pose: PoseAt,
     visited_cells: usize,
+    phases: PhaseReport,
+    /// `put back` if the mouse was put back to the start in this state, `jump` if it appeared in
+    /// another cell, or `None` if it moved.
+    event: Option<&'static str>,
     /// The number of walls that the client reports incorrectly, or `None` if the recording has no
     /// maze.
     wrong_walls: Option<usize>,
@@ -121,13 +125,22 @@ struct StateReport {
 
 impl StateReport {
     fn read(recording: &Recording, index: usize) -> Option<Self> {
-        let message = recording.history().get(index)?;
-        let state = State::decode(&message, recording.size()).ok()?;
+        let block = recording.history().block(index / Block::STATES)?;
+        let states = block.unpack()?;
+        let state = State::decode(states.get(index)?, recording.size()).ok()?;
+        let phases = states.phases(index)?;
+        let event = event(phases.transition);
+        let here = match phases.transition {
+            Some(Transition::PutBack) => ", put back to the start",
+            Some(Transition::Jump) => ", jumped to this cell",
+            Some(Transition::Move { .. }) | None => "",
+        };
+        let report = PhaseReport::new(&phases, index, recording.times());
         let (pose, info) = (state.pose(), recording.info());
         let map = state.map(Cell::new(info.start[0], info.start[1]), info.goal_cells());
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
         let Pose { cell, heading } = pose;
-        let pose_at = PoseAt::new(recording, recording.times().iter().nth(index)?, pose);
+        let pose_at = PoseAt::new(recording, recording.times().get(index)?, pose);
         let wrong_walls = recording.maze().map(|maze| wrong_walls(&map, maze));
         let visited = counted(map.visited().len() as u64, "cell");
         let wrong = wrong_walls.filter(|&count| count > 0);
@@ -137,17 +150,39 @@ impl StateReport {
         Some(Self {
             index,
             visited_cells: map.visited().len(),
+            phases: report,
+            event,
             wrong_walls,
             weights: columns(recording.size(), state.weights()),
             walls: columns(recording.size(), state.walls()),
             map: map.picture().with_mouse(pose).to_string(),
             text: format!(
-                "state {index} after {:.3} ms: {cell} heading {heading}, {visited} visited{wrong}\n\
-                 {picture}",
-                pose_at.ms
+                "state {index} after {:.3} ms: {cell} heading {heading}{here}, {visited} \
+                 visited{wrong}\n{}{picture}",
+                pose_at.ms,
+                phases_text(&report),
             ),
             pose: pose_at,
         })
+    }
+}
+
+/// Formats the figures of the phases up to a state and the number of events.
+fn phases_text(report: &PhaseReport) -> String {
+    let times = |count: u32| counted(count, "time");
+    let put_back = format!("put back to the start {}", times(report.put_backs));
+    let jumped = format!("jumped to another cell {}", times(report.jumps));
+    let events = [(report.put_backs, put_back), (report.jumps, jumped)].into_iter();
+    let events = events.filter(|&(count, _)| count > 0);
+    events.fold(phase_table::table(report), |text, (_, event)| text + &event + "\n")
+}
+
+/// Returns the name of an event: a transition that is not a movement.
+const fn event(transition: Option<Transition>) -> Option<&'static str> {
+    match transition {
+        Some(Transition::PutBack) => Some("put back"),
+        Some(Transition::Jump) => Some("jump"),
+        Some(Transition::Move { .. }) | None => None,
     }
 }
 

@@ -6,10 +6,12 @@ use std::time::Duration;
 
 use mmsim_client::SearchRun;
 use mmsim_maze::{Cell, KnownMaze, Pose};
+use mmsim_recording::PhaseReport;
 use mmsim_solvers::{BundledStrategy, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
 use crate::output::{counted, print};
+use crate::phase_table;
 
 /// The default time between two steps on a terminal, in milliseconds.
 pub(crate) const DEFAULT_PACE_MS: u64 = 50;
@@ -52,8 +54,7 @@ impl Screen {
         if !self.is_live {
             return Ok(());
         }
-        let (strategy, steps) = (self.strategy, counted(run.stats.steps(), "step"));
-        let mut status = format!("{strategy}: searching, {steps}");
+        let mut status = format!("{}: searching, {}", self.strategy, run.stats);
         let room = terminal();
         let map =
             mouse_pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
@@ -65,12 +66,13 @@ impl Screen {
         self.replace(&map, &status)
     }
 
-    /// Shows the final map and a summary line.
+    /// Shows the final map, a summary line and, if there are several phases, their figures.
     pub(crate) fn finish<S: Strategy>(
         &mut self,
         mouse: &Mouse<S>,
         run: &SearchRun,
         ending: &str,
+        phases: Option<PhaseReport>,
     ) -> io::Result<()> {
         let [numbers, compact] = mouse_pictures(mouse);
         // The map keeps the form it had during the search.
@@ -79,15 +81,17 @@ impl Screen {
             && !fits(&numbers, (columns, lines))
             && fits(&compact, (columns, usize::MAX));
         let map = if is_compact { compact } else { wide_or_compact([numbers, compact]) };
-        let steps = counted(run.stats.steps(), "step");
+        let phases = phases.filter(|report| report.rows().len() > 1);
+        let phases = phases.map(|report| phase_table::table(&report)).unwrap_or_default();
         let visited = counted(mouse.map().visited().len() as u64, "cell");
         let requests = counted(run.requests, "request");
-        let strategy = self.strategy;
+        let (strategy, steps) = (self.strategy, run.stats);
         let summary = format!("{strategy}: {ending} after {steps}, {visited} visited, {requests}");
         if self.is_live {
-            self.replace(&map, &summary)
+            self.replace(&map, &summary)?;
+            print(&phases)
         } else {
-            print(&format!("{map}{summary}\n"))
+            print(&format!("{map}{summary}\n{phases}"))
         }
     }
 

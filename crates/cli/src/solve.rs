@@ -4,11 +4,12 @@ pub(crate) mod args;
 
 use std::ops::ControlFlow;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use mmsim_client::{BrokenRun, Named, SearchRun, Transport, Waiting, Zmq, search_run};
 use mmsim_maze::Pose;
 use mmsim_protocol::Info;
+use mmsim_recording::PhaseReport;
 use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
@@ -16,6 +17,7 @@ use crate::connection::{
     KnownSimulator, OWN_MICE, ask_maze, endpoint, explain, maze_from_args, report_waiting,
 };
 use crate::output::{print_json, warn};
+use crate::phase_table::PhaseTimes;
 use crate::recording_transport::RecordingTransport;
 use crate::screen::{Screen, ending};
 use crate::usage::CommandResult;
@@ -56,7 +58,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let pace = Duration::from_millis(args.pace);
     let max_steps = args.max_steps.unwrap_or(strategy.max_states());
     let mut screen = Screen::new(strategy, !pace.is_zero() && !args.json);
-    let mut shown = Ok(());
+    let (mut shown, mut times) = (Ok(()), PhaseTimes::default());
     let mut named;
     let mut transport: &mut dyn Transport = &mut recording;
     if has_annotations {
@@ -64,6 +66,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         transport = &mut named;
     }
     let result = search_run(&mut transport, &mut mouse, max_steps, |mouse, run| {
+        times.add(&run.stats, Instant::now());
         shown = screen.show(mouse, run);
         thread::sleep(pace);
         if shown.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -74,10 +77,11 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let recorded = recording.close().map_err(|error| format!("incomplete recording: {error}"));
     if args.json {
         let error = error.as_ref().map(ToString::to_string).or_else(|| recorded.clone().err());
-        print_json(&SolveReport::new(strategy.name(), &run, &mouse, error))?;
+        let report = SolveReport::new(strategy.name(), &run, &mouse, times.report(), error);
+        print_json(&report)?;
     } else {
         if run.states > 0 {
-            screen.finish(&mouse, &run, ending(&run))?;
+            screen.finish(&mouse, &run, ending(&run), times.report())?;
         }
         if let Err(error) = &recorded {
             warn(error);
@@ -103,7 +107,11 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
 struct SolveReport<'a> {
     strategy: &'a str,
     goal_reached: bool,
+    /// The steps of all phases.
     steps: u32,
+    /// The quarter turns of all phases.
+    turns: u32,
+    phases: Option<PhaseReport>,
     states: u32,
     requests: u32,
     visited_cells: usize,
@@ -120,6 +128,7 @@ impl<'a> SolveReport<'a> {
         strategy: &'a str,
         run: &SearchRun,
         mouse: &Mouse<S>,
+        phases: Option<PhaseReport>,
         error: Option<String>,
     ) -> Self {
         let Pose { cell, heading } = mouse.pose();
@@ -128,6 +137,8 @@ impl<'a> SolveReport<'a> {
             strategy,
             goal_reached: run.stats.goal_reached(),
             steps: run.stats.steps(),
+            turns: run.stats.turns(),
+            phases,
             states: run.states,
             requests: run.requests,
             visited_cells: mouse.map().visited().len(),

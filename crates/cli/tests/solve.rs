@@ -24,7 +24,58 @@ fn each_strategy_searches_a_served_maze() {
         assert_eq!(took, steps, "{strategy}");
         assert_eq!(report["states"].as_u64().unwrap(), took + 1);
         assert_eq!(report["requests"].as_u64().unwrap(), 2 * took + 3);
+        let phases = &report["phases"];
+        assert_eq!(phases["search_run"]["steps"], took);
+        assert_eq!(phases["search_run"]["turns"], report["turns"]);
+        assert_eq!((&phases["return_run"], &phases["fast_run"]), (&json!(null), &json!(null)));
     }
+}
+
+/// A search, its recording and the text of both have the same figures for each phase.
+#[test]
+fn the_phases_of_a_search_equal_those_of_its_recording() {
+    let home = Home::new();
+    let server = home.serve(&["--port", "0", "--maze", "hedgerow"]);
+    let solve = |more: &[&str]| {
+        let command = ["solve", "shortest-path-search", "--connect", &server.address];
+        home.run(&[&command[..], more].concat())
+    };
+    let report = solve(&["--json", "--record", "own.mcap"]).json();
+    let phases = &report["phases"];
+    let [search, back, fast] = ["search_run", "return_run", "fast_run"].map(|run| &phases[run]);
+    let steps = [search, back, fast].map(|run| run["steps"].as_u64().unwrap());
+    assert_eq!(steps.iter().sum::<u64>(), report["steps"].as_u64().unwrap());
+    assert_eq!(steps[2], 59, "the shortest path");
+    assert_eq!(phases["total"]["turns"], report["turns"]);
+    let text = solve(&[]).stdout;
+    let (_, table) = text.split_once("shortest-path-search: goal reached after ").unwrap();
+    let [a, b, c] = steps;
+    let expected = format!(" steps (search run {a}, return run {b}, fast run {c}), ");
+    assert!(table.contains(&expected), "{table}");
+    let names: Vec<_> =
+        table.lines().skip(1).map(|line| line.split("  ").next().unwrap()).collect();
+    assert_eq!(names, ["search run", "return run", "fast run", "total"]);
+
+    let replayed = home.run(&["replay", "own.mcap", "--json"]).json();
+    let replayed = &replayed["state"]["phases"];
+    for run in ["search_run", "return_run", "fast_run", "total"] {
+        for figure in ["steps", "turns"] {
+            assert_eq!(replayed[run][figure], phases[run][figure], "{run} {figure}");
+        }
+        assert!(replayed[run]["ms"].as_f64().unwrap() > 0.);
+    }
+    assert_eq!(replayed["best_run"], replayed["fast_run"]);
+    let shown = home.run(&["replay", "own.mcap"]).stdout;
+    assert!(shown.contains("\nsearch run  ") && shown.contains("\nfast run  "), "{shown}");
+    // The total is that of the last state.
+    let at = format!("{}", a + b / 2);
+    let during = home.run(&["replay", "own.mcap", "--json", "--at", &at]).json();
+    let phases = &during["state"]["phases"];
+    assert_eq!(
+        (&phases["search_run"]["steps"], &phases["return_run"]["steps"]),
+        (&json!(a), &json!(b / 2))
+    );
+    assert_eq!((&phases["fast_run"], &during["state"]["event"]), (&json!(null), &json!(null)));
 }
 
 #[test]

@@ -1,12 +1,15 @@
 //! Copies of up to 256 consecutive states of a history, which can be read on other threads.
 
-use mmsim_maze::MazeSize;
+use std::sync::Arc;
+
+use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::{StateMessage, state_bytes};
 
 use crate::compressor::decompress;
 use crate::context::Context;
 use crate::context_log::ContextBlock;
-use crate::motion_count::MotionCount;
+use crate::phases::Phases;
+use crate::transition::Course;
 use crate::update::StoredUpdate;
 
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
@@ -21,8 +24,9 @@ pub struct Block {
 #[derive(Clone, Debug)]
 pub struct States {
     pub(crate) first: usize,
-    /// The motion from the first state of the history to the first state of this block.
-    pub(crate) motion: MotionCount,
+    /// The phases at the first state of this block.
+    pub(crate) phases: Phases,
+    pub(crate) course: Arc<Course>,
     pub(crate) size: MazeSize,
     pub(crate) bytes: Vec<u8>,
     /// The contexts of the states, which are compressed if the states belong to a [`Block`].
@@ -96,20 +100,30 @@ impl States {
         Some(self.contexts.updates().seek(at))
     }
 
-    /// Returns the motion from the first state of the history to the state with this index.
-    pub fn motion_count(&self, index: usize) -> Option<MotionCount> {
+    /// Returns the phases of the states from the first state of the history to the state with this
+    /// index.
+    pub fn phases(&self, index: usize) -> Option<Phases> {
         self.get(index)?;
-        let mut motion = self.motion;
+        let mut phases = self.phases;
         for index in self.first..index {
-            let pose = |index| self.message(index)?.pose().ok();
-            motion.add(pose(index)?, pose(index + 1)?);
+            phases.add(&self.course, index + 1, self.pose(index)?, self.pose(index + 1)?);
         }
-        Some(motion)
+        Some(phases)
+    }
+
+    /// Returns the start, the goal and the walls of the maze.
+    pub fn course(&self) -> &Course {
+        &self.course
+    }
+
+    fn pose(&self, index: usize) -> Option<Pose> {
+        self.message(index)?.pose().ok()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use mmsim_maze::{Cell, Heading};
     use proptest::prelude::*;
 
     use super::*;
@@ -129,27 +143,30 @@ mod tests {
                 state.resize(state_bytes(size), x ^ y);
                 state
             };
-            let (mut history, mut motion, mut motions) = (History::new(size), MotionCount::default(), vec![]);
+            let mut history = History::new(size);
             for (index, pose) in poses.iter().enumerate() {
                 if taken_back {
                     history.push(&state(&(3, 2, index % 4))).unwrap();
                     history.undo_push();
                 }
                 history.push(&state(pose)).unwrap();
-                if let Some(before) = index.checked_sub(1).map(|before| poses[before]) {
-                    let steps = pose.0.abs_diff(before.0) + pose.1.abs_diff(before.1);
-                    let quarters = pose.2.abs_diff(before.2);
-                    motion.steps += u64::from(steps);
-                    motion.turns += quarters.min(4 - quarters) as u64;
-                }
-                motions.push(motion);
             }
+            let course = Course::from_size(size);
+            let pose = |index: usize| {
+                let (x, y, heading) = poses[index];
+                Pose::new(Cell::new(x, y), Heading::ALL[heading])
+            };
             for (index, count) in reads {
                 let states = history.block(index / Block::STATES).and_then(Block::unpack);
                 let got = states.as_ref().and_then(|states| states.get(index)).map(<[u8]>::to_vec);
                 prop_assert_eq!(&got, &history.get(index));
-                let motion = states.as_ref().and_then(|states| states.motion_count(index));
-                prop_assert_eq!(motion, motions.get(index).copied());
+                let mut phases = Phases::default();
+                phases.arrive(&course, pose(0));
+                for index in 1..=index.min(poses.len() - 1) {
+                    phases.add(&course, index, pose(index - 1), pose(index));
+                }
+                let found = states.as_ref().and_then(|states| states.phases(index));
+                prop_assert_eq!(found, (index < poses.len()).then_some(phases));
                 if let Some(states) = states.filter(|_| got.is_some()) {
                     let end = (index + count).min(poses.len()).min(states.first + states.len());
                     let expected: Vec<u8> = poses[index..end].iter().flat_map(state).collect();

@@ -1,5 +1,6 @@
 //! Keeps every state of a search in memory.
 
+use std::sync::Arc;
 use std::{fmt, mem};
 
 use mmsim_maze::{MazeSize, Pose};
@@ -11,8 +12,9 @@ use crate::compressor::BlockCompressor;
 use crate::context::Context;
 use crate::context_log::ContextLog;
 use crate::memory::{OutOfMemory, reserve};
-use crate::motion_count::MotionCount;
+use crate::phases::Phases;
 use crate::slabs::Slabs;
+use crate::transition::Course;
 use crate::update::Update;
 
 /// Every state since the last reset, stored as the bytes of its message.
@@ -44,19 +46,22 @@ pub struct History {
     pub(crate) contexts: ContextLog,
     /// The update of the state that is being added.
     update: Vec<u8>,
-    /// The motion from the first state of the history to the first state of each block.
-    motions: Vec<MotionCount>,
+    /// The start, goal and walls of the maze, which determine the phases.
+    course: Arc<Course>,
+    /// The phases at the first state of each block in `packed`.
+    phases: Vec<Phases>,
+    /// The phases at the first state in `open`.
+    open_phases: Phases,
     newest: Newest,
     /// The value of `newest` before the last `push`. `undo_push` restores this value.
     previous: Newest,
 }
 
-/// The pose of the newest state (`None` if the pose is invalid), and the motion from the first
-/// state to the newest.
+/// The pose of the newest state (`None` if the pose is invalid), and the phases at this state.
 #[derive(Clone, Copy, Default)]
 struct Newest {
     pose: Option<Pose>,
-    motion: MotionCount,
+    phases: Phases,
 }
 
 /// The reason why a state was not added to a history.
@@ -110,10 +115,25 @@ impl History {
             compressor: BlockCompressor::default(),
             contexts: ContextLog::new(size),
             update: Vec::new(),
-            motions: Vec::new(),
+            course: Arc::new(Course::from_size(size)),
+            phases: Vec::new(),
+            open_phases: Phases::default(),
             newest: Newest::default(),
             previous: Newest::default(),
         }
+    }
+
+    /// Sets the start, the goal and the walls of the maze, which determine the phases of the states.
+    /// By default, the start is (0, 0), the goal is in the centre, and the walls are unknown.
+    #[must_use]
+    pub fn with_course(mut self, course: Course) -> Self {
+        self.course = Arc::new(course);
+        self
+    }
+
+    /// Returns the start, the goal and the walls that determine the phases.
+    pub fn course(&self) -> &Course {
+        &self.course
     }
 
     /// Returns the number of states.
@@ -128,8 +148,8 @@ impl History {
 
     /// Returns the memory that the states use, in bytes.
     pub const fn bytes(&self) -> usize {
-        let motions = self.motions.len() * size_of::<MotionCount>();
-        self.packed.bytes + self.open.len() + motions + self.contexts.bytes()
+        let phases = self.phases.len() * size_of::<Phases>();
+        self.packed.bytes + self.open.len() + phases + self.contexts.bytes()
     }
 
     /// Returns the memory limit in bytes.
@@ -163,14 +183,12 @@ impl History {
         let pose = StateMessage::new(state, self.size).and_then(|state| state.pose()).ok();
         self.contexts.encode(pose, update, &mut self.update).map_err(out_of_memory)?;
         let starts_block = self.open.is_empty();
-        let bytes = if starts_block { size_of::<MotionCount>() } else { 0 } + state.len();
-        let bytes = bytes + self.contexts.push_bytes(starts_block, &self.update);
+        let bytes = state.len() + self.contexts.push_bytes(starts_block, &self.update);
         if self.bytes().saturating_add(bytes) > self.limit {
             return Err(PushError::Full { limit: self.limit, states });
         }
         let room = self.block_bytes() - self.open.len();
         reserve(&mut self.open, room).map_err(out_of_memory)?;
-        reserve(&mut self.motions, 1).map_err(out_of_memory)?;
         if starts_block {
             let block = self.packed.len();
             self.contexts.begin_block(block, &mut self.compressor).map_err(out_of_memory)?;
@@ -178,12 +196,15 @@ impl History {
         self.contexts.push(states % Block::STATES, pose, &self.update).map_err(out_of_memory)?;
         self.open.extend_from_slice(state);
         self.previous = self.newest;
-        if let (Some(before), Some(after)) = (self.newest.pose, pose) {
-            self.newest.motion.add(before, after);
+        if let Some(pose) = pose {
+            match self.newest.pose {
+                Some(before) => self.newest.phases.add(&self.course, states, before, pose),
+                None => self.newest.phases.arrive(&self.course, pose),
+            }
         }
         self.newest.pose = pose;
         if starts_block {
-            self.motions.push(self.newest.motion);
+            self.open_phases = self.newest.phases;
         }
         Ok(())
     }
@@ -192,7 +213,6 @@ impl History {
     /// each [`push`](Self::push), because older states may be compressed.
     pub fn undo_push(&mut self) {
         self.open.truncate(self.open.len().saturating_sub(state_bytes(self.size)));
-        self.motions.truncate(self.len().div_ceil(Block::STATES));
         self.contexts.undo_push();
         self.newest = self.previous;
     }
@@ -212,9 +232,11 @@ impl History {
         let mut copy = Vec::new();
         reserve(&mut copy, states.len()).ok()?;
         copy.extend_from_slice(states);
-        let (first, motion) = (index * Block::STATES, *self.motions.get(index)?);
-        let size = self.size;
-        Some(Block { states: States { first, motion, size, bytes: copy, contexts }, packed })
+        let (first, size) = (index * Block::STATES, self.size);
+        let phases = self.phases.get(index).copied().unwrap_or(self.open_phases);
+        let course = Arc::clone(&self.course);
+        let states = States { first, phases, course, size, bytes: copy, contexts };
+        Some(Block { states, packed })
     }
 
     /// Returns the context of the state with this index. To read the contexts of many states, use
@@ -244,8 +266,8 @@ impl History {
 
     /// Removes all states and frees their memory.
     pub fn clear(&mut self) {
-        let compressor = mem::take(&mut self.compressor);
-        *self = Self { compressor, ..Self::with_limit(self.size, self.limit) };
+        let (compressor, course) = (mem::take(&mut self.compressor), Arc::clone(&self.course));
+        *self = Self { compressor, course, ..Self::with_limit(self.size, self.limit) };
     }
 
     /// Returns the bytes of the block with this index, and true if they are compressed.
@@ -266,8 +288,10 @@ impl History {
     /// Compresses the states in `open` into a block. If compression fails or saves no memory, the
     /// block is stored uncompressed.
     fn pack(&mut self) -> Result<(), OutOfMemory> {
+        reserve(&mut self.phases, 1)?;
         self.contexts.end_block(self.packed.len(), &mut self.compressor)?;
         self.packed.push(self.compressor.compress(&self.open))?;
+        self.phases.push(self.open_phases);
         self.open.clear();
         Ok(())
     }

@@ -13,6 +13,7 @@ use crate::history::History;
 use crate::memory::{MemoryBudget, Share};
 use crate::reader::{Description, Integrity, RecordedState, read_states};
 use crate::times::Times;
+use crate::transition::Course;
 use crate::update::StoredUpdate;
 
 /// A recording that has been read into memory.
@@ -85,8 +86,7 @@ impl Recording {
         let (mut kept, mut share, mut poses) = (None, Share::new(budget), Vec::new());
         let (description, integrity) =
             read_states(source, |description, RecordedState { time, update, state }| {
-                let (history, times) =
-                    kept.get_or_insert_with(|| (History::new(description.size), Times::new(1)));
+                let (history, times) = kept.get_or_insert_with(|| empty(description));
                 let states = history.len();
                 let pose =
                     StateMessage::new(state, description.size).and_then(|state| state.pose());
@@ -103,8 +103,8 @@ impl Recording {
                 }
                 Ok(())
             })?;
+        let (history, times) = kept.unwrap_or_else(|| empty(&description));
         let Description { mut info, size, maze } = description;
-        let (history, times) = kept.unwrap_or_else(|| (History::new(size), Times::new(1)));
         info.states = history.len();
         Ok(Self { info, size, maze, history, times, integrity, _share: share })
     }
@@ -139,4 +139,10 @@ impl Recording {
     pub const fn integrity(&self) -> &Integrity {
         &self.integrity
     }
+}
+
+/// Returns the empty history and the times of a recording.
+fn empty(Description { info, size, maze }: &Description) -> (History, Times) {
+    let course = Course::from_info(info, maze.as_ref());
+    (History::new(*size).with_course(course), Times::new(1))
 }

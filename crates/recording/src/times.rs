@@ -30,6 +30,8 @@ pub struct Times {
     /// The gaps before those in `gaps`, in the same encoding. Clones of the list share these full
     /// chunks.
     chunks: Vec<Arc<Vec<u8>>>,
+    /// For each full chunk, the number of times and the newest time in ticks at its end.
+    ends: Vec<(usize, u64)>,
     /// The ticks between states, encoded in LEB128: seven bits per byte, lowest bits first. The
     /// high bit is set in every byte of a gap except the last byte.
     gaps: Vec<u8>,
@@ -66,6 +68,8 @@ impl Times {
             let mut next = Vec::new();
             reserve(&mut next, CHUNK_BYTES)?;
             reserve(&mut self.chunks, 1)?;
+            reserve(&mut self.ends, 1)?;
+            self.ends.push((self.count, self.newest));
             self.chunks.push(Arc::new(mem::replace(&mut self.gaps, next)));
         } else {
             let room = CHUNK_BYTES - self.gaps.len();
@@ -99,11 +103,28 @@ impl Times {
         (self.count > 0).then_some(self.newest * self.tick_ns)
     }
 
+    /// Returns the time of the state with this index, in nanoseconds since 1970 (UTC).
+    pub fn get(&self, index: usize) -> Option<u64> {
+        let chunk = self.ends.partition_point(|&(count, _)| count <= index);
+        let before = chunk.checked_sub(1).and_then(|chunk| self.ends.get(chunk));
+        let &(count, time) = before.unwrap_or(&(0, 0));
+        let gaps = self.chunks.get(chunk).map_or(&*self.gaps, |chunk| chunk);
+        self.decode(gaps, time).nth(index - count)
+    }
+
     /// Iterates over all times, in nanoseconds since 1970 (UTC).
     pub fn iter(&self) -> impl Iterator<Item = u64> {
-        let (mut time, mut gap, mut shift) = (0_u64, 0_u64, 0);
-        let older = self.chunks.iter().flat_map(|chunk| chunk.iter());
-        older.chain(&self.gaps).filter_map(move |byte| {
+        self.decode(self.chunks.iter().flat_map(|chunk| chunk.iter()).chain(&self.gaps), 0)
+    }
+
+    /// Decodes gaps that follow the time `time` in ticks.
+    fn decode<'a>(
+        &self,
+        gaps: impl IntoIterator<Item = &'a u8>,
+        mut time: u64,
+    ) -> impl Iterator<Item = u64> {
+        let (mut gap, mut shift, tick_ns) = (0_u64, 0, self.tick_ns);
+        gaps.into_iter().filter_map(move |byte| {
             gap |= u64::from(byte & 0x7f) << shift;
             shift += 7;
             if byte & 0x80 != 0 {
@@ -111,7 +132,7 @@ impl Times {
             }
             time = time.wrapping_add(gap);
             (gap, shift) = (0, 0);
-            Some(time * self.tick_ns)
+            Some(time * tick_ns)
         })
     }
 }
@@ -159,6 +180,8 @@ mod tests {
                 }
                 prop_assert_eq!(kept.iter().collect::<Vec<_>>(), expected.clone());
                 prop_assert_eq!((kept.len(), kept.last()), (expected.len(), expected.last().copied()));
+                let each: Vec<_> = (0..=expected.len()).map_while(|index| kept.get(index)).collect();
+                prop_assert_eq!(each, expected);
             }
         }
     }
@@ -177,6 +200,12 @@ mod tests {
         assert!(times.chunks.iter().all(|chunk| chunk.capacity() == CHUNK_BYTES));
         assert!((times.bytes() as u64).abs_diff(count) < 100, "a byte each");
         assert!(times.clone().iter().eq((0..count).map(|micros| micros * 1000)));
+        let chunk = CHUNK_BYTES as u64;
+        for micros in (0..count).step_by(999).chain(chunk - 20..chunk + 20).chain([count - 1]) {
+            let index = usize::try_from(micros).unwrap();
+            assert_eq!(times.get(index), Some(micros * 1000));
+        }
+        assert_eq!(times.get(times.len()), None);
     }
 
     #[test]

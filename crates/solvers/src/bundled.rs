@@ -196,7 +196,7 @@ mod tests {
                 if *strategy == BundledStrategy::ShortestPathSearch {
                     assert_eq!(Some(fast), shortest.map(u32::from));
                 }
-                write!(table, " | {search:3} {back:2} {fast:2} {weights:6}").unwrap();
+                write!(table, " | {search:3} {back:3} {fast:2} {weights:6}").unwrap();
             }
             table.push('\n');
         }

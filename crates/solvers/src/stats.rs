@@ -1,10 +1,19 @@
 //! The cost of a search: the steps and turns in each phase.
 
+use core::fmt;
+
 use mmsim_maze::Step;
 
 use crate::strategy::Phase;
 
-/// The steps and turns of a search, counted separately for each [`Phase`].
+/// The steps and turns of a search, split into the search run, the return run and the fast run.
+///
+/// The search run ends when the mouse first enters a goal cell, even if the strategy then continues
+/// to explore. The return run lasts until the fast run begins. A mouse that reports its states is
+/// counted in the same way (see `Phases` in `mmsim-recording`).
+///
+/// [`Display`](fmt::Display) prints the steps of each phase, such as `24 steps` or `14 steps (search
+/// run 4, return run 6, fast run 4)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SearchStats {
@@ -51,15 +60,37 @@ impl SearchStats {
         self.steps_to_goal.is_some()
     }
 
+    /// Returns the search run, the return run and the fast run with their names.
+    pub const fn phases(&self) -> [(&'static str, PhaseStats); 3] {
+        let Self { search_run, return_run, fast_run, .. } = *self;
+        [("search run", search_run), ("return run", return_run), ("fast run", fast_run)]
+    }
+
     /// Counts a step.
     pub(crate) const fn count(&mut self, phase: Phase, step: Step) {
-        let phase = match phase {
-            Phase::SearchRun => &mut self.search_run,
-            Phase::ReturnRun => &mut self.return_run,
-            Phase::FastRun => &mut self.fast_run,
+        let phase = match (phase, self.goal_reached()) {
+            (Phase::FastRun, _) => &mut self.fast_run,
+            (_, false) => &mut self.search_run,
+            (_, true) => &mut self.return_run,
         };
         phase.steps += 1;
         phase.turns += quarter_turns(step);
+    }
+}
+
+impl fmt::Display for SearchStats {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let steps = self.steps();
+        write!(f, "{steps} step{}", if steps == 1 { "" } else { "s" })?;
+        if steps == self.search_run.steps {
+            return Ok(());
+        }
+        let mut separator = " (";
+        for (name, PhaseStats { steps, .. }) in self.phases() {
+            write!(f, "{separator}{name} {steps}")?;
+            separator = ", ";
+        }
+        f.write_str(")")
     }
 }
 
@@ -78,22 +109,30 @@ mod tests {
     #[test]
     fn steps_and_turns_are_counted_by_phase() {
         let mut stats = SearchStats::default();
-        for (phase, steps) in [
-            (Phase::SearchRun, &[Step::Front, Step::Left][..]),
-            (Phase::ReturnRun, &[Step::Right, Step::Back, Step::Back]),
-            (Phase::FastRun, &[Step::Front, Step::Front, Step::Front, Step::Front, Step::Back]),
+        for (phase, steps, reaches_goal) in [
+            (Phase::SearchRun, &[Step::Front, Step::Left][..], true),
+            // Further exploration is a part of the return run.
+            (Phase::SearchRun, &[Step::Right], false),
+            (Phase::ReturnRun, &[Step::Back, Step::Back], false),
+            (Phase::FastRun, &[Step::Front, Step::Front, Step::Front, Step::Back], false),
+            (Phase::FastRun, &[Step::Front], false),
         ] {
             for &step in steps {
                 stats.count(phase, step);
+            }
+            if reaches_goal {
+                assert_eq!(stats.to_string(), "2 steps");
+                stats.steps_to_goal = Some(stats.steps());
             }
         }
         let expected = SearchStats {
             search_run: PhaseStats { steps: 2, turns: 1 },
             return_run: PhaseStats { steps: 3, turns: 5 },
             fast_run: PhaseStats { steps: 5, turns: 2 },
-            steps_to_goal: None,
+            steps_to_goal: Some(2),
         };
         assert_eq!(stats, expected);
+        assert_eq!(stats.to_string(), "10 steps (search run 2, return run 3, fast run 5)");
         assert_eq!(stats.exploration(), PhaseStats { steps: 5, turns: 6 });
         assert_eq!((stats.steps(), stats.turns()), (10, 8));
     }

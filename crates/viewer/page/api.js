@@ -12,9 +12,14 @@
  * @typedef {{ id: string, run: number, title: string, width: number, height: number,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
  *   shortest_path: number | null, note: string | null }} Source
- * @typedef {{ at: number, states: number, state: number[], steps: number, turns: number, visited: number, open: number | null,
- *   closed: number | null, solved: boolean, trail: number[] }} StateView
- * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[] }} DistanceHistory
+ * @typedef {{ steps: number, turns: number, ms: number }} RunReport
+ * @typedef {{ search_run: RunReport, return_run: RunReport | null, fast_run: RunReport | null, best_run: RunReport | null,
+ *   total: RunReport, fast_runs: number, put_backs: number, jumps: number }} PhaseReport
+ * @typedef {{ at: number, states: number, state: number[], steps: number, turns: number, phases: PhaseReport,
+ *   event: "put-back" | "jump" | null, visited: number, open: number | null, closed: number | null, solved: boolean,
+ *   trail: number[], breaks: number[] }} StateView
+ * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[],
+ *   put_backs: number[] }} DistanceHistory
  * @typedef {{ advance: number, digits: string[], heat: { light: string[], dark: string[] } }} DrawingStyle
  * @typedef {{ name: string, bytes: number, modified: string }} RecordingEntry
  */

@@ -1,10 +1,13 @@
 // @ts-check
-// Line chart of the optimistic and pessimistic distance over the run, with a cursor at the shown state.
+// Line chart of the optimistic and pessimistic distance over the run, with a cursor at the shown state and marks at the
+// states in which the mouse was put back to the start.
 
 import { query, setAttributes, setText } from "./dom.js";
 
 /** The dimensions in units of the view box. The space above y = TOP contains the label of the maximum. */
 const [WIDTH, HEIGHT, TOP] = [512, 100, 20];
+/** The length of the mark where the mouse was put back to the start. */
+const MARK = 14;
 
 export class Chart {
   #panel;
@@ -23,12 +26,13 @@ export class Chart {
   }
 
   /** @param {import("./api.js").DistanceHistory} history @param {import("./api.js").StateView | null} newest */
-  draw({ states, stride, open, closed }, newest) {
+  draw({ states, stride, open, closed, put_backs }, newest) {
     this.#last = Math.max(1, states - 1);
     if (newest) {
       // The samples of a long run rarely include its newest state.
       open.push(newest.open);
       closed.push(newest.closed);
+      put_backs.push(newest.phases.put_backs);
     }
     const max = Math.max(1, ...open.map(Number), ...closed.map(Number));
     /** @param {number} distance */
@@ -44,6 +48,8 @@ export class Chart {
     };
     query(this.#panel, ".plot .optimistic", SVGElement).setAttribute("d", line(open));
     query(this.#panel, ".plot .pessimistic", SVGElement).setAttribute("d", line(closed));
+    const marks = put_backs.map((count, i) => (count > (put_backs[i - 1] ?? 0) ? `M${this.#x(i * stride)} 0v${MARK}` : ""));
+    query(this.#panel, ".plot .put-backs", SVGElement).setAttribute("d", marks.join(""));
     // If a path is first found in the last state, its line has no length. A dot marks the end of the line.
     const end = closed.at(-1) ?? null;
     query(this.#panel, ".plot .dot", SVGElement).setAttribute("d", end === null ? "" : `M${WIDTH} ${y(end)}h0`);

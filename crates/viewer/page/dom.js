@@ -37,6 +37,17 @@ export function setAttributes(element, attributes) {
 /** @param {number} number */
 export const formatNumber = (number) => number.toLocaleString("en");
 
+/** Formats a duration: `12 ms`, `1.23 s`, `45.6 s`, `7:08` or `1:02:03`. @param {number} ms */
+export function formatTime(ms) {
+  if (ms < 999.5) return `${Math.round(ms)} ms`;
+  if (ms < 99_950) return `${(ms / 1000).toFixed(ms < 9_995 ? 2 : 1)} s`;
+  const seconds = Math.round(ms / 1000);
+  const [hours, minutes] = [Math.floor(seconds / 3600), Math.floor(seconds / 60) % 60];
+  /** @param {number} number */
+  const twoDigits = (number) => `${number}`.padStart(2, "0");
+  return `${hours ? `${hours}:${twoDigits(minutes)}` : minutes}:${twoDigits(seconds % 60)}`;
+}
+
 /** @param {number} count @param {string} noun */
 export const pluralize = (count, noun) => `${formatNumber(count)} ${noun}${count === 1 ? "" : "s"}`;
 

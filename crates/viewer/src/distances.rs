@@ -44,11 +44,21 @@ pub(crate) struct DistanceHistory {
     optimistic: Vec<Option<u16>>,
     #[serde(rename = "closed")]
     pessimistic: Vec<Option<u16>>,
+    /// The number of times that the mouse had been put back to the start.
+    put_backs: Vec<u32>,
+}
+
+/// The values at a sampled state.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    pub(crate) bounds: DistanceBounds,
+    pub(crate) put_backs: u32,
 }
 
 impl Default for DistanceHistory {
     fn default() -> Self {
-        Self { states: 0, stride: 1, optimistic: Vec::new(), pessimistic: Vec::new() }
+        let (optimistic, pessimistic, put_backs) = (Vec::new(), Vec::new(), Vec::new());
+        Self { states: 0, stride: 1, optimistic, pessimistic, put_backs }
     }
 }
 
@@ -57,7 +67,7 @@ impl DistanceHistory {
     pub(crate) fn extend<E>(
         &mut self,
         states: usize,
-        mut bounds_at: impl FnMut(usize) -> Result<DistanceBounds, E>,
+        mut sample: impl FnMut(usize) -> Result<Sample, E>,
     ) -> Result<(), E> {
         self.states = states;
         while states.div_ceil(self.stride) > MAX_SAMPLES {
@@ -65,11 +75,13 @@ impl DistanceHistory {
             for samples in [&mut self.optimistic, &mut self.pessimistic] {
                 *samples = samples.iter().copied().step_by(2).collect();
             }
+            self.put_backs = self.put_backs.iter().copied().step_by(2).collect();
         }
         for index in (0..states).step_by(self.stride).skip(self.optimistic.len()) {
-            let DistanceBounds { optimistic, pessimistic } = bounds_at(index)?;
-            self.optimistic.push(optimistic);
-            self.pessimistic.push(pessimistic);
+            let Sample { bounds, put_backs } = sample(index)?;
+            self.optimistic.push(bounds.optimistic);
+            self.pessimistic.push(bounds.pessimistic);
+            self.put_backs.push(put_backs);
         }
         Ok(())
     }
@@ -112,18 +124,17 @@ mod tests {
 
     #[test]
     fn extending_equals_recomputing() {
-        let bounds_at = |index: usize| {
+        let sample = |index: usize| {
             let optimistic = u16::try_from(index % 60_000).ok();
-            Ok::<_, ()>(DistanceBounds {
-                optimistic,
-                pessimistic: optimistic.filter(|steps| steps % 3 == 0),
-            })
+            let pessimistic = optimistic.filter(|steps| steps % 3 == 0);
+            let put_backs = u32::try_from(index / 7).unwrap();
+            Ok::<_, ()>(Sample { bounds: DistanceBounds { optimistic, pessimistic }, put_backs })
         };
         let mut grown = DistanceHistory::default();
         for states in [0, 1, 2, 511, 512, 513, 514, 1024, 1025, 5000, 100_000] {
             let mut fresh = DistanceHistory::default();
-            fresh.extend(states, bounds_at).unwrap();
-            grown.extend(states, bounds_at).unwrap();
+            fresh.extend(states, sample).unwrap();
+            grown.extend(states, sample).unwrap();
             assert_eq!(grown, fresh);
             assert!(
                 grown.optimistic.len() <= MAX_SAMPLES
@@ -131,10 +142,9 @@ mod tests {
             );
             assert_eq!(grown.optimistic.len(), states.div_ceil(grown.stride));
             if let Some(last) = grown.optimistic.len().checked_sub(1) {
-                assert_eq!(
-                    grown.optimistic[last],
-                    bounds_at(last * grown.stride).unwrap().optimistic
-                );
+                let expected = sample(last * grown.stride).unwrap();
+                assert_eq!(grown.optimistic[last], expected.bounds.optimistic);
+                assert_eq!(grown.put_backs[last], expected.put_backs);
             }
         }
         assert_eq!(grown.stride, 256);

@@ -107,6 +107,6 @@ pub(crate) fn draw_state<T>(
         .with_truth(description.truth.as_ref())
         .with_mouse(state.pose())
         .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
-        .with_trail(&trail);
+        .with_trail(&trail.cells);
     Ok(draw(options.apply(scene)))
 }

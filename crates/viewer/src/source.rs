@@ -10,7 +10,7 @@ use mmsim_recording::{Block, Integrity, Recording, States, Times};
 use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
-use crate::distances::{DistanceBounds, DistanceHistory};
+use crate::distances::{DistanceBounds, DistanceHistory, Sample};
 
 /// The maximum number of decompressed blocks that a source caches. The cache can hold the blocks of
 /// two states and of their trails.
@@ -42,6 +42,8 @@ struct RunCache {
     /// The cached blocks, in the order in which they were read.
     blocks: VecDeque<Arc<States>>,
     distances: DistanceHistory,
+    /// The times of the states, which may be older than the newest state.
+    times: Times,
 }
 
 /// The constant properties of a run.
@@ -166,6 +168,18 @@ impl Source {
         }
     }
 
+    /// Returns the times of a run at least up to a state, from the cache if possible.
+    pub(crate) fn times_to(&self, run: u32, index: usize) -> Result<Times, ApiError> {
+        let cached =
+            |cache: &mut RunCache| (cache.times.len() > index).then(|| cache.times.clone());
+        if let Some(times) = self.cache(run, cached) {
+            return Ok(times);
+        }
+        let times = self.times(run)?;
+        self.cache(run, |cache| cache.times = times.clone());
+        Ok(times)
+    }
+
     /// Returns the block that contains a state, from the cache if possible. Replaces a cached copy
     /// of the newest block if the copy does not contain the state yet.
     pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
@@ -204,7 +218,9 @@ impl Source {
         let mut distances = self.cache(run, |cache| cache.distances.clone());
         distances.extend(states, |index| {
             let block = self.read_block(run, index)?;
-            Ok::<_, ApiError>(DistanceBounds::new(&description.decode(&block, index)?.map))
+            let bounds = DistanceBounds::new(&description.decode(&block, index)?.map);
+            let put_backs = block.phases(index).map_or(0, |phases| phases.put_backs);
+            Ok::<_, ApiError>(Sample { bounds, put_backs })
         })?;
         self.cache(run, |cache| cache.distances = distances.clone());
         Ok(distances)

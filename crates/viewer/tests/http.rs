@@ -89,19 +89,30 @@ fn a_view_contains_the_figures_of_a_state() {
     );
     let sent = watched.send_states(700);
     let view = watched.get("/api/sources/live/moment?run=1&at=6").json();
-    // The distance from (2, 1) back to the start is three steps.
+    // From (2, 1), the mouse is put back to the start.
+    let ms = &view["phases"]["total"]["ms"];
+    assert!(ms.as_f64().unwrap() >= 0., "{ms}");
+    let run = json!({"steps": 3 + 2, "turns": 0, "ms": ms});
     assert_eq!(
         view,
-        json!({"at": 6, "states": 700, "state": sent[6], "steps": 3 + 3 + 2, "turns": 0,
-            "visited": 1, "open": 4, "closed": null, "solved": false,
-            "trail": [0, 3, 4, 5, 0, 3, 4]})
+        json!({"at": 6, "states": 700, "state": sent[6], "steps": 3 + 2, "turns": 0,
+            "phases": {"search_run": run, "return_run": null, "fast_run": null, "best_run": null,
+                "total": run, "fast_runs": 0, "put_backs": 1, "jumps": 0},
+            "event": null, "visited": 1, "open": 4, "closed": null, "solved": false,
+            "trail": [0, 3, 4, 5, 0, 3, 4], "breaks": [4]})
     );
+    let view = watched.get("/api/sources/live/moment?run=1&at=4").json();
+    assert_eq!(view["event"], "put-back");
     let view = watched.get("/api/sources/live/moment?run=1&at=699").json();
     let trail = view["trail"].as_array().unwrap();
     assert_eq!((trail.len(), &trail[0], &trail[499]), (500, &json!(0), &json!(5)));
+    assert_eq!(view["breaks"], json!((4..500).step_by(4).collect::<Vec<_>>()));
+    assert_eq!(view["phases"]["put_backs"], 174);
     let distances = watched.get("/api/sources/live/costs?run=1").json();
     assert_eq!((&distances["states"], &distances["stride"]), (&json!(700), &json!(2)));
     assert_eq!(distances["open"].as_array().unwrap(), &vec![json!(4); 350]);
+    let put_backs: Vec<_> = (0..350).map(|sample| 2 * sample / 4).collect();
+    assert_eq!(distances["put_backs"], json!(put_backs));
     let drawing = watched.get("/api/sources/live/drawing.svg?run=1");
     assert!(drawing.head.contains("content-type: image/svg+xml"));
     assert!(drawing.text().contains(r#"data-wall="0,0,N""#) && !drawing.text().contains("<style"));

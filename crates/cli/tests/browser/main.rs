@@ -20,6 +20,7 @@ mod map;
 mod mazes;
 mod measure;
 mod page;
+mod phases;
 mod policy;
 mod recordings;
 mod run;

@@ -1,0 +1,103 @@
+//! Checks the steps and turns of each phase, and what the page shows when a mouse is put back.
+
+use mmsim_maze::Cell;
+use mmsim_solvers::BundledStrategy;
+
+use crate::browser::{Browser, wait_for, with_page};
+use crate::page::Panel;
+use crate::simulator::bundled;
+use crate::test_state::TestState;
+
+/// Returns the steps, the turns and the time in a row of the table of phases.
+fn row(browser: &Browser, live: Panel<'_>, run: &str) -> [String; 3] {
+    let script = "return [...document.querySelectorAll(arguments[0])].map((it) => it.textContent)";
+    browser.run(script, &[live.part(&format!(".phases .{run} td")).into()])
+}
+
+/// Asserts that the page shows the steps and turns of consecutive states of a mouse that moves one
+/// cell at a time.
+fn assert_run(browser: &Browser, live: Panel<'_>, run: &str, states: &[TestState]) {
+    let shown = row(browser, live, run);
+    if states.len() < 2 {
+        assert_eq!(shown, ["–", "–", "–"], "{run}");
+        return;
+    }
+    let turns = states.windows(2).map(|pair| {
+        let [from, to] = [0, 1].map(|it: usize| "NESW".find(pair[it].heading).unwrap());
+        from.abs_diff(to).min(4 - from.abs_diff(to))
+    });
+    let expected = [states.len() - 1, turns.sum()].map(|count| count.to_string());
+    assert_eq!(shown[..2], expected, "{run}");
+    assert!(shown[2].ends_with(" ms") || shown[2].ends_with(" s"), "{run}: {}", shown[2]);
+}
+
+fn go_to(browser: &Browser, live: Panel<'_>, at: usize) {
+    browser.press(format!("g{}\u{e007}", at + 1).chars());
+    live.wait_for_state(at);
+}
+
+#[test]
+fn each_phase_has_its_steps_and_turns_at_every_state() {
+    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+        let maze = bundled("05-hedgerow.txt");
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        let states = simulator.search(&maze, BundledStrategy::ShortestPathSearch);
+        let last = states.len() - 1;
+        live.wait_for_state(last);
+        let is_goal = |state: &TestState| maze.goals().contains(state.cell);
+        let goal = states.iter().position(is_goal).unwrap();
+        let is_start = |state: &TestState| state.cell == Cell::new(0, 0);
+        let start = states[goal..].iter().position(is_start).unwrap() + goal;
+        assert!(is_goal(&states[last]) && goal > 60 && start > goal + 40 && last == start + 59);
+        for at in [last, goal - 1, goal, goal + 1, start, start + 1, last] {
+            go_to(browser, live, at);
+            assert_run(browser, live, "search-run", &states[..=at.min(goal)]);
+            let returned = if at > goal { &states[goal..=at.min(start)] } else { &[] };
+            assert_run(browser, live, "return-run", returned);
+            let fast = if at > start { &states[start..=at] } else { &[] };
+            assert_run(browser, live, "fast-run", fast);
+            assert_eq!(live.text(".steps dd"), at.to_string());
+            assert_eq!(live.text(".happened"), "");
+        }
+    });
+}
+
+#[test]
+fn a_mouse_that_is_put_back_makes_no_steps() {
+    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+        let size = bundled("05-hedgerow.txt").size();
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        let state = |x: u8, y: u8, heading| TestState {
+            cell: Cell::new(x, y),
+            heading,
+            ..TestState::new(0, size)
+        };
+        // The mouse is put back from (0, 3) and later appears in another cell.
+        for (x, y, heading) in
+            [(0, 0, 'N'), (0, 1, 'N'), (0, 3, 'N'), (0, 0, 'N'), (0, 1, 'N'), (9, 9, 'E')]
+        {
+            simulator.send(&state(x, y, heading).message('C', 'C'));
+        }
+        live.wait_for_state(5);
+        let shown = |at: usize, steps: &str, events: &str| {
+            go_to(browser, live, at);
+            assert_eq!(live.text(".steps dd"), steps);
+            assert_eq!(row(browser, live, "search-run")[0], steps);
+            assert_eq!(live.text(".happened"), events);
+        };
+        shown(2, "3", "");
+        shown(3, "3", "Put back to the start in this state");
+        wait_for("the announcement", || {
+            live.text(".announcement").contains("put back to the start").then_some(())
+        });
+        shown(4, "4", "Put back to the start once");
+        shown(5, "4", "Put back to the start once. Jumped to this cell");
+        let marks = wait_for("the marks in the chart", || {
+            let marks = live.attribute(".plot .put-backs", "d");
+            (!marks.is_empty() && marks != "none").then_some(marks)
+        });
+        assert_eq!(marks, "M307.2 0v14", "at 3/5 of the width");
+    });
+}

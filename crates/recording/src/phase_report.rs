@@ -1,0 +1,128 @@
+//! The figures of each phase for reports.
+
+use serde::Serialize;
+
+use crate::phases::{Phases, RunFigures};
+use crate::times::Times;
+
+/// The steps, turns and times of the phases up to a state. The field names are JSON keys. See
+/// [`Phases`] for the meaning of the runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PhaseReport {
+    /// The search run.
+    pub search_run: RunReport,
+    /// The latest return run, or `None` if there is none.
+    pub return_run: Option<RunReport>,
+    /// The latest fast run, or `None` if there is none.
+    pub fast_run: Option<RunReport>,
+    /// The best complete fast run, or `None` if there is none.
+    pub best_run: Option<RunReport>,
+    /// All runs together. The time is that since the first state.
+    pub total: RunReport,
+    /// The number of fast runs that have begun.
+    pub fast_runs: u32,
+    /// The number of times that the mouse was put back to the start.
+    pub put_backs: u32,
+    /// The number of jumps to other cells.
+    pub jumps: u32,
+}
+
+/// The figures of one run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct RunReport {
+    /// The number of steps, in cells.
+    pub steps: u64,
+    /// The number of quarter turns.
+    pub turns: u64,
+    /// The time in milliseconds.
+    pub ms: f64,
+}
+
+impl PhaseReport {
+    /// Creates the report on the phases up to the state `index`. A time that is missing in `times`
+    /// counts as 0 ms.
+    pub fn new(phases: &Phases, index: usize, times: &Times) -> Self {
+        let run = |run: RunFigures| RunReport {
+            steps: run.steps.into(),
+            turns: run.turns.into(),
+            ms: milliseconds(times, run.first as usize, run.last as usize),
+        };
+        let nonempty = |figures: RunFigures| (!figures.is_empty()).then(|| run(figures));
+        Self {
+            search_run: run(phases.search_run),
+            return_run: nonempty(phases.return_run),
+            fast_run: nonempty(phases.fast_run),
+            best_run: phases.best_run.map(run),
+            total: RunReport {
+                steps: phases.total.steps,
+                turns: phases.total.turns,
+                ms: milliseconds(times, 0, index),
+            },
+            fast_runs: phases.fast_runs,
+            put_backs: phases.put_backs,
+            jumps: phases.jumps,
+        }
+    }
+
+    /// Returns each run with its name. The total is last, unless there is only a search run.
+    pub fn rows(&self) -> Vec<(String, RunReport)> {
+        let is_one = self.return_run.is_none() && self.fast_run.is_none();
+        let fast_run = match self.fast_runs {
+            0 | 1 => "fast run".into(),
+            number => format!("fast run {number}"),
+        };
+        [
+            ("search run".into(), Some(self.search_run)),
+            ("return run".into(), self.return_run),
+            (fast_run, self.fast_run),
+            ("best fast run".into(), self.best_run.filter(|_| self.fast_runs > 1)),
+            ("total".into(), (!is_one).then_some(self.total)),
+        ]
+        .into_iter()
+        .filter_map(|(name, run)| Some((name, run?)))
+        .collect()
+    }
+}
+
+/// Returns the time between two states in milliseconds.
+#[expect(clippy::cast_precision_loss, reason = "times below 2^53 ns (104 days) are exact")]
+fn milliseconds(times: &Times, first: usize, last: usize) -> f64 {
+    let between = times.get(first).zip(times.get(last));
+    between.map_or(0., |(first, last)| last.saturating_sub(first) as f64 / 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_run_has_its_time() {
+        let mut times = Times::new(1);
+        for time in [5_000_000, 5_500_000, 7_000_000, 17_000_000, 20_000_000] {
+            times.push(time).unwrap();
+        }
+        let run = |first, last, steps, turns| RunFigures { first, last, steps, turns };
+        let mut phases = Phases::default();
+        phases.search_run = run(0, 1, 3, 1);
+        phases.total.steps = 9;
+        let text = |report: &PhaseReport| {
+            let rows = report.rows().into_iter();
+            rows.map(|(name, run)| format!("{name} {}", run.ms)).collect::<Vec<_>>().join(", ")
+        };
+        let searched = PhaseReport::new(&phases, 2, &times);
+        assert_eq!(searched.search_run, RunReport { steps: 3, turns: 1, ms: 0.5 });
+        assert_eq!(text(&searched), "search run 0.5");
+        (phases.return_run, phases.fast_run) = (run(1, 2, 3, 0), run(3, 4, 3, 0));
+        (phases.best_run, phases.fast_runs) = (Some(phases.fast_run), 1);
+        let report = PhaseReport::new(&phases, 4, &times);
+        assert_eq!(text(&report), "search run 0.5, return run 1.5, fast run 3, total 15");
+        phases.fast_runs = 2;
+        let report = PhaseReport::new(&phases, 4, &times);
+        assert_eq!(
+            text(&report),
+            "search run 0.5, return run 1.5, fast run 2 3, best fast run 3, total 15"
+        );
+        let untimed = PhaseReport::new(&phases, 4, &Times::new(1));
+        assert_eq!(untimed.total, RunReport { steps: 9, turns: 0, ms: 0. });
+    }
+}
