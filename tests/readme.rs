@@ -85,6 +85,7 @@ fn links_are_valid() {
             let (file, heading) = link.split_once('#').unwrap_or((link, ""));
             let target = match path_in_repository(file) {
                 Some(path) => root.join(path),
+                None if file.is_empty() => root.join(page),
                 None if link.starts_with("https://") => continue,
                 None => {
                     let is_published = PUBLISHED.iter().any(|name| page.contains(name));
