@@ -10,7 +10,7 @@ use jiff::tz::TimeZone;
 use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, Pose, WallState};
 use mmsim_protocol::{Info, Matrix, State, StateMessage};
 use mmsim_recording::{Block, Integrity, MemoryBudget, PhaseReport, Recording, Transition};
-use mmsim_solvers::MazeFacts;
+use mmsim_solvers::{MazeFacts, PathBounds};
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
 
@@ -111,6 +111,14 @@ struct StateReport {
     /// `put back` if the mouse was put back to the start in this state, `jump` if it appeared in
     /// another cell, or `None` if it moved.
     event: Option<&'static str>,
+    /// The distance from the start to the goal if all unknown walls are open, or `None` if there is
+    /// no path.
+    optimistic_distance: Option<u16>,
+    /// The distance from the start to the goal if all unknown walls are closed, or `None` if there
+    /// is no path.
+    pessimistic_distance: Option<u16>,
+    /// True if the shortest known path is proven to be the shortest.
+    proven: bool,
     /// The number of walls that the client reports incorrectly, or `None` if the recording has no
     /// maze.
     wrong_walls: Option<usize>,
@@ -136,12 +144,15 @@ impl StateReport {
             Some(Transition::Move { .. }) | None => "",
         };
         let report = PhaseReport::new(&phases, index, recording.times());
-        let (pose, info) = (state.pose(), recording.info());
-        let map = state.map(Cell::new(info.start[0], info.start[1]), info.goal_cells());
+        let (pose, unexplored) = (state.pose(), recording.info().known_maze()?);
+        let map = state.map(unexplored.start().cell, *unexplored.goals());
+        let context = states.context(index)?;
+        let bounds = PathBounds::new(&context.known_maze(&state, &unexplored, recording.maze()));
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
         let Pose { cell, heading } = pose;
         let pose_at = PoseAt::new(recording, recording.times().get(index)?, pose);
-        let wrong_walls = recording.maze().map(|maze| wrong_walls(&map, maze));
+        let read = context.known_maze(&state, &unexplored, None);
+        let wrong_walls = recording.maze().map(|maze| wrong_walls(&map, &read, maze));
         let visited = counted(map.visited().len() as u64, "cell");
         let wrong = wrong_walls.filter(|&count| count > 0);
         let wrong = wrong.map(|count| format!(", {} wrong", counted(count as u64, "wall")));
@@ -152,15 +163,19 @@ impl StateReport {
             visited_cells: map.visited().len(),
             phases: report,
             event,
+            optimistic_distance: bounds.optimistic,
+            pessimistic_distance: bounds.pessimistic,
+            proven: bounds.is_proven(),
             wrong_walls,
             weights: columns(recording.size(), state.weights()),
             walls: columns(recording.size(), state.walls()),
             map: map.picture().with_mouse(pose).to_string(),
             text: format!(
                 "state {index} after {:.3} ms: {cell} heading {heading}{here}, {visited} \
-                 visited{wrong}\n{}{picture}",
+                 visited{wrong}\n{}{}\n{picture}",
                 pose_at.ms,
                 phases_text(&report),
+                bounds_text(bounds),
             ),
             pose: pose_at,
         })
@@ -175,6 +190,18 @@ fn phases_text(report: &PhaseReport) -> String {
     let events = [(report.put_backs, put_back), (report.jumps, jumped)].into_iter();
     let events = events.filter(|&(count, _)| count > 0);
     events.fold(phase_table::table(report), |text, (_, event)| text + &event + "\n")
+}
+
+/// Formats the bounds of the shortest path from the start to the goal.
+fn bounds_text(PathBounds { optimistic, pessimistic, .. }: PathBounds) -> String {
+    match (optimistic, pessimistic) {
+        (None, _) => "shortest path: the goal is unreachable".into(),
+        (Some(steps), None) => format!("shortest path: at least {}", counted(steps, "step")),
+        (Some(least), Some(most)) if least == most => {
+            format!("shortest path: {}, proven", counted(least, "step"))
+        }
+        (Some(least), Some(most)) => format!("shortest path: {least} to {most} steps"),
+    }
 }
 
 /// Returns the name of an event: a transition that is not a movement.
@@ -192,13 +219,18 @@ fn columns(size: MazeSize, matrix: Matrix<'_>) -> Vec<Vec<u8>> {
     (0..size.width()).map(column).collect()
 }
 
-/// Counts the walls that the client reports incorrectly.
-fn wrong_walls(map: &KnownMaze, maze: &Maze) -> usize {
+/// Counts the walls that the client reports incorrectly. `map` contains all walls that the client
+/// reports, and `read` those that it has also read: a client that marks a cell as visited before it
+/// reads the walls does not report that they are absent.
+fn wrong_walls(map: &KnownMaze, read: &KnownMaze, maze: &Maze) -> usize {
     let sides = |cell| [Heading::North, Heading::East].map(|heading| (cell, heading));
-    let is_wrong = |&(cell, heading): &(Cell, Heading)| match map.wall(cell, heading) {
-        WallState::Present => !maze.walls().has(cell, heading),
-        WallState::Absent => maze.walls().has(cell, heading),
-        WallState::Unknown => false,
+    let is_wrong = |&(cell, heading): &(Cell, Heading)| {
+        let is_present = maze.walls().has(cell, heading);
+        match map.wall(cell, heading) {
+            WallState::Present => !is_present,
+            WallState::Absent => is_present && read.wall(cell, heading) == WallState::Absent,
+            WallState::Unknown => false,
+        }
     };
     map.size().cells().flat_map(sides).filter(is_wrong).count()
 }

@@ -12,6 +12,7 @@ use harness::noise::{send_until_refused, state};
 use harness::{Home, Serving, limited, recorded};
 use mmsim_recording::{Integrity, Recording};
 use mmsim_tests::{ask, connect_to, wait_for};
+use serde_json::json;
 
 const MAZE: &str = "hedgerow";
 
@@ -180,7 +181,9 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     let (_, state) = shown.split_once("state 4 after ").unwrap();
     let (_, state) = state.split_once(" ms: ").unwrap();
     let (pose, rest) = state.split_once('\n').unwrap();
-    let (phases, map) = rest.split_once('\n').unwrap();
+    let (phases, rest) = rest.split_once('\n').unwrap();
+    let (bounds, map) = rest.split_once('\n').unwrap();
+    assert!(bounds.starts_with("shortest path: at least "), "{bounds}");
     assert!(phases.starts_with("search run  4 steps  0 turns  0.0"), "{phases}");
     insta::assert_snapshot!("replayed-state", format!("{pose}\n{map}"));
 
@@ -202,6 +205,42 @@ fn each_search_is_a_recording_that_can_be_replayed() {
         home.run(&["solve", "flood-fill", "--record", "own.mcap", "--connect", "127.0.0.1:1"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.starts_with("mmsim: cannot record in own.mcap: "), "{ended:?}");
+}
+
+/// A mouse that marks a cell as visited before it reads the walls neither knows these walls nor
+/// reports them incorrectly.
+#[test]
+fn walls_that_the_mouse_has_not_read_are_unknown() {
+    let home = Home::new();
+    home.write(
+        "maze.txt",
+        "o---o---o---o\n| S |       |\no   o   o   o\n|         G |\no---o---o---o\n",
+    );
+    let server = home.serve(&["maze.txt", "-p", "0", "--record", "r"]);
+    let socket = connect_to(&server.address, zmq::REQ);
+    let state =
+        |x: u8, y: u8, walls: [u8; 6]| [b"S", &[x, y][..], b"EC\0\0\0\0\0\0C", &walls].concat();
+    for (reading, state) in [
+        (b"W\0\x01S", state(0, 1, [0, 0, 0, 1 | 2 | 8 | 16, 0, 0])),
+        // The mouse moves through (0, 0) and (1, 0) before it asks.
+        (b"W\x01\0E", state(1, 0, [1, 1, 0, 1 | 2 | 8 | 16, 0, 0])),
+        (b"W\0\0E", state(0, 0, [1, 1 | 4, 0, 1 | 2 | 8 | 16, 0, 0])),
+    ] {
+        assert_eq!(ask(&socket, &state), b"ok");
+        assert_eq!(ask(&socket, reading).len(), 3);
+    }
+    assert_eq!(ask(&socket, &state(0, 0, [1 | 4 | 8, 1 | 4, 0, 1 | 2 | 8 | 16, 0, 0])), b"ok");
+    let recording = recorded(&home.path().join("r"));
+    let at = |at: &str| {
+        let report =
+            home.run(&["replay", recording.to_str().unwrap(), "--json", "--at", at]).json();
+        let state = &report["state"];
+        let keys = ["optimistic_distance", "pessimistic_distance", "proven", "wrong_walls"];
+        serde_json::Value::from_iter(keys.map(|key| state[key].clone()))
+    };
+    assert_eq!(at("0"), json!([3, null, false, 0]));
+    assert_eq!(at("1"), json!([3, null, false, 0]));
+    assert_eq!(at("3"), json!([3, 3, true, 0]));
 }
 
 #[test]

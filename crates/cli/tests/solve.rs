@@ -56,8 +56,8 @@ fn the_phases_of_a_search_equal_those_of_its_recording() {
         table.lines().skip(1).map(|line| line.split("  ").next().unwrap()).collect();
     assert_eq!(names, ["search run", "return run", "fast run", "total"]);
 
-    let replayed = home.run(&["replay", "own.mcap", "--json"]).json();
-    let replayed = &replayed["state"]["phases"];
+    let report = home.run(&["replay", "own.mcap", "--json"]).json();
+    let (state, replayed) = (&report["state"], &report["state"]["phases"]);
     for run in ["search_run", "return_run", "fast_run", "total"] {
         for figure in ["steps", "turns"] {
             assert_eq!(replayed[run][figure], phases[run][figure], "{run} {figure}");
@@ -65,8 +65,11 @@ fn the_phases_of_a_search_equal_those_of_its_recording() {
         assert!(replayed[run]["ms"].as_f64().unwrap() > 0.);
     }
     assert_eq!(replayed["best_run"], replayed["fast_run"]);
+    let [least, most] = ["optimistic_distance", "pessimistic_distance"].map(|key| &state[key]);
+    assert_eq!((least, most, &state["proven"]), (&json!(59), &json!(59), &json!(true)));
     let shown = home.run(&["replay", "own.mcap"]).stdout;
     assert!(shown.contains("\nsearch run  ") && shown.contains("\nfast run  "), "{shown}");
+    assert!(shown.contains("\nshortest path: 59 steps, proven\n"), "{shown}");
     // The total is that of the last state.
     let at = format!("{}", a + b / 2);
     let during = home.run(&["replay", "own.mcap", "--json", "--at", &at]).json();

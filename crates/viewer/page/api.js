@@ -16,8 +16,8 @@
  * @typedef {{ search_run: RunReport, return_run: RunReport | null, fast_run: RunReport | null, best_run: RunReport | null,
  *   total: RunReport, fast_runs: number, put_backs: number, jumps: number }} PhaseReport
  * @typedef {{ at: number, states: number, state: number[], steps: number, turns: number, phases: PhaseReport,
- *   event: "put-back" | "jump" | null, visited: number, open: number | null, closed: number | null, solved: boolean,
- *   trail: number[], breaks: number[] }} StateView
+ *   event: "put-back" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
+ *   closed: number | null, solved: boolean, trail: number[], breaks: number[] }} StateView
  * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[],
  *   put_backs: number[] }} DistanceHistory
  * @typedef {{ advance: number, digits: string[], heat: { light: string[], dark: string[] } }} DrawingStyle

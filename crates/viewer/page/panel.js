@@ -5,7 +5,7 @@
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
 import { cloneTemplate, nextFrame, query, setAttributes, setText, showError, sleep } from "./dom.js";
-import { announce, showFigures } from "./figures.js";
+import { announce, describeUnknownWalls, showFigures } from "./figures.js";
 import { MazeMap, dark, describeCell } from "./map.js";
 import { DX, DY, decodeState } from "./state.js";
 import { Timeline } from "./timeline.js";
@@ -283,6 +283,8 @@ export class Panel {
     const waiting = this.#id === "live" && this.timeline.states === 0;
     const hint = waiting ? "Press Run or connect your own mouse." : "";
     const cell = this.#cell;
-    setText(this.element, ".readout", source && cell !== null ? describeCell(cell, source, this.#shown?.state) : hint);
+    const shown = this.#shown;
+    const text = source && cell !== null ? describeCell(cell, source, shown?.state) + describeUnknownWalls(cell, shown?.view) : hint;
+    setText(this.element, ".readout", text);
   }
 }

@@ -60,7 +60,10 @@ pub(crate) struct RunDescription {
 pub(crate) struct DecodedState<'a> {
     pub(crate) message: &'a [u8],
     pub(crate) state: State<'a>,
+    /// The map that the client claims.
     pub(crate) map: KnownMaze,
+    /// The walls that the client knows. See `Context::known_maze` in `mmsim-recording`.
+    pub(crate) known: KnownMaze,
 }
 
 impl RunDescription {
@@ -76,11 +79,13 @@ impl RunDescription {
         states: &'a States,
         index: usize,
     ) -> Result<DecodedState<'a>, ApiError> {
+        let failed = || ApiError::internal(format!("cannot decode state {index}"));
         let message = states.get(index).unwrap_or_default();
-        let state = State::decode(message, self.size)
-            .map_err(|_| ApiError::internal(format!("cannot decode state {index}")))?;
+        let state = State::decode(message, self.size).map_err(|_| failed())?;
         let map = state.map(self.unexplored.start().cell, *self.unexplored.goals());
-        Ok(DecodedState { message, state, map })
+        let context = states.context(index).ok_or_else(failed)?;
+        let known = context.known_maze(&state, &self.unexplored, self.truth.as_ref());
+        Ok(DecodedState { message, state, map, known })
     }
 }
 
@@ -218,7 +223,7 @@ impl Source {
         let mut distances = self.cache(run, |cache| cache.distances.clone());
         distances.extend(states, |index| {
             let block = self.read_block(run, index)?;
-            let bounds = DistanceBounds::new(&description.decode(&block, index)?.map);
+            let bounds = DistanceBounds::new(&description.decode(&block, index)?.known);
             let put_backs = block.phases(index).map_or(0, |phases| phases.put_backs);
             Ok::<_, ApiError>(Sample { bounds, put_backs })
         })?;

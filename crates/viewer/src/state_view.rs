@@ -1,7 +1,7 @@
 //! The view of a state on the page.
 
 use mmsim_drawing::TRAIL_CELLS;
-use mmsim_maze::{Cell, Pose};
+use mmsim_maze::{Cell, Heading, KnownMaze, Pose, WallState};
 use mmsim_recording::{Block, PhaseReport, Transition};
 use serde::Serialize;
 
@@ -25,6 +25,9 @@ pub(crate) struct StateView {
     /// Whether the mouse was put back to the start or jumped to another cell in this state.
     event: Option<ViewEvent>,
     visited: usize,
+    /// The visited cells whose walls the client does not all know, as y × width + x, each with the
+    /// headings of the unknown walls as bits: 1 north, 2 east, 4 south and 8 west.
+    unknown_walls: Vec<(u16, u8)>,
     #[serde(flatten)]
     distances: DistanceBounds,
     #[serde(rename = "solved")]
@@ -68,7 +71,7 @@ impl StateView {
         let phases = states
             .phases(index)
             .ok_or_else(|| ApiError::internal(format!("cannot decode state {index}")))?;
-        let distances = DistanceBounds::new(&decoded.map);
+        let distances = DistanceBounds::new(&decoded.known);
         let width = u16::from(description.size.width());
         let Trail { cells, breaks } = trail(source, run, index)?;
         Ok(Self {
@@ -80,12 +83,29 @@ impl StateView {
             phases: PhaseReport::new(&phases, index, &source.times_to(run, index)?),
             event: ViewEvent::from_transition(phases.transition),
             visited: decoded.map.visited().len(),
+            unknown_walls: unknown_walls(&decoded.known),
             distances,
             is_proven_optimal: distances.is_proven_optimal(),
             trail: cells.iter().map(|cell| u16::from(cell.y) * width + u16::from(cell.x)).collect(),
             breaks,
         })
     }
+}
+
+/// Returns the visited cells with unknown walls. See [`StateView::unknown_walls`].
+fn unknown_walls(known: &KnownMaze) -> Vec<(u16, u8)> {
+    let width = u16::from(known.size().width());
+    let unknown_sides = |cell: Cell| {
+        let is_unknown = |&heading: &Heading| known.wall(cell, heading) == WallState::Unknown;
+        Heading::ALL
+            .into_iter()
+            .filter(is_unknown)
+            .fold(0, |sides, heading| sides | 1 << heading as u8)
+    };
+    let cells = known.size().cells().filter(|&cell| known.visited().contains(cell));
+    let cells =
+        cells.map(|cell| (u16::from(cell.y) * width + u16::from(cell.x), unknown_sides(cell)));
+    cells.filter(|&(_, sides)| sides != 0).collect()
 }
 
 /// Returns the trail of the mouse up to the state `last`.

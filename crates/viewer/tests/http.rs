@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 
 use harness::{WatchedServer, stop_viewer};
-use mmsim_tests::{stop, wait_for};
+use mmsim_tests::{ask, connect, stop, wait_for};
 use serde_json::json;
 
 #[test]
@@ -98,7 +98,7 @@ fn a_view_contains_the_figures_of_a_state() {
         json!({"at": 6, "states": 700, "state": sent[6], "steps": 3 + 2, "turns": 0,
             "phases": {"search_run": run, "return_run": null, "fast_run": null, "best_run": null,
                 "total": run, "fast_runs": 0, "put_backs": 1, "jumps": 0},
-            "event": null, "visited": 1, "open": 4, "closed": null, "solved": false,
+            "event": null, "visited": 1, "unknown_walls": [], "open": 4, "closed": null, "solved": false,
             "trail": [0, 3, 4, 5, 0, 3, 4], "breaks": [4]})
     );
     let view = watched.get("/api/sources/live/moment?run=1&at=4").json();
@@ -116,6 +116,47 @@ fn a_view_contains_the_figures_of_a_state() {
     let drawing = watched.get("/api/sources/live/drawing.svg?run=1");
     assert!(drawing.head.contains("content-type: image/svg+xml"));
     assert!(drawing.text().contains(r#"data-wall="0,0,N""#) && !drawing.text().contains("<style"));
+    watched.stop();
+}
+
+/// A mouse that marks cells as visited before it reads their walls does not know these walls.
+#[test]
+fn figures_rest_only_on_walls_that_the_mouse_has_read() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let client = connect(&watched.server, zmq::REQ);
+    let state = |y: u8, walls: [u8; 6]| [b"S\0", &[y][..], b"NC\0\0\0\0\0\0C", &walls].concat();
+    // The start is visited, with walls to the east, south and west. All other cells are marked as
+    // visited without walls.
+    let walls = [1 | 2 | 4 | 8, 1, 1, 1, 1, 1];
+    for (reading, y) in [(b"W\0\0N", 0), (b"W\0\x01N", 1)] {
+        assert_eq!(ask(&client, reading).len(), 3);
+        assert_eq!(ask(&client, &state(y, walls)), b"ok");
+    }
+    let view = |at: usize| watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
+    let bounds = |view: &serde_json::Value| [view["open"].clone(), view["closed"].clone()];
+    let (first, second) = (view(0), view(1));
+    assert_eq!(bounds(&first), [json!(4), json!(null)]);
+    // All walls of (0, 0) are known. The east walls of the cells to the north are not: east of
+    // (0, 1), no wall has been read.
+    let (north, east, south, west) = (1, 2, 4, 8);
+    assert_eq!(
+        first["unknown_walls"],
+        json!([
+            [1, north | east],
+            [2, north | west],
+            [3, east],
+            [4, east | south | west],
+            [5, south | west]
+        ])
+    );
+    assert_eq!(
+        second["unknown_walls"][2],
+        json!([4, east | south]),
+        "the walls of (0, 1) are known"
+    );
+    assert_eq!(first["visited"], 6);
+    let distances = watched.get("/api/sources/live/costs?run=1").json();
+    assert_eq!((&distances["open"], &distances["closed"]), (&json!([4, 4]), &json!([null, null])));
     watched.stop();
 }
 

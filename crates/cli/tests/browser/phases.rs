@@ -1,5 +1,6 @@
 //! Checks the steps and turns of each phase, and what the page shows when a mouse is put back.
 
+use fantoccini::key::Key;
 use mmsim_maze::Cell;
 use mmsim_solvers::BundledStrategy;
 
@@ -99,5 +100,38 @@ fn a_mouse_that_is_put_back_makes_no_steps() {
             (!marks.is_empty() && marks != "none").then_some(marks)
         });
         assert_eq!(marks, "M307.2 0v14", "at 3/5 of the width");
+    });
+}
+
+/// A mouse may mark a cell as visited before it reads the walls of the cell.
+#[test]
+fn walls_that_the_mouse_has_not_read_are_listed_as_unknown() {
+    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+        let maze = bundled("05-hedgerow.txt");
+        let size = maze.size();
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        // The mouse claims to have visited all cells, and reports only the outer walls.
+        let all_visited = TestState {
+            walls: vec![1; size.area()],
+            cell: Cell::new(0, 0),
+            heading: 'N',
+            ..TestState::new(0, size)
+        };
+        assert_eq!(simulator.request(b"W\0\0N").len(), 3);
+        simulator.send(&all_visited.message('C', 'C'));
+        live.wait_for_state(0);
+        let shown = |row: &str| live.text(&format!(".{row} dd"));
+        assert_eq!((shown("optimistic").as_str(), shown("actual").as_str()), ("14", "59"));
+        assert_eq!(shown("pessimistic"), "no path");
+        assert_eq!(live.text(".proven"), "not proven");
+        // The first arrow key moves from the cell of the mouse.
+        let map = live.part(".map");
+        browser.run::<()>("document.querySelector(arguments[0]).focus()", &[map.into()]);
+        browser.press([char::from(Key::Up)]);
+        let readout = wait_for("a cell", || {
+            Some(live.text(".readout")).filter(|text| text.starts_with("cell (0, 1)"))
+        });
+        assert!(readout.ends_with("visited · unknown walls: north, east"), "{readout}");
     });
 }
