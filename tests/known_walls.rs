@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use mmsim_client::{InMemory, search_run};
 use mmsim_formats::Catalogue;
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose, WallState, Walls};
 use mmsim_protocol::{State, state_bytes};
 use mmsim_recording::{Block, History};
 use mmsim_server::{ReplyBuffer, Simulation};
@@ -205,6 +205,39 @@ fn the_walls_of_a_robot_that_never_asks_are_known() {
     });
 }
 
+/// A mouse can declare that it does not know a wall of a visited cell, and correct its flags.
+#[test]
+fn declared_walls_override_the_flags_of_a_state() {
+    let maze: Maze = "o---o---o---o\n| S       G |\no---o---o---o\n".parse().unwrap();
+    let mut simulation = Simulation::new("declared", maze.clone());
+    let mut reply = ReplyBuffer::new();
+    let state = b"S\0\0NC\0\0\0C\x1d\x15\x17";
+    let unproven = PathBounds { optimistic: Some(2), pessimistic: None };
+    let proven = PathBounds { optimistic: Some(2), pessimistic: Some(2) };
+    let mut expected = Vec::new();
+    for (declaration, bounds) in [
+        (&b"AD\0\0E0"[..], proven),
+        (b"AD\0\0E?", unproven),
+        (b"AD\0\0E-", proven),
+        // The declaration is wrong.
+        (b"AD\x01\0W1", unproven),
+        (b"Ad", proven),
+    ] {
+        simulation.handle(declaration, &mut reply);
+        assert_eq!(reply, b"ok");
+        simulation.handle(state, &mut reply);
+        assert_eq!(reply, b"ok");
+        expected.push(bounds);
+    }
+    for_each_known_maze(simulation.history(), &maze, |index, known| {
+        assert_eq!(PathBounds::new(&known), expected[index], "state {index}");
+    });
+    let context = simulation.history().context(3).unwrap();
+    let unexplored = KnownMaze::unexplored(&maze);
+    let claimed = context.claimed_maze(&State::decode(state, maze.size()).unwrap(), &unexplored);
+    assert_eq!(claimed.wall(Cell::new(0, 0), Heading::East), WallState::Present);
+}
+
 fn any_maze() -> impl Strategy<Value = Maze> {
     let walls = prop::collection::vec(any::<u32>(), 64);
     (1usize..=6, 1usize..=6, walls).prop_map(|(width, height, bits)| {
@@ -218,28 +251,33 @@ fn any_maze() -> impl Strategy<Value = Maze> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
-    fn any_states_and_readings_enclose_the_shortest_path(
+    fn any_states_readings_and_declarations_enclose_the_shortest_path(
         maze in any_maze(),
         requests in prop::collection::vec(
-            (0u8..6, 0u8..6, 0usize..4, prop::option::of(prop::collection::vec(any::<u8>(), 72))),
+            (
+                (0u8..6, 0u8..6, 0usize..4),
+                prop::option::of(prop::collection::vec(any::<u8>(), 72)),
+                prop::option::of(prop::sample::select(b"01?-".to_vec())),
+            ),
             1..40,
         ),
     ) {
         let size = maze.size();
         let mut simulation = Simulation::new("any", maze);
         let mut reply = ReplyBuffer::new();
-        for (x, y, heading, matrices) in requests {
+        for ((x, y, heading), matrices, declaration) in requests {
             let pose = [x % size.width(), y % size.height(), b"NESW"[heading]];
-            let request = match matrices {
-                None => [b"W".as_slice(), &pose].concat(),
-                Some(bytes) => {
+            let request = match (matrices, declaration) {
+                (None, None) => [b"W".as_slice(), &pose].concat(),
+                (None, Some(state)) => [b"AD", &pose[..], &[state]].concat(),
+                (Some(bytes), _) => {
                     let (weights, walls) = (&bytes[..size.area()], &bytes[36..36 + size.area()]);
                     [b"S", &pose[..], b"F", weights, b"C", walls].concat()
                 }
             };
             simulation.handle(&request, &mut reply);
             prop_assert!(!reply.starts_with(b"error"));
-            prop_assert!(request[0] == b'W' || request.len() == state_bytes(size));
+            prop_assert!(request[0] != b'S' || request.len() == state_bytes(size));
         }
         check_bounds("any maze", &simulation);
     }

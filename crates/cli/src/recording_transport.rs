@@ -5,7 +5,7 @@ use std::path::Path;
 
 use mmsim_client::{Transport, TransportError};
 use mmsim_protocol::{Info, MazeSize, Reply, Request};
-use mmsim_recording::{ReadingTracker, RecordError, RecordingWriter, Update, UpdateEncoder};
+use mmsim_recording::{RecordError, RecordingWriter, UpdateEncoder, UpdateTracker};
 
 /// A transport that records each state that the simulator acknowledges with `ok`. A recording error
 /// does not stop the search.
@@ -17,8 +17,8 @@ pub(crate) struct RecordingTransport<T> {
 struct ClientRecording {
     writer: RecordingWriter,
     size: MazeSize,
-    readings: ReadingTracker,
-    updates: UpdateEncoder,
+    updates: UpdateTracker,
+    encoder: UpdateEncoder,
 }
 
 impl<T> RecordingTransport<T> {
@@ -55,21 +55,69 @@ impl ClientRecording {
         let size = info.size().ok_or_else(invalid)?;
         // The client does not know the true maze.
         let writer = RecordingWriter::create(file, info, None)?;
-        let (readings, updates) = (ReadingTracker::default(), UpdateEncoder::new(size));
-        Ok(Self { writer, size, readings, updates })
+        let (updates, encoder) = (UpdateTracker::default(), UpdateEncoder::new(size));
+        Ok(Self { writer, size, updates, encoder })
     }
 
     fn add(&mut self, request: &[u8], reply: &[u8]) -> Result<(), RecordError> {
         match (Request::decode(request, self.size), Reply::decode(reply)) {
-            (Ok(Request::Reset), Ok(Reply::Ok)) => self.readings.clear(),
-            (Ok(Request::Walls(pose)), Ok(Reply::Walls(_))) => self.readings.read(pose),
+            (Ok(Request::Reset), Ok(Reply::Ok)) => self.updates.clear(),
+            (Ok(Request::Walls(pose)), Ok(Reply::Walls(_))) => self.updates.read(pose),
+            (Ok(Request::Annotations(annotations)), Ok(Reply::Ok)) => {
+                // A simulator with a higher limit may accept annotations that are not recorded.
+                let _ = self.updates.annotate(annotations);
+            }
             (Ok(Request::State(_)), Ok(Reply::Ok)) => {
-                let update = Update { readings: self.readings.readings() };
-                self.writer.write_after(self.updates.encode(update, request), request)?;
-                self.readings.report();
+                let update = self.encoder.encode(self.updates.update(), request);
+                self.writer.write_after(update, request)?;
+                self.updates.report();
             }
             _ => {}
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use mmsim_client::{InMemory, Named, search_run};
+    use mmsim_maze::{KnownMaze, Maze};
+    use mmsim_recording::Recording;
+    use mmsim_server::Simulation;
+    use mmsim_solvers::{FloodFill, Mouse};
+
+    use super::*;
+
+    #[test]
+    fn the_recording_equals_the_history_of_the_simulator() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        // The mouse also reads the wall behind the start.
+        let maze: Maze = "o---o---o\n|   | S |\no   o   o\n| G     |\no---o---o\n".parse().unwrap();
+        let mut simulation = Simulation::new("small", maze.clone());
+        let info = simulation.info();
+        let transport = InMemory::new(|request, reply| simulation.handle(request, reply));
+        let recording = RecordingTransport::new(transport, Some(&path), &info).unwrap();
+        let mut transport = Named::new(recording, "Theseus", "flood-fill").unwrap();
+        let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(&maze), maze.start());
+        let observe = |_: &Mouse<_>, _: &_| ControlFlow::Continue(());
+        search_run(&mut transport, &mut mouse, 1000, observe).unwrap();
+        drop(transport);
+
+        let recording = Recording::open(&path).unwrap();
+        let history = simulation.history();
+        assert!(history.len() > 1 && recording.history().iter().eq(history.iter()));
+        for index in 0..history.len() {
+            assert_eq!(recording.history().context(index), history.context(index));
+        }
+        let context = recording.history().newest_context();
+        assert_eq!(context.notes().mouse(), Some("Theseus"));
+        assert!(
+            context.sensed().is_some_and(|sensed| {
+                sensed.has(maze.start().cell, mmsim_maze::Heading::South)
+            })
+        );
     }
 }

@@ -1,13 +1,17 @@
-//! What is known about a state apart from its bytes.
+//! What is known about a state apart from its bytes: the walls that the client has read, and what
+//! it displays.
 
 use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, Walls, WallsAround};
-use mmsim_protocol::{State, StateMessage};
+use mmsim_protocol::{Annotation, State, StateMessage};
 
+use crate::changes::{Change, ChangeWriter, Changes};
+use crate::notes::Notes;
 use crate::update::{
     Readings, StoredReadings, StoredUpdate, Update, put_not_own, put_reading, put_untracked,
 };
 
-/// What is known about a state apart from its bytes: the walls that the client has read.
+/// What is known about a state apart from its bytes: the walls that the client has read, and its
+/// [`Notes`].
 ///
 /// A client may claim walls that it cannot know, for example because it marks a cell as visited
 /// before it reads the walls of that cell. [`known_maze`](Self::known_maze) contains only walls
@@ -22,7 +26,7 @@ use crate::update::{
 /// // The mouse has moved to the middle, but has only read the walls at the start.
 /// let state = b"S\x01\x00NC\x02\x01\x00C\x0d\x01\x00";
 /// let readings = Readings::Poses(&[maze.start()]);
-/// history.push_after(Update { readings }, state)?;
+/// history.push_after(Update { readings, ..Update::default() }, state)?;
 ///
 /// let context = history.context(0).expect("a state with the index 0");
 /// let (state, unexplored) = (State::decode(state, maze.size())?, KnownMaze::unexplored(&maze));
@@ -37,6 +41,7 @@ pub struct Context {
     /// Contains a wall for each wall that the client has read, present or absent. `None` if the
     /// readings are unknown.
     sensed: Option<Walls>,
+    notes: Notes,
 }
 
 const TRACKED_KEY: u8 = b'T';
@@ -45,7 +50,7 @@ const UNTRACKED_KEY: u8 = b'U';
 impl Context {
     /// Creates the context before the first state of a run.
     pub(crate) fn new(size: MazeSize) -> Self {
-        Self { size, sensed: Some(Walls::open(size)) }
+        Self { size, sensed: Some(Walls::open(size)), notes: Notes::new(size) }
     }
 
     /// Returns the walls that the client has read: a wall in the result means that the client has
@@ -55,20 +60,33 @@ impl Context {
         self.sensed.as_ref()
     }
 
-    /// Returns the map of the walls that the client knows. A wall is known if the state claims it,
-    /// if it agrees with the true maze (if given), and if the client has read it (or has not read
+    /// Returns the texts, colours, declared walls and names that the mouse displays.
+    pub const fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
+    /// Returns the map that the client claims to know: the walls in the flags of the state, except
+    /// that declared walls override the flags. `unexplored` is the map before the first state, which
+    /// provides the start and the goal.
+    pub fn claimed_maze(&self, state: &State<'_>, unexplored: &KnownMaze) -> KnownMaze {
+        let mut map = state.map(unexplored.start().cell, *unexplored.goals());
+        self.notes.declare(&mut map);
+        map
+    }
+
+    /// Returns the map of the walls that the client knows. A wall is known if the client claims it
+    /// (see [`claimed_maze`](Self::claimed_maze)), if it agrees with the true maze (if given), and if the client has read it (or has not read
     /// any walls since the reset).
     ///
     /// If the true maze is given, its shortest path is at least as long as the optimistic distance
-    /// and at most as long as the pessimistic distance. `unexplored` is the map before the first
-    /// state, which provides the start and the goal.
+    /// and at most as long as the pessimistic distance.
     pub fn known_maze(
         &self,
         state: &State<'_>,
         unexplored: &KnownMaze,
         truth: Option<&Maze>,
     ) -> KnownMaze {
-        let mut map = state.map(unexplored.start().cell, *unexplored.goals());
+        let mut map = self.claimed_maze(state, unexplored);
         if let Some(truth) = truth {
             map.forget_errors(truth.walls());
         }
@@ -81,7 +99,17 @@ impl Context {
     /// Applies an update before a state with the pose `own`. Returns true if the context has
     /// changed.
     pub(crate) fn apply(&mut self, own: Option<Pose>, update: &StoredUpdate<'_>) -> bool {
-        match update.readings {
+        let mut has_changed = self.apply_readings(own, update.readings);
+        let is_line = |change| matches!(change, Change::Other(Annotation::Log(_)));
+        if update.changes.iter().any(|change| !is_line(change)) {
+            self.notes.apply_changes(update.changes);
+            has_changed = true;
+        }
+        has_changed
+    }
+
+    fn apply_readings(&mut self, own: Option<Pose>, readings: StoredReadings<'_>) -> bool {
+        match readings {
             StoredReadings::Usual => match (&mut self.sensed, own) {
                 (Some(sensed), Some(own)) => sense(sensed, own),
                 _ => false,
@@ -101,7 +129,23 @@ impl Context {
     /// Appends the bytes of an update before a state with the pose `own`. Omits everything that
     /// does not change the context, so the update of most states is empty.
     pub(crate) fn encode_update(&self, own: Option<Pose>, update: Update<'_>, to: &mut Vec<u8>) {
-        match (update.readings, &self.sensed) {
+        self.encode_readings(own, update.readings, to);
+        if update.annotations.is_empty() {
+            return;
+        }
+        let mut next = self.notes.clone();
+        update.annotations.iter().for_each(|annotation| next.apply(annotation));
+        self.notes.encode_changes(&next, to);
+        let mut writer = ChangeWriter::new(to);
+        for annotation in update.annotations.iter() {
+            if let Annotation::Log(line) = annotation {
+                writer.line(line);
+            }
+        }
+    }
+
+    fn encode_readings(&self, own: Option<Pose>, readings: Readings<'_>, to: &mut Vec<u8>) {
+        match (readings, &self.sensed) {
             (Readings::Usual, _) | (Readings::Untracked, None) => {}
             (Readings::Untracked, Some(_)) => put_untracked(to),
             (Readings::Poses(poses), Some(sensed)) => {
@@ -130,31 +174,40 @@ impl Context {
 
     /// Returns the maximum length of the encoded context in bytes.
     pub(crate) fn max_bytes(&self) -> usize {
-        1 + 2 * row_bytes(self.size) * usize::from(self.size.height())
+        let sensed = 2 * row_bytes(self.size) * usize::from(self.size.height());
+        1 + sensed + self.notes.max_bytes()
     }
 
-    /// Appends the context as bytes.
+    /// Appends the context as bytes: the walls that the client has read, then the notes.
     pub(crate) fn encode(&self, to: &mut Vec<u8>) {
-        let Some(sensed) = &self.sensed else { return to.push(UNTRACKED_KEY) };
-        to.push(TRACKED_KEY);
-        for rows in [sensed.north_rows(), sensed.east_rows()] {
-            for row in &rows[..self.size.height().into()] {
-                to.extend_from_slice(&row.to_le_bytes()[..row_bytes(self.size)]);
+        if let Some(sensed) = &self.sensed {
+            to.push(TRACKED_KEY);
+            for rows in [sensed.north_rows(), sensed.east_rows()] {
+                for row in &rows[..self.size.height().into()] {
+                    to.extend_from_slice(&row.to_le_bytes()[..row_bytes(self.size)]);
+                }
             }
+        } else {
+            to.push(UNTRACKED_KEY);
         }
+        Notes::new(self.size).encode_changes(&self.notes, to);
     }
 
     /// Decodes the bytes written by [`encode`](Self::encode).
     pub(crate) fn decode(bytes: &[u8], size: MazeSize) -> Option<Self> {
-        let sensed = match bytes.split_first()? {
-            (&TRACKED_KEY, bytes) => {
-                let (north, east) =
-                    bytes.split_at_checked(row_bytes(size) * usize::from(size.height()))?;
-                Some(Walls::from_rows(size, decode_rows(north, size), decode_rows(east, size)))
-            }
-            _ => None,
+        let (&key, bytes) = bytes.split_first()?;
+        let bytes_each = row_bytes(size) * usize::from(size.height());
+        let (sensed, changes) = if key == TRACKED_KEY {
+            let (north, rest) = bytes.split_at_checked(bytes_each)?;
+            let (east, rest) = rest.split_at_checked(bytes_each)?;
+            let rows = |bytes| decode_rows(bytes, size);
+            (Some(Walls::from_rows(size, rows(north), rows(east))), rest)
+        } else {
+            (None, bytes)
         };
-        Some(Self { size, sensed })
+        let mut notes = Notes::new(size);
+        notes.apply_changes(Changes::decode(changes, size).ok()?);
+        Some(Self { size, sensed, notes })
     }
 }
 
@@ -248,7 +301,8 @@ mod tests {
 
     fn encoded(context: &Context, own: Option<Pose>, readings: Readings<'_>) -> Vec<u8> {
         let mut bytes = Vec::new();
-        context.encode_update(own, Update { readings }, &mut bytes);
+        let update = Update { readings, ..Update::default() };
+        context.encode_update(own, update, &mut bytes);
         bytes
     }
 

@@ -11,6 +11,7 @@ use mmsim_maze::{MazeSize, Pose};
 
 use crate::compressor::{BlockCompressor, decompress};
 use crate::context::Context;
+use crate::log::LogBlock;
 use crate::memory::{OutOfMemory, reserve};
 use crate::slabs::Slabs;
 use crate::update::{StoredUpdate, Update};
@@ -27,13 +28,15 @@ pub(crate) struct ContextLog {
     newest: Option<Newest>,
     /// True if the context differs from the last stored context.
     has_changed: bool,
-    /// The updates in the block of the newest states, which are not compressed.
+    /// The newest updates in the block of the newest states, which are not compressed.
     open: Vec<u8>,
+    /// True if `open` has log lines.
+    open_has_lines: bool,
     /// Contexts and updates, compressed if this saves memory.
     packed: Slabs,
     /// The contexts at the start of blocks, in ascending order.
     contexts: Vec<Packed>,
-    /// The updates in blocks, in ascending order.
+    /// The updates in blocks, in ascending order. A block with long updates has several parts.
     updates: Vec<Packed>,
     size: MazeSize,
 }
@@ -54,7 +57,12 @@ struct Packed {
     at: usize,
     /// The uncompressed length in bytes.
     length: usize,
+    /// True if there are log lines.
+    has_lines: bool,
 }
+
+/// Updates are compressed before the end of their block if they exceed this length in bytes.
+const MAX_OPEN_BYTES: usize = 64 << 10;
 
 /// The maximum memory for the location of packed data, in bytes.
 const PACKED_BYTES: usize = size_of::<Packed>() + Slabs::LOCATION_BYTES;
@@ -66,6 +74,7 @@ impl ContextLog {
             newest: None,
             has_changed: false,
             open: Vec::new(),
+            open_has_lines: false,
             packed: Slabs::default(),
             contexts: Vec::new(),
             updates: Vec::new(),
@@ -94,6 +103,19 @@ impl ContextLog {
         Ok(())
     }
 
+    /// Copies the update before the next state.
+    pub(crate) fn copy_update(
+        &mut self,
+        update: &[u8],
+        into: &mut Vec<u8>,
+    ) -> Result<(), OutOfMemory> {
+        self.apply_newest();
+        into.clear();
+        reserve(into, update.len())?;
+        into.extend_from_slice(update);
+        Ok(())
+    }
+
     /// Returns the maximum memory that a state with this update needs, in bytes.
     pub(crate) fn push_bytes(&self, starts_block: bool, update: &[u8]) -> usize {
         let stores_context = starts_block && self.has_changed;
@@ -101,18 +123,26 @@ impl ContextLog {
         context + if update.is_empty() { 0 } else { HEAD_BYTES + update.len() }
     }
 
-    /// Stores the context at the start of the block with this index, unless it has been stored.
-    /// Call this method after `encode` and before `push`.
-    pub(crate) fn begin_block(
+    /// Prepares the block with this index for the next state. Stores the context at the start of the
+    /// block, unless it has been stored, and compresses long updates. Call this method between
+    /// `encode` and `push`.
+    pub(crate) fn prepare(
         &mut self,
+        starts_block: bool,
         block: usize,
         compressor: &mut BlockCompressor,
     ) -> Result<(), OutOfMemory> {
-        if self.has_changed {
+        if self.open.len() > MAX_OPEN_BYTES {
+            self.pack_updates(block, compressor)?;
+        }
+        if starts_block && self.has_changed {
             let mut context = Vec::new();
             reserve(&mut context, self.context.max_bytes())?;
             self.context.encode(&mut context);
-            pack(&context, block, compressor, &mut self.packed, &mut self.contexts)?;
+            reserve(&mut self.contexts, 1)?;
+            let (at, length) = (self.packed.len(), context.len());
+            self.packed.push(compressor.compress(&context))?;
+            self.contexts.push(Packed { block, at, length, has_lines: false });
             self.has_changed = false;
         }
         Ok(())
@@ -151,16 +181,20 @@ impl ContextLog {
         newest.unwrap_or_default()
     }
 
-    /// Stores the updates in the open block, which has this index.
-    pub(crate) fn end_block(
+    /// Compresses the updates that belong to the block with this index.
+    pub(crate) fn pack_updates(
         &mut self,
         block: usize,
         compressor: &mut BlockCompressor,
     ) -> Result<(), OutOfMemory> {
         self.apply_newest();
         if !self.open.is_empty() {
-            pack(&self.open, block, compressor, &mut self.packed, &mut self.updates)?;
+            reserve(&mut self.updates, 1)?;
+            let (at, length) = (self.packed.len(), self.open.len());
+            self.packed.push(compressor.compress(&self.open))?;
+            self.updates.push(Packed { block, at, length, has_lines: self.open_has_lines });
             self.open.clear();
+            self.open_has_lines = false;
         }
         Ok(())
     }
@@ -168,20 +202,48 @@ impl ContextLog {
     /// Copies the data from which the contexts in a block are computed. `is_open` is true for the
     /// block of the newest states.
     pub(crate) fn block(&self, block: usize, is_open: bool) -> Result<ContextBlock, OutOfMemory> {
-        let last = |list: &[Packed]| {
-            let count = list.partition_point(|packed| packed.block <= block);
-            list[..count].last().copied()
-        };
-        let context = match last(&self.contexts) {
-            Some(packed) => self.copy(packed)?,
+        let count = self.contexts.partition_point(|packed| packed.block <= block);
+        let context = match self.contexts[..count].last() {
+            Some(&packed) => self.copy(packed)?,
             None => Data::default(),
         };
-        let updates = match last(&self.updates) {
-            Some(packed) if packed.block == block => self.copy(packed)?,
-            _ if is_open => Data::new(&self.open, self.open.len())?,
-            _ => Data::default(),
+        Ok(ContextBlock { context, updates: self.copy_updates(block, is_open)? })
+    }
+
+    /// Copies the updates of the last block with log lines up to the block with the index `block`.
+    /// The index of the block of the newest states is `open`.
+    pub(crate) fn log_block(&self, block: usize, open: usize) -> Option<LogBlock> {
+        // The newest update has not been searched for lines yet.
+        let open_has_lines = self.open_has_lines || !self.newest().is_empty();
+        let found = if block >= open && open_has_lines {
+            open
+        } else {
+            let count = self.updates.partition_point(|packed| packed.block <= block);
+            self.updates[..count].iter().rfind(|packed| packed.has_lines)?.block
         };
-        Ok(ContextBlock { context, updates })
+        let updates = self.copy_updates(found, found == open).ok()?;
+        Some(LogBlock { block: found, updates, size: self.size })
+    }
+
+    fn copy_updates(&self, block: usize, is_open: bool) -> Result<UpdateData, OutOfMemory> {
+        let start = self.updates.partition_point(|packed| packed.block < block);
+        let packed = self.updates[start..].iter().take_while(|packed| packed.block == block);
+        let mut parts = packed.map(|&packed| self.copy(packed)).collect::<Result<Vec<_>, _>>()?;
+        if is_open {
+            parts.push(Data::new(&self.open, self.open.len())?);
+        }
+        Ok(UpdateData(parts))
+    }
+
+    /// Returns the context of the newest state.
+    pub(crate) fn newest_context(&self) -> Context {
+        let mut context = self.context.clone();
+        if let Some(Newest { pose, .. }) = self.newest
+            && let Ok(update) = StoredUpdate::decode(self.newest(), self.size)
+        {
+            context.apply(pose, &update);
+        }
+        context
     }
 
     fn copy(&self, Packed { at, length, .. }: Packed) -> Result<Data, OutOfMemory> {
@@ -194,23 +256,9 @@ impl ContextLog {
         // Always succeeds, because `encode` has encoded the update.
         if let Ok(update) = StoredUpdate::decode(update, self.size) {
             self.has_changed |= self.context.apply(pose, &update);
+            self.open_has_lines |= update.changes.has_lines();
         }
     }
-}
-
-/// Compresses data of a block and appends it to `slabs` and `list`.
-fn pack(
-    bytes: &[u8],
-    block: usize,
-    compressor: &mut BlockCompressor,
-    slabs: &mut Slabs,
-    list: &mut Vec<Packed>,
-) -> Result<(), OutOfMemory> {
-    reserve(list, 1)?;
-    let at = slabs.len();
-    slabs.push(compressor.compress(bytes))?;
-    list.push(Packed { block, at, length: bytes.len() });
-    Ok(())
 }
 
 /// The data from which the contexts in a block are computed.
@@ -218,8 +266,12 @@ fn pack(
 pub(crate) struct ContextBlock {
     /// The context before the first state. Empty if nothing has changed since the start of the run.
     context: Data,
-    updates: Data,
+    updates: UpdateData,
 }
+
+/// The updates in a block, in one or more parts. Decompressed updates have one part.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct UpdateData(Vec<Data>);
 
 /// A copy of stored data, which is compressed unless its length is `length`.
 #[derive(Clone, Debug, Default)]
@@ -258,29 +310,58 @@ impl ContextBlock {
 
     /// Returns the updates of the states. The block must be decompressed.
     pub(crate) fn updates(&self) -> Updates<'_> {
-        Updates(&self.updates.bytes)
+        self.updates.iter()
+    }
+}
+
+impl UpdateData {
+    /// Decompresses the updates.
+    pub(crate) fn unpack(self) -> Result<Self, OutOfMemory> {
+        let mut bytes = Vec::new();
+        reserve(&mut bytes, self.0.iter().map(|part| part.length).sum())?;
+        for part in self.0 {
+            bytes.extend_from_slice(&part.unpack()?.bytes);
+        }
+        let length = bytes.len();
+        Ok(Self(vec![Data { bytes, length }]))
+    }
+
+    /// Iterates over the updates. They must be decompressed.
+    pub(crate) fn iter(&self) -> Updates<'_> {
+        Updates(self.0.first().map_or(&[], |data| &data.bytes))
     }
 }
 
 /// The updates in a block that have not been read yet.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Updates<'a>(&'a [u8]);
 
 impl<'a> Updates<'a> {
     /// Returns the update before the state `index` of the block. Skips the updates of earlier
     /// states.
     pub(crate) fn seek(&mut self, index: usize) -> &'a [u8] {
-        while let Some((&[at, a, b, c, d], rest)) = self.0.split_first_chunk()
+        while let Some(&at) = self.0.first()
             && usize::from(at) <= index
+            && let Some((at, update)) = self.next()
         {
-            let length = usize::try_from(u32::from_le_bytes([a, b, c, d])).unwrap_or(usize::MAX);
-            let (update, rest) = rest.split_at_checked(length).unwrap_or_default();
-            self.0 = rest;
-            if usize::from(at) == index {
+            if at == index {
                 return update;
             }
         }
         &[]
+    }
+}
+
+impl<'a> Iterator for Updates<'a> {
+    /// The index of a state in the block, and the bytes of its update.
+    type Item = (usize, &'a [u8]);
+
+    fn next(&mut self) -> Option<(usize, &'a [u8])> {
+        let (&[index, a, b, c, d], rest) = self.0.split_first_chunk()?;
+        let length = usize::try_from(u32::from_le_bytes([a, b, c, d])).ok()?;
+        let (update, rest) = rest.split_at_checked(length)?;
+        self.0 = rest;
+        Some((index.into(), update))
     }
 }
 
@@ -360,12 +441,12 @@ mod tests {
             for (own, poses) in &steps {
                 if is_undone {
                     let pose = Pose::new(Cell::new(2, 2), Heading::South);
-                    let update = Update { readings: Readings::Poses(&[pose]) };
+                    let update = Update { readings: Readings::Poses(&[pose]), ..Update::default() };
                     history.push_after(update, &state(Some(pose))).unwrap();
                     history.undo_push();
                 }
                 let readings = poses.as_deref().map_or(Readings::Untracked, Readings::Poses);
-                history.push_after(Update { readings }, &state(*own)).unwrap();
+                history.push_after(Update { readings, ..Update::default() }, &state(*own)).unwrap();
             }
             for (first, expected) in naive(&steps).chunks(Block::STATES).enumerate() {
                 let states = history.block(first).unwrap().unpack().unwrap();

@@ -11,6 +11,7 @@ use crate::block::{Block, States};
 use crate::compressor::BlockCompressor;
 use crate::context::Context;
 use crate::context_log::ContextLog;
+use crate::log::LogBlock;
 use crate::memory::{OutOfMemory, reserve};
 use crate::phases::Phases;
 use crate::slabs::Slabs;
@@ -171,6 +172,19 @@ impl History {
     /// Returns an error if the message has the wrong length for the size of the maze, or if there
     /// is not enough memory for another state. On error, the states in the history stay the same.
     pub fn push_after(&mut self, update: Update<'_>, state: &[u8]) -> Result<(), PushError> {
+        self.push_with(state, |contexts, pose, bytes| contexts.encode(pose, update, bytes))
+    }
+
+    /// Appends a state and the valid bytes of the update that precedes it.
+    pub(crate) fn push_recorded(&mut self, update: &[u8], state: &[u8]) -> Result<(), PushError> {
+        self.push_with(state, |contexts, _, bytes| contexts.copy_update(update, bytes))
+    }
+
+    fn push_with(
+        &mut self,
+        state: &[u8],
+        encode: impl FnOnce(&mut ContextLog, Option<Pose>, &mut Vec<u8>) -> Result<(), OutOfMemory>,
+    ) -> Result<(), PushError> {
         let (expected, found) = (state_bytes(self.size), state.len());
         if found != expected {
             return Err(PushError::Length { expected, found });
@@ -181,7 +195,7 @@ impl History {
             self.pack().map_err(out_of_memory)?;
         }
         let pose = StateMessage::new(state, self.size).and_then(|state| state.pose()).ok();
-        self.contexts.encode(pose, update, &mut self.update).map_err(out_of_memory)?;
+        encode(&mut self.contexts, pose, &mut self.update).map_err(out_of_memory)?;
         let starts_block = self.open.is_empty();
         let bytes = state.len() + self.contexts.push_bytes(starts_block, &self.update);
         if self.bytes().saturating_add(bytes) > self.limit {
@@ -189,10 +203,9 @@ impl History {
         }
         let room = self.block_bytes() - self.open.len();
         reserve(&mut self.open, room).map_err(out_of_memory)?;
-        if starts_block {
-            let block = self.packed.len();
-            self.contexts.begin_block(block, &mut self.compressor).map_err(out_of_memory)?;
-        }
+        let block = self.packed.len();
+        let prepared = self.contexts.prepare(starts_block, block, &mut self.compressor);
+        prepared.map_err(out_of_memory)?;
         self.contexts.push(states % Block::STATES, pose, &self.update).map_err(out_of_memory)?;
         self.open.extend_from_slice(state);
         self.previous = self.newest;
@@ -245,6 +258,17 @@ impl History {
         self.block(index / Block::STATES)?.unpack()?.context(index)
     }
 
+    /// Returns the context of the newest state, or the context of a new run if there are no states.
+    pub fn newest_context(&self) -> Context {
+        self.contexts.newest_context()
+    }
+
+    /// Copies the log lines of the last block that has some, up to the block with this index. See
+    /// [`read_log`](crate::read_log).
+    pub fn log_block(&self, index: usize) -> Option<LogBlock> {
+        self.contexts.log_block(index, self.packed.len())
+    }
+
     /// Returns the update of the newest state as bytes, for
     /// [`RecordingWriter::write_after`](crate::RecordingWriter::write_after). The bytes are empty
     /// for most states.
@@ -289,7 +313,7 @@ impl History {
     /// block is stored uncompressed.
     fn pack(&mut self) -> Result<(), OutOfMemory> {
         reserve(&mut self.phases, 1)?;
-        self.contexts.end_block(self.packed.len(), &mut self.compressor)?;
+        self.contexts.pack_updates(self.packed.len(), &mut self.compressor)?;
         self.packed.push(self.compressor.compress(&self.open))?;
         self.phases.push(self.open_phases);
         self.open.clear();

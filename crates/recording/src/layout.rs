@@ -10,6 +10,11 @@ pub(crate) const INFO: &str = "info";
 /// not read it.
 pub(crate) const PROTOCOL: &str = "protocol";
 
+/// The name of the metadata record with the names of the mouse and its strategy, and its keys. The
+/// record is for other tools; mmsim reads the names from the updates.
+pub(crate) const MOUSE: &str = "mmsim-mouse";
+pub(crate) const MOUSE_KEYS: [&str; 2] = ["mouse", "strategy"];
+
 /// The metadata key under which earlier versions of mmsim stored the true maze as text.
 pub(crate) const MAZE: &str = "maze";
 

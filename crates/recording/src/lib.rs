@@ -10,7 +10,9 @@
 //! the time of each state.
 #![forbid(unsafe_code)]
 
+mod annotation_list;
 mod block;
+mod changes;
 mod chunk;
 mod compressor;
 mod context;
@@ -18,12 +20,13 @@ mod context_log;
 mod error;
 mod history;
 mod layout;
+mod log;
 mod memory;
+mod notes;
 mod pack;
 mod phase_report;
 mod phases;
 mod reader;
-mod readings;
 mod recorder;
 mod recording;
 mod save;
@@ -32,23 +35,27 @@ mod slabs;
 mod times;
 mod transition;
 mod update;
+mod update_tracker;
 mod writer;
 
+pub use annotation_list::AnnotationList;
 pub use block::{Block, States};
 pub use context::{Context, UpdateEncoder};
 pub use error::{OpenError, ReadError, RecordError};
 pub use history::{History, HistoryReader, PushError};
+pub use log::{LogBlock, LogLine, read_log};
 pub use memory::{MemoryBudget, OutOfMemory, free_within_limits};
+pub use notes::Notes;
 pub use phase_report::{PhaseReport, RunReport};
 pub use phases::{MotionCount, Phases, RunFigures, RunPhase};
 pub use reader::Integrity;
-pub use readings::ReadingTracker;
 pub use recorder::Recorder;
 pub use recording::Recording;
 pub use save::save;
 pub use times::{Clock, Times};
 pub use transition::{Course, Transition};
 pub use update::{Readings, Update};
+pub use update_tracker::{TooManyAnnotations, UpdateTracker};
 pub use writer::RecordingWriter;
 
 /// Compiles and runs the code in the README of this crate.

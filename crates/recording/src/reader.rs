@@ -386,6 +386,37 @@ mod tests {
     }
 
     #[test]
+    fn the_names_in_the_first_update_are_metadata() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, maze) = (folder.path().join("a.mcap"), MAZE.parse().unwrap());
+        let mut writer = RecordingWriter::create(&path, &info(&maze), Some(&maze)).unwrap();
+        writer.write_after(b"NM\x07TheseusS\x05swing", &state(0)).unwrap();
+        for number in 1..10 {
+            writer.write_after(b"M\x05Other", &state(number)).unwrap();
+        }
+        writer.close().unwrap();
+        let bytes = fs::read(&path).unwrap();
+        let records = mcap::read::LinearReader::new(&bytes).unwrap().map(Result::unwrap);
+        let names: Vec<_> = records
+            .filter_map(|record| match record {
+                Record::Metadata(metadata) if metadata.name == "mmsim-mouse" => {
+                    Some(["mouse", "strategy"].map(|key| metadata.metadata[key].clone()))
+                }
+                _ => None,
+            })
+            .collect();
+        assert_eq!(names, [["Theseus".to_string(), "swing".to_string()]]);
+        let recording = Recording::read(&bytes[..]).unwrap();
+        let names = [0, 9].map(|index| {
+            let context = recording.history().context(index).unwrap();
+            [context.notes().mouse(), context.notes().strategy()].map(|name| name.map(String::from))
+        });
+        let swing = || Some("swing".to_string());
+        assert_eq!(names, [[Some("Theseus".into()), swing()], [Some("Other".into()), swing()]]);
+        assert_eq!(*recording.integrity(), Integrity::Closed);
+    }
+
+    #[test]
     fn recordings_of_earlier_versions_have_usual_readings() {
         let mut file = std::io::Cursor::new(Vec::new());
         let states = (0..3).map(|number| (u64::from(number), [], state(number)));

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mmsim_maze::Maze;
-use mmsim_protocol::{Info, MazeSize, StateMessage};
+use mmsim_protocol::{Info, MazeSize};
 
 use crate::error::{OpenError, ReadError};
 use crate::history::History;
@@ -14,7 +14,6 @@ use crate::memory::{MemoryBudget, Share};
 use crate::reader::{Description, Integrity, RecordedState, read_states};
 use crate::times::Times;
 use crate::transition::Course;
-use crate::update::StoredUpdate;
 
 /// A recording that has been read into memory.
 ///
@@ -83,19 +82,13 @@ impl Recording {
     /// # Errors
     /// See [`open_within`](Self::open_within).
     pub fn read_within(source: impl Read, budget: &Arc<MemoryBudget>) -> Result<Self, ReadError> {
-        let (mut kept, mut share, mut poses) = (None, Share::new(budget), Vec::new());
+        let (mut kept, mut share) = (None, Share::new(budget));
         let (description, integrity) =
             read_states(source, |description, RecordedState { time, update, state }| {
                 let (history, times) = kept.get_or_insert_with(|| empty(description));
                 let states = history.len();
-                let pose =
-                    StateMessage::new(state, description.size).and_then(|state| state.pose());
-                // The reader has checked the update.
-                let update = StoredUpdate::decode(update, description.size)
-                    .map(|update| update.to_update(pose.ok(), &mut poses))
-                    .unwrap_or_default();
                 // Nothing else can fail: the reader checked the length, and the history has no limit.
-                history.push_after(update, state).map_err(|_| ReadError::OutOfMemory)?;
+                history.push_recorded(update, state).map_err(|_| ReadError::OutOfMemory)?;
                 times.push(time).map_err(|_| ReadError::OutOfMemory)?;
                 if !share.grow_to(history.bytes() + times.bytes()) {
                     let (limit, others) = (budget.limit(), share.others());

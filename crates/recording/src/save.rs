@@ -5,10 +5,12 @@ use std::io::{self, Seek, Write};
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, McapError, WriteOptions};
-use mmsim_maze::Maze;
+use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::Info;
 
-use crate::layout::{INFO, MAZES, METADATA, PROTOCOL, STATES, UPDATES};
+use crate::layout::{INFO, MAZES, METADATA, MOUSE, MOUSE_KEYS, PROTOCOL, STATES, UPDATES};
+use crate::notes::Notes;
+use crate::update::StoredUpdate;
 
 /// The uncompressed size of a chunk in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
@@ -24,6 +26,7 @@ pub(crate) struct RecordWriter<W: Write + Seek> {
     /// The channel for updates, which is added when it is needed.
     updates_channel: Option<u16>,
     pub(crate) states: u32,
+    size: Option<MazeSize>,
 }
 
 impl<W: Write + Seek> RecordWriter<W> {
@@ -50,7 +53,7 @@ impl<W: Write + Seek> RecordWriter<W> {
                 let header = header(add_channel(&mut mcap, MAZES)?, 0, start);
                 mcap.write_to_known_channel(&header, maze.to_string().as_bytes())?;
             }
-            Ok(Self { mcap, states_channel, updates_channel: None, states: 0 })
+            Ok(Self { mcap, states_channel, updates_channel: None, states: 0, size: info.size() })
         };
         create().map_err(io_error)
     }
@@ -59,6 +62,9 @@ impl<W: Write + Seek> RecordWriter<W> {
     /// that precedes it.
     pub(crate) fn write(&mut self, time: u64, update: &[u8], state: &[u8]) -> io::Result<()> {
         if !update.is_empty() {
+            if self.states == 0 {
+                self.write_names(update)?;
+            }
             let header = header(self.updates_channel()?, self.states, time);
             self.mcap.write_to_known_channel(&header, update).map_err(io_error)?;
         }
@@ -66,6 +72,21 @@ impl<W: Write + Seek> RecordWriter<W> {
         self.mcap.write_to_known_channel(&header, state).map_err(io_error)?;
         self.states = self.states.wrapping_add(1);
         Ok(())
+    }
+
+    /// Writes the names of the mouse and its strategy, if the update contains them.
+    fn write_names(&mut self, update: &[u8]) -> io::Result<()> {
+        let Some(size) = self.size else { return Ok(()) };
+        let Ok(update) = StoredUpdate::decode(update, size) else { return Ok(()) };
+        let mut notes = Notes::new(size);
+        notes.apply_changes(update.changes);
+        let names = MOUSE_KEYS.into_iter().zip([notes.mouse(), notes.strategy()]);
+        let metadata: BTreeMap<String, String> =
+            names.filter_map(|(key, name)| Some((key.into(), name?.into()))).collect();
+        if metadata.is_empty() {
+            return Ok(());
+        }
+        self.mcap.write_metadata(&Metadata { name: MOUSE.into(), metadata }).map_err(io_error)
     }
 
     /// Returns the channel for updates. Adds it if it does not exist.

@@ -1,7 +1,7 @@
 //! What happened between two consecutive states, and its bytes.
 //!
 //! ```text
-//! update    readings
+//! update    readings, then changes of annotations (see `changes.rs`)
 //! readings  nothing   the walls around the pose of the state were read; in a run without readings,
 //!                     none were read
 //!           U         the run has no readings
@@ -13,11 +13,17 @@
 use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::Request;
 
+use crate::annotation_list::AnnotationList;
+use crate::changes::Changes;
+use crate::update_tracker::MAX_PENDING_BYTES;
+
 /// What happened between the previous state and a state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Update<'a> {
     /// The walls that the client has read.
     pub readings: Readings<'a>,
+    /// The annotations that the client has sent.
+    pub annotations: AnnotationList<'a>,
 }
 
 /// The walls that a client has read between the previous state and a state.
@@ -36,12 +42,14 @@ pub enum Readings<'a> {
 }
 
 impl Update<'_> {
-    /// Returns the maximum length of the encoded update in bytes.
+    /// Returns the maximum length of the encoded update in bytes. Encoded annotations can be longer
+    /// than the annotations that the client has sent, because they may clear many cells one by one.
     pub(crate) const fn max_bytes(&self) -> usize {
-        match self.readings {
+        let readings = match self.readings {
             Readings::Usual | Readings::Untracked => 1,
             Readings::Poses(poses) => 1 + (1 + poses.len()) * READING_BYTES,
-        }
+        };
+        readings + if self.annotations.is_empty() { 0 } else { 64 + 2 * self.annotations.len() }
     }
 }
 
@@ -53,13 +61,15 @@ const READING: u8 = b'R';
 /// The length of an entry `R` in bytes.
 const READING_BYTES: usize = 4;
 
-/// The maximum length of an update in bytes.
-pub(crate) const MAX_UPDATE_BYTES: usize = 1 + 4 * MazeSize::MAX_AREA * READING_BYTES;
+/// The maximum length of an update in bytes, see [`Update::max_bytes`].
+pub(crate) const MAX_UPDATE_BYTES: usize =
+    1 + 4 * MazeSize::MAX_AREA * READING_BYTES + 64 + 2 * MAX_PENDING_BYTES;
 
 /// An update whose bytes have been checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct StoredUpdate<'a> {
     pub(crate) readings: StoredReadings<'a>,
+    pub(crate) changes: Changes<'a>,
 }
 
 /// The readings of a [`StoredUpdate`].
@@ -90,38 +100,26 @@ impl<'a> StoredUpdate<'a> {
                 bytes.len()
             ));
         }
-        let (readings, own) = match bytes {
-            [] => return Ok(Self { readings: StoredReadings::Usual }),
-            [UNTRACKED] => return Ok(Self { readings: StoredReadings::Untracked }),
-            [NOT_OWN, rest @ ..] => (rest, false),
-            _ => (bytes, true),
+        let (own, others) = match bytes {
+            [UNTRACKED | NOT_OWN, rest @ ..] => (false, rest),
+            _ => (true, bytes),
         };
-        let (entries, rest) = readings.as_chunks();
+        let readings = others.chunks_exact(READING_BYTES).take_while(|entry| entry[0] == READING);
+        let (others, rest) = others.split_at(readings.count() * READING_BYTES);
+        let (entries, _) = others.as_chunks();
         let others = OtherPoses { entries, size };
         if let Some(entry) = entries.iter().find(|&&entry| others.decode(entry).is_none()) {
             let entry = entry.escape_ascii();
             return Err(format!("expected R, x, y and heading, found \"{entry}\""));
         }
-        if !rest.is_empty() {
-            let rest = rest.escape_ascii();
-            return Err(format!("expected R, x, y and heading (4 bytes), found \"{rest}\""));
-        }
-        Ok(Self { readings: StoredReadings::Poses { own, others } })
-    }
-
-    /// Converts the stored update to an update before a state with the pose `own`. `poses` becomes
-    /// the buffer of the poses.
-    pub(crate) fn to_update(self, own: Option<Pose>, poses: &mut Vec<Pose>) -> Update<'_> {
-        let readings = match self.readings {
-            StoredReadings::Usual => Readings::Usual,
-            StoredReadings::Untracked => Readings::Untracked,
-            StoredReadings::Poses { own: has_own, others } => {
-                poses.clear();
-                poses.extend(own.filter(|_| has_own).into_iter().chain(others.iter()));
-                Readings::Poses(poses)
-            }
+        let changes = Changes::decode(rest, size)?;
+        let readings = match (bytes, entries) {
+            ([UNTRACKED, ..], []) => StoredReadings::Untracked,
+            ([UNTRACKED, ..], _) => return Err("expected no readings after U, found R".into()),
+            ([NOT_OWN, ..], _) | (_, [_, ..]) => StoredReadings::Poses { own, others },
+            (_, []) => StoredReadings::Usual,
         };
-        Update { readings }
+        Ok(Self { readings, changes })
     }
 }
 
@@ -156,40 +154,54 @@ pub(crate) fn put_reading(bytes: &mut Vec<u8>, Pose { cell, heading }: Pose) {
 #[cfg(test)]
 mod tests {
     use mmsim_maze::{Cell, Heading};
+    use mmsim_protocol::Annotation;
 
     use super::*;
+    use crate::changes::Change;
 
     #[test]
     fn updates_are_decoded() {
         let size = MazeSize::new(3, 2).unwrap();
-        let own = Pose::new(Cell::new(1, 0), Heading::West);
         let other = Pose::new(Cell::new(2, 1), Heading::East);
-        let mut poses = vec![own; 3];
-        for (bytes, readings) in [
-            (&b""[..], Readings::Usual),
-            (b"U", Readings::Untracked),
-            (b"N", Readings::Poses(&[])),
-            (b"NR\x02\x01E", Readings::Poses(&[other])),
-            (b"R\x02\x01E", Readings::Poses(&[own, other])),
-            (b"R\x02\x01ER\x01\0W", Readings::Poses(&[own, other, own])),
+        for (bytes, own, expected) in [
+            (&b"N"[..], false, &[][..]),
+            (b"NR\x02\x01E", false, &[other]),
+            (b"R\x02\x01E", true, &[other]),
+            (b"R\x02\x01ER\x02\x01E", true, &[other, other]),
+        ] {
+            for changes in [&b""[..], b"c"] {
+                let bytes = [bytes, changes].concat();
+                let update = StoredUpdate::decode(&bytes, size).unwrap();
+                let StoredReadings::Poses { own: found, others } = update.readings else {
+                    panic!("{update:?}")
+                };
+                assert_eq!((found, others.iter().collect::<Vec<_>>()), (own, expected.into()));
+                assert_eq!(update.changes.iter().count(), changes.len());
+            }
+        }
+        for (bytes, expected) in [
+            (&b""[..], StoredReadings::Usual),
+            (b"c", StoredReadings::Usual),
+            (b"U", StoredReadings::Untracked),
+            (b"Uc", StoredReadings::Untracked),
         ] {
             let update = StoredUpdate::decode(bytes, size).unwrap();
-            assert_eq!(update.to_update(Some(own), &mut poses), Update { readings });
+            assert_eq!(update.readings, expected);
+            let colours = Change::Other(Annotation::ClearColours);
+            assert!(update.changes.iter().eq(bytes.ends_with(b"c").then_some(colours)));
         }
-        let update = StoredUpdate::decode(b"R\x02\x01E", size).unwrap();
-        let readings = Readings::Poses(&[other]);
-        assert_eq!(update.to_update(None, &mut poses), Update { readings });
     }
 
     #[test]
     fn malformed_updates_are_errors() {
         let error =
             |bytes: &[u8]| StoredUpdate::decode(bytes, MazeSize::new(3, 2).unwrap()).unwrap_err();
-        insta::assert_snapshot!(error(b"X"), @r#"expected R, x, y and heading (4 bytes), found "X""#);
-        insta::assert_snapshot!(error(b"UU"), @r#"expected R, x, y and heading (4 bytes), found "UU""#);
+        insta::assert_snapshot!(error(b"X"), @r#"expected a change of annotations, found "X""#);
+        insta::assert_snapshot!(error(b"UU"), @r#"expected a change of annotations, found "U""#);
+        insta::assert_snapshot!(error(b"UR\0\0E"), @"expected no readings after U, found R");
         insta::assert_snapshot!(error(b"NR\x03\0E"), @r#"expected R, x, y and heading, found "R\x03\x00E""#);
         insta::assert_snapshot!(error(b"R\0\0eR\0\0E"), @r#"expected R, x, y and heading, found "R\x00\x00e""#);
-        insta::assert_snapshot!(error(b"R\0\0ER\0\0"), @r#"expected R, x, y and heading (4 bytes), found "R\x00\x00""#);
-        insta::assert_snapshot!(error(&vec![b'R'; MAX_UPDATE_BYTES + 1]), @"expected at most 16385 bytes before a state, found 16386");
+        insta::assert_snapshot!(error(b"R\0\0ER\0\0"), @r#"expected a change of annotations, found "R\x00\x00""#);
+        insta::assert_snapshot!(error(&vec![b'c'; MAX_UPDATE_BYTES + 1]), @"expected at most 540737 bytes before a state, found 540738");
     }
 }

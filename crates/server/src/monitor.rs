@@ -5,7 +5,7 @@ use std::sync::mpsc::{self, Sender};
 
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
-use mmsim_recording::{Block, Times};
+use mmsim_recording::{Block, LogBlock, LogLine, Times, read_log};
 
 use crate::control::{Control, Status};
 use crate::service::SimulationService;
@@ -33,6 +33,10 @@ pub struct Served {
     pub info: Info,
     /// The true maze.
     pub maze: Maze,
+    /// The name of the mouse, if it has sent its name and a state.
+    pub mouse: Option<String>,
+    /// The name of the mouse's strategy, if the mouse has sent it and a state.
+    pub strategy: Option<String>,
 }
 
 /// The reason why a query failed.
@@ -63,7 +67,10 @@ impl Monitor {
     pub fn served(&self) -> Result<Served, MonitorError> {
         self.query(|service| {
             let (info, maze) = (service.simulation.info(), service.simulation.maze().clone());
-            Served { run: service.run, info, maze }
+            let context = service.simulation.history().newest_context();
+            let [mouse, strategy] = [context.notes().mouse(), context.notes().strategy()]
+                .map(|name| name.map(Into::into));
+            Served { run: service.run, info, maze, mouse, strategy }
         })
     }
 
@@ -74,6 +81,30 @@ impl Monitor {
     /// Returns an error if the run or the server has stopped.
     pub fn block(&self, run: u32, index: usize) -> Result<Option<Block>, MonitorError> {
         self.query_run(run, move |service| service.simulation.history().block(index))
+    }
+
+    /// Returns the last `max` log lines that match a filter, up to the state with the index `last`,
+    /// in order. The filter runs on the caller's thread.
+    ///
+    /// # Errors
+    /// Returns an error if the run or the server has stopped.
+    pub fn log(
+        &self,
+        run: u32,
+        last: usize,
+        max: usize,
+        filter: impl Fn(&str) -> bool,
+    ) -> Result<Vec<LogLine>, MonitorError> {
+        read_log(last, max, filter, |block| self.log_block(run, block))
+    }
+
+    /// Returns the log lines of the last block that has some, up to the block with this index. See
+    /// [`read_log`].
+    ///
+    /// # Errors
+    /// Returns an error if the run or the server has stopped.
+    pub fn log_block(&self, run: u32, index: usize) -> Result<Option<LogBlock>, MonitorError> {
+        self.query_run(run, move |service| service.simulation.history().log_block(index))
     }
 
     /// Returns the times at which the states of a run arrived.
@@ -154,7 +185,21 @@ mod tests {
         assert!(monitor.times(1).unwrap().iter().is_sorted());
         assert_eq!(monitor.times(1).unwrap().len(), states);
 
+        assert_eq!(monitor.log(1, states - 1, 10, |_| true), Ok(vec![]));
+        for number in 0..3 {
+            assert_eq!(ask(format!("AM\x07TheseusL\x01\0{number}").as_bytes()), b"ok");
+            assert_eq!(ask(STATE), b"ok");
+        }
+        let line = |number: usize| LogLine { state: states + number, text: number.to_string() };
+        let log = |last, filter: &str| monitor.log(1, last, 2, |text| text.contains(filter));
+        assert_eq!(log(states + 2, ""), Ok(vec![line(1), line(2)]));
+        assert_eq!(log(states + 1, ""), Ok(vec![line(0), line(1)]));
+        assert_eq!(log(states + 2, "0"), Ok(vec![line(0)]));
+        let now = monitor.served().unwrap();
+        assert_eq!((now.mouse.as_deref(), now.strategy), (Some("Theseus"), None));
+
         ask(b"reset");
+        assert_eq!(monitor.log(1, 0, 1, |_| true), Err(MonitorError::RunEnded { run: 1 }));
         assert_eq!(monitor.block(1, 0).unwrap_err(), MonitorError::RunEnded { run: 1 });
         let other: Maze = "o---o\n|SG |\no---o\n".parse().unwrap();
         assert_eq!(monitor.serve("other", other), Ok(Status { run: 3, states: 0 }));

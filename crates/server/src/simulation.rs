@@ -5,7 +5,7 @@ use std::io::Write;
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, Info, Reply, Request};
-use mmsim_recording::{Course, History, PushError, ReadingTracker, Update};
+use mmsim_recording::{Course, History, PushError, UpdateTracker};
 
 /// The true maze and every state that a client has reported since the last reset.
 #[derive(Debug)]
@@ -13,7 +13,7 @@ pub struct Simulation {
     name: String,
     maze: Maze,
     pub(crate) history: History,
-    readings: ReadingTracker,
+    updates: UpdateTracker,
 }
 
 impl Simulation {
@@ -21,7 +21,7 @@ impl Simulation {
     /// `name`.
     pub fn new(name: &str, maze: Maze) -> Self {
         let history = History::new(maze.size()).with_course(Course::from_maze(&maze));
-        Self { name: name.into(), maze, history, readings: ReadingTracker::default() }
+        Self { name: name.into(), maze, history, updates: UpdateTracker::default() }
     }
 
     /// Limits the history to this number of bytes. At the limit, further states are refused and
@@ -50,12 +50,12 @@ impl Simulation {
             Ok(Request::Ping) => set(reply, Reply::Pong),
             Ok(Request::Reset) => {
                 self.history.clear();
-                self.readings.clear();
+                self.updates.clear();
                 set(reply, Reply::Ok);
                 return Change::Reset;
             }
             Ok(Request::Walls(pose)) => {
-                self.readings.read(pose);
+                self.updates.read(pose);
                 set(reply, Reply::Walls(self.maze.walls().around(pose)));
             }
             Ok(Request::State(_)) => match self.push(request) {
@@ -63,6 +63,10 @@ impl Simulation {
                     set(reply, Reply::Ok);
                     return Change::State;
                 }
+                Err(error) => refuse(reply, error),
+            },
+            Ok(Request::Annotations(annotations)) => match self.updates.annotate(annotations) {
+                Ok(()) => set(reply, Reply::Ok),
                 Err(error) => refuse(reply, error),
             },
             Ok(Request::Info) => match serde_json::to_string(&self.info()) {
@@ -76,9 +80,8 @@ impl Simulation {
     }
 
     fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
-        let update = Update { readings: self.readings.readings() };
-        self.history.push_after(update, state)?;
-        self.readings.report();
+        self.history.push_after(self.updates.update(), state)?;
+        self.updates.report();
         Ok(())
     }
 
@@ -86,7 +89,7 @@ impl Simulation {
     /// that added the state.
     pub(crate) fn undo_state(&mut self) {
         self.history.undo_push();
-        self.readings.undo_report();
+        self.updates.undo_report();
     }
 
     /// Returns the reply to `info`.
@@ -212,6 +215,52 @@ mod tests {
         assert_eq!(report(&mut simulation, 7), None, "the history is full");
         reply(&mut simulation, b"reset");
         assert_eq!(report(&mut simulation, 7).unwrap(), b"U");
+    }
+
+    #[test]
+    fn annotations_belong_to_the_next_stored_state() {
+        let size = MazeSize::CLASSIC;
+        let mut simulation = simulation(size).with_history_limit(2000);
+        let state = state(size, Pose::new(Cell::new(0, 0), Heading::North), 1);
+        let text = |simulation: &Simulation, index| {
+            let context = simulation.history().context(index).unwrap();
+            context.notes().text(Cell::new(1, 2)).to_string()
+        };
+        assert!(simulation.info().has_annotations());
+        assert_eq!(reply(&mut simulation, b"AT\x01\x02\x01aM\x07Theseus"), b"ok");
+        assert!(reply(&mut simulation, b"AT\x01\x02\x01xT\x01").starts_with(b"error: expected "));
+        assert!(reply(&mut simulation, &[b'S'; 517]).starts_with(b"error: "));
+        assert_eq!(reply(&mut simulation, &state), b"ok");
+        assert_eq!(text(&simulation, 0), "a");
+        assert_eq!(reply(&mut simulation, b"AT\x01\x02\x01b"), b"ok");
+        assert_eq!(text(&simulation, 0), "a");
+        for _ in 0..2 {
+            assert_eq!(reply(&mut simulation, &state), b"ok");
+            assert_eq!(text(&simulation, 1), "b");
+            simulation.undo_state();
+        }
+        assert_eq!(reply(&mut simulation, &state), b"ok");
+        assert_eq!([0, 1].map(|index| text(&simulation, index)), ["a", "b"]);
+        assert_eq!(reply(&mut simulation, &state), b"ok");
+        assert!(reply(&mut simulation, &state).starts_with(b"error: "), "the history is full");
+        assert_eq!(reply(&mut simulation, b"AT\x01\x02\x01c"), b"ok");
+        assert_eq!(reply(&mut simulation, b"reset"), b"ok");
+        assert_eq!(reply(&mut simulation, &state), b"ok");
+        assert!(simulation.history().context(0).unwrap().notes().is_empty());
+    }
+
+    #[test]
+    fn pending_annotations_are_limited() {
+        let mut simulation = simulation(MazeSize::CLASSIC);
+        let line = [&b"AL\xe8\x03"[..], &[b'x'; 1000]].concat();
+        let count = (0..1000).take_while(|_| reply(&mut simulation, &line) == b"ok").count();
+        assert!((200..300).contains(&count), "{count} lines");
+        let error = String::from_utf8(reply(&mut simulation, &line)).unwrap();
+        insta::assert_snapshot!(error, @"error: cannot store more annotations before the next state: limit of 256 KiB reached (send S or reset)");
+        let pose = Pose::new(Cell::new(0, 0), Heading::North);
+        assert_eq!(reply(&mut simulation, &state(MazeSize::CLASSIC, pose, 1)), b"ok");
+        assert_eq!(simulation.history().log(0, 1000, |_| true).len(), count);
+        assert_eq!(reply(&mut simulation, &line), b"ok");
     }
 
     #[test]
