@@ -6,7 +6,6 @@ use std::slice;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args};
 use mmsim_maze::{Cell, MazeSize};
-use mmsim_protocol::DEFAULT_PORT;
 
 /// Options that control the amount of output on stderr.
 #[derive(Clone, Copy, Debug, Args)]
@@ -21,8 +20,8 @@ pub(crate) struct VerbosityArgs {
 
 #[derive(Debug, Default, PartialEq, Eq, Args)]
 pub(crate) struct ViewerArgs {
-    /// Port of the viewer page; 0 picks a free port [default: 6575, or no page if port 6575 is in
-    /// use]
+    /// Port of the viewer page; 0 picks a free port [default: 6575; if port 6575 is in use, a free
+    /// port with --open, else no page]
     #[arg(long, value_name = "PORT")]
     pub(crate) viewer_port: Option<u16>,
     /// Do not serve the viewer page
@@ -58,9 +57,9 @@ pub(crate) struct ReadingArgs {
 /// Options for serving a maze.
 #[derive(Debug, Args)]
 pub(crate) struct ServerArgs {
-    /// Port to listen on; 0 picks a free port
-    #[arg(short, long, default_value_t = DEFAULT_PORT)]
-    pub(crate) port: u16,
+    /// Port to listen on; 0 picks a free port [default: 6574]
+    #[arg(short, long)]
+    pub(crate) port: Option<u16>,
     /// Serve the first maze whose path contains all WORDS, ignoring case [default: the first maze
     /// with a reachable goal]
     #[arg(long = "maze", value_name = "WORDS")]

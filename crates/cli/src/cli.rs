@@ -16,6 +16,7 @@ use crate::mazes::args::MazesArgs;
 use crate::mms::args::MmsArgs;
 use crate::render::args::RenderArgs;
 use crate::replay::args::ReplayArgs;
+use crate::run::args::RunArgs;
 use crate::serve::args::ServeArgs;
 use crate::solve::args::SolveArgs;
 use crate::suggest::suggest;
@@ -44,6 +45,7 @@ Examples:
   mmsim render run.mcap -o run.gif     animate a recorded search
   mmsim compare mazes/                 compare all bundled strategies in a table
   mmsim trial mazes/                   let a robot explore each maze and race in it
+  mmsim run --open -- ./my-mouse       run and watch your own mouse
   mmsim mms --open -- ./my-mouse       run and watch a mouse written for mms
   mmsim mazes fetch                    download real contest mazes
   mmsim mazes check my-maze.txt        check a maze file for errors
@@ -68,6 +70,8 @@ pub(crate) enum Command {
     Trial(TrialArgs),
     /// List, show, check, convert, fetch and generate mazes
     Mazes(MazesArgs),
+    /// Run a mouse that connects over ZeroMQ
+    Run(RunArgs),
     /// Run a mouse written for the mms simulator
     Mms(MmsArgs),
     /// Generate shell completions

@@ -1,13 +1,15 @@
 //! Starts a server, either alone or for a mouse in the same process.
 
 use std::error::Error;
+use std::sync::Arc;
 
 use mmsim_formats::Catalogue;
+use mmsim_protocol::DEFAULT_PORT;
 use mmsim_recording::Recorder;
 use mmsim_server::limits::MAX_CONNECTIONS;
 use mmsim_server::{Background, BindError, Server, Simulation};
 use mmsim_solvers::MazeFacts;
-use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, ViewerConfig};
+use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, MouseControl, ViewerConfig};
 
 use crate::args::{RetentionArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
@@ -17,7 +19,7 @@ use crate::selection::Selected;
 use crate::{page, stderr};
 
 /// The host address on which a server listens for a mouse in the same process.
-const HOST: &str = "127.0.0.1";
+pub(crate) const HOST: &str = "127.0.0.1";
 
 /// The warning for a server that other machines can reach.
 const EXPOSED: &str = "anyone who can reach this port can read walls, add states and delete the \
@@ -36,15 +38,24 @@ pub(crate) struct ReadyServer {
     pub(crate) page: Option<String>,
 }
 
+/// The user's own mouse, which the viewer page controls.
+#[derive(Default)]
+pub(crate) struct MouseSetup {
+    pub(crate) control: Arc<MouseControl>,
+    /// The address for clients, if it differs from that of the server.
+    pub(crate) address: Option<String>,
+}
+
 /// Serves the selected maze on a separate thread, and starts catching Ctrl-C.
 pub(crate) fn start(
     selected: Selected,
     mazes: Catalogue,
-    port: u16,
+    port: impl Into<Option<u16>>,
     retention: &RetentionArgs,
     viewer: Option<&ViewerArgs>,
 ) -> Result<(Background, Interrupt), Box<dyn Error>> {
-    let ready = prepare(selected, mazes, (HOST, port), retention, viewer)?;
+    let address = (HOST, port.into().unwrap_or(DEFAULT_PORT));
+    let ready = prepare(selected, mazes, address, retention, viewer, None)?;
     Ok((ready.server.spawn(ready.simulation), ready.interrupt))
 }
 
@@ -56,22 +67,30 @@ pub(crate) fn prepare(
     (host, port): (&str, u16),
     retention: &RetentionArgs,
     viewer: Option<&ViewerArgs>,
+    mouse: Option<MouseSetup>,
 ) -> Result<ReadyServer, Box<dyn Error>> {
     stderr::write_in_background();
     let limits = MemoryLimits::new(retention);
     let recorder = retention.record.as_deref().map(Recorder::new).transpose()?;
     let server = bind(host, port)?;
-    let bound = viewer.map(|args| page::bind(args, host)).transpose()?.flatten();
+    // The page of a mouse is also its control panel.
+    let bind_page =
+        |args: &ViewerArgs| page::bind_or_free(args, host, args.open || mouse.is_some());
+    let bound = viewer.map(bind_page).transpose()?.flatten();
     let interrupt = Interrupt::catch()?;
     let Selected { path, name, maze } = selected;
     let (goal, size) = (goal_away(MazeFacts::new(&maze).shortest_path), maze.size());
-    let (shown, address) = (path.display(), server.address());
+    let MouseSetup { control, address } = mouse.unwrap_or_default();
+    let address = address.as_deref().unwrap_or(server.address());
+    let shown = path.display();
     note(format_args!("serving {shown} ({size}, {goal}) at {address}; press Ctrl-C to stop"));
     if !server.is_loopback() {
         warn(EXPOSED);
     }
     let config = ViewerConfig::default()
         .with_live(&server, &path)
+        .with_mouse(control)
+        .with_address(address)
         .with_mazes(mazes)
         .with_recordings(retention.record.clone())
         .with_budget(limits.recordings);
@@ -87,6 +106,22 @@ fn bind(host: &str, port: u16) -> Result<Server, String> {
     // fewer clients can connect.
     let _ = rlimit::increase_nofile_limit(DESCRIPTORS);
     Server::bind(host, port).map_err(|error| with_port_hint(&error, "--port"))
+}
+
+/// Binds `port`. If no port is given, binds the default port, or a free port if the default port is
+/// in use.
+pub(crate) fn bind_or_free<T>(
+    port: Option<u16>,
+    bind: impl Fn(u16) -> Result<T, BindError>,
+) -> Result<T, String> {
+    let bound = match bind(port.unwrap_or(DEFAULT_PORT)) {
+        Err(error @ BindError::InUse { .. }) if port.is_none() => {
+            note(format_args!("{error}; using a free port instead"));
+            bind(0)
+        }
+        bound => bound,
+    };
+    bound.map_err(|error| with_port_hint(&error, "--port"))
 }
 
 /// Formats the error. If the port is in use, adds a hint to set `option` to 0.

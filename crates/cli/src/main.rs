@@ -17,7 +17,9 @@ mod manual;
 mod mazes;
 mod memory;
 mod mms;
+mod mouse_process;
 mod output;
+mod own_mouse;
 mod page;
 mod parallel;
 mod phase_table;
@@ -26,6 +28,7 @@ mod recording_transport;
 mod render;
 mod replay;
 mod retention;
+mod run;
 mod screen;
 mod selection;
 mod serve;
@@ -65,11 +68,8 @@ fn main() -> ExitCode {
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Trial(args)) => trial::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
-        // Some systems have exit codes that do not fit in an `ExitCode`.
-        Some(Command::Mms(args)) => mms::run(&args).map(|code| {
-            stderr::flush();
-            process::exit(code)
-        }),
+        Some(Command::Run(args)) => run::run(&args).map(|code| exit(code)),
+        Some(Command::Mms(args)) => mms::run(&args).map(|code| exit(code)),
         Some(Command::Completions(args)) => manual::complete(&args, &mut Cli::command()),
         Some(Command::Man(args)) => manual::run(&args, Cli::command()),
     };
@@ -86,6 +86,12 @@ fn main() -> ExitCode {
     };
     stderr::flush();
     code
+}
+
+/// Exits with the exit code of a mouse. On some systems, exit codes do not fit in an `ExitCode`.
+fn exit(code: i32) -> ! {
+    stderr::flush();
+    process::exit(code)
 }
 
 /// Catches SIGXFSZ, so that a write beyond the file size limit (`ulimit -f`) fails instead of

@@ -2,19 +2,34 @@
 
 use std::error::Error;
 
+use mmsim_server::BindError;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, Viewer, ViewerConfig};
 
 use crate::args::ViewerArgs;
 use crate::local_server::with_port_hint;
 use crate::output::{note, warn};
 
-/// Binds the viewer page to a port unless `--no-viewer` is set. If the default port is unavailable,
-/// for example because another simulator uses it, this prints a warning and returns `None`.
+/// Binds the viewer page to a port unless `--no-viewer` is set. If the default port is in use, for
+/// example by another simulator, this binds a free port with `--open`. Otherwise, this prints a
+/// warning and returns `None`.
 pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, String> {
+    bind_or_free(args, host, args.open)
+}
+
+/// Like [`bind`], but if `may_be_free` is true, binds a free port if the default port is in use.
+pub(crate) fn bind_or_free(
+    args: &ViewerArgs,
+    host: &str,
+    may_be_free: bool,
+) -> Result<Option<Viewer>, String> {
     if args.no_viewer {
         return Ok(None);
     }
-    let error = match Viewer::bind(host, args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT)) {
+    let mut bound = Viewer::bind(host, args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT));
+    if args.viewer_port.is_none() && may_be_free && matches!(bound, Err(BindError::InUse { .. })) {
+        bound = Viewer::bind(host, 0);
+    }
+    let error = match bound {
         Ok(viewer) => return Ok(Some(viewer)),
         Err(error) => with_port_hint(&error, "--viewer-port"),
     };

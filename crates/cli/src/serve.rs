@@ -5,7 +5,7 @@ pub(crate) mod args;
 use std::error::Error;
 
 use clap::Command;
-use mmsim_protocol::Info;
+use mmsim_protocol::{DEFAULT_PORT, Info};
 use serde::Serialize;
 
 use crate::args::ServerArgs;
@@ -22,9 +22,9 @@ pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
         .map_err(|error| with_suggestion(error, args, commands))?;
     let ServerArgs { words, port, retention, viewer } = &args.server;
     let selected = collection.select(&words.join(" "))?;
-    let (mazes, address) = (collection.catalogue, (&args.host[..], *port));
+    let (mazes, address) = (collection.catalogue, (&args.host[..], port.unwrap_or(DEFAULT_PORT)));
     let ReadyServer { server, mut simulation, interrupt, page } =
-        local_server::prepare(selected, mazes, address, retention, Some(viewer))?;
+        local_server::prepare(selected, mazes, address, retention, Some(viewer), None)?;
     if args.json {
         let report = ServerReport { address: server.address(), page, maze: simulation.info() };
         print_json(&report)?;

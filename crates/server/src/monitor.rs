@@ -6,6 +6,7 @@ use std::sync::mpsc::{self, Sender};
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use mmsim_recording::{Block, LogBlock, LogLine, Times, read_log};
+use mmsim_zmtp::Service;
 
 use crate::control::{Control, Status};
 use crate::service::SimulationService;
@@ -115,6 +116,21 @@ impl Monitor {
         self.query_run(run, |service| service.times.clone())
     }
 
+    /// Answers a request as if a client of the server had sent it. `frames` is the number of frames
+    /// of the request. Returns the reply, and whether the request counts as activity (see
+    /// [`Service::answer`]).
+    ///
+    /// # Errors
+    /// Returns an error if the server has stopped.
+    pub fn answer(&self, request: &[u8], frames: usize) -> Result<(Vec<u8>, bool), MonitorError> {
+        let request = request.to_vec();
+        self.query(move |service| {
+            let mut reply = Vec::new();
+            let is_activity = service.answer(&request, frames, &mut reply);
+            (reply, is_activity)
+        })
+    }
+
     /// Replaces the maze and begins a new run with an empty history.
     ///
     /// # Errors
@@ -198,6 +214,9 @@ mod tests {
         let now = monitor.served().unwrap();
         assert_eq!((now.mouse.as_deref(), now.strategy), (Some("Theseus"), None));
 
+        assert_eq!(monitor.answer(STATE, 1), Ok((b"ok".to_vec(), true)));
+        assert_eq!(monitor.answer(b"W\x00\x00E", 1), Ok((vec![1, 0, 1], true)));
+        assert_eq!(monitor.status(), Status { run: 1, states: states + 4 });
         ask(b"reset");
         assert_eq!(monitor.log(1, 0, 1, |_| true), Err(MonitorError::RunEnded { run: 1 }));
         assert_eq!(monitor.block(1, 0).unwrap_err(), MonitorError::RunEnded { run: 1 });

@@ -3,12 +3,14 @@
 
 /**
  * @typedef {{ live: boolean, records: boolean, zmq: string, server: string,
- *   strategies: { name: string, about: string }[], opened: string[] }} PageInfo
+ *   strategies: { name: string, about: string }[], own: OwnMouse | null, opened: string[] }} PageInfo
+ * @typedef {{ name: string, has_reset_button: boolean }} OwnMouse
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry
- * @typedef {{ strategy: string, running: boolean, says: string }} RunnerStatus
+ * @typedef {{ kind: "goal" | "gave-up" | "stopped" | "failed", text: string }} Ending
+ * @typedef {{ name: string, own: boolean, reason: string, ending: Ending | null }} MouseStatus
  * @typedef {{ run: number | null, states: number | null, maze: string | null,
- *   mouse: RunnerStatus | null, recordings: number, server: string, opened: string[] }} ServerEvent
+ *   mouse: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
  * @typedef {{ id: string, run: number, title: string, width: number, height: number,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
  *   shortest_path: number | null, note: string | null }} Source
@@ -64,8 +66,8 @@ export const drawingStyle = () => getJson("/drawing.json");
 export const mazes = () => getJson("/api/mazes");
 /** @param {string} path */
 export const thumbnailUrl = (path) => `/api/mazes/picture.svg?path=${encodeURIComponent(path)}`;
-/** @param {string} path */
-export const loadMaze = (path) => post("/api/maze", { path });
+/** @param {string} path @param {boolean} run true to run the user's own mouse in the maze */
+export const loadMaze = (path, run) => post("/api/maze", { path, run });
 
 /** @returns {Promise<RecordingEntry[]>} */
 export const recordings = () => getJson("/api/recordings");
@@ -77,9 +79,12 @@ export const uploadRecording = (file) =>
 /** @param {string} id */
 export const closeRecording = (id) => post("/api/recordings/close", { id });
 
-/** @param {string} strategy @param {number} pace_ms */
-export const startMouse = (strategy, pace_ms) => post("/api/mouse/run", { strategy, pace_ms });
-export const stopMouse = () => post("/api/mouse/stop", {});
+/** @param {"run-again" | "stop" | "pause" | "resume" | "step" | "press-reset"} action */
+export const control = (action) => post("/api/mouse", { action });
+/** @param {string} strategy */
+export const runStrategy = (strategy) => post("/api/mouse", { action: "run", strategy });
+/** @param {number | null} pace states per second, or null for no limit */
+export const setPace = (pace) => post("/api/mouse", { action: "set-pace", pace });
 
 /** @param {string} id @param {AbortSignal} signal @returns {Promise<Source>} */
 export const source = (id, signal) => getJson(`/api/sources/${id}`, signal);

@@ -69,15 +69,27 @@ export function clearError() {
   query(document, "#error").hidden = true;
 }
 
-/** @param {string} action @param {string} name @param {number} states @returns {Promise<boolean>} */
-export function confirmReset(action, name, states) {
+/**
+ * Asks for confirmation of an action that resets the simulation.
+ * @param {string} action
+ * @param {string} name
+ * @param {number} states
+ * @param {{ warning?: string, mouse?: string }} [options] a further sentence, and the mouse that may run afterwards
+ * @returns {Promise<"" | "confirm" | "run">}
+ */
+export function confirmReset(action, name, states, { warning = "", mouse } = {}) {
   const dialog = query(document, "#confirm", HTMLDialogElement);
   for (const element of dialog.querySelectorAll(".action")) element.textContent = action;
   setText(dialog, ".name", name);
   setText(dialog, ".states", pluralize(states, "state"));
+  setText(dialog, ".warning", warning);
+  const run = query(dialog, "[value=run]");
+  run.hidden = mouse === undefined;
+  run.textContent = `${action} and run ${mouse}`;
+  query(dialog, "[value=confirm]").classList.toggle("primary", mouse === undefined);
   dialog.returnValue = "";
   dialog.showModal();
   return new Promise((resolve) => {
-    dialog.onclose = () => resolve(dialog.returnValue === "confirm");
+    dialog.onclose = () => resolve(/** @type {"" | "confirm" | "run"} */ (dialog.returnValue));
   });
 }

@@ -2,7 +2,7 @@
 // The searchable list of mazes. Thumbnails load as they scroll into view; a click on an entry loads the maze.
 
 import * as api from "./api.js";
-import { clearError, cloneTemplate, confirmReset, pluralize, query, setText, showError } from "./dom.js";
+import { clearError, cloneTemplate, pluralize, query, setText, showError } from "./dom.js";
 
 export class MazeList {
   #element = query(document, "#mazes");
@@ -10,7 +10,7 @@ export class MazeList {
   #search = query(this.#element, "input", HTMLInputElement);
   /** @type {{ maze: api.MazeEntry, searchText: string, item: HTMLElement, button: HTMLButtonElement }[]} */
   #entries = [];
-  #liveStates;
+  #confirm;
   /** @type {string | null} */
   #current = null;
   #thumbnails = new IntersectionObserver(
@@ -24,9 +24,9 @@ export class MazeList {
     { root: this.#list, rootMargin: "60px" },
   );
 
-  /** @param {() => number} liveStates */
-  constructor(liveStates) {
-    this.#liveStates = liveStates;
+  /** @param {(maze: string) => Promise<"" | "confirm" | "run">} confirm */
+  constructor(confirm) {
+    this.#confirm = confirm;
     this.#element.hidden = false;
     this.#search.oninput = () => this.#filter();
     this.#element.onkeydown = (event) => this.#handleKey(event);
@@ -111,13 +111,12 @@ export class MazeList {
     this.#setTabStop(next);
   }
 
-  /** Loads a maze, after confirmation if loading deletes states. @param {api.MazeEntry} maze */
+  /** Loads a maze, after confirmation if loading deletes states or stops a mouse. @param {api.MazeEntry} maze */
   async #select({ path, name, error }) {
     clearError();
     if (error !== null) return showError(new Error(error));
-    const states = this.#liveStates();
-    if (states > 0 && !(await confirmReset("Load", name, states))) return;
-    await api.loadMaze(path).catch(showError);
+    const confirmed = await this.#confirm(name);
+    if (confirmed) await api.loadMaze(path, confirmed === "run").catch(showError);
   }
 
   /** @param {string | null} path */

@@ -24,10 +24,10 @@ const [info, style] = await Promise.all([api.pageInfo(), api.drawingStyle()]).ca
 });
 if (info.live) {
   const { element } = openPanel(LIVE);
-  runForm = new RunForm(element, info.strategies, liveStates);
+  runForm = new RunForm(element, info, liveStates);
 }
 for (const id of info.opened) openPanel(id);
-const mazes = info.live ? new MazeList(liveStates) : undefined;
+const mazes = runForm && new MazeList((maze) => runForm.confirmMaze(maze));
 mazes?.load().catch(showError);
 const recordings = new RecordingList((id) => openPanel(id).element.scrollIntoView({ block: "nearest" }));
 let recordingsVersion = NaN;
@@ -39,7 +39,8 @@ listen(
     if (event.server !== info.server) return location.reload();
     if (event.run !== null) panels.get(LIVE)?.follow(event.run, event.states ?? 0);
     mazes?.setCurrent(event.maze);
-    runForm?.show(event.mouse);
+    panels.get(LIVE)?.timeline.pace.update(event.pace);
+    runForm?.show(event);
     // Compare with the previous event, not with the panels: a recording may have opened after this event was sent.
     for (const id of openIds) if (!event.opened.includes(id)) remove(id);
     openIds = event.opened;

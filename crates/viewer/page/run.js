@@ -1,53 +1,110 @@
 // @ts-check
-// The form that runs a bundled strategy. The server runs the strategy as an ordinary client.
+// The controls of the mouse: the user's own mouse, which the simulator has started, or a bundled strategy.
 
 import * as api from "./api.js";
 import { clearError, confirmReset, query, setAttributes, setText, showError } from "./dom.js";
 
 export class RunForm {
   #form;
-  #run;
-  #stop;
+  #own;
+  #liveStates;
+  #buttons;
+  #strategy;
   #shown = "";
-  /** @type {api.RunnerStatus | null} */
-  #status = null;
+  /** @type {api.MouseStatus | null} */
+  #mouse = null;
+  #paused = false;
 
-  /** @param {HTMLElement} panel @param {api.PageInfo["strategies"]} strategies @param {() => number} liveStates */
-  constructor(panel, strategies, liveStates) {
+  /** @param {HTMLElement} panel @param {api.PageInfo} info @param {() => number} liveStates */
+  constructor(panel, { strategies, own }, liveStates) {
     const form = query(panel, "form.run", HTMLFormElement);
-    const strategy = query(form, "[name=strategy]", HTMLSelectElement);
-    const pace = query(form, "[name=pace]", HTMLSelectElement);
     this.#form = form;
-    this.#run = query(form, "[name=run]", HTMLButtonElement);
-    this.#stop = query(form, "[name=stop]", HTMLButtonElement);
-    strategy.replaceChildren(...strategies.map(({ name }) => new Option(name)));
-    strategy.onchange = () => setText(form, ".about", strategies[strategy.selectedIndex]?.about ?? "");
-    strategy.dispatchEvent(new Event("change"));
-    form.onsubmit = async (event) => {
-      event.preventDefault();
-      clearError();
-      // The states of a bundled strategy are deleted without confirmation, since another run reproduces them.
-      const states = this.#status ? 0 : liveStates();
-      if (states > 0 && !(await confirmReset("Run", strategy.value, states))) return;
-      api.startMouse(strategy.value, Number(pace.value)).catch(showError);
+    this.#own = own;
+    this.#liveStates = liveStates;
+    /** @param {string} name @param {() => Promise<unknown>} [onClick] */
+    const button = (name, onClick) => {
+      const element = query(form, `[name=${name}]`, HTMLButtonElement);
+      if (onClick) {
+        element.onclick = () => {
+          clearError();
+          onClick().catch(showError);
+        };
+      }
+      return element;
     };
-    this.#stop.onclick = () => api.stopMouse().catch(showError);
+    this.#buttons = {
+      again: button("again", () => api.control("run-again")),
+      stop: button("stop", () => api.control("stop")),
+      pause: button("pause", () => api.control(this.#paused ? "resume" : "pause")),
+      step: button("step", () => api.control("step")),
+      reset: button("reset", () => api.control("press-reset")),
+      run: button("run"),
+    };
+    this.#buttons.again.hidden = !own;
+    this.#buttons.reset.hidden = !own?.has_reset_button;
+    this.#strategy = query(form, "[name=strategy]", HTMLSelectElement);
+    this.#strategy.replaceChildren(...strategies.map(({ name }) => new Option(name)));
+    this.#strategy.onchange = () => setText(form, ".about", strategies[this.#strategy.selectedIndex]?.about ?? "");
+    this.#strategy.dispatchEvent(new Event("change"));
+    form.onsubmit = (event) => {
+      event.preventDefault();
+      void this.#runBundled();
+    };
     form.hidden = false;
   }
 
-  /** @param {api.RunnerStatus | null} status */
-  show(status) {
-    const shown = JSON.stringify(status);
+  async #runBundled() {
+    clearError();
+    const strategy = this.#strategy.value;
+    // The states of a bundled strategy are deleted without confirmation, since another run reproduces them.
+    const states = this.#mouse && !this.#mouse.own ? 0 : this.#liveStates();
+    if (states > 0 && !(await confirmReset("Run", strategy, states))) return;
+    api.runStrategy(strategy).catch(showError);
+  }
+
+  /**
+   * Asks whether to load a maze if that deletes states or stops the mouse.
+   * @param {string} maze
+   * @returns {Promise<"" | "confirm" | "run">} "run" to run the user's own mouse there
+   */
+  async confirmMaze(maze) {
+    const states = this.#liveStates();
+    const running = this.#isRunning ? this.#mouse?.name : undefined;
+    if (states === 0 && !running) return "confirm";
+    const warning = running ? `${running} is running. It will be stopped, because its map belongs to the old maze.` : "";
+    return confirmReset("Load", maze, states, { warning, mouse: this.#own?.name });
+  }
+
+  get #isRunning() {
+    return this.#mouse !== null && this.#mouse.ending === null;
+  }
+
+  /** @param {api.ServerEvent} event */
+  show({ mouse, paused, client }) {
+    const shown = JSON.stringify([mouse, paused, client]);
     if (shown === this.#shown) return;
     this.#shown = shown;
-    this.#status = status;
-    const running = status?.running ?? false;
-    const [pressed, next] = running ? [this.#run, this.#stop] : [this.#stop, this.#run];
-    next.disabled = false;
-    if (document.activeElement === pressed) next.focus(); // a disabled button loses the focus
-    pressed.disabled = true;
-    setAttributes(this.#form, { "data-running": running });
-    const result = status?.says || (running ? "searching" : "ended");
-    setText(this.#form, ".result", status ? `${status.strategy}: ${result}` : "");
+    this.#mouse = mouse;
+    this.#paused = paused;
+    const form = this.#form;
+    const running = this.#isRunning;
+    const { again, stop, pause, step, reset, run } = this.#buttons;
+    const pressed = document.activeElement;
+    for (const button of [stop, pause, step]) button.disabled = !running;
+    reset.disabled = !running || !mouse?.own;
+    run.disabled = this.#strategy.disabled = running || client;
+    // A disabled button loses the focus.
+    if (pressed === run && run.disabled) stop.focus();
+    if (pressed instanceof HTMLButtonElement && pressed.disabled && form.contains(pressed)) (this.#own ? again : run).focus();
+    setText(form, "[name=pause]", paused && running ? "Resume" : "Pause");
+    setText(form, "[name=again]", mouse?.own ? "Run again" : `Run ${this.#own?.name}`);
+    const phase = !mouse ? "" : !running ? "ended" : paused ? "paused" : "running";
+    setText(form, ".name", mouse?.name ?? this.#own?.name ?? "");
+    setText(form, ".phase", phase);
+    setText(form, ".result", mouse?.ending?.text ?? mouse?.reason ?? "");
+    const blocked = client && !running ? "Another client is reporting states. Strategies can run once it has ended." : "";
+    setText(form, ".blocked", blocked);
+    query(form, ".bundled").hidden = running && (mouse?.own ?? false);
+    setAttributes(form, { "data-running": running, "data-ending": mouse?.ending?.kind ?? "" });
   }
 }

@@ -2,7 +2,9 @@
 // The player controls, which select the state to show. While following, the newest state is shown. Indices start
 // at 0, but the state numbers on the page start at 1.
 
-import { formatNumber, query, setAttributes, setText } from "./dom.js";
+import * as api from "./api.js";
+import { formatNumber, query, setAttributes, setText, showError } from "./dom.js";
+import { PaceSlider } from "./pace.js";
 
 /** Step of the arrow keys with Shift, in states. */
 const LARGE_STEP = 10;
@@ -20,7 +22,6 @@ export class Timeline {
   #onChange;
   #slider;
   #jump;
-  #speed;
   #buttons;
 
   /** @param {HTMLElement} panel @param {boolean} live true if the run may grow @param {() => void} onChange */
@@ -30,7 +31,7 @@ export class Timeline {
     this.#onChange = onChange;
     this.#slider = query(panel, "[name=slider]", HTMLInputElement);
     this.#jump = query(panel, "[name=jump]", HTMLInputElement);
-    this.#speed = query(panel, "[name=speed]", HTMLSelectElement);
+    this.pace = new PaceSlider(panel, live ? (rate) => api.setPace(rate).catch(showError) : undefined);
     /** @param {string} name @param {() => void} onClick */
     const button = (name, onClick) => {
       const element = query(panel, `button[name=${name}]`, HTMLButtonElement);
@@ -115,9 +116,8 @@ export class Timeline {
     /** @param {number} now */
     const tick = (now) => {
       if (!this.playing) return;
-      if (speed !== Number(this.#speed.value)) {
-        [speed, started, from] = [Number(this.#speed.value), now, this.target];
-      }
+      const rate = this.pace.playbackRate(this.states);
+      if (speed !== rate) [speed, started, from] = [rate, now, this.target];
       const index = from + Math.floor(((now - started) * speed) / 1000);
       if (index >= this.states - 1) return this.#live ? this.follow() : this.seek(index);
       if (index !== this.target) this.#moveTo(false, index);

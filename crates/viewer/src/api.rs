@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
+use crate::control::OwnMouse;
 use crate::distances::DistanceHistory;
 use crate::jobs::run_blocking;
 use crate::limits::MAX_RECORDING_BYTES;
@@ -23,7 +24,7 @@ use crate::pictures::{self, PictureOptions};
 use crate::source::Source;
 use crate::state_view::StateView;
 use crate::transfer::{buffer_body, receive_body};
-use crate::{assets, events, recordings, stream};
+use crate::{assets, events, mouse_api, recordings, stream};
 
 const SVG: &str = "image/svg+xml";
 const BINARY: &str = "application/octet-stream";
@@ -50,8 +51,7 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/recordings", get(list_recordings))
         .route("/api/recordings/open", post(open_recording))
         .route("/api/recordings/close", post(close_recording))
-        .route("/api/mouse/run", post(start_mouse))
-        .route("/api/mouse/stop", post(stop_mouse))
+        .merge(mouse_api::router())
         .layer(middleware::from_fn_with_state(Arc::clone(&state), buffer_body))
         .route("/api/recordings", post(upload))
         .with_state(state)
@@ -76,6 +76,8 @@ struct PageInfo {
     /// The address of the simulator.
     zmq: Option<String>,
     strategies: Vec<StrategyInfo>,
+    /// The user's own mouse, if the simulator runs one.
+    own: Option<OwnMouse>,
     /// The IDs of the open recordings.
     opened: Vec<String>,
 }
@@ -96,6 +98,7 @@ async fn page_info(State(state): SharedState) -> Json<PageInfo> {
             .iter()
             .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
             .collect(),
+        own: state.live.as_ref().and_then(|live| live.control.own().cloned()),
         opened: state.open_recordings(),
     })
 }
@@ -120,14 +123,22 @@ async fn maze_picture(
     .await
 }
 
+#[derive(Deserialize)]
+struct MazeChoice {
+    path: String,
+    /// True if the user's own mouse shall run in the maze.
+    #[serde(default)]
+    run: bool,
+}
+
 async fn load_maze(
     State(state): SharedState,
-    Json(MazePath { path }): Json<MazePath>,
+    Json(MazeChoice { path, run }): Json<MazeChoice>,
 ) -> ApiResult<Json<RunNumber>> {
     run_blocking(move || {
         let live = state.live()?;
         let (name, maze) = state.mazes.read(&path)?;
-        Ok(Json(RunNumber { run: live.load_maze(&path, &name, maze)? }))
+        Ok(Json(RunNumber { run: live.load_maze(&path, &name, maze, run)? }))
     })
     .await
 }
@@ -398,30 +409,4 @@ async fn upload(
             Ok(Json(RecordingId { id: state.open(&title, recording)? }))
         })
         .await
-}
-
-#[derive(Deserialize)]
-struct MouseOptions {
-    strategy: String,
-    pace_ms: u64,
-}
-
-async fn start_mouse(
-    State(state): SharedState,
-    Json(MouseOptions { strategy, pace_ms }): Json<MouseOptions>,
-) -> ApiResult<StatusCode> {
-    let strategy: BundledStrategy = strategy.parse().map_err(ApiError::bad_request)?;
-    run_blocking(move || {
-        state.live()?.start_mouse(strategy, pace_ms)?;
-        Ok(StatusCode::NO_CONTENT)
-    })
-    .await
-}
-
-async fn stop_mouse(State(state): SharedState) -> ApiResult<StatusCode> {
-    run_blocking(move || {
-        state.live()?.runner.stop();
-        Ok(StatusCode::NO_CONTENT)
-    })
-    .await
 }

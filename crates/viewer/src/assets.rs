@@ -26,6 +26,7 @@ const FILES: &[(&str, &str, &str)] = files![
     "index.html": HTML,
     "map.js": SCRIPT,
     "mazes.js": SCRIPT,
+    "pace.js": SCRIPT,
     "page.css": STYLE,
     "page.js": SCRIPT,
     "panel.js": SCRIPT,

@@ -7,6 +7,7 @@ use mmsim_formats::Catalogue;
 use mmsim_recording::{MemoryBudget, Recording};
 use mmsim_server::Server;
 
+use crate::control::MouseControl;
 use crate::live::LiveServer;
 
 /// The simulation, recordings and mazes that a [`Viewer`](crate::Viewer) shows.
@@ -24,6 +25,24 @@ impl ViewerConfig {
     /// `maze` is the path of the maze that the server simulates.
     pub fn with_live(mut self, server: &Server, maze: &Path) -> Self {
         self.live = Some(LiveServer::new(server.monitor(), server.address(), maze));
+        self
+    }
+
+    /// Sets the control of the mice that the page starts. Call this after
+    /// [`with_live`](Self::with_live).
+    pub fn with_mouse(mut self, control: Arc<MouseControl>) -> Self {
+        if let Some(live) = &mut self.live {
+            live.control = control;
+        }
+        self
+    }
+
+    /// Sets the address that the page shows for clients, by default the address of the server. Call
+    /// this after [`with_live`](Self::with_live).
+    pub fn with_address(mut self, address: &str) -> Self {
+        if let Some(live) = &mut self.live {
+            live.address = address.into();
+        }
         self
     }
 

@@ -15,9 +15,9 @@ use tokio::time::sleep;
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
+use crate::control::MouseStatus;
 use crate::limits::MAX_EVENT_STREAMS;
 use crate::live::LiveServer;
-use crate::mouse::RunnerStatus;
 
 /// The usual interval at which an event stream polls the state of the server. Users do not notice a
 /// delay of 33 ms. More frequent events would leave the browser less time to draw.
@@ -42,14 +42,21 @@ const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(10);
 static EVENT_STREAMS: Semaphore = Semaphore::const_new(MAX_EVENT_STREAMS);
 
 /// An event that summarizes the state of the server.
-#[derive(Debug, PartialEq, Eq, Serialize)]
+#[derive(Debug, PartialEq, Serialize)]
 struct ServerEvent {
     #[serde(rename = "server")]
     server_id: String,
     run: Option<u32>,
     states: Option<usize>,
     maze: Option<String>,
-    mouse: Option<RunnerStatus>,
+    mouse: Option<MouseStatus>,
+    /// The pace of mice in steps per second, or `None` if there is no limit.
+    pace: Option<f64>,
+    #[serde(rename = "paused")]
+    is_paused: bool,
+    /// True if a client that the page does not control is searching the maze.
+    #[serde(rename = "client")]
+    has_client: bool,
     /// A number that changes when a recording may have been created or closed.
     recordings: u64,
     /// The IDs of the open recordings.
@@ -68,7 +75,10 @@ impl ServerEvent {
             run: status.map(|status| status.run),
             states: status.map(|status| status.states),
             maze: live.map(LiveServer::maze),
-            mouse: live.and_then(|live| live.runner.status()),
+            mouse: live.and_then(|live| live.control.status()),
+            pace: live.and_then(|live| live.control.throttle().pace().rate()),
+            is_paused: live.is_some_and(|live| live.control.throttle().is_paused()),
+            has_client: live.is_some_and(LiveServer::has_client),
             recordings,
             opened: state.open_recordings(),
         }

@@ -15,6 +15,7 @@ mod api_error;
 mod app_state;
 mod assets;
 mod config;
+mod control;
 mod distances;
 mod events;
 mod jobs;
@@ -22,16 +23,20 @@ mod limits;
 mod live;
 mod mazes;
 mod mouse;
+mod mouse_api;
 mod pictures;
 mod recordings;
 mod source;
 mod state_view;
 mod stream;
+mod throttle;
 mod transfer;
 mod viewer;
 
 pub use config::ViewerConfig;
+pub use control::{Ending, EndingKind, MouseControl, OwnMouse, StartReason, StopReason};
 pub use limits::{Limits, MAX_VIEWER_CONNECTIONS};
+pub use throttle::{Pace, Throttle};
 pub use viewer::{Viewer, ViewerHandle};
 
 /// The default port on which the page is served.

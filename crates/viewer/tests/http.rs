@@ -7,7 +7,7 @@ use std::net::TcpStream;
 
 use harness::{WatchedServer, stop_viewer};
 use mmsim_tests::{ask, connect, stop, wait_for};
-use serde_json::json;
+use serde_json::{Value, json};
 
 #[test]
 fn states_are_returned_unchanged() {
@@ -266,20 +266,38 @@ fn saved_runs_can_be_opened() {
 #[test]
 fn bundled_mice_search_the_maze() {
     let watched = WatchedServer::new("127.0.0.1", None);
-    let run = |strategy: &str, pace_ms: u64| {
-        watched.post("/api/mouse/run", &json!({"strategy": strategy, "pace_ms": pace_ms}))
-    };
-    assert_eq!(run("flood-fill", 0).status, 204);
+    let run = |strategy: &str| watched.act(&json!({"action": "run", "strategy": strategy}));
+    let set_pace = |pace: Value| watched.act(&json!({"action": "set-pace", "pace": pace})).status;
+    assert_eq!(set_pace(Value::Null), 204);
+    assert_eq!(run("flood-fill").status, 204);
     wait_for("the last state", || {
         (watched.get("/api/sources/live").json()["states"] == 5).then_some(())
     });
-    wait_for("the search to end", || (run("flood-fill", 5000).status == 204).then_some(()));
-    let twice = run("left-wall", 0);
+    assert_eq!(set_pace(json!(0.01)), 204);
+    wait_for("the search to end", || (run("flood-fill").status == 204).then_some(()));
+    let twice = run("left-wall");
     assert_eq!((twice.status, twice.text()), (409, "flood-fill is still running (stop it first)"));
-    assert_eq!(watched.post("/api/mouse/stop", &json!({})).status, 204);
-    let unknown = run("fly", 0);
+    assert_eq!(watched.act(&json!({"action": "stop"})).status, 204);
+    let unknown = run("fly");
     assert!(unknown.status == 400 && unknown.text().contains("expected one of flood-fill"));
-    assert_eq!(run("flood-fill", u64::MAX).status, 400);
+    for pace in [json!(0), json!(-1), json!(1e-3)] {
+        assert_eq!(set_pace(pace), 400);
+    }
+    assert_eq!(watched.act(&json!({"action": "fly"})).status, 422);
+    assert_eq!(watched.act(&json!({"action": "run-again"})).status, 409, "no mouse of its own");
+    watched.stop();
+}
+
+#[test]
+fn bundled_mice_do_not_disturb_a_client() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let run = || watched.act(&json!({"action": "run", "strategy": "flood-fill"}));
+    watched.send_states(3);
+    let refused = run();
+    assert_eq!(refused.status, 409);
+    assert!(refused.text().starts_with("another client is reporting states"), "{}", refused.text());
+    assert_eq!(watched.get("/api/sources/live").json()["states"], 3);
+    wait_for("the client to count as ended", || (run().status == 204).then_some(()));
     watched.stop();
 }
 
@@ -296,15 +314,24 @@ fn changes_are_sent_as_events() {
             received += std::str::from_utf8(&buffer[..count]).unwrap();
         }
     };
-    wait_until_received(
-        r#","run":1,"states":0,"maze":"a/small.txt","mouse":null,"recordings":2,"opened":[]}"#,
-    );
+    wait_until_received(concat!(
+        r#","run":1,"states":0,"maze":"a/small.txt","mouse":null,"pace":20.0,"paused":false,"#,
+        r#""client":false,"recordings":2,"opened":[]}"#
+    ));
     watched.send_states(3);
     wait_until_received(r#""states":3"#);
     watched.post("/api/maze", &json!({"path": "closed.txt"}));
     wait_until_received(r#","run":2,"states":0,"maze":"closed.txt","mouse":null"#);
-    watched.post("/api/mouse/run", &json!({"strategy": "flood-fill", "pace_ms": 0}));
-    wait_until_received(r#""running":false,"says":"#);
+    wait_until_received(r#""client":false"#);
+    watched.act(&json!({"action": "pause"}));
+    wait_until_received(r#""paused":true"#);
+    wait_for("the client to count as ended", || {
+        let run = json!({"action": "run", "strategy": "flood-fill"});
+        (watched.act(&run).status == 204).then_some(())
+    });
+    wait_until_received(
+        r#""mouse":{"name":"flood-fill","own":false,"reason":"","ending":{"kind":"gave-up","text":"#,
+    );
     watched.stop();
 }
 
@@ -330,7 +357,7 @@ fn other_sites_can_neither_read_nor_control() {
     }
     let form = [&*own, "content-type: application/x-www-form-urlencoded"];
     assert_eq!(watched.send("POST", "/api/maze", &form, b"path=closed.txt").status, 415);
-    for path in ["/api/maze", "/api/mouse/run", "/api/mouse/stop", "/api/recordings/close"] {
+    for path in ["/api/maze", "/api/mouse", "/api/recordings/close"] {
         assert_eq!(watched.get(path).status, 405, "{path} changes the state");
     }
     let rejected = watched.send("GET", "/api/mazes", &["origin: http://evil.example"], b"");
@@ -371,9 +398,9 @@ fn the_token_is_required_on_other_addresses() {
     assert_eq!(watched.send("GET", "/api/mazes", &[&cookie], b"").status, 200);
     let own =
         [&*cookie, &format!("origin: http://{}", watched.host), "content-type: application/json"];
-    assert_eq!(watched.send("POST", "/api/mouse/stop", &own, b"{}").status, 204);
+    assert_eq!(watched.send("POST", "/api/mouse", &own, br#"{"action":"stop"}"#).status, 204);
     let evil = [&*cookie, "origin: http://evil.example", "content-type: application/json"];
-    assert_eq!(watched.send("POST", "/api/mouse/stop", &evil, b"{}").status, 403);
+    assert_eq!(watched.send("POST", "/api/mouse", &evil, br#"{"action":"stop"}"#).status, 403);
     watched.stop();
 }
 

@@ -91,6 +91,11 @@ impl WatchedServer {
         )
     }
 
+    /// Sends an order to a mouse.
+    pub fn act(&self, action: &Value) -> Response {
+        self.post("/api/mouse", action)
+    }
+
     /// Sends `count` states as a client and returns them. In consecutive states, the mouse is in
     /// different cells.
     pub fn send_states(&self, count: usize) -> Vec<Vec<u8>> {

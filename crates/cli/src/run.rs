@@ -1,0 +1,134 @@
+//! `mmsim run`: run a mouse that connects over ZeroMQ.
+
+pub(crate) mod args;
+mod gateway;
+
+use std::error::Error;
+use std::process::Stdio;
+use std::sync::Arc;
+use std::time::Duration;
+
+use mmsim_server::{Monitor, listen};
+use mmsim_viewer::{Ending, EndingKind, MouseControl, OwnMouse, Pace, StopReason};
+
+use crate::args::ServerArgs;
+use crate::interrupt::Interrupt;
+use crate::local_server::{self, HOST, MouseSetup, ReadyServer, bind_or_free};
+use crate::mouse_process::{MouseProcess, Program, exit_code, exit_text};
+use crate::output::{counted, note, warn};
+use crate::own_mouse::{self, RunEnd};
+use crate::selection::Collection;
+use crate::usage::UsageError;
+use args::RunArgs;
+use gateway::{Gateway, Progress};
+
+/// The environment variable with the address for the mouse.
+const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
+
+/// The placeholder for the address in the arguments of the mouse.
+const ENDPOINT_PLACEHOLDER: &str = "{endpoint}";
+
+/// The maximum interval between checks whether the mouse has exited.
+const MAX_POLL_INTERVAL: Duration = Duration::from_millis(50);
+
+/// The pace with `--open`, in milliseconds per step: slow enough to watch.
+const WATCHED_PACE_MS: u64 = 50;
+
+/// Runs the mouse and returns the exit code.
+pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
+    let ServerArgs { port, words, retention, viewer } = &args.server;
+    let program = Program::new(&args.command);
+    if args.repeat.watch && program.files.is_empty() {
+        let message = "--watch needs a mouse that is a file, as in -- python3 mouse.py";
+        return Err(UsageError::new("run", message).into());
+    }
+    let collection = Collection::at(args.mazes.as_deref())?;
+    let selected = collection.select(&words.join(" "))?;
+    let default_pace = if viewer.open { WATCHED_PACE_MS } else { 0 };
+    let pace = Duration::from_millis(args.repeat.pace.unwrap_or(default_pace));
+    let own = OwnMouse { name: program.name.clone(), has_reset_button: false };
+    let control = Arc::new(MouseControl::new(Pace::from_interval(pace), Some(own)));
+    // The simulator itself listens on another port, because the replies on this one are delayed.
+    let listener = bind_or_free(*port, |port| listen(HOST, port))?;
+    let address = format!("tcp://{}", listener.local_addr()?);
+    let mouse = MouseSetup { control: Arc::clone(&control), address: Some(address) };
+    let ReadyServer { server, simulation, interrupt, .. } = local_server::prepare(
+        selected,
+        collection.catalogue,
+        (HOST, 0),
+        retention,
+        Some(viewer),
+        Some(mouse),
+    )?;
+    let monitor = server.monitor();
+    let server = server.spawn(simulation);
+    let gateway = Gateway::start(listener, monitor.clone(), Arc::clone(&control))?;
+    if args.repeat.watch {
+        own_mouse::watch(program.files.clone(), Arc::clone(&control));
+    }
+    let stays = args.repeat.stay || args.repeat.watch || viewer.open;
+    let code = own_mouse::run_repeatedly(&control, interrupt, gateway.address(), stays, || {
+        run_once(&program, &gateway, &monitor, &control)
+    })?;
+    if !stays && !viewer.no_viewer {
+        note("viewer page closed because the run has ended; use --stay to keep it open");
+    }
+    server.stop()?;
+    Ok(code)
+}
+
+/// Runs the mouse once, in the maze that is being served.
+fn run_once(
+    program: &Program,
+    gateway: &Gateway,
+    monitor: &Monitor,
+    control: &MouseControl,
+) -> Result<RunEnd, Box<dyn Error>> {
+    if monitor.status().states > 0 {
+        monitor.answer(b"reset", 1)?;
+    }
+    let maze = monitor.served()?.maze;
+    gateway.begin(maze.size(), *maze.goals());
+    let address = gateway.address();
+    let mut command = program.command_with(ENDPOINT_PLACEHOLDER, address);
+    command.env(ENDPOINT_VARIABLE, address).stdin(Stdio::null());
+    let mut process = match MouseProcess::start(&mut command) {
+        Ok(process) => process,
+        Err(error) => {
+            warn(format_args!("mmsim: {error}"));
+            let ending = Ending { kind: EndingKind::Failed, text: error };
+            return Ok(RunEnd { ending, code: 1, was_started: false });
+        }
+    };
+    let mut interval = Duration::from_millis(1);
+    let (how, code, kind) = loop {
+        if let Some(reason) = control.wait_for_stop(interval) {
+            let code = if reason == StopReason::Exit { Interrupt::CODE } else { 1 };
+            break (reason.text().to_string(), code, Some(EndingKind::Stopped));
+        }
+        match process.status() {
+            Ok(Some(status)) => {
+                let kind = (!status.success()).then_some(EndingKind::Failed);
+                break (exit_text(status), exit_code(status), kind);
+            }
+            Ok(None) => interval = MAX_POLL_INTERVAL.min(2 * interval),
+            Err(error) => break (format!("lost: {error}"), 1, Some(EndingKind::Failed)),
+        }
+    };
+    drop(process);
+    let progress = gateway.progress();
+    let found = if progress.is_goal_reached { EndingKind::Goal } else { EndingKind::GaveUp };
+    let text = format!("{how}; {}", describe(progress));
+    note(format_args!("mouse {text}"));
+    let ending = Ending { kind: kind.unwrap_or(found), text };
+    Ok(RunEnd { ending, code, was_started: true })
+}
+
+/// Describes the progress of the mouse, such as `goal reached, 412 states`.
+fn describe(Progress { states, is_goal_reached }: Progress) -> String {
+    if states == 0 {
+        return format!("no states reported (does it connect to {ENDPOINT_VARIABLE}?)");
+    }
+    let goal = if is_goal_reached { "goal reached" } else { "goal not reached" };
+    format!("{goal}, {}", counted(states, "state"))
+}

@@ -1,0 +1,57 @@
+//! Arguments of `mmsim run`.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::args::ServerArgs;
+
+const AFTER_HELP: &str = "\
+Examples:
+  mmsim run --open -- python3 mouse.py           watch the mouse in a browser
+  mmsim run --open --watch -- python3 mouse.py   run it again each time mouse.py changes
+  mmsim run --maze hedgerow -- ./my-mouse {endpoint}
+                                                 pass the address as an argument
+  mmsim run --record runs -- ./my-mouse          record each run to a new file
+
+The mouse connects to the address in the environment variable MMSIM_ENDPOINT. In the arguments of
+the mouse, {endpoint} stands for the same address. A mouse that always connects to port 6574 works
+too, unless another simulator uses this port.
+
+On the viewer page, you can run the mouse again, stop it, pause it, and change its pace. The
+simulator holds its reply to a state until the next step is due, so the mouse should not limit the
+time to wait for a reply.
+
+The exit code is that of the mouse, or 128 plus the number of the signal that killed it; 1 if the
+mouse did not start or was stopped; 130 after Ctrl-C.";
+
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub(crate) struct RunArgs {
+    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
+    pub(crate) mazes: Option<PathBuf>,
+    /// Program to run as the mouse, and its arguments
+    #[arg(last = true, required = true, value_name = "COMMAND")]
+    pub(crate) command: Vec<OsString>,
+    #[command(flatten)]
+    pub(crate) repeat: RepeatArgs,
+    #[command(flatten)]
+    pub(crate) server: ServerArgs,
+}
+
+/// Options for running a mouse.
+#[derive(Debug, Args)]
+pub(crate) struct RepeatArgs {
+    /// Wait MS milliseconds after each step; the page can change this [default: 50 with --open,
+    /// else 0]
+    #[arg(long, value_name = "MS")]
+    pub(crate) pace: Option<u64>,
+    /// Run the mouse again each time its file changes; implies --stay
+    #[arg(long)]
+    pub(crate) watch: bool,
+    /// Keep serving after the mouse exits, until Ctrl-C; implied by --open
+    #[arg(long)]
+    pub(crate) stay: bool,
+}

@@ -1,0 +1,321 @@
+//! The control of the mouse that the page shows: starting, stopping and the outcome of each run.
+
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use crate::throttle::{Pace, Throttle};
+
+/// The pace of a mouse unless the command line sets another one, in steps per second.
+const DEFAULT_RATE: f64 = 20.0;
+
+/// The user's own mouse, which the program that serves the page can run again and again.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct OwnMouse {
+    /// The name of the mouse, usually the name of its file.
+    pub name: String,
+    /// True if the mouse has a reset button.
+    pub has_reset_button: bool,
+}
+
+/// The reason why a run of the user's own mouse starts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum StartReason {
+    /// The first run of the program.
+    First,
+    /// The user has asked for another run.
+    RunAgain,
+    /// The file with this name has changed.
+    FileChanged(String),
+}
+
+/// The reason why a mouse must stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopReason {
+    /// The user has stopped the mouse.
+    Stop,
+    /// The user has loaded another maze.
+    NewMaze,
+    /// The user's own mouse is about to start.
+    Restart,
+    /// The program that serves the page is about to exit.
+    Exit,
+}
+
+impl StopReason {
+    /// Returns a description such as `stopped: another maze was loaded`.
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Stop => "stopped",
+            Self::NewMaze => "stopped: another maze was loaded",
+            Self::Restart => "stopped to run again",
+            Self::Exit => "stopped by Ctrl-C",
+        }
+    }
+}
+
+/// The outcome of a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Ending {
+    /// The kind of outcome, which the page shows as a colour.
+    pub kind: EndingKind,
+    /// A description of the outcome, such as `goal reached, exited with code 0`.
+    pub text: String,
+}
+
+/// The kind of outcome of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EndingKind {
+    /// The mouse has reached the goal.
+    Goal,
+    /// The mouse has ended elsewhere.
+    GaveUp,
+    /// The mouse was stopped.
+    Stopped,
+    /// The mouse did not start, failed or was killed.
+    Failed,
+}
+
+/// The status of the most recently started mouse.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct MouseStatus {
+    pub(crate) name: String,
+    /// True if this is the user's own mouse, false if it is a bundled one.
+    #[serde(rename = "own")]
+    pub(crate) is_own: bool,
+    /// Why this run has started, or an empty string.
+    pub(crate) reason: String,
+    /// The outcome, or `None` while the mouse is running.
+    pub(crate) ending: Option<Ending>,
+}
+
+impl MouseStatus {
+    pub(crate) const fn is_running(&self) -> bool {
+        self.ending.is_none()
+    }
+}
+
+/// The control of the mouse that a [`Viewer`](crate::Viewer) shows. At most one mouse runs at a
+/// time: the user's own mouse or a bundled one. The page gives orders, and the thread of the mouse
+/// carries them out.
+///
+/// ```
+/// use mmsim_viewer::{Ending, EndingKind, MouseControl, OwnMouse, Pace, StartReason};
+/// let own = OwnMouse { name: "my-mouse".into(), has_reset_button: false };
+/// let control = MouseControl::new(Pace::UNLIMITED, Some(own));
+/// assert_eq!(control.next_run(false), Some(StartReason::First));
+/// assert!(!control.throttle().wait(), "the mouse may take its next step");
+/// control.end(Ending { kind: EndingKind::Goal, text: "goal reached".into() });
+/// assert_eq!(control.next_run(false), None, "no further run was requested");
+/// ```
+#[derive(Debug)]
+pub struct MouseControl {
+    throttle: Throttle,
+    own: Option<OwnMouse>,
+    state: Mutex<ControlState>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct ControlState {
+    status: Option<MouseStatus>,
+    stop: Option<StopReason>,
+    /// The reason for a requested run of the user's own mouse.
+    requested: Option<StartReason>,
+    is_reset_pressed: bool,
+    /// True while no mouse may start because the maze changes.
+    is_held: bool,
+    /// True if the program is about to exit.
+    is_closed: bool,
+    ended_at: Option<Instant>,
+}
+
+impl ControlState {
+    fn is_running(&self) -> bool {
+        self.status.as_ref().is_some_and(MouseStatus::is_running)
+    }
+}
+
+impl Default for MouseControl {
+    fn default() -> Self {
+        Self::new(Pace::from_rate(DEFAULT_RATE).unwrap_or(Pace::UNLIMITED), None)
+    }
+}
+
+impl MouseControl {
+    /// Returns the control for mice with this initial pace. `own` is the user's own mouse, if the
+    /// program runs one; its first run is already requested.
+    pub fn new(pace: Pace, own: Option<OwnMouse>) -> Self {
+        let requested = own.as_ref().map(|_| StartReason::First);
+        let state = Mutex::new(ControlState { requested, ..ControlState::default() });
+        Self { throttle: Throttle::new(pace), own, state, changed: Condvar::new() }
+    }
+
+    /// Returns the gate that the mouse passes after each step.
+    pub const fn throttle(&self) -> &Throttle {
+        &self.throttle
+    }
+
+    /// Returns the user's own mouse.
+    pub const fn own(&self) -> Option<&OwnMouse> {
+        self.own.as_ref()
+    }
+
+    /// Waits until a run of the user's own mouse is requested, then begins the run. Returns `None`
+    /// if the program must exit instead. If `stays` is false, also returns `None` if no run is
+    /// requested.
+    pub fn next_run(&self, stays: bool) -> Option<StartReason> {
+        let name = &self.own.as_ref()?.name;
+        let is_idle = |state: &mut ControlState| {
+            let may_start = !state.is_held && !state.is_running();
+            !state.is_closed && if may_start { state.requested.is_none() && stays } else { true }
+        };
+        let waited = self.changed.wait_while(self.lock(), is_idle);
+        let mut state = waited.unwrap_or_else(PoisonError::into_inner);
+        if state.is_closed {
+            return None;
+        }
+        let reason = state.requested.take()?;
+        let text = match &reason {
+            StartReason::FileChanged(file) => format!("restarted because {file} has changed"),
+            StartReason::First | StartReason::RunAgain => String::new(),
+        };
+        self.begin(&mut state, name, true, text);
+        Some(reason)
+    }
+
+    /// Begins a run of a bundled mouse. Returns an error message if another mouse is running.
+    pub(crate) fn begin_bundled(&self, name: &str) -> Result<(), String> {
+        let mut state = self.lock();
+        if let Some(status) = state.status.as_ref().filter(|status| status.is_running()) {
+            return Err(format!("{} is still running (stop it first)", status.name));
+        }
+        if state.is_held || state.requested.is_some() {
+            return Err("another mouse or another maze is about to start (try again)".into());
+        }
+        self.begin(&mut state, name, false, String::new());
+        Ok(())
+    }
+
+    fn begin(&self, state: &mut ControlState, name: &str, is_own: bool, reason: String) {
+        state.status = Some(MouseStatus { name: name.into(), is_own, reason, ending: None });
+        (state.stop, state.is_reset_pressed) = (None, false);
+        self.throttle.restart();
+        self.changed.notify_all();
+    }
+
+    /// Ends the run with this outcome. Returns the reason why the mouse was stopped, if it was.
+    pub fn end(&self, ending: Ending) -> Option<StopReason> {
+        let mut state = self.lock();
+        if let Some(status) = &mut state.status {
+            status.ending = Some(ending);
+        }
+        state.ended_at = Some(Instant::now());
+        self.changed.notify_all();
+        state.stop
+    }
+
+    /// Returns the reason why the mouse must stop. Waits for it, but at most for the given time.
+    pub fn wait_for_stop(&self, timeout: Duration) -> Option<StopReason> {
+        let state = self.lock();
+        if timeout.is_zero() || state.stop.is_some() {
+            return state.stop;
+        }
+        let waited = self.changed.wait_timeout_while(state, timeout, |state| state.stop.is_none());
+        waited.unwrap_or_else(PoisonError::into_inner).0.stop
+    }
+
+    /// Returns true if the user's own mouse is running.
+    pub fn is_own_running(&self) -> bool {
+        self.lock().status.as_ref().is_some_and(|status| status.is_own && status.is_running())
+    }
+
+    /// Returns true if the reset button was pressed since the previous call.
+    pub fn was_reset_pressed(&self) -> bool {
+        std::mem::take(&mut self.lock().is_reset_pressed)
+    }
+
+    /// Presses the reset button of the running mouse.
+    pub fn press_reset(&self) {
+        self.lock().is_reset_pressed = true;
+    }
+
+    /// Stops the running mouse and makes [`next_run`](Self::next_run) return `None`.
+    pub fn close(&self) {
+        let mut state = self.lock();
+        state.is_closed = true;
+        self.request_stop(&mut state, StopReason::Exit);
+    }
+
+    /// Requests a run of the user's own mouse. A running mouse is stopped first.
+    pub fn request_run(&self, reason: StartReason) {
+        let mut state = self.lock();
+        state.requested = Some(reason);
+        self.request_stop(&mut state, StopReason::Restart);
+    }
+
+    /// Stops the running mouse, and waits at most for the given time until it has stopped.
+    pub(crate) fn stop(&self, timeout: Duration) {
+        let mut state = self.lock();
+        // A requested run is cancelled too.
+        state.requested = None;
+        self.request_stop(&mut state, StopReason::Stop);
+        let is_running = |state: &mut ControlState| state.is_running();
+        let _ = self.changed.wait_timeout_while(state, timeout, is_running);
+    }
+
+    fn request_stop(&self, state: &mut ControlState, reason: StopReason) {
+        if state.is_running() {
+            state.stop.get_or_insert(reason);
+            self.throttle.stop();
+        }
+        self.changed.notify_all();
+    }
+
+    /// Stops the running mouse and lets no mouse start until the result is dropped. Returns an
+    /// error message if the mouse does not stop in time.
+    pub(crate) fn hold(&self, timeout: Duration) -> Result<Hold<'_>, String> {
+        let mut state = self.lock();
+        if !state.is_running() {
+            // The outcome belongs to the previous maze.
+            state.status = None;
+        }
+        self.request_stop(&mut state, StopReason::NewMaze);
+        let is_busy = |state: &mut ControlState| state.is_held || state.is_running();
+        let waited = self.changed.wait_timeout_while(state, timeout, is_busy);
+        let (mut state, waited) = waited.unwrap_or_else(PoisonError::into_inner);
+        if waited.timed_out() {
+            let name = state.status.as_ref().map_or("the mouse", |status| &status.name);
+            return Err(format!("{name} has not stopped within {} s", timeout.as_secs()));
+        }
+        state.is_held = true;
+        Ok(Hold(self))
+    }
+
+    /// Returns the status of the most recently started mouse.
+    pub(crate) fn status(&self) -> Option<MouseStatus> {
+        self.lock().status.clone()
+    }
+
+    /// Returns true if a mouse is running or has ended since `time`.
+    pub(crate) fn has_run_since(&self, time: Instant) -> bool {
+        let state = self.lock();
+        state.is_running() || state.ended_at.is_some_and(|ended| ended >= time)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, ControlState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Keeps mice from starting until dropped.
+pub(crate) struct Hold<'a>(&'a MouseControl);
+
+impl Drop for Hold<'_> {
+    fn drop(&mut self) {
+        self.0.lock().is_held = false;
+        self.0.changed.notify_all();
+    }
+}

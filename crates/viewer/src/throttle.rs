@@ -1,0 +1,242 @@
+//! The gate that a mouse passes between two steps: its pace, pauses, single steps and the stop.
+
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The slowest pace, in steps per second.
+const MIN_RATE: f64 = 0.01;
+
+/// The maximum number of single steps that a mouse may be granted in advance.
+const MAX_SINGLE_STEPS: u32 = 1000;
+
+/// The pace of a mouse, stored as the time from one step to the next.
+///
+/// ```
+/// use mmsim_viewer::Pace;
+/// use std::time::Duration;
+/// assert_eq!(Pace::from_interval(Duration::from_millis(50)).rate(), Some(20.0));
+/// assert_eq!(Pace::from_rate(1280.0), Some(Pace::from_interval(Duration::from_nanos(781_250))));
+/// assert_eq!(Pace::UNLIMITED.rate(), None);
+/// assert_eq!(Pace::from_rate(0.0), None);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pace(Duration);
+
+impl Pace {
+    /// No limit: a mouse never waits.
+    pub const UNLIMITED: Self = Self(Duration::ZERO);
+
+    /// Returns the pace with this time between two steps. Zero means no limit.
+    pub const fn from_interval(interval: Duration) -> Self {
+        Self(interval)
+    }
+
+    /// Returns the pace in steps per second, or `None` if the rate is below 0.01 or not a number.
+    pub fn from_rate(rate: f64) -> Option<Self> {
+        let interval = (rate >= MIN_RATE).then(|| Duration::try_from_secs_f64(rate.recip()))?;
+        interval.ok().map(Self)
+    }
+
+    /// Returns the steps per second, or `None` if there is no limit.
+    pub fn rate(self) -> Option<f64> {
+        (!self.0.is_zero()).then(|| self.0.as_secs_f64().recip())
+    }
+}
+
+/// A gate that a mouse passes between two steps. Other threads change the pace, pause the mouse, let
+/// it take single steps, or stop it. Each change takes effect at once.
+#[derive(Debug)]
+pub struct Throttle {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Debug)]
+struct State {
+    pace: Pace,
+    is_paused: bool,
+    is_stopped: bool,
+    /// The number of steps that a paused mouse may still take.
+    single_steps: u32,
+    /// The time at which the last step was due.
+    last: Instant,
+}
+
+impl Throttle {
+    /// Returns an open gate with this pace.
+    pub fn new(pace: Pace) -> Self {
+        let (is_paused, is_stopped, single_steps) = (false, false, 0);
+        let state = State { pace, is_paused, is_stopped, single_steps, last: Instant::now() };
+        Self { state: Mutex::new(state), changed: Condvar::new() }
+    }
+
+    /// Blocks until the next step is allowed. Returns true if the mouse must stop instead.
+    pub fn wait(&self) -> bool {
+        let mut state = self.lock();
+        loop {
+            if state.is_stopped {
+                return true;
+            }
+            if state.single_steps > 0 {
+                state.single_steps -= 1;
+                state.last = Instant::now();
+                return false;
+            }
+            if state.is_paused {
+                state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            }
+            let Pace(interval) = state.pace;
+            if interval.is_zero() {
+                return false;
+            }
+            let now = Instant::now();
+            // A due time that is too late to represent never comes.
+            let due = state.last.checked_add(interval);
+            let left = due.map_or(interval, |due| due.saturating_duration_since(now));
+            if left.is_zero() {
+                // The next step is due one interval after this step was due, even if this thread
+                // woke late, so that the pace is exact. A slow mouse does not catch up.
+                state.last = due.filter(|&due| now - due < interval).unwrap_or(now);
+                return false;
+            }
+            let waited = self.changed.wait_timeout(state, left);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Returns the pace.
+    pub fn pace(&self) -> Pace {
+        self.lock().pace
+    }
+
+    /// Changes the pace. The new pace also applies to a step that the mouse is waiting for.
+    pub fn set_pace(&self, pace: Pace) {
+        self.change(|state| state.pace = pace);
+    }
+
+    /// Returns true if the mouse is paused.
+    pub fn is_paused(&self) -> bool {
+        self.lock().is_paused
+    }
+
+    /// Holds the mouse after its current step.
+    pub fn pause(&self) {
+        self.change(|state| state.is_paused = true);
+    }
+
+    /// Ends a pause.
+    pub fn resume(&self) {
+        self.change(|state| (state.is_paused, state.single_steps) = (false, 0));
+    }
+
+    /// Lets the mouse take one step, then holds it.
+    pub fn step(&self) {
+        self.change(|state| {
+            state.is_paused = true;
+            state.single_steps = MAX_SINGLE_STEPS.min(state.single_steps + 1);
+        });
+    }
+
+    /// Stops the mouse: from now on, [`wait`](Self::wait) returns true at once.
+    pub fn stop(&self) {
+        self.change(|state| state.is_stopped = true);
+    }
+
+    /// Opens the gate for another run. Keeps the pace.
+    pub fn restart(&self) {
+        self.change(|state| {
+            (state.is_paused, state.is_stopped, state.single_steps) = (false, false, 0);
+            state.last = Instant::now();
+        });
+    }
+
+    fn change(&self, change: impl FnOnce(&mut State)) {
+        change(&mut self.lock());
+        self.changed.notify_all();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::mpsc::{self, Receiver};
+    use std::thread;
+
+    use mmsim_tests::{TIMEOUT, wait_for};
+
+    use super::*;
+
+    const HOURLY: Pace = Pace(Duration::from_secs(3600));
+
+    /// Starts a mouse that reports each step. The channel closes when the mouse stops.
+    fn mouse(throttle: &Arc<Throttle>) -> Receiver<()> {
+        let (throttle, (send, steps)) = (Arc::clone(throttle), mpsc::sync_channel(0));
+        thread::spawn(move || while !throttle.wait() && send.send(()).is_ok() {});
+        steps
+    }
+
+    fn step(steps: &Receiver<()>) {
+        steps.recv_timeout(TIMEOUT).expect("a step");
+    }
+
+    #[test]
+    fn changes_take_effect_while_the_mouse_waits() {
+        let throttle = Arc::new(Throttle::new(HOURLY));
+        let steps = mouse(&throttle);
+        assert!(steps.try_recv().is_err(), "the first step is due in an hour");
+        throttle.set_pace(Pace::UNLIMITED);
+        (0..100).for_each(|_| step(&steps));
+        throttle.set_pace(HOURLY);
+        throttle.stop();
+        wait_for("the mouse to stop", || {
+            matches!(steps.try_recv(), Err(mpsc::TryRecvError::Disconnected)).then_some(())
+        });
+    }
+
+    #[test]
+    fn a_paused_mouse_takes_exactly_the_granted_steps() {
+        let throttle = Arc::new(Throttle::new(Pace::UNLIMITED));
+        throttle.pause();
+        for _ in 0..3 {
+            throttle.step();
+        }
+        for _ in 0..3 {
+            assert!(!throttle.wait());
+        }
+        let steps = mouse(&throttle);
+        assert!(throttle.is_paused() && steps.try_recv().is_err());
+        throttle.step();
+        step(&steps);
+        throttle.resume();
+        (0..10).for_each(|_| step(&steps));
+        assert!(!throttle.is_paused());
+        throttle.stop();
+    }
+
+    #[test]
+    fn a_restart_opens_the_gate() {
+        let throttle = Throttle::new(Pace::from_rate(1000.0).unwrap());
+        throttle.step();
+        throttle.stop();
+        assert!(throttle.wait() && throttle.wait());
+        throttle.restart();
+        assert!((0..5).all(|_| !throttle.wait()), "neither stopped nor paused");
+        assert_eq!(throttle.pace().rate(), Some(1000.0));
+    }
+
+    #[test]
+    fn rates_are_checked() {
+        for rate in [0.0, -1.0, 0.001, f64::NAN] {
+            assert_eq!(Pace::from_rate(rate), None, "{rate}");
+        }
+        for rate in [0.25, 5.0, 20.0, 1280.0] {
+            assert_eq!(Pace::from_rate(rate).unwrap().rate(), Some(rate));
+        }
+        assert_eq!(Pace::from_rate(f64::INFINITY), Some(Pace::UNLIMITED));
+    }
+}
