@@ -101,7 +101,8 @@ export class RunForm {
     const phase = !mouse ? "" : !running ? "ended" : paused ? "paused" : "running";
     setText(form, ".name", mouse?.name ?? this.#own?.name ?? "");
     setText(form, ".phase", phase);
-    setText(form, ".result", mouse?.ending?.text ?? mouse?.reason ?? "");
+    setText(form, ".result", mouse?.ending?.text ?? "");
+    setText(form, ".reason", mouse?.reason ?? "");
     const blocked = client && !running ? "Another client is reporting states. Strategies can run once it has ended." : "";
     setText(form, ".blocked", blocked);
     query(form, ".bundled").hidden = running && (mouse?.own ?? false);

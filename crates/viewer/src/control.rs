@@ -179,7 +179,7 @@ impl MouseControl {
         }
         let reason = state.requested.take()?;
         let text = match &reason {
-            StartReason::FileChanged(file) => format!("restarted because {file} has changed"),
+            StartReason::FileChanged(file) => format!("Restarted because {file} has changed."),
             StartReason::First | StartReason::RunAgain => String::new(),
         };
         self.begin(&mut state, name, true, text);
@@ -214,7 +214,7 @@ impl MouseControl {
         }
         state.ended_at = Some(Instant::now());
         self.changed.notify_all();
-        state.stop
+        state.stop.take()
     }
 
     /// Returns the reason why the mouse must stop. Waits for it, but at most for the given time.

@@ -330,7 +330,7 @@ fn changes_are_sent_as_events() {
         (watched.act(&run).status == 204).then_some(())
     });
     wait_until_received(
-        r#""mouse":{"name":"flood-fill","own":false,"reason":"","ending":{"kind":"gave-up","text":"#,
+        r#""mouse":{"name":"flood-fill","own":false,"reason":"","ending":{"kind":"failed","text":"#,
     );
     watched.stop();
 }

@@ -124,14 +124,15 @@ fn everything_works_without_a_pointer() {
         live.wait_until_empty();
 
         // Run a strategy.
+        focus("[name=pace]");
+        key(Key::End);
+        assert_eq!(live.text(".pace output"), "no limit");
         focus("[name=strategy]");
         browser.press("left".chars());
-        focus("[name=pace]");
-        key(Key::Home);
         focus("[name=run]");
         key(Key::Enter);
         wait_for("the goal", || live.text(".run .result").contains("goal reached").then_some(()));
-        assert!(live.text(".run .result").starts_with("left-wall"));
+        assert_eq!(live.text(".run .name"), "left-wall");
         let last = simulator.info().states - 1;
         live.wait_for_run_state(simulator.run_number(), last);
 

@@ -19,6 +19,7 @@ mod load;
 mod map;
 mod mazes;
 mod measure;
+mod own_mouse;
 mod page;
 mod phases;
 mod policy;

@@ -102,6 +102,22 @@ impl<'a> Panel<'a> {
         assert_eq!(chosen, value);
     }
 
+    /// Moves the slider to a pace such as `×1` or `no limit`.
+    pub(crate) fn set_pace(&self, pace: &str) {
+        let script = "
+            const slider = document.querySelector(arguments[0]);
+            const output = document.querySelector(arguments[1]);
+            for (let at = 0; at <= Number(slider.max); at++) {
+                slider.value = at;
+                slider.dispatchEvent(new Event('input', { bubbles: true }));
+                if (output.textContent === arguments[2]) return true;
+            }
+            return false;";
+        let parts = ["[name=pace]", ".pace output"].map(|part| json!(self.part(part)));
+        let [slider, output] = parts;
+        assert!(self.browser.run::<bool>(script, &[slider, output, json!(pace)]), "{pace}");
+    }
+
     /// Waits until the panel shows a maze without states.
     pub(crate) fn wait_until_empty(&self) {
         wait_for("an empty map", || {

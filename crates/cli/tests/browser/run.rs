@@ -33,7 +33,7 @@ fn each_strategy_runs_and_stops() {
             // Run the strategy slowly, then stop it.
             live.choose("[name=strategy]", name);
             assert_eq!(live.text(".run .about"), strategy.about());
-            live.choose("[name=pace]", "50");
+            live.set_pace("×1");
             live.click(RUN);
             wait_for("a mouse", || is_running(live).then_some(()));
             wait_for("some states", || {
@@ -43,13 +43,14 @@ fn each_strategy_runs_and_stops() {
             live.click(STOP);
             wait_for("the mouse to stop", || (!is_running(live)).then_some(()));
             let result = live.text(".run .result");
-            assert!(result.starts_with(&format!("{name}: stopped after ")), "{result}");
+            assert!(result.starts_with("stopped after "), "{result}");
+            assert_eq!(live.text(".run .name"), name);
             let states = simulator.info().states;
             live.wait_for_run_state(simulator.run_number(), states - 1);
             assert_eq!(live.position(), format!("State {states} of {states}"));
 
             // Run the strategy at full speed to the goal.
-            live.choose("[name=pace]", "0");
+            live.set_pace("no limit");
             live.click(RUN);
             let result = wait_for("the goal", || {
                 let result = live.text(".run .result");
@@ -60,14 +61,17 @@ fn each_strategy_runs_and_stops() {
             live.wait_for_run_state(simulator.run_number(), steps);
             assert_eq!(live.text(".steps dd"), steps.to_string());
             let visited = live.text(".visited dd");
-            let expected =
-                format!("{name}: goal reached after {steps} steps, {visited} cells visited");
+            let expected = format!("goal reached after {steps} steps, {visited} cells visited");
             assert_eq!(result, expected);
             // The page shows the same states as a client's search.
             let states = simulator.search(&maze, strategy);
             live.wait_for_run_state(simulator.run_number(), states.len() - 1);
             assert_eq!(states.len() - 1, steps);
             live.assert_shows(&maze, &states);
+            // The client counts as running for a few seconds.
+            let text = "Another client is reporting states.";
+            assert!(live.text(".run .blocked").starts_with(text));
+            wait_for("the client to end", || live.text(".run .blocked").is_empty().then_some(()));
         }
     });
 }

@@ -23,6 +23,9 @@ pub(crate) fn maze_at(path: &Path) -> Maze {
     read_maze(path).unwrap()
 }
 
+/// Options that select free ports.
+const PORTS: [&str; 4] = ["--port", "0", "--viewer-port", "0"];
+
 pub(crate) struct Simulator {
     pub(crate) home: Home,
     pub(crate) serving: Serving,
@@ -38,8 +41,19 @@ impl Simulator {
     }
 
     pub(crate) fn start_in(home: Home, arguments: &[&str]) -> Self {
-        let ports = ["--port", "0", "--viewer-port", "0"];
-        let serving = home.serve_until(&[&ports, arguments].concat(), "watch at");
+        Self::start_until(home, &[&PORTS[..], arguments].concat())
+    }
+
+    /// Starts `mmsim run` or `mmsim mms` with these options and this command of the mouse.
+    pub(crate) fn start_mouse(home: Home, run: &str, options: &[&str], mouse: &[&str]) -> Self {
+        let arguments = [&[run], &PORTS[..], options, &["--"], mouse].concat();
+        let mut simulator = Self::start_until(home, &arguments);
+        simulator.serving.has_mouse = true;
+        simulator
+    }
+
+    fn start_until(home: Home, arguments: &[&str]) -> Self {
+        let serving = home.serve_until(arguments, "watch at");
         let page = page_address(&serving);
         let socket = connect(&serving.address);
         Self { home, serving, page, socket }

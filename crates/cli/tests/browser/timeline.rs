@@ -131,7 +131,7 @@ fn playing_continues_to_the_newest_state() {
         let live = Panel::live(browser);
         live.wait_for_state(39);
         let is_playing = || live.attribute("button[name=play]", "aria-pressed") == "true";
-        live.choose("[name=speed]", "20");
+        live.set_pace("×1");
         record_shown(browser);
         live.click("button[name=play]");
         wait_for("the end", || (!is_playing() && live.data("index") == "39").then_some(()));
@@ -142,8 +142,8 @@ fn playing_continues_to_the_newest_state() {
         live.assert_shows(&bundled("oblong-long-meadow.txt"), &states);
 
         // Play with the keyboard, with a pause.
-        live.choose("[name=speed]", "20");
-        // While the speed list has the focus, keys choose a speed.
+        live.set_pace("×1");
+        // While the pace slider has the focus, keys change the pace.
         browser.run::<()>("document.activeElement.blur()", &[]);
         browser.press([char::from(Key::Home)]);
         live.wait_for_state(0);

@@ -178,11 +178,14 @@ pub struct Serving {
     /// The messages that the server printed to stderr before it was ready.
     pub messages: String,
     rest: Option<Receiver<String>>,
+    /// True if the process has a child process, which must not outlive it.
+    pub has_mouse: bool,
 }
 
 impl Serving {
     fn new(child: Child) -> Self {
-        Self { child, address: String::new(), messages: String::new(), rest: None }
+        let (address, messages) = (String::new(), String::new());
+        Self { child, address, messages, rest: None, has_mouse: false }
     }
 
     fn set_messages(&mut self, messages: String) {
@@ -244,6 +247,11 @@ impl Serving {
 
 impl Drop for Serving {
     fn drop(&mut self) {
+        #[cfg(unix)]
+        if self.has_mouse && matches!(self.child.try_wait(), Ok(None)) {
+            self.signal("TERM");
+            wait_for_exit(&mut self.child);
+        }
         let _ = self.child.kill();
         let status = self.child.wait();
         if let Some(Ok(rest)) = self.rest.take().map(|rest| rest.recv_timeout(TIMEOUT))

@@ -1,0 +1,262 @@
+//! The page of `mmsim run`: controlling the user's own mouse.
+
+use std::fs;
+
+use mmsim_solvers::BundledStrategy;
+use serde_json::json;
+
+use crate::browser::{Browser, wait_for, with_browser};
+use crate::harness::Home;
+use crate::http;
+use crate::page::{Page, Panel};
+use crate::simulator::{Simulator, bundled, connect};
+use crate::test_state::TestState;
+
+const MMSIM: &str = env!("CARGO_BIN_EXE_mmsim");
+
+/// A mouse that searches the maze.
+const SEARCHES: [&str; 7] =
+    [MMSIM, "solve", "flood-fill", "--goal", "server", "--connect", "{endpoint}"];
+
+/// A mouse that neither moves nor exits: a server.
+const WAITS: [&str; 4] = [MMSIM, "--no-viewer", "--port", "0"];
+
+/// Starts `mmsim run`, opens its page in a browser, and runs a test.
+fn with_mouse(options: &[&str], mouse: &[&str], test: impl FnOnce(&Browser, &Simulator)) {
+    with_browser(|browser| {
+        let simulator = Simulator::start_mouse(Home::new(), "run", options, mouse);
+        browser.open(&simulator.page);
+        test(browser, &simulator);
+        browser.leave();
+    });
+}
+
+fn click(live: Panel<'_>, name: &str) {
+    live.click(&format!(".run [name={name}]"));
+}
+
+fn wait_for_phase(live: Panel<'_>, phase: &str) {
+    wait_for(phase, || (live.text(".run .phase") == phase).then_some(()));
+}
+
+/// Waits until the page shows an outcome that contains `text`. Returns the outcome.
+fn wait_for_result(live: Panel<'_>, text: &str) -> String {
+    wait_for(text, || Some(live.text(".run .result")).filter(|result| result.contains(text)))
+}
+
+fn is_shown(browser: &Browser, live: Panel<'_>, selector: &str) -> bool {
+    let script = "return document.querySelector(arguments[0]).offsetParent !== null";
+    browser.run(script, &[json!(live.part(selector))])
+}
+
+/// Sends an order to the mouse without the page's script. Returns the status.
+fn order(simulator: &Simulator, body: &str) -> u16 {
+    let origin = simulator.page.as_str();
+    let headers = [("content-type", "application/json"), ("origin", origin)];
+    http::request("POST", &simulator.url("/api/mouse"), &headers, body.as_bytes()).status
+}
+
+#[test]
+fn a_mouse_runs_again_and_shows_how_it_ended() {
+    with_mouse(&["--maze", "hedgerow", "--stay"], &SEARCHES, |browser, simulator| {
+        let live = Panel::live(browser);
+        let result = wait_for_result(live, "exited with code 0; goal reached, ");
+        assert_eq!(live.text(".run .name"), "mmsim");
+        assert_eq!(live.attribute(".run", "data-ending"), "goal");
+        let states = simulator.info().states;
+        assert!(result.ends_with(&format!(" {states} states")), "{result}");
+        let run = simulator.run_number();
+        live.wait_for_run_state(run, states - 1);
+
+        // Run it again, slowly. Stop it.
+        live.set_pace("×¼");
+        click(live, "again");
+        wait_for_phase(live, "running");
+        wait_for("another run", || (simulator.run_number() > run).then_some(()));
+        wait_for("two states", || (simulator.info().states >= 2).then_some(()));
+        click(live, "stop");
+        let result = wait_for_result(live, "stopped; goal not reached, ");
+        assert_eq!(live.attribute(".run", "data-ending"), "stopped");
+        let stopped = simulator.info().states;
+        assert!(result.contains(&format!(" {stopped} state")), "{result}");
+
+        // A run that has not ended is stopped when the next one starts.
+        click(live, "again");
+        wait_for_phase(live, "running");
+        let run = simulator.run_number();
+        click(live, "again");
+        wait_for("another run", || (simulator.run_number() > run).then_some(()));
+        live.set_pace("no limit");
+        wait_for_result(live, "exited with code 0; goal reached, ");
+        assert_eq!(simulator.info().states, states, "each run begins at the start");
+    });
+}
+
+#[test]
+fn pause_step_and_pace_hold_the_mouse() {
+    with_mouse(&["--maze", "steps"], &WAITS, |browser, simulator| {
+        let maze = bundled("training-first-steps.txt");
+        let live = Panel::live(browser);
+        wait_for_phase(live, "running");
+        live.wait_until_empty();
+        // The mouse never connects. The test sends states in its place.
+        let socket = connect(&simulator.serving.address);
+        let send = |number: usize| {
+            socket.send(TestState::new(number, maze.size()).message('C', 'C'), 0).unwrap();
+            live.wait_for_state(number);
+        };
+        let expect_ok = || assert_eq!(socket.recv_bytes(0).unwrap(), b"ok");
+        let is_held = || socket.poll(zmq::POLLIN, 0).unwrap() == 0;
+        send(0);
+        expect_ok();
+
+        click(live, "pause");
+        wait_for_phase(live, "paused");
+        for number in 1..4 {
+            send(number);
+            assert!(is_held());
+            click(live, "step");
+            expect_ok();
+        }
+        send(4);
+        assert!(is_held());
+        assert_eq!(live.text(".run [name=pause]"), "Resume");
+        click(live, "pause");
+        expect_ok();
+        wait_for_phase(live, "running");
+
+        // A new pace applies at once.
+        assert_eq!(order(simulator, r#"{"action":"set-pace","pace":0.01}"#), 204);
+        wait_for("the pace", || (live.text(".pace output") == "0.01/s").then_some(()));
+        send(5);
+        assert!(is_held(), "the next step is due in 100 s");
+        live.set_pace("no limit");
+        expect_ok();
+        (6..20).for_each(|number| {
+            send(number);
+            expect_ok();
+        });
+
+        // A mouse that is stopped during a pause does not continue.
+        click(live, "pause");
+        wait_for_phase(live, "paused");
+        send(20);
+        click(live, "stop");
+        let result = wait_for_result(live, "stopped; goal ");
+        assert!(result.contains(" 21 states"), "{result}");
+    });
+}
+
+#[test]
+fn another_maze_stops_the_mouse_and_offers_to_run_it_there() {
+    with_mouse(&["--maze", "hedgerow", "--pace", "200"], &SEARCHES, |browser, simulator| {
+        let (page, live) = (Page(browser), Panel::live(browser));
+        let is_asking =
+            || browser.run::<bool>("return document.querySelector('#confirm').open", &[]);
+        let choose = |path: &str, answer: &str| {
+            page.choose_maze(path);
+            wait_for("the dialog", || is_asking().then_some(()));
+            assert_eq!(browser.text("#confirm [value=run]"), "Load and run mmsim");
+            browser.click(&format!("#confirm [value='{answer}']"));
+            wait_for("the dialog to close", || (!is_asking()).then_some(()));
+        };
+        wait_for("a state", || (simulator.info().states > 0).then_some(()));
+        wait_for_phase(live, "running");
+        choose("half-size-old-quarter.txt", "");
+        assert_eq!(live.text(".run .phase"), "running");
+        assert!(browser.text("#confirm .warning").starts_with("mmsim is running. "));
+
+        choose("half-size-old-quarter.txt", "confirm");
+        wait_for_result(live, "stopped: another maze was loaded; ");
+        assert_eq!(
+            (simulator.info().name.as_str(), simulator.info().states),
+            ("half-size-old-quarter", 0)
+        );
+
+        // Without states there is nothing to confirm. The mouse does not start by itself.
+        page.choose_maze("05-hedgerow.txt");
+        wait_for("hedgerow", || (simulator.info().name == "05-hedgerow").then_some(()));
+        assert!(!is_asking());
+        wait_for("no outcome", || live.text(".run .result").is_empty().then_some(()));
+        click(live, "again");
+        wait_for("a state", || (simulator.info().states > 0).then_some(()));
+        wait_for_phase(live, "running");
+        choose("oblong-long-meadow.txt", "run");
+        live.set_pace("no limit");
+        wait_for_result(live, "exited with code 0; goal reached, ");
+        assert_eq!(simulator.info().name, "oblong-long-meadow");
+        live.wait_for_run_state(simulator.run_number(), simulator.info().states - 1);
+    });
+}
+
+#[test]
+fn bundled_strategies_are_offered_between_runs_of_the_mouse() {
+    with_mouse(&["--maze", "hedgerow"], &WAITS, |browser, simulator| {
+        let live = Panel::live(browser);
+        let run = r#"{"action":"run","strategy":"flood-fill"}"#;
+        wait_for_phase(live, "running");
+        assert!(!is_shown(browser, live, ".run [name=run]"));
+        assert_eq!(order(simulator, run), 409);
+        click(live, "stop");
+        wait_for_result(live, "stopped; no states reported");
+        assert!(is_shown(browser, live, ".run [name=run]"));
+        live.set_pace("no limit");
+        click(live, "run");
+        wait_for_result(live, "goal reached after ");
+        assert_eq!(live.text(".run .name"), "flood-fill");
+        let states = simulator.info().states;
+        let expected = simulator.search(&bundled("05-hedgerow.txt"), BundledStrategy::FloodFill);
+        assert_eq!(states, expected.len());
+        assert_eq!(live.text(".run [name=again]"), "Run mmsim");
+        click(live, "again");
+        wait_for_phase(live, "running");
+        assert_eq!(live.text(".run .name"), "mmsim");
+        assert_eq!(live.text(".run [name=again]"), "Run again");
+    });
+}
+
+#[test]
+fn a_mouse_that_fails_is_reported() {
+    let mouse = [MMSIM, "solve", "no-such-strategy"];
+    with_mouse(&["--maze", "steps", "--stay"], &mouse, |browser, simulator| {
+        let live = Panel::live(browser);
+        wait_for_result(live, "exited with code 2; no states reported");
+        assert_eq!(live.attribute(".run", "data-ending"), "failed");
+        assert_eq!(simulator.info().states, 0);
+    });
+    // A copy of the program, which can be deleted.
+    with_browser(|browser| {
+        let home = Home::new();
+        let program = home.path().join("copy").with_extension(std::env::consts::EXE_EXTENSION);
+        fs::copy(MMSIM, &program).unwrap();
+        let name = program.file_name().unwrap().to_str().unwrap().to_string();
+        let mouse = [program.to_str().unwrap(), "solve", "no-such-strategy"];
+        let simulator = Simulator::start_mouse(home, "run", &["--stay"], &mouse);
+        browser.open(&simulator.page);
+        let live = Panel::live(browser);
+        wait_for_result(live, "exited with code 2");
+        assert_eq!(live.text(".run .name"), name);
+        fs::remove_file(&program).unwrap();
+        click(live, "again");
+        wait_for_result(live, "cannot start the mouse ");
+        assert_eq!(live.attribute(".run", "data-ending"), "failed");
+        browser.leave();
+    });
+}
+
+#[test]
+fn a_changed_file_runs_the_mouse_again() {
+    with_browser(|browser| {
+        let home = Home::new();
+        let maze = home.write("maze.txt", "o---o---o\n| S   G |\no---o---o\n");
+        let mouse = [MMSIM, "mazes", "check", maze.to_str().unwrap()];
+        let simulator = Simulator::start_mouse(home, "run", &["--watch"], &mouse);
+        browser.open(&simulator.page);
+        let live = Panel::live(browser);
+        wait_for_result(live, "exited with code 0");
+        fs::write(&maze, "no maze").unwrap();
+        wait_for_result(live, "exited with code 1");
+        assert_eq!(live.text(".run .reason"), "Restarted because maze.txt has changed.");
+        browser.leave();
+    });
+}

@@ -1,0 +1,146 @@
+//! `mmsim run` with mice that connect over `ZeroMQ`.
+
+mod harness;
+
+use std::net::TcpListener;
+
+use harness::{Home, Output, Serving, recorded};
+use mmsim_protocol::DEFAULT_PORT;
+use mmsim_recording::Recording;
+use mmsim_tests::{ask, connect_to, wait_for};
+
+const SMALL: &str = "o---o---o---o\n|           |\no   o---o   o\n| S |     G |\no---o---o---o\n";
+const MMSIM: &str = env!("CARGO_BIN_EXE_mmsim");
+const QUIET: [&str; 3] = ["--port", "0", "--no-viewer"];
+
+fn arguments<'a>(options: &[&'a str], mouse: &[&'a str]) -> Vec<&'a str> {
+    [&["run", "small.txt"], &QUIET[..], options, &["--"], mouse].concat()
+}
+
+/// Returns a command line that searches the maze.
+fn search(connect: &str) -> Vec<&str> {
+    vec![MMSIM, "solve", "flood-fill", "--goal", "server", "--connect", connect]
+}
+
+fn home() -> Home {
+    let home = Home::new();
+    home.write("small.txt", SMALL);
+    home
+}
+
+fn run(home: &Home, options: &[&str], mouse: &[&str]) -> Output {
+    home.run(&arguments(options, mouse))
+}
+
+#[test]
+fn the_mouse_is_given_the_address_as_an_argument() {
+    let home = home();
+    let ended = run(&home, &["--record", "runs"], &search("{endpoint}"));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(ended.stdout.contains("flood-fill: goal reached after 4 steps"), "{ended:?}");
+    let last = ended.stderr.lines().last().unwrap();
+    assert_eq!(last, "mouse exited with code 0; goal reached, 5 states");
+    let recording = Recording::open(&recorded(&home.path().join("runs"))).unwrap();
+    assert_eq!(recording.history().len(), 5);
+}
+
+#[cfg(unix)]
+#[test]
+fn the_mouse_is_given_the_address_in_the_environment() {
+    let home = home();
+    let script = format!("exec {}", search("$MMSIM_ENDPOINT").join(" "));
+    let ended = run(&home, &[], &["sh", "-c", &script]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(ended.stderr.ends_with("goal reached, 5 states\n"), "{ended:?}");
+    let shown = run(&home, &[], &["sh", "-c", "echo $MMSIM_ENDPOINT = {endpoint}"]);
+    let (variable, argument) = shown.stdout.trim().split_once(" = ").unwrap();
+    assert_eq!(variable, argument);
+    assert!(shown.stderr.contains(&format!("at {variable};")), "{shown:?}");
+}
+
+#[test]
+fn the_exit_code_is_that_of_the_mouse() {
+    let home = home();
+    let crashed = run(&home, &[], &[MMSIM, "solve", "no-such-strategy"]);
+    assert_eq!(crashed.code, Some(2), "{crashed:?}");
+    let expected = "mouse exited with code 2; no states reported (does it connect to \
+                    MMSIM_ENDPOINT?)\n";
+    assert!(crashed.stderr.ends_with(expected), "{crashed:?}");
+
+    let missing = run(&home, &["--stay"], &["no-such-mouse"]);
+    assert_eq!(missing.code, Some(1));
+    let message = missing.stderr.lines().last().unwrap();
+    assert!(message.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{message}");
+    assert!(message.ends_with("needs its path, as in -- ./my-mouse)"), "{message}");
+
+    for wrong in
+        [&["run"][..], &["run", "--"], &["run", "mouse"], &["run", "--watch", "--", "java"]]
+    {
+        assert_eq!(home.run(wrong).code, Some(2), "{wrong:?}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn signals_end_the_mouse_or_set_the_exit_code() {
+    let home = home();
+    let killed = run(&home, &[], &["sh", "-c", "kill -KILL $$"]);
+    assert_eq!(killed.code, Some(137));
+    assert!(killed.stderr.contains("mouse killed by signal 9; "), "{killed:?}");
+
+    // The child process of the mouse is killed too; otherwise it would keep stderr open.
+    let script = "sleep 600 & echo started >&2; wait";
+    let command = home.command(&arguments(&[], &["sh", "-c", script]));
+    let mut serving = Serving::start(command, "started");
+    serving.signal("INT");
+    let (status, messages) = serving.wait();
+    assert_eq!(status.code(), Some(130), "{messages}");
+    assert!(messages.contains("mouse stopped by Ctrl-C; "), "{messages}");
+}
+
+#[cfg(unix)]
+#[test]
+fn stay_keeps_the_address_for_other_clients() {
+    let home = home();
+    let command = home.command(&arguments(&["--stay"], &search("{endpoint}")));
+    let mut serving = Serving::start(command, "still serving");
+    assert!(ask(&connect_to(&serving.address, zmq::REQ), b"info").starts_with(b"{"));
+    let again = home.run(&search(&serving.address)[1..]);
+    assert_eq!(again.code, Some(0), "{again:?}");
+    serving.signal("TERM");
+    assert_eq!(serving.wait().0.code(), Some(0));
+}
+
+#[test]
+fn a_free_port_is_used_if_the_default_port_is_in_use() {
+    let home = home();
+    // The port may also be in use by another program.
+    let _listener = TcpListener::bind(("127.0.0.1", DEFAULT_PORT));
+    let search = search("{endpoint}");
+    let ended = home.run(&[&["run", "small.txt", "--no-viewer", "--"], &search[..]].concat());
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let expected = "port 6574 on 127.0.0.1 is already in use; using a free port instead\n";
+    assert!(ended.stderr.contains(expected), "{ended:?}");
+    let given = ["run", "small.txt", "--no-viewer", "--port", "6574", "--"];
+    let ended = home.run(&[&given, &search[..]].concat());
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.ends_with("is already in use (try --port 0)\n"), "{ended:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn the_pace_holds_the_mouse_after_each_state() {
+    let home = home();
+    let options = ["--pace", "3600000", "--record", "runs"];
+    let command = home.command(&arguments(&options, &search("{endpoint}")));
+    let mut serving = Serving::start(command, "tcp://");
+    let runs = home.path().join("runs");
+    let is_recorded = || runs.read_dir().is_ok_and(|mut files| files.next().is_some());
+    wait_for("the first state", || is_recorded().then_some(()));
+    // The reply to the first state is due in an hour.
+    serving.signal("TERM");
+    let (status, messages) = serving.wait();
+    assert_eq!(status.code(), Some(130), "{messages}");
+    assert!(messages.ends_with("mouse stopped by Ctrl-C; goal not reached, 1 state\n"));
+    assert_eq!(Recording::open(&recorded(&runs)).unwrap().history().len(), 1);
+}
