@@ -1,9 +1,11 @@
 //! `mmsim mms`: run a mouse written for the mms simulator.
 
+mod annotations;
 pub(crate) mod args;
 mod button;
 mod child;
 mod exit;
+mod log;
 mod refusals;
 mod session;
 mod simulator;
@@ -12,14 +14,16 @@ mod stop;
 use std::error::Error;
 use std::time::Duration;
 
+use annotations::mouse_name;
 use args::MmsArgs;
 use child::Child;
 use exit::{ExitCause, MouseExit};
+use log::MouseLog;
 use mmsim_client::{Transport, Zmq};
 use mmsim_maze::KnownMaze;
 use mmsim_mms::SimulatedMouse;
 use session::Session;
-use simulator::Simulator;
+use simulator::{Annotator, Simulator};
 use stop::Stop;
 
 use crate::args::ServerArgs;
@@ -53,7 +57,7 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
         local_server::start(selected, collection.catalogue, *port, retention, Some(viewer))?;
     let address = server.address();
     let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
-    let exit = search(args, transport, &map, &interrupt)?;
+    let exit = search(args, transport, &map, true, &interrupt)?;
     if matches!(exit.cause, ExitCause::Interrupted | ExitCause::NotStarted(_)) {
         // There is nothing left to watch.
     } else if args.stays() {
@@ -71,13 +75,14 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     let asks_server = known.is_none();
     let mut transport =
         Zmq::connect(endpoint, None, |waiting| report_waiting(&waiting, asks_server))?;
-    let KnownSimulator { map, .. } = match known {
+    let KnownSimulator { map, has_annotations, .. } = match known {
         Some(known) => known,
         None => ask_maze(&mut transport, args.remote.known.size)?,
     };
     // Until the simulator replies, Ctrl-C terminates the process directly.
     transport.exchange(b"ping", &mut Vec::new())?;
-    search(args, transport, &map, &Interrupt::catch()?).map(|exit| exit.code())
+    let interrupt = Interrupt::catch()?;
+    search(args, transport, &map, has_annotations, &interrupt).map(|exit| exit.code())
 }
 
 /// Runs the mouse in a maze with the size, start and goal of `map`, and reports the outcome.
@@ -85,14 +90,18 @@ fn search(
     args: &MmsArgs,
     transport: impl Transport,
     map: &KnownMaze,
+    has_annotations: bool,
     interrupt: &Interrupt,
 ) -> Result<MouseExit, Box<dyn Error>> {
     let mouse = SimulatedMouse::new(map.size(), map.start().cell, *map.goals())
         .with_score_rules(args.scores);
     let stop = Stop::new(interrupt, args.time_limit);
     let pace = Duration::from_millis(args.pace);
-    let simulator = Simulator::new(transport, map.size(), &stop, pace)?;
-    let exit = Session::new(mouse, simulator, &stop, args.limit).run(Child::start(&args.command));
+    let log = has_annotations.then(MouseLog::default);
+    let annotator = log.clone().map(|log| Annotator { name: mouse_name(&args.command), log });
+    let simulator = Simulator::new(transport, map.size(), &stop, pace, annotator)?;
+    let child = Child::start(&args.command, log.as_ref());
+    let exit = Session::new(mouse, simulator, &stop, args.limit).run(child);
     match &exit.cause {
         ExitCause::LostSimulator(error) => warn(format_args!("mmsim: {}", explain(error))),
         ExitCause::NotStarted(error) | ExitCause::Failed(error) => {

@@ -5,6 +5,7 @@ use std::convert::Infallible;
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState, Walls};
 
 use crate::command::Command;
+use crate::display::Display;
 use crate::grid_point::{CompassDirection, GridPoint, GridPointKind};
 use crate::response::Response;
 use crate::scores::{ScoreRules, Scores};
@@ -49,8 +50,7 @@ pub struct SimulatedMouse {
     map: KnownMaze,
     /// The walls that the mouse has marked. A sensed wall does not overwrite a marked wall.
     marked: Walls,
-    /// The number in the text of each cell, row by row, or 0 if the text is not a number.
-    numbers: [u16; MazeSize::MAX_AREA],
+    display: Display,
     /// The rules by which `getStat` replies.
     rules: ScoreRules,
     /// The scores by all rules, in the order of [`ScoreRules::ALL`].
@@ -68,7 +68,7 @@ impl SimulatedMouse {
             direction: CompassDirection::NORTH,
             map,
             marked: Walls::open(size),
-            numbers: [0; MazeSize::MAX_AREA],
+            display: Display::new(size),
             rules: ScoreRules::default(),
             scores: ScoreRules::ALL.map(Scores::new),
             is_reset_pressed: false,
@@ -101,10 +101,9 @@ impl SimulatedMouse {
         &self.map
     }
 
-    /// Returns the text of a cell as a number, or 0 if the text is not a number. Most mice use the
-    /// text to display a distance.
-    pub fn number(&self, cell: Cell) -> u16 {
-        self.index(cell).map_or(0, |index| self.numbers[index])
+    /// Returns the texts and colours to display.
+    pub const fn display(&self) -> &Display {
+        &self.display
     }
 
     /// Returns the scores by the rules that the mouse was created with.
@@ -163,17 +162,21 @@ impl SimulatedMouse {
                 Ok(None)
             }
             Command::Text { cell, text } => {
-                if let Some(index) = self.index(cell) {
-                    self.numbers[index] = number_in(text);
-                }
+                self.display.set_text(cell, text);
                 Ok(None)
             }
             Command::ClearAllText => {
-                self.numbers.fill(0);
+                self.display.clear_texts();
                 Ok(None)
             }
-            // Colours are not displayed.
-            Command::Colour { .. } | Command::ClearAllColours => Ok(None),
+            Command::Colour { cell, letter } => {
+                self.display.set_colour(cell, letter);
+                Ok(None)
+            }
+            Command::ClearAllColours => {
+                self.display.clear_colours();
+                Ok(None)
+            }
         }
     }
 
@@ -271,29 +274,10 @@ impl SimulatedMouse {
         }
         Ok(is_present)
     }
-
-    fn index(&self, cell: Cell) -> Option<usize> {
-        let size = self.map.size();
-        let index = usize::from(cell.y) * usize::from(size.width()) + usize::from(cell.x);
-        size.contains(cell).then_some(index)
-    }
 }
 
 const fn wall_state(is_present: bool) -> WallState {
     if is_present { WallState::Present } else { WallState::Absent }
-}
-
-/// Parses text as a number. Returns [`u16::MAX`] if the number is too large, and 0 if the text is
-/// not a number.
-fn number_in(text: &[u8]) -> u16 {
-    let digits = text.trim_ascii();
-    if !digits.iter().all(u8::is_ascii_digit) {
-        return 0;
-    }
-    let digit = |number: u16, &digit: &u8| {
-        number.saturating_mul(10).saturating_add(u16::from(digit - b'0'))
-    };
-    digits.iter().fold(0, digit)
 }
 
 #[cfg(test)]
@@ -392,23 +376,24 @@ o---o---o---o
     }
 
     #[test]
-    fn numbers_in_texts_are_stored() {
-        for (text, number) in [
-            ("7", 7),
-            (" 12 ", 12),
-            ("300", 300),
-            ("99999999", u16::MAX),
-            ("a", 0),
-            ("-1", 0),
-            ("", 0),
-        ] {
-            let line = format!("setText 2 1 {text}");
-            assert_eq!(execute(&[&line]).0.number(Cell::new(2, 1)), number, "{text}");
-        }
-        let number = |lines: &[&str]| execute(lines).0.number(Cell::new(0, 2));
-        assert_eq!(number(&["setText 0 2 9", "setText 0 2 x"]), 0);
-        assert_eq!(number(&["setText 0 2 9", "clearText 0 2"]), 0);
-        assert_eq!(number(&["setText 0 2 9", "clearAllText"]), 0);
-        assert_eq!(execute(&[]).0.number(Cell::new(3, 0)), 0, "outside the maze");
+    fn texts_and_colours_are_displayed() {
+        let (mouse, _) = execute(&[
+            "setText 1 2 gone",
+            "setColor 1 2 r",
+            "clearAllText",
+            "clearAllColor",
+            "setText 0 2  a b ",
+            "setText 2 0 12",
+            "setText 2 1 gone",
+            "clearText 2 1",
+            "setColor 2 0 g",
+            "setColor 2 1 b",
+            "clearColor 2 1",
+        ]);
+        let display = mouse.display();
+        let texts = mouse.map().size().cells().map(|cell| display.text(cell).to_string());
+        assert_eq!(texts.collect::<Vec<_>>(), ["", "", "12", "", "", "", " a b ", "", ""]);
+        let colours = mouse.map().size().cells().filter_map(|cell| display.colour(cell));
+        assert_eq!(colours.collect::<String>(), "g");
     }
 }

@@ -11,6 +11,8 @@ use std::time::Duration;
 
 use mmsim_mms::Response;
 
+use super::log::MouseLog;
+
 /// The maximum length of a line in bytes, including the newline.
 pub(crate) const MAX_LINE_BYTES: usize = 4096;
 
@@ -45,8 +47,9 @@ pub(crate) enum Line {
 }
 
 impl Child {
-    /// Starts a program with its arguments. The program inherits the stderr of this process.
-    pub(crate) fn start(command: &[OsString]) -> Result<Self, String> {
+    /// Starts a program with its arguments. With a log, copies the stderr of the program to the
+    /// stderr of this process; otherwise the program inherits it.
+    pub(crate) fn start(command: &[OsString], log: Option<&MouseLog>) -> Result<Self, String> {
         let [program, arguments @ ..] = command else {
             return Err("no program given after --".into());
         };
@@ -54,7 +57,9 @@ impl Child {
         // The mouse gets a process group, so its child processes can be killed too.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut mouse, 0);
-        let pipes = mouse.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped());
+        let stderr = if log.is_some() { Stdio::piped() } else { Stdio::inherit() };
+        let pipes =
+            mouse.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(stderr);
         let mut process = pipes.spawn().map_err(|error| {
             let needs_path = " (a program outside of PATH needs its path, as in -- ./my-mouse)";
             let hint = if error.kind() == ErrorKind::NotFound { needs_path } else { "" };
@@ -63,6 +68,9 @@ impl Child {
         let (Some(stdin), Some(stdout)) = (process.stdin.take(), process.stdout.take()) else {
             return Err("cannot open the pipes of the mouse".into());
         };
+        if let (Some(log), Some(stderr)) = (log, process.stderr.take()) {
+            log.collect(stderr);
+        }
         // Commands are read and replies are written on threads of their own, so a mouse may write
         // before it reads.
         let (read, lines) = mpsc::sync_channel(MAX_LINES_AHEAD);

@@ -1,5 +1,6 @@
 //! The run of a mouse: reading its commands, answering them, and waiting for its exit.
 
+use std::process::ExitStatus;
 use std::sync::mpsc::RecvTimeoutError::{Disconnected, Timeout};
 use std::time::Duration;
 
@@ -48,20 +49,32 @@ impl<'a, T: Transport> Session<'a, T> {
     /// Runs the mouse until it exits or is stopped.
     pub(crate) fn run(mut self, child: Result<Child, String>) -> MouseExit {
         let cause = match child {
-            Ok(child) => self.serve(child).unwrap_or_else(|cause| cause),
+            Ok(child) => self.serve(child),
             Err(error) => ExitCause::NotStarted(error),
         };
         let Self { mouse, crashes, refusals, .. } = self;
         MouseExit { mouse, cause, crashes, refused: refusals.total() }
     }
 
-    fn serve(&mut self, mut child: Child) -> Result<ExitCause, ExitCause> {
+    fn serve(&mut self, mut child: Child) -> ExitCause {
+        let cause = match self.serve_until_exit(&mut child) {
+            Ok(status) => ExitCause::Exited(status),
+            Err(cause @ ExitCause::LostSimulator(_)) => return cause,
+            Err(cause) => cause,
+        };
+        // Killing the mouse and its child processes ends the log.
+        drop(child);
+        self.simulator.end_log();
+        // The mouse may have set markers or written to its log after the last state was sent.
+        let sent = self.simulator.update(&self.mouse);
+        if matches!(cause, ExitCause::Exited(_)) { sent.err().unwrap_or(cause) } else { cause }
+    }
+
+    fn serve_until_exit(&mut self, child: &mut Child) -> Result<ExitStatus, ExitCause> {
         self.simulator.update(&self.mouse)?;
-        self.answer_all(&mut child)?;
+        self.answer_all(child)?;
         child.end_replies();
-        // The mouse may have set markers after the last state was sent.
-        self.simulator.update(&self.mouse)?;
-        self.wait_for_exit(&mut child)
+        self.wait_for_exit(child)
     }
 
     /// Answers the mouse's commands until its output ends.
@@ -137,14 +150,14 @@ impl<'a, T: Transport> Session<'a, T> {
         }
     }
 
-    fn wait_for_exit(&self, child: &mut Child) -> Result<ExitCause, ExitCause> {
+    fn wait_for_exit(&self, child: &mut Child) -> Result<ExitStatus, ExitCause> {
         let mut interval = Duration::from_millis(1);
         loop {
             let status = child.status();
             // Ctrl-C may have reached both processes.
             self.stop.wait(if matches!(status, Ok(None)) { interval } else { Duration::ZERO })?;
             match status {
-                Ok(Some(status)) => return Ok(ExitCause::Exited(status)),
+                Ok(Some(status)) => return Ok(status),
                 Ok(None) => interval = POLL_INTERVAL.min(2 * interval),
                 Err(error) => return Err(ExitCause::Failed(error.to_string())),
             }

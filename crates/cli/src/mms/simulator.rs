@@ -5,8 +5,11 @@ use std::time::Duration;
 use mmsim_client::{Exchange, RunError, Transport};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState};
 use mmsim_mms::{Environment, SimulatedMouse};
+use mmsim_protocol::Annotation;
 
+use super::annotations::changes;
 use super::exit::ExitCause;
+use super::log::MouseLog;
 use super::stop::Stop;
 
 /// A connection to a simulator. Each wall is requested only once.
@@ -18,33 +21,62 @@ pub(crate) struct Simulator<'a, T> {
     pace: Duration,
     /// A copy of the mouse, made when its state was last sent.
     last: Option<SimulatedMouse>,
+    annotator: Option<Annotator>,
+}
+
+/// The annotations that a simulator has not received yet.
+pub(crate) struct Annotator {
+    /// The name of the mouse.
+    pub(crate) name: String,
+    pub(crate) log: MouseLog,
 }
 
 impl<'a, T: Transport> Simulator<'a, T> {
-    /// Resets the simulator, whose maze must have the given size.
+    /// Resets the simulator, whose maze must have the given size. A simulator that does not accept
+    /// annotations must have no annotator.
     pub(crate) fn new(
         transport: T,
         size: MazeSize,
         stop: &'a Stop<'a>,
         pace: Duration,
+        annotator: Option<Annotator>,
     ) -> Result<Self, RunError> {
         let mut exchange = Exchange::new(transport);
         exchange.reset()?;
         let reported = KnownMaze::new(size, Cell::new(0, 0), CellSet::EMPTY);
-        Ok(Self { exchange, reported, stop, pace, last: None })
+        Ok(Self { exchange, reported, stop, pace, last: None, annotator })
     }
 
-    /// Sends the mouse's state if it has changed.
+    /// Waits for the last lines of the log of a mouse that has exited.
+    pub(crate) fn end_log(&self) {
+        if let Some(annotator) = &self.annotator {
+            annotator.log.wait_for_end();
+        }
+    }
+
+    /// Sends the mouse's state if the state or its annotations have changed.
     pub(crate) fn update(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
+        let has_lines = self.annotator.as_ref().is_some_and(|annotator| !annotator.log.is_empty());
         let is_sent = self.last.as_ref().is_some_and(|last| is_same_state(last, mouse));
-        if is_sent { Ok(()) } else { self.send(mouse) }
+        if is_sent && !has_lines { Ok(()) } else { self.send(mouse) }
     }
 
     fn send(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
-        let number = |cell| mouse.number(cell);
-        self.exchange.state(mouse.pose(), mouse.map(), number).map_err(ExitCause::LostSimulator)?;
+        self.try_send(mouse).map_err(ExitCause::LostSimulator)?;
         self.last = Some(mouse.clone());
         Ok(())
+    }
+
+    fn try_send(&mut self, mouse: &SimulatedMouse) -> Result<(), RunError> {
+        if let Some(annotator) = &self.annotator {
+            let name = self.last.is_none().then_some(Annotation::Mouse(&annotator.name));
+            let changes = changes(self.last.as_ref(), mouse);
+            let lines = annotator.log.take();
+            let lines = lines.iter().map(|line| Annotation::Log(line));
+            self.exchange.annotate(name.into_iter().chain(changes).chain(lines))?;
+        }
+        let number = |cell| mouse.display().text(cell).number();
+        self.exchange.state(mouse.pose(), mouse.map(), number)
     }
 }
 
@@ -74,8 +106,5 @@ impl<T: Transport> Environment for Simulator<'_, T> {
 }
 
 fn is_same_state(one: &SimulatedMouse, other: &SimulatedMouse) -> bool {
-    let mut cells = one.map().size().cells();
-    one.pose() == other.pose()
-        && one.map() == other.map()
-        && cells.all(|cell| one.number(cell) == other.number(cell))
+    one.pose() == other.pose() && one.map() == other.map() && one.display() == other.display()
 }

@@ -1,0 +1,261 @@
+//! The annotations of a state: what a mouse displays that the state message cannot express.
+
+use std::ffi::OsString;
+use std::iter;
+use std::path::Path;
+
+use super::log::cut;
+use mmsim_maze::{Cell, Heading, KnownMaze, WallState, needs_escape};
+use mmsim_mms::SimulatedMouse;
+use mmsim_protocol::{Annotation, Colour, MAX_NAME_BYTES};
+
+/// The sides of a cell whose walls are declared. The other sides are those of its neighbours.
+const SIDES: [Heading; 2] = [Heading::North, Heading::East];
+
+/// Returns the annotations that change what the mouse displayed before into what it displays now.
+/// At first, there are no texts, colours and declared walls.
+pub(crate) fn changes<'n>(
+    before: Option<&SimulatedMouse>,
+    now: &'n SimulatedMouse,
+) -> Vec<Annotation<'n>> {
+    let cells = || now.map().size().cells();
+    let (display, displayed) = (now.display(), before.map(SimulatedMouse::display));
+    let text = |cell| Annotation::Text { cell, text: display.text(cell).as_str() };
+    let text_before = |cell| displayed.map_or("", |displayed| displayed.text(cell).as_str());
+    let mut changes = fewest(
+        cells().filter(|&cell| display.text(cell).as_str() != text_before(cell)).map(text),
+        Annotation::ClearTexts,
+        cells().filter(|&cell| !display.text(cell).is_empty()).map(text),
+    );
+    let colour = |cell| {
+        let letter = display.colour(cell);
+        Annotation::Colour { cell, colour: letter.and_then(Colour::from_letter) }
+    };
+    let colour_before = |cell| displayed.and_then(|displayed| displayed.colour(cell));
+    changes.extend(fewest(
+        cells().filter(|&cell| display.colour(cell) != colour_before(cell)).map(colour),
+        Annotation::ClearColours,
+        cells().filter(|&cell| display.colour(cell).is_some()).map(colour),
+    ));
+    if before.is_none_or(|before| before.map() != now.map()) {
+        for (cell, heading) in cells().flat_map(|cell| SIDES.map(|heading| (cell, heading))) {
+            let state = declaration(now.map(), cell, heading);
+            if state != before.and_then(|before| declaration(before.map(), cell, heading)) {
+                changes.push(Annotation::Wall { cell, heading, state });
+            }
+        }
+    }
+    changes
+}
+
+/// Returns the changes, or the annotation that clears everything and all values, whichever is
+/// shorter.
+fn fewest<'a>(
+    changes: impl Iterator<Item = Annotation<'a>> + Clone,
+    clear: Annotation<'a>,
+    values: impl Iterator<Item = Annotation<'a>> + Clone,
+) -> Vec<Annotation<'a>> {
+    if changes.clone().count() <= 1 + values.clone().count() {
+        changes.collect()
+    } else {
+        iter::once(clear).chain(values).collect()
+    }
+}
+
+/// Returns what to declare about a wall, or `None` if the state message expresses it. In the state
+/// message, a wall is known if it is present or if one of its cells is visited.
+fn declaration(map: &KnownMaze, cell: Cell, heading: Heading) -> Option<WallState> {
+    let neighbour = map.size().neighbour(cell, heading)?;
+    let is_visited = map.visited().contains(cell) || map.visited().contains(neighbour);
+    match map.wall(cell, heading) {
+        WallState::Unknown if is_visited => Some(WallState::Unknown),
+        WallState::Absent if !is_visited => Some(WallState::Absent),
+        _ => None,
+    }
+}
+
+/// Returns the name of a mouse, such as `my-mouse` or `python3 Main.py`: the file name of the
+/// program, and its arguments.
+pub(crate) fn mouse_name(command: &[OsString]) -> String {
+    let words = command.iter().enumerate().map(|(index, word)| {
+        let file_name = Path::new(word).file_name().filter(|_| index == 0);
+        file_name.unwrap_or(word).to_string_lossy()
+    });
+    let mut name: String = words.collect::<Vec<_>>().join(" ");
+    name.retain(|c| !needs_escape(c));
+    cut(&mut name, MAX_NAME_BYTES);
+    name
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashMap;
+
+    use mmsim_maze::{CellSet, MazeSize, Walls};
+    use mmsim_mms::Command;
+    use mmsim_protocol::{MapState, Order, State};
+
+    use super::*;
+
+    const START: Cell = Cell { x: 0, y: 0 };
+
+    fn mouse(size: MazeSize) -> SimulatedMouse {
+        SimulatedMouse::new(size, START, CellSet::EMPTY)
+    }
+
+    fn execute(mouse: &mut SimulatedMouse, walls: &mut Walls, line: &str) {
+        let Ok(_) = mouse.execute(Command::parse(line.as_bytes(), walls.size()).unwrap(), walls);
+    }
+
+    /// Returns the annotations after each block of commands in an open maze of 3x2 cells.
+    fn blocks(blocks: &[&[&str]]) -> String {
+        let mut walls = Walls::open(MazeSize::new(3, 2).unwrap());
+        let (mut mouse, mut before, mut shown) = (mouse(walls.size()), None, Vec::new());
+        for block in blocks {
+            block.iter().for_each(|line| execute(&mut mouse, &mut walls, line));
+            let changes = changes(before.as_ref(), &mouse).into_iter().map(|change| match change {
+                Annotation::Text { cell, text } => format!("{cell} {text:?}"),
+                Annotation::Colour { cell, colour } => format!("{cell} {colour:?}"),
+                Annotation::Wall { cell, heading, state } => format!("{cell} {heading} {state:?}"),
+                other => format!("{other:?}"),
+            });
+            shown.push(changes.collect::<Vec<_>>().join("; "));
+            before = Some(mouse.clone());
+        }
+        shown.join("\n")
+    }
+
+    #[test]
+    fn changed_texts_and_colours_are_sent() {
+        let shown = blocks(&[
+            &["setText 0 0 12", "setText 1 0 a b", "setColor 2 1 G"],
+            &[],
+            &["setText 1 0 a b", "clearText 0 0", "setColor 2 1 r", "setColor 1 1 k"],
+            &["clearAllText", "setText 2 0 1", "clearAllColor"],
+            &["setText 0 1 2", "clearAllText", "setText 2 0 1"],
+        ]);
+        insta::assert_snapshot!(shown, @r#"
+        (0, 0) "12"; (1, 0) "a b"; (2, 1) Some(DarkGreen); (0, 0) north Some(Unknown); (0, 0) east Some(Unknown)
+
+        (0, 0) ""; (1, 1) Some(Black); (2, 1) Some(Red)
+        (1, 0) ""; (2, 0) "1"; ClearColours
+
+        "#);
+    }
+
+    #[test]
+    fn walls_that_the_state_cannot_express_are_declared() {
+        let shown = blocks(&[
+            // The walls of the start cell are not known.
+            &[],
+            // A sensed wall needs no declaration. The wall ahead is not known.
+            &["wallRight", "moveForward"],
+            // A wall between unvisited cells.
+            &["clearWall 2 0 n", "setWall 1 0 e"],
+            &["setWall 2 0 n", "wallRight"],
+        ]);
+        insta::assert_snapshot!(shown, @"
+        (0, 0) north Some(Unknown); (0, 0) east Some(Unknown)
+        (0, 0) north None; (0, 0) east None; (0, 1) east Some(Unknown)
+        (2, 0) north Some(Absent)
+        (2, 0) north None; (0, 1) east None
+        ");
+    }
+
+    /// What a simulator knows after a number of annotations and states.
+    #[derive(Default)]
+    struct Receiver {
+        texts: HashMap<Cell, String>,
+        colours: HashMap<Cell, char>,
+        walls: HashMap<(Cell, Heading), WallState>,
+    }
+
+    impl Receiver {
+        fn apply(&mut self, annotation: Annotation<'_>) {
+            match annotation {
+                Annotation::Text { cell, text: "" } => drop(self.texts.remove(&cell)),
+                Annotation::Text { cell, text } => drop(self.texts.insert(cell, text.into())),
+                Annotation::ClearTexts => self.texts.clear(),
+                Annotation::Colour { cell, colour: None } => drop(self.colours.remove(&cell)),
+                Annotation::Colour { cell, colour: Some(colour) } => {
+                    self.colours.insert(cell, colour.letter());
+                }
+                Annotation::ClearColours => self.colours.clear(),
+                Annotation::Wall { cell, heading, state: None } => {
+                    self.walls.remove(&(cell, heading)).expect("a declared wall");
+                }
+                Annotation::Wall { cell, heading, state: Some(state) } => {
+                    self.walls.insert((cell, heading), state);
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+
+        /// Checks that the annotations and the state express what the mouse displays.
+        fn check(&self, mouse: &SimulatedMouse) {
+            let (size, map) = (mouse.map().size(), mouse.map());
+            let mut message = [0; mmsim_protocol::MAX_STATE_BYTES];
+            let state = MapState::new(mouse.pose(), map, |_| 0, Order::F);
+            let length = state.encode(&mut message).unwrap();
+            let state = State::decode(&message[..length], size).unwrap();
+            let mut expressed = state.map(START, CellSet::EMPTY);
+            for (&(cell, heading), &state) in &self.walls {
+                assert_ne!(expressed.wall(cell, heading), state, "{cell} {heading}");
+                expressed.set_wall(cell, heading, state);
+            }
+            assert_eq!(&expressed, map);
+            for cell in size.cells() {
+                let text = self.texts.get(&cell).map_or("", String::as_str);
+                assert_eq!(text, mouse.display().text(cell).as_str(), "{cell}");
+                let colour = self.colours.get(&cell).copied();
+                assert_eq!(colour, mouse.display().colour(cell), "{cell}");
+            }
+        }
+    }
+
+    #[test]
+    fn annotations_and_states_express_the_display() {
+        let mut rng = fastrand::Rng::with_seed(1);
+        for _ in 0..200 {
+            let size = MazeSize::new(rng.usize(1..=5), rng.usize(1..=5)).unwrap();
+            let mut rows = || std::array::from_fn(|_| rng.u32(..) & rng.u32(..));
+            let mut walls = Walls::from_rows(size, rows(), rows());
+            let (mut mouse, mut receiver) = (mouse(size), Receiver::default());
+            let mut before = None;
+            for _ in 0..60 {
+                let cell = format!("{} {}", rng.u8(..size.width()), rng.u8(..size.height()));
+                let side = rng.choice(["n", "e", "s", "w"]).unwrap();
+                let line = match rng.u8(..16) {
+                    0 => format!("setWall {cell} {side}"),
+                    1 => format!("clearWall {cell} {side}"),
+                    2..=4 => format!("setText {cell} {}", rng.u8(..3)),
+                    5 => format!("clearText {cell}"),
+                    6 => "clearAllText".into(),
+                    7 | 8 => format!("setColor {cell} {}", rng.choice(["g", "k"]).unwrap()),
+                    9 => "clearAllColor".into(),
+                    10 => "wallLeft".into(),
+                    11 => "wallFront 3".into(),
+                    12 => "turnRight".into(),
+                    13 => "turnLeft45".into(),
+                    _ => "moveForward".into(),
+                };
+                execute(&mut mouse, &mut walls, &line);
+                if rng.bool() {
+                    changes(before.as_ref(), &mouse).into_iter().for_each(|it| receiver.apply(it));
+                    receiver.check(&mouse);
+                    before = Some(mouse.clone());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn mice_are_named_by_their_commands() {
+        let name =
+            |command: &[&str]| mouse_name(&command.iter().map(OsString::from).collect::<Vec<_>>());
+        assert_eq!(name(&["./mice/my-mouse"]), "my-mouse");
+        assert_eq!(name(&["/usr/bin/python3", "mice/Main.py"]), "python3 mice/Main.py");
+        assert_eq!(name(&["a\nb", "\u{e9}"]), "ab \u{e9}");
+        assert_eq!(name(&[&"\u{e9}".repeat(51)]), "\u{e9}".repeat(50));
+    }
+}

@@ -1,0 +1,180 @@
+//! The texts and colours that a mouse displays in the cells.
+
+use std::fmt;
+
+use mmsim_maze::{Cell, MazeSize};
+
+/// The text and colour of each cell. Equal displays look the same.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Display {
+    size: MazeSize,
+    /// The texts and colours, row by row.
+    cells: Box<[CellDisplay]>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct CellDisplay {
+    text: CellText,
+    colour: Option<char>,
+}
+
+impl Display {
+    /// Creates a display without texts and colours.
+    pub(crate) fn new(size: MazeSize) -> Self {
+        Self { size, cells: vec![CellDisplay::default(); size.area()].into() }
+    }
+
+    /// Returns the size of the maze.
+    pub const fn size(&self) -> MazeSize {
+        self.size
+    }
+
+    /// Returns the text of a cell, which is empty if the cell is outside the maze.
+    pub fn text(&self, cell: Cell) -> &CellText {
+        const NONE: &CellText = &CellText { ascii: [0; CellText::MAX_CHARS], length: 0 };
+        self.at(cell).map_or(NONE, |at| &at.text)
+    }
+
+    /// Returns the letter of the colour of a cell, one of `kbacgorwyBCAGRY`.
+    pub fn colour(&self, cell: Cell) -> Option<char> {
+        self.at(cell)?.colour
+    }
+
+    pub(crate) fn set_text(&mut self, cell: Cell, text: &[u8]) {
+        if let Some(at) = self.at_mut(cell) {
+            at.text = CellText::new(text);
+        }
+    }
+
+    pub(crate) fn set_colour(&mut self, cell: Cell, letter: Option<char>) {
+        if let Some(at) = self.at_mut(cell) {
+            at.colour = letter;
+        }
+    }
+
+    pub(crate) fn clear_texts(&mut self) {
+        self.cells.iter_mut().for_each(|cell| cell.text = CellText::default());
+    }
+
+    pub(crate) fn clear_colours(&mut self) {
+        self.cells.iter_mut().for_each(|cell| cell.colour = None);
+    }
+
+    fn at(&self, cell: Cell) -> Option<&CellDisplay> {
+        self.cells.get(self.index(cell)?)
+    }
+
+    fn at_mut(&mut self, cell: Cell) -> Option<&mut CellDisplay> {
+        let index = self.index(cell)?;
+        self.cells.get_mut(index)
+    }
+
+    fn index(&self, cell: Cell) -> Option<usize> {
+        let index = usize::from(cell.y) * usize::from(self.size.width()) + usize::from(cell.x);
+        self.size.contains(cell).then_some(index)
+    }
+}
+
+/// The text of a cell as mms shows it: the first ten characters, where each character that is not
+/// in the font of mms is a question mark.
+///
+/// The font contains the printable ASCII characters except the backslash.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CellText {
+    ascii: [u8; Self::MAX_CHARS],
+    length: u8,
+}
+
+impl CellText {
+    /// The maximum number of characters.
+    pub const MAX_CHARS: usize = 10;
+
+    fn new(text: &[u8]) -> Self {
+        let mut shown = Self::default();
+        // A character takes at most four bytes.
+        let start = &text[..text.len().min(4 * Self::MAX_CHARS)];
+        for (place, c) in shown.ascii.iter_mut().zip(String::from_utf8_lossy(start).chars()) {
+            let is_in_font = matches!(c, ' '..='~') && c != '\\';
+            *place = u8::try_from(c).ok().filter(|_| is_in_font).unwrap_or(b'?');
+            shown.length += 1;
+        }
+        shown
+    }
+
+    /// Returns true if there is no text.
+    pub const fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
+    /// Returns the text, including leading and trailing blanks.
+    pub fn as_str(&self) -> &str {
+        let text = self.ascii.get(..self.length.into()).unwrap_or_default();
+        str::from_utf8(text).unwrap_or_default()
+    }
+
+    /// Returns the text as a number, 65,535 if the number is larger, or 0 if the text is not a
+    /// number. Most mice use the text to display a distance.
+    pub fn number(&self) -> u16 {
+        let digits = self.as_str().trim_ascii();
+        if !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+            return 0;
+        }
+        let digit = |number: u16, digit: u8| {
+            number.saturating_mul(10).saturating_add(u16::from(digit - b'0'))
+        };
+        digits.bytes().fold(0, digit)
+    }
+}
+
+impl fmt::Display for CellText {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.as_str())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_are_shown_as_in_mms() {
+        for (text, shown) in [
+            ("", ""),
+            (" 12 ", " 12 "),
+            ("0123456789ab", "0123456789"),
+            ("caf\u{e9} \u{1f401}\t\\", "caf? ???"),
+            ("~}!", "~}!"),
+            (&"\u{1f401}".repeat(20), "??????????"),
+        ] {
+            assert_eq!(CellText::new(text.as_bytes()).as_str(), shown, "{text:?}");
+        }
+        assert_eq!(CellText::new(b"a\xff\xfeb\x7f").as_str(), "a??b?");
+    }
+
+    #[test]
+    fn digits_are_a_number() {
+        for (text, number) in [
+            ("7", 7),
+            (" 12 ", 12),
+            ("300", 300),
+            ("65536", u16::MAX),
+            ("99999999", u16::MAX),
+            ("a", 0),
+            ("-1", 0),
+            ("", 0),
+        ] {
+            assert_eq!(CellText::new(text.as_bytes()).number(), number, "{text}");
+        }
+    }
+
+    #[test]
+    fn cells_outside_the_maze_display_nothing() {
+        let mut display = Display::new(MazeSize::new(3, 2).unwrap());
+        for outside in [Cell::new(3, 0), Cell::new(0, 2)] {
+            display.set_text(outside, b"1");
+            display.set_colour(outside, Some('g'));
+            assert_eq!((display.text(outside).as_str(), display.colour(outside)), ("", None));
+        }
+        assert_eq!(display, Display::new(MazeSize::new(3, 2).unwrap()));
+    }
+}
