@@ -21,9 +21,12 @@ pub(crate) fn changes<'n>(
     let cells = || now.map().size().cells();
     let (display, displayed) = (now.display(), before.map(SimulatedMouse::display));
     let text = |cell| Annotation::Text { cell, text: display.text(cell).as_str() };
-    let text_before = |cell| displayed.map_or("", |displayed| displayed.text(cell).as_str());
+    let is_new = |&cell: &Cell| match displayed {
+        Some(displayed) => displayed.text(cell) != display.text(cell),
+        None => !display.text(cell).is_empty(),
+    };
     let mut changes = fewest(
-        cells().filter(|&cell| display.text(cell).as_str() != text_before(cell)).map(text),
+        cells().filter(is_new).map(text),
         Annotation::ClearTexts,
         cells().filter(|&cell| !display.text(cell).is_empty()).map(text),
     );
@@ -195,10 +198,9 @@ mod tests {
         fn check(&self, mouse: &SimulatedMouse) {
             let (size, map) = (mouse.map().size(), mouse.map());
             let mut message = [0; mmsim_protocol::MAX_STATE_BYTES];
-            let state = MapState::new(mouse.pose(), map, |_| 0, Order::F);
-            let length = state.encode(&mut message).unwrap();
-            let state = State::decode(&message[..length], size).unwrap();
-            let mut expressed = state.map(START, CellSet::EMPTY);
+            let encoded = MapState::new(mouse.pose(), map, |_| 0, Order::F).encode(&mut message);
+            let decoded = State::decode(&message[..encoded.unwrap()], size).unwrap();
+            let mut expressed = decoded.map(START, CellSet::EMPTY);
             for (&(cell, heading), &state) in &self.walls {
                 assert_ne!(expressed.wall(cell, heading), state, "{cell} {heading}");
                 expressed.set_wall(cell, heading, state);
@@ -224,10 +226,10 @@ mod tests {
             let mut before = None;
             for _ in 0..60 {
                 let cell = format!("{} {}", rng.u8(..size.width()), rng.u8(..size.height()));
-                let side = rng.choice(["n", "e", "s", "w"]).unwrap();
+                let letter = rng.choice(["n", "e", "s", "w"]).unwrap();
                 let line = match rng.u8(..16) {
-                    0 => format!("setWall {cell} {side}"),
-                    1 => format!("clearWall {cell} {side}"),
+                    0 => format!("setWall {cell} {letter}"),
+                    1 => format!("clearWall {cell} {letter}"),
                     2..=4 => format!("setText {cell} {}", rng.u8(..3)),
                     5 => format!("clearText {cell}"),
                     6 => "clearAllText".into(),
@@ -241,7 +243,9 @@ mod tests {
                 };
                 execute(&mut mouse, &mut walls, &line);
                 if rng.bool() {
-                    changes(before.as_ref(), &mouse).into_iter().for_each(|it| receiver.apply(it));
+                    for annotation in changes(before.as_ref(), &mouse) {
+                        receiver.apply(annotation);
+                    }
                     receiver.check(&mouse);
                     before = Some(mouse.clone());
                 }

@@ -3,6 +3,7 @@
 #[path = "../harness/mod.rs"]
 mod harness;
 
+mod annotations;
 mod ending;
 
 use std::fs;

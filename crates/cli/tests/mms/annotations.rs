@@ -1,0 +1,140 @@
+//! What a mouse displays, as the simulator receives it.
+
+use std::sync::mpsc::{self, Receiver};
+use std::thread;
+
+use mmsim_maze::Maze;
+use mmsim_protocol::Annotation;
+use mmsim_server::Simulation;
+
+use super::*;
+
+/// A simulator that lists the annotations and states that it receives.
+struct Listener {
+    address: String,
+    events: Receiver<String>,
+}
+
+impl Listener {
+    /// Serves [`SMALL`]. Unless `has_annotations` is set, the simulator does not know annotations.
+    fn start(has_annotations: bool) -> Self {
+        let socket = zmq::Context::new().socket(zmq::REP).unwrap();
+        socket.bind("tcp://127.0.0.1:*").unwrap();
+        let address = socket.get_last_endpoint().unwrap().unwrap();
+        let maze: Maze = SMALL.parse().unwrap();
+        let size = maze.size();
+        let mut simulation = Simulation::new("small", maze);
+        let (sender, events) = mpsc::channel();
+        thread::spawn(move || {
+            while let Ok(request) = socket.recv_bytes(0) {
+                let mut reply = Vec::new();
+                match Request::decode(&request, size) {
+                    Ok(Request::Annotations(_)) if has_annotations => reply.extend(b"ok"),
+                    _ => drop(simulation.handle(&request, &mut reply)),
+                }
+                if request == b"info" && !has_annotations {
+                    let info = String::from_utf8(reply).unwrap();
+                    reply = info.replace("\"annotations\"", "").into_bytes();
+                }
+                for event in events_of(&request, size) {
+                    let _ = sender.send(event);
+                }
+                socket.send(reply, 0).unwrap();
+            }
+        });
+        Self { address, events }
+    }
+
+    /// Runs a Python mouse and returns its output and the events, one per line.
+    fn run(&self, home: &Home, mouse: &str) -> Option<(Output, String)> {
+        let python = python()?;
+        home.write("mouse.py", PREAMBLE.to_string() + mouse);
+        let options = ["--connect", &self.address, "--goal", "server"];
+        let ended = home.run(&arguments(&options, &[python, "mouse.py"]));
+        let events: Vec<_> = self.events.try_iter().collect();
+        Some((ended, events.join("\n").replace(python, "python")))
+    }
+}
+
+fn events_of(request: &[u8], size: MazeSize) -> Vec<String> {
+    let event = |annotation| match annotation {
+        Annotation::Text { cell, text } => format!("{cell} {text:?}"),
+        Annotation::Colour { cell, colour } => format!("{cell} {colour:?}"),
+        Annotation::Wall { cell, heading, state } => format!("{cell} {heading} {state:?}"),
+        other => format!("{other:?}"),
+    };
+    match Request::decode(request, size) {
+        Ok(Request::Annotations(annotations)) => annotations.iter().map(event).collect(),
+        Ok(Request::State(state)) => {
+            let weight = state.weights().at(Cell::new(0, 0)).unwrap();
+            vec![format!("state {}, weight {weight}", state.pose())]
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// The first question makes sure that the first state precedes all other commands.
+const TALKATIVE: &str = r"
+ask('mazeWidth')
+def log(text):
+    sys.stderr.buffer.write(text)
+    sys.stderr.buffer.flush()
+
+log(b'hello\n\x1b[31mred\x1b[0m')
+say('setText 0 0 12')
+say('setColor 3 2 G')
+ask('moveForward')
+log(b' caf\xc3\xa9\r\n')
+say('clearWall 2 0 n')
+ask('turnRight')
+ask('turnLeft')
+say('clearAllColor')
+say('setText 0 0 1000')
+log(b'bye')
+";
+
+#[test]
+fn what_a_mouse_displays_belongs_to_its_next_state() {
+    let home = Home::new();
+    let listener = Listener::start(true);
+    let Some((ended, events)) = listener.run(&home, TALKATIVE) else { return };
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    insta::assert_snapshot!(events, @r#"
+    Mouse("python mouse.py")
+    (0, 0) north Some(Unknown)
+    (0, 0) east Some(Unknown)
+    state (0, 0) heading north, weight 0
+    (0, 0) "12"
+    (3, 2) Some(DarkGreen)
+    (0, 0) north None
+    (0, 1) north Some(Unknown)
+    (0, 1) east Some(Unknown)
+    Log("hello")
+    state (0, 1) heading north, weight 12
+    (2, 0) north Some(Absent)
+    Log("red café")
+    state (0, 1) heading east, weight 12
+    state (0, 1) heading north, weight 12
+    (0, 0) "1000"
+    (3, 2) None
+    Log("bye")
+    state (0, 1) heading north, weight 255
+    "#);
+    assert!(ended.stderr.starts_with("hello\n\u{1b}[31mred\u{1b}[0m caf\u{e9}\nbye"), "{ended:?}");
+}
+
+#[test]
+fn a_simulator_without_annotations_receives_none() {
+    let home = Home::new();
+    let listener = Listener::start(false);
+    let Some((ended, events)) = listener.run(&home, TALKATIVE) else { return };
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    insta::assert_snapshot!(events, @"
+    state (0, 0) heading north, weight 0
+    state (0, 1) heading north, weight 12
+    state (0, 1) heading east, weight 12
+    state (0, 1) heading north, weight 12
+    state (0, 1) heading north, weight 255
+    ");
+    assert!(ended.stderr.starts_with("hello\n"), "{ended:?}");
+}
