@@ -5,6 +5,7 @@ mod harness;
 
 mod annotations;
 mod ending;
+mod known_walls;
 
 use std::fs;
 use std::io::Write;

@@ -1,0 +1,78 @@
+//! Mice that move first and ask later: their known walls bound the shortest path in every state.
+
+use mmsim_maze::{KnownMaze, Maze};
+use mmsim_protocol::WallState;
+use mmsim_recording::Block;
+use mmsim_solvers::{PathBounds, steps_between};
+
+use super::*;
+
+const MICE: [(&str, &str); 6] = [
+    ("bumper", include_str!("mice/bumper.py")),
+    ("wall-follower", include_str!("mice/wall-follower.py")),
+    ("strides", include_str!("mice/strides.py")),
+    ("diagonal", include_str!("mice/diagonal.py")),
+    ("liar", include_str!("mice/liar.py")),
+    ("flood-fill", include_str!("mice/flood-fill.py")),
+];
+
+/// How well the states of a recording describe what the mouse knows.
+#[derive(Debug, Default)]
+struct Report {
+    states: usize,
+    /// The number of states whose flags alone claim a path that is too short or a maze that has no
+    /// path.
+    misleading: usize,
+    /// The number of walls that are known in the last state.
+    known: usize,
+}
+
+/// Checks the bounds in every state of a recording. The recording contains the true maze.
+fn check(name: &str, recording: &Recording) -> Report {
+    let maze: &Maze = recording.maze().unwrap();
+    let unexplored = KnownMaze::unexplored(maze);
+    let shortest = steps_between(maze.walls(), maze.start().cell, maze.goals()).unwrap();
+    let encloses = |bounds: PathBounds| {
+        bounds.optimistic.is_some_and(|steps| steps <= shortest)
+            && bounds.pessimistic.is_none_or(|steps| shortest <= steps)
+    };
+    let mut report = Report::default();
+    let history = recording.history();
+    for block in 0..history.len().div_ceil(Block::STATES) {
+        let states = history.block(block).unwrap().unpack().unwrap();
+        for index in (block * Block::STATES..).take(states.len()) {
+            let state = State::decode(states.get(index).unwrap(), maze.size()).unwrap();
+            let context = states.context(index).unwrap();
+            let known = context.known_maze(&state, &unexplored, Some(maze));
+            let bounds = PathBounds::new(&known);
+            assert!(encloses(bounds), "{name}, state {index}: {bounds:?}, shortest {shortest}");
+            let flags = PathBounds::new(&state.map(maze.start().cell, *maze.goals()));
+            report.misleading += usize::from(!encloses(flags));
+            report.states += 1;
+            report.known = known_walls(&known);
+        }
+    }
+    report
+}
+
+fn known_walls(map: &KnownMaze) -> usize {
+    let sides = map.size().cells().flat_map(|cell| Heading::ALL.map(|heading| (cell, heading)));
+    sides.filter(|&(cell, heading)| map.wall(cell, heading) != WallState::Unknown).count()
+}
+
+#[test]
+fn known_walls_of_mice_that_move_first_bound_the_shortest_path() {
+    let Some(python) = python() else { return };
+    let home = Home::new();
+    for (name, mouse) in MICE {
+        for maze in ["harbour", "hedgerow"] {
+            let (script, folder) = (format!("{name}.py"), format!("{name}-{maze}"));
+            home.write(&script, PREAMBLE.to_string() + mouse);
+            let options = [&QUIET[..], &["--maze", maze, "--record", &folder]].concat();
+            let ended = home.run(&arguments(&options, &[python, &script]));
+            assert_eq!(ended.code, Some(0), "{name} in {maze}: {ended:?}");
+            let report = check(name, &recording(&home.path().join(&folder)));
+            println!("{name} in {maze}: {report:?}");
+        }
+    }
+}
