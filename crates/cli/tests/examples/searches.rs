@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
+use mmsim_maze::{Cell, Heading, MazeSize, WallState};
+use mmsim_protocol::{Annotation, Annotations, Colour};
 use mmsim_tests::output;
 
 use crate::client::{self, file};
@@ -162,4 +164,100 @@ fn the_python_class_survives_errors() {
         state[261..280],
         *b"F\0\x01\x02\x03\x04\x05\x06\x07\x08\x09\x0a\x0b\x0c\x0d\x0e\x0f\0\x01"
     );
+}
+
+/// A Python script that annotates a state. Its arguments are the value of the parameter
+/// `annotations` and the endpoint.
+const ANNOTATIONS: &str = r#"
+import sys
+from mmsim import Heading, Pose, Simulator
+
+weights, walls = [[0] * 16] * 16, [[0] * 16] * 16
+with Simulator(sys.argv[-1], annotations={"auto": None, "on": True}[sys.argv[1]]) as simulator:
+    simulator.text(0, 0, "lost")  # by the reset
+    simulator.reset()
+    simulator.name("Theseus", "thread")
+    simulator.text(3, 4, 1024)
+    simulator.text(3, 5, "")
+    simulator.colour(3, 4, "G")
+    simulator.colour(3, 5, None)
+    simulator.wall(0, 0, Heading.EAST, "?")
+    simulator.log("two\tlines\x1b[0m\n" + "\u20ac" * 400)
+    for action in (
+        lambda: simulator.text(0, 0, "12345678901"),
+        lambda: simulator.colour(0, 0, "x"),
+        lambda: simulator.wall(0, 0, Heading.EAST, "2"),
+        lambda: simulator.name("n" * 101),
+    ):
+        try:
+            action()
+        except ValueError as error:
+            print(error)
+    simulator.state(Pose(0, 0, Heading.NORTH), weights, walls)
+    simulator.state(Pose(0, 1, Heading.NORTH), weights, walls)
+    simulator.clear_texts()
+    simulator.clear_colours()
+    for x in range(16):
+        for y in range(16):
+            simulator.text(x, y, "\u221e" * 10)
+    simulator.state(Pose(0, 2, Heading.NORTH), weights, walls)
+"#;
+
+#[test]
+fn the_python_class_sends_annotations() {
+    let Some(mut python) = client::python() else { return };
+    let simulator = Simulator::serve(&bundled("01-harbour.txt"));
+    let run = ClientRun::new(python.args(["-c", ANNOTATIONS, "on"]), simulator);
+    let (code, stdout, stderr) = run.exit();
+    assert_eq!((code, stderr.as_str()), (Some(0), ""));
+    insta::assert_snapshot!(stdout, @"
+    a text has at most 10 characters, found '12345678901'
+    a colour is one of kbacgorwyBCAGRY, found 'x'
+    a declared wall is 1, 0, ? or -, found '2'
+    a name has at most 100 bytes, found 'nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn'
+    ");
+    let (cell, above) = (Cell::new(3, 4), Cell::new(3, 5));
+    let euros = "\u{20ac}".repeat(333);
+    let expected = [
+        Annotation::Mouse("Theseus"),
+        Annotation::Strategy("thread"),
+        Annotation::Text { cell, text: "1024" },
+        Annotation::Text { cell: above, text: "" },
+        Annotation::Colour { cell, colour: Some(Colour::DarkGreen) },
+        Annotation::Colour { cell: above, colour: None },
+        Annotation::Wall {
+            cell: Cell::new(0, 0),
+            heading: Heading::East,
+            state: Some(WallState::Unknown),
+        },
+        Annotation::Log("two lines [0m"),
+        Annotation::Log(&euros),
+    ];
+    let letters: Vec<_> = run.requests.iter().map(|request| char::from(request[0])).collect();
+    assert_eq!(letters[..5], ['r', 'i', 'A', 'S', 'S']);
+    let annotations =
+        |request: &[u8]| Annotations::decode(request, MazeSize::CLASSIC).unwrap().iter().count();
+    let first = Annotations::decode(&run.requests[2], MazeSize::CLASSIC).unwrap();
+    assert!(first.iter().eq(expected), "{first:?}");
+    let (last, texts) = run.requests[5..].split_last().unwrap();
+    assert_eq!(last[0], b'S');
+    assert_eq!(texts.iter().map(|request| annotations(request)).sum::<usize>(), 2 + 256);
+}
+
+/// The reference simulator replies neither to `info` nor to annotations.
+#[test]
+fn the_python_class_sends_annotations_only_to_mmsim() {
+    let letters = |variable: Option<&str>| {
+        let mut python = client::python()?;
+        let simulator = Simulator::serve(&bundled("01-harbour.txt"));
+        python.env_remove("MMSIM_ENDPOINT");
+        python.envs(variable.map(|value| ("MMSIM_ENDPOINT", value)));
+        let run = ClientRun::new(python.args(["-c", ANNOTATIONS, "auto"]), simulator);
+        assert_eq!(run.output.status.code(), Some(0), "{:?}", run.exit());
+        Some(run.requests.iter().map(|request| char::from(request[0])).collect::<String>())
+    };
+    if let (Some(plain), Some(run)) = (letters(None), letters(Some("tcp://127.0.0.1:1"))) {
+        assert_eq!(plain, "rSSS");
+        assert!(run.starts_with("riASSA"), "{run}");
+    }
 }
