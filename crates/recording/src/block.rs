@@ -7,7 +7,7 @@ use mmsim_protocol::{StateMessage, state_bytes};
 
 use crate::compressor::decompress;
 use crate::context::Context;
-use crate::context_log::ContextBlock;
+use crate::context_block::ContextBlock;
 use crate::phases::Phases;
 use crate::transition::Course;
 use crate::update::StoredUpdate;

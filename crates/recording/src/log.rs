@@ -7,7 +7,7 @@ use mmsim_protocol::Annotation;
 
 use crate::block::Block;
 use crate::changes::Change;
-use crate::context_log::UpdateData;
+use crate::context_block::UpdateData;
 use crate::history::History;
 use crate::update::StoredUpdate;
 

@@ -1,14 +1,10 @@
 //! What a mouse displays at a state: texts, colours, declared walls and names.
 
-use std::fmt;
-
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, WallState};
 use mmsim_protocol::{Annotation, Colour};
 
 use crate::changes::{Change, ChangeWriter, Changes, NewText};
-
-/// The maximum length of the text of a cell in bytes.
-const MAX_TEXT_BYTES: usize = 4 * mmsim_protocol::MAX_TEXT_CHARS;
+use crate::layer::{Layer, Text};
 
 /// The maximum lengths of encoded changes in bytes: of lists and names without their contents, of a
 /// text without its characters, and of a colour or wall.
@@ -233,101 +229,6 @@ impl Notes {
             Heading::West => (neighbour, 1),
         };
         self.index(cell).map(|index| 2 * index + east)
-    }
-}
-
-/// A value for each cell or wall. The list is empty if all values are the default.
-#[derive(Clone, Debug)]
-struct Layer<T>(Vec<T>);
-
-impl<T: Copy + Default + PartialEq> Layer<T> {
-    fn get(&self, index: usize) -> T {
-        self.0.get(index).copied().unwrap_or_default()
-    }
-
-    /// Changes one of `length` values.
-    fn set(&mut self, index: usize, value: T, length: usize) {
-        if self.0.is_empty() && value != T::default() {
-            self.0.resize(length, T::default());
-        }
-        if let Some(old) = self.0.get_mut(index) {
-            *old = value;
-        }
-    }
-
-    /// Returns each value of `next` that differs from the old value, with its index. If `next` has no
-    /// values, the old values must have been cleared.
-    fn changes<'l>(&'l self, next: &'l Self) -> impl Iterator<Item = (usize, &'l T)> {
-        let has_changed = |&(index, &value): &(usize, &T)| value != self.get(index);
-        next.0.iter().enumerate().filter(has_changed)
-    }
-
-    /// Returns true if there are fewer changes to `next` if all values are cleared first.
-    fn is_cheaper_to_clear(&self, next: &Self) -> bool {
-        let is_set = |value: &&T| **value != T::default();
-        if next.0.is_empty() {
-            self.0.iter().any(|value| is_set(&value))
-        } else {
-            self.changes(next).count() > 1 + next.0.iter().filter(is_set).count()
-        }
-    }
-}
-
-impl<T> Default for Layer<T> {
-    fn default() -> Self {
-        Self(Vec::new())
-    }
-}
-
-impl<T: Copy + Default + PartialEq> PartialEq for Layer<T> {
-    fn eq(&self, other: &Self) -> bool {
-        let length = self.0.len().max(other.0.len());
-        (0..length).all(|index| self.get(index) == other.get(index))
-    }
-}
-
-impl<T: Copy + Default + Eq> Eq for Layer<T> {}
-
-/// The text of a cell.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct Text {
-    length: u8,
-    /// The text, followed by zeros.
-    bytes: [u8; MAX_TEXT_BYTES],
-}
-
-impl Text {
-    /// Returns `None` if the text is too long.
-    fn new(text: &str) -> Option<Self> {
-        let mut bytes = [0; MAX_TEXT_BYTES];
-        bytes.get_mut(..text.len())?.copy_from_slice(text.as_bytes());
-        Some(Self { length: text.len().try_into().ok()?, bytes })
-    }
-
-    /// Returns the number that the text displays, or `None` if the text is not the decimal
-    /// representation of a number.
-    fn number(&self) -> Option<u32> {
-        let digits = self.as_str();
-        let is_decimal = digits.bytes().all(|byte| byte.is_ascii_digit());
-        let has_leading_zero = digits.len() > 1 && digits.starts_with('0');
-        if is_decimal && !has_leading_zero { digits.parse().ok() } else { None }
-    }
-
-    fn as_str(&self) -> &str {
-        let bytes = self.bytes.get(..self.length.into()).unwrap_or_default();
-        str::from_utf8(bytes).unwrap_or_default()
-    }
-}
-
-impl Default for Text {
-    fn default() -> Self {
-        Self { length: 0, bytes: [0; MAX_TEXT_BYTES] }
-    }
-}
-
-impl fmt::Debug for Text {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.as_str().fmt(f)
     }
 }
 
