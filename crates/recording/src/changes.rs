@@ -49,6 +49,11 @@ pub(crate) struct Changes<'a> {
 }
 
 impl<'a> Changes<'a> {
+    /// Creates an empty list of changes.
+    pub(crate) const fn none(size: MazeSize) -> Self {
+        Self { bytes: &[], size }
+    }
+
     /// Checks the bytes of changes. The error states what was expected and found.
     pub(crate) fn decode(bytes: &'a [u8], size: MazeSize) -> Result<Self, String> {
         let mut reader = Reader::new(bytes, size);

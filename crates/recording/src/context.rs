@@ -108,12 +108,18 @@ impl Context {
         has_changed
     }
 
+    /// Applies an empty update before a state with the pose `own`. Returns true if the context has
+    /// changed.
+    pub(crate) fn apply_usual(&mut self, own: Option<Pose>) -> bool {
+        match (&mut self.sensed, own) {
+            (Some(sensed), Some(own)) => sense(sensed, own),
+            _ => false,
+        }
+    }
+
     fn apply_readings(&mut self, own: Option<Pose>, readings: StoredReadings<'_>) -> bool {
         match readings {
-            StoredReadings::Usual => match (&mut self.sensed, own) {
-                (Some(sensed), Some(own)) => sense(sensed, own),
-                _ => false,
-            },
+            StoredReadings::Usual => self.apply_usual(own),
             StoredReadings::Untracked => self.sensed.take().is_some(),
             StoredReadings::Poses { own: has_own, others } => {
                 let mut changed = self.sensed.is_none();

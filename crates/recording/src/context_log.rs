@@ -152,7 +152,9 @@ impl ContextLog {
         pose: Option<Pose>,
         update: &[u8],
     ) -> Result<(), OutOfMemory> {
-        reserve(&mut self.open, HEAD_BYTES + update.len())?;
+        if !update.is_empty() {
+            reserve(&mut self.open, HEAD_BYTES + update.len())?;
+        }
         self.newest = Some(Newest { pose, start: self.open.len() });
         // Both numbers fit: a block has 256 states, and updates have at most `MAX_UPDATE_BYTES`.
         if let (Ok(index), Ok(length)) = (u8::try_from(index), u32::try_from(update.len()))
@@ -250,6 +252,10 @@ impl ContextLog {
     fn apply_newest(&mut self) {
         let Some(Newest { pose, start }) = self.newest.take() else { return };
         let update = self.open.get(start + HEAD_BYTES..).unwrap_or_default();
+        if update.is_empty() {
+            self.has_changed |= self.context.apply_usual(pose);
+            return;
+        }
         // Always succeeds, because `encode` has encoded the update.
         if let Ok(update) = StoredUpdate::decode(update, self.size) {
             self.has_changed |= self.context.apply(pose, &update);
