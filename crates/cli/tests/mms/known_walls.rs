@@ -44,6 +44,10 @@ fn check(name: &str, recording: &Recording) -> Report {
             let state = State::decode(states.get(index).unwrap(), maze.size()).unwrap();
             let context = states.context(index).unwrap();
             let known = context.known_maze(&state, &unexplored, Some(maze));
+            if name != "liar" {
+                let claimed = context.claimed_maze(&state, &unexplored);
+                assert_eq!(claimed, known, "{name}, state {index}");
+            }
             let bounds = PathBounds::new(&known);
             assert!(encloses(bounds), "{name}, state {index}: {bounds:?}, shortest {shortest}");
             let flags = PathBounds::new(&state.map(maze.start().cell, *maze.goals()));
@@ -65,14 +69,69 @@ fn known_walls_of_mice_that_move_first_bound_the_shortest_path() {
     let Some(python) = python() else { return };
     let home = Home::new();
     for (name, mouse) in MICE {
+        let mut misleading = 0;
         for maze in ["harbour", "hedgerow"] {
             let (script, folder) = (format!("{name}.py"), format!("{name}-{maze}"));
             home.write(&script, PREAMBLE.to_string() + mouse);
             let options = [&QUIET[..], &["--maze", maze, "--record", &folder]].concat();
             let ended = home.run(&arguments(&options, &[python, &script]));
             assert_eq!(ended.code, Some(0), "{name} in {maze}: {ended:?}");
-            let report = check(name, &recording(&home.path().join(&folder)));
+            let recording = recording(&home.path().join(&folder));
+            let named = format!("{python} {script}");
+            let context = recording.history().newest_context();
+            assert_eq!(context.notes().mouse(), Some(named.as_str()));
+            let report = check(name, &recording);
             println!("{name} in {maze}: {report:?}");
+            let outer = known_walls(&KnownMaze::unexplored(recording.maze().unwrap()));
+            assert!(report.states > 200 && report.known > outer, "{name} in {maze}: {report:?}");
+            misleading += report.misleading;
         }
+        // The other mice do not come near the goal.
+        let explores = matches!(name, "wall-follower" | "strides" | "liar" | "flood-fill");
+        assert!(misleading > 0 || !explores, "the flags of {name} are never misleading");
     }
+}
+
+/// In an open maze, the flood-fill mouse knows the distances from the beginning.
+#[test]
+fn a_recording_contains_texts_colours_and_the_log() {
+    let home = Home::new();
+    home.write("open.txt", "o---o---o---o---o---o\n| S                 |\no---o---o---o---o---o\n");
+    let mouse = include_str!("mice/flood-fill.py");
+    let Some(ended) = run(&home, &["open.txt", "--record", "seen"], mouse) else { return };
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let recording = recording(&home.path().join("seen"));
+    let history = recording.history();
+    let mut seen = Vec::new();
+    for index in 0..history.len() {
+        let context = history.context(index).unwrap();
+        let cells = [0, 1, 2, 3, 4].map(|x| Cell::new(x, 0)).map(|cell| {
+            let colour = context.notes().colour(cell).map_or('-', mmsim_protocol::Colour::letter);
+            format!("{}{colour}", context.notes().text(cell))
+        });
+        let lines = history.log(index, usize::MAX, |_| true).into_iter();
+        let lines: Vec<_> =
+            lines.filter(|line| line.state == index).map(|line| line.text).collect();
+        let line = format!("{} {}", cells.join(" "), lines.join("; "));
+        seen.push(line.trim_end().to_string());
+    }
+    insta::assert_snapshot!(seen.join("\n"), @"
+    - - - - -
+    2- 1- 0- 1- 2- run 0 to (2, 0)
+    2- 1- 0- 1- 2-
+    2- 1g 0- 1- 2-
+    0- 1- 2- 3- 4- run 1 to (0, 0)
+    0- 1- 2- 3- 4-
+    0- 1- 2- 3- 4-
+    0- 1b 2- 3- 4-
+    2- 1- 0- 1- 2- run 2 to (2, 0)
+    2- 1- 0- 1- 2-
+    2- 1- 0- 1- 2-
+    2- 1y 0- 1- 2-
+    0- 1- 2- 3- 4- run 3 to (0, 0)
+    0- 1- 2- 3- 4-
+    0- 1- 2- 3- 4-
+    0- 1r 2- 3- 4-
+    0r 1r 2- 3- 4-
+    ");
 }
