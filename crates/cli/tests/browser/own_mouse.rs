@@ -25,10 +25,17 @@ const WAITS: [&str; 4] = [MMSIM, "--no-viewer", "--port", "0"];
 fn with_mouse(options: &[&str], mouse: &[&str], test: impl FnOnce(&Browser, &Simulator)) {
     with_browser(|browser| {
         let simulator = Simulator::start_mouse(Home::new(), "run", options, mouse);
-        browser.open(&simulator.page);
+        open(browser, &simulator);
         test(browser, &simulator);
         browser.leave();
     });
+}
+
+/// Opens the page and waits for its controls.
+fn open(browser: &Browser, simulator: &Simulator) {
+    browser.open(&simulator.page);
+    let controls = Panel::live(browser).part(".run .phase");
+    wait_for("the controls", || browser.exists(&controls).then_some(()));
 }
 
 fn click(live: Panel<'_>, name: &str) {
@@ -232,7 +239,7 @@ fn a_mouse_that_fails_is_reported() {
         let name = program.file_name().unwrap().to_str().unwrap().to_string();
         let mouse = [program.to_str().unwrap(), "solve", "no-such-strategy"];
         let simulator = Simulator::start_mouse(home, "run", &["--stay"], &mouse);
-        browser.open(&simulator.page);
+        open(browser, &simulator);
         let live = Panel::live(browser);
         wait_for_result(live, "exited with code 2");
         assert_eq!(live.text(".run .name"), name);
@@ -251,7 +258,7 @@ fn a_changed_file_runs_the_mouse_again() {
         let maze = home.write("maze.txt", "o---o---o\n| S   G |\no---o---o\n");
         let mouse = [MMSIM, "mazes", "check", maze.to_str().unwrap()];
         let simulator = Simulator::start_mouse(home, "run", &["--watch"], &mouse);
-        browser.open(&simulator.page);
+        open(browser, &simulator);
         let live = Panel::live(browser);
         wait_for_result(live, "exited with code 0");
         fs::write(&maze, "no maze").unwrap();
