@@ -2,10 +2,15 @@
 
 use std::path::PathBuf;
 use std::slice;
+use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args};
 use mmsim_maze::{Cell, MazeSize};
+use mmsim_viewer::Pace;
+
+/// The pace of a mouse with `--open`, in milliseconds per step.
+const WATCHED_PACE_MS: u64 = 50;
 
 /// Options that control the amount of output on stderr.
 #[derive(Clone, Copy, Debug, Args)]
@@ -70,6 +75,38 @@ pub(crate) struct ServerArgs {
     pub(crate) viewer: ViewerArgs,
 }
 
+/// Options for running a mouse.
+#[derive(Debug, Args)]
+pub(crate) struct RepeatArgs {
+    /// Wait MS milliseconds after each step and each turn; the viewer page can change this
+    /// [default: 50 with --open, else 0]
+    #[arg(long, value_name = "MS")]
+    pub(crate) pace: Option<u64>,
+    /// Stop the mouse after S seconds, not counting pauses
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub(crate) time_limit: Option<Duration>,
+    /// Run the mouse again each time its file changes; implies --stay
+    #[arg(long)]
+    pub(crate) watch: bool,
+    /// Keep serving after the mouse exits, until Ctrl-C; implied by --open
+    #[arg(long)]
+    pub(crate) stay: bool,
+}
+
+impl RepeatArgs {
+    /// Returns the initial pace. If the page opens in a browser, the default is slow enough to
+    /// watch.
+    pub(crate) fn pace(&self, viewer: &ViewerArgs) -> Pace {
+        let default = if viewer.open { WATCHED_PACE_MS } else { 0 };
+        Pace::from_interval(Duration::from_millis(self.pace.unwrap_or(default)))
+    }
+
+    /// Returns true if the server keeps running after the mouse exits.
+    pub(crate) const fn stays(&self, viewer: &ViewerArgs) -> bool {
+        self.stay || self.watch || viewer.open
+    }
+}
+
 /// Options that define what a mouse knows before its first step: the maze size and the goal.
 #[derive(Debug, Args)]
 pub(crate) struct KnownMazeArgs {
@@ -118,6 +155,13 @@ pub(crate) fn parse_size(text: &str) -> Result<MazeSize, String> {
     MazeSize::new(width, height).map_err(|error| error.to_string())
 }
 
+/// Parses a positive number of seconds.
+pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    let seconds = seconds.filter(|seconds| !seconds.is_zero());
+    seconds.ok_or_else(|| "expected a number of seconds greater than 0".into())
+}
+
 /// Parses a goal cell. Returns `None` for `server`.
 fn parse_goal(text: &str) -> Result<Option<Cell>, String> {
     if text == "server" {
@@ -130,6 +174,12 @@ fn parse_goal(text: &str) -> Result<Option<Cell>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parses_seconds() {
+        assert_eq!(parse_seconds("0.5"), Ok(Duration::from_millis(500)));
+        assert!(["0", "-1", "nan", "1e99", "soon"].map(parse_seconds).iter().all(Result::is_err));
+    }
 
     #[test]
     fn parses_sizes_and_goals() {

@@ -54,8 +54,7 @@ pub(crate) fn start(
     retention: &RetentionArgs,
     viewer: Option<&ViewerArgs>,
 ) -> Result<(Background, Interrupt), Box<dyn Error>> {
-    let address = (HOST, port.into().unwrap_or(DEFAULT_PORT));
-    let ready = prepare(selected, mazes, address, retention, viewer, None)?;
+    let ready = prepare(selected, mazes, (HOST, port.into()), retention, viewer, None)?;
     Ok((ready.server.spawn(ready.simulation), ready.interrupt))
 }
 
@@ -64,7 +63,7 @@ pub(crate) fn start(
 pub(crate) fn prepare(
     selected: Selected,
     mazes: Catalogue,
-    (host, port): (&str, u16),
+    (host, port): (&str, Option<u16>),
     retention: &RetentionArgs,
     viewer: Option<&ViewerArgs>,
     mouse: Option<MouseSetup>,
@@ -72,7 +71,7 @@ pub(crate) fn prepare(
     stderr::write_in_background();
     let limits = MemoryLimits::new(retention);
     let recorder = retention.record.as_deref().map(Recorder::new).transpose()?;
-    let server = bind(host, port)?;
+    let server = bind(host, port, mouse.is_some())?;
     // The page of a mouse is also its control panel.
     let bind_page =
         |args: &ViewerArgs| page::bind_or_free(args, host, args.open || mouse.is_some());
@@ -100,12 +99,17 @@ pub(crate) fn prepare(
     Ok(ReadyServer { server: server.with_recorder(recorder), simulation, interrupt, page })
 }
 
-/// Binds a server to a port.
-fn bind(host: &str, port: u16) -> Result<Server, String> {
+/// Binds a server to a port. If `has_mouse` is true, the default port is optional, because the mouse
+/// learns the port from this process.
+fn bind(host: &str, port: Option<u16>, has_mouse: bool) -> Result<Server, String> {
     // Some systems let a process open only 256 files unless it requests more. If the request fails,
     // fewer clients can connect.
     let _ = rlimit::increase_nofile_limit(DESCRIPTORS);
-    Server::bind(host, port).map_err(|error| with_port_hint(&error, "--port"))
+    let bind = |port| Server::bind(host, port);
+    if has_mouse {
+        return bind_or_free(port, bind);
+    }
+    bind(port.unwrap_or(DEFAULT_PORT)).map_err(|error| with_port_hint(&error, "--port"))
 }
 
 /// Binds `port`. If no port is given, binds the default port, or a free port if the default port is

@@ -12,16 +12,17 @@ mod simulator;
 mod stop;
 
 use std::error::Error;
-use std::time::Duration;
+use std::sync::Arc;
 
-use annotations::mouse_name;
 use args::MmsArgs;
+use button::press_on_input;
 use child::Child;
-use exit::{ExitCause, MouseExit};
+use exit::ExitCause;
 use log::MouseLog;
 use mmsim_client::{Transport, Zmq};
 use mmsim_maze::KnownMaze;
 use mmsim_mms::SimulatedMouse;
+use mmsim_viewer::MouseControl;
 use session::Session;
 use simulator::{Annotator, Simulator};
 use stop::Stop;
@@ -31,8 +32,10 @@ use crate::connection::{
     KnownSimulator, ask_maze, endpoint, explain, maze_from_args, report_waiting,
 };
 use crate::interrupt::Interrupt;
-use crate::local_server;
+use crate::local_server::{self, HOST, MouseSetup};
+use crate::mouse_process::Program;
 use crate::output::{note, print, print_json, warn};
+use crate::own_mouse::{self, RunEnd, Runs};
 use crate::selection::Collection;
 use crate::usage::UsageError;
 
@@ -49,28 +52,43 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     if known.size.is_some() || !known.goal.is_empty() {
         return Err(UsageError::new("mms", "--size and --goal require --connect").into());
     }
+    let program = Program::new(&args.command);
+    let ServerArgs { port, words, retention, viewer } = &args.server;
+    let control = own_mouse::control("mms", &program, &args.repeat, viewer, true)?;
     let collection = Collection::at(args.mazes.as_deref())?;
-    let selected = collection.select(&args.server.words.join(" "))?;
-    let map = KnownMaze::unexplored(&selected.maze);
-    let ServerArgs { port, retention, viewer, .. } = &args.server;
-    let (server, interrupt) =
-        local_server::start(selected, collection.catalogue, *port, retention, Some(viewer))?;
+    let selected = collection.select(&words.join(" "))?;
+    let mouse = MouseSetup { control: Arc::clone(&control), address: None };
+    let ready = local_server::prepare(
+        selected,
+        collection.catalogue,
+        (HOST, *port),
+        retention,
+        Some(viewer),
+        Some(mouse),
+    )?;
+    let monitor = ready.server.monitor();
+    let server = ready.server.spawn(ready.simulation);
     let address = server.address();
-    let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
-    let exit = search(args, transport, &map, true, &interrupt)?;
-    if matches!(exit.cause, ExitCause::Interrupted | ExitCause::NotStarted(_)) {
-        // There is nothing left to watch.
-    } else if args.stays() {
-        note(format_args!("still serving at {address}; press Ctrl-C to stop"));
-        interrupt.wait();
-    } else if !viewer.no_viewer {
-        note("viewer page closed because the run has ended; use --stay to keep it open");
-    }
+    press_on_input(Arc::clone(&control));
+    let runs = Runs {
+        control: &control,
+        address,
+        stays: args.repeat.stays(viewer),
+        watches: args.repeat.watch,
+        has_page: !viewer.no_viewer,
+    };
+    let code = runs.run(ready.interrupt, || {
+        let mut transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
+        let map = KnownMaze::unexplored(&monitor.served()?.maze);
+        search(args, &program, &mut transport, &map, true, &control)
+    })?;
     server.stop()?;
-    Ok(exit.code())
+    Ok(code)
 }
 
 fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
+    let program = Program::new(&args.command);
+    let control = own_mouse::control("mms", &program, &args.repeat, &args.server.viewer, true)?;
     let known = maze_from_args("mms", &args.remote.known)?;
     let asks_server = known.is_none();
     let mut transport =
@@ -81,27 +99,31 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     };
     // Until the simulator replies, Ctrl-C terminates the process directly.
     transport.exchange(b"ping", &mut Vec::new())?;
-    let interrupt = Interrupt::catch()?;
-    search(args, transport, &map, has_annotations, &interrupt).map(|exit| exit.code())
+    press_on_input(Arc::clone(&control));
+    let address = endpoint;
+    let runs = Runs { control: &control, address, stays: false, watches: false, has_page: false };
+    runs.run(Interrupt::catch()?, || {
+        search(args, &program, &mut transport, &map, has_annotations, &control)
+    })
 }
 
-/// Runs the mouse in a maze with the size, start and goal of `map`, and reports the outcome.
+/// Runs the mouse once in a maze with the size, start and goal of `map`, and reports the outcome.
 fn search(
     args: &MmsArgs,
+    program: &Program,
     transport: impl Transport,
     map: &KnownMaze,
     has_annotations: bool,
-    interrupt: &Interrupt,
-) -> Result<MouseExit, Box<dyn Error>> {
+    control: &MouseControl,
+) -> Result<RunEnd, Box<dyn Error>> {
     let mouse = SimulatedMouse::new(map.size(), map.start().cell, *map.goals())
         .with_score_rules(args.scores);
-    let stop = Stop::new(interrupt, args.time_limit);
-    let pace = Duration::from_millis(args.pace);
+    let stop = Stop { control, time_limit: args.repeat.time_limit };
     let log = has_annotations.then(MouseLog::default);
-    let annotator = log.clone().map(|log| Annotator { name: mouse_name(&args.command), log });
-    let simulator = Simulator::new(transport, map.size(), &stop, pace, annotator)?;
-    let child = Child::start(&args.command, log.as_ref());
-    let exit = Session::new(mouse, simulator, &stop, args.limit).run(child);
+    let annotator = log.clone().map(|log| Annotator { name: program.name.clone(), log });
+    let simulator = Simulator::new(transport, map.size(), stop, annotator)?;
+    let child = Child::start(program, log.as_ref());
+    let exit = Session::new(mouse, simulator, stop, args.limit).run(child);
     match &exit.cause {
         ExitCause::LostSimulator(error) => warn(format_args!("mmsim: {}", explain(error))),
         ExitCause::NotStarted(error) | ExitCause::Failed(error) => {
@@ -110,16 +132,17 @@ fn search(
         ExitCause::Exited(_)
         | ExitCause::Limit(_)
         | ExitCause::TimeLimit(_)
+        | ExitCause::Stopped(_)
         | ExitCause::Interrupted => {}
     }
-    let was_started = !matches!(exit.cause, ExitCause::NotStarted(_));
-    if was_started {
-        note(exit.summary());
+    let end = exit.end();
+    if end.was_started {
+        note(format_args!("mouse {}", end.ending.text));
     }
     if args.json {
         print_json(&exit.report())?;
-    } else if args.score && was_started {
+    } else if args.score && end.was_started {
         print(&exit.scores())?;
     }
-    Ok(exit)
+    Ok(end)
 }

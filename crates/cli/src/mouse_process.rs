@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
 use std::{env, iter};
 
+use mmsim_maze::needs_escape;
+use mmsim_protocol::MAX_NAME_BYTES;
+
 /// The command line of a mouse.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
@@ -13,7 +16,8 @@ pub(crate) struct Program {
     command: Vec<OsString>,
     /// The existing files that the command line names, without installed programs.
     pub(crate) files: Vec<PathBuf>,
-    /// The name of the first file, or of the program.
+    /// The name of the first file, such as `Main.py`. If there are no files, the file name of the
+    /// program and its arguments.
     pub(crate) name: String,
 }
 
@@ -24,22 +28,36 @@ impl Program {
         let arguments = command.iter().skip(1).map(Path::new);
         let files = own.chain(arguments).filter(|path| path.is_file());
         let files: Vec<PathBuf> = files.map(Path::to_path_buf).collect();
-        let named = files.first().map_or(program, PathBuf::as_path);
-        let name = named.file_name().unwrap_or(named.as_os_str()).to_string_lossy().into();
+        let mut name = if let Some(file) = files.first().and_then(|file| file.file_name()) {
+            file.to_string_lossy().into_owned()
+        } else {
+            let program = program.file_name().unwrap_or_default();
+            let words = iter::once(program).chain(command.iter().skip(1).map(AsRef::as_ref));
+            words.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ")
+        };
+        name.retain(|c| !needs_escape(c));
+        cut(&mut name, MAX_NAME_BYTES);
         Self { command: command.to_vec(), files, name }
     }
 
-    /// Returns the command with `replacement` for each `placeholder` in its arguments.
-    pub(crate) fn command_with(&self, placeholder: &str, replacement: &str) -> Command {
+    /// Returns the command.
+    pub(crate) fn command(&self) -> Command {
         let (program, arguments) = self.command.split_first().unzip();
         let mut command = Command::new(program.map_or(OsStr::new(""), OsString::as_os_str));
-        command.args(arguments.unwrap_or_default().iter().map(
-            |argument| match argument.to_str() {
-                Some(text) => text.replace(placeholder, replacement).into(),
-                None => argument.clone(),
-            },
-        ));
+        command.args(arguments.unwrap_or_default());
         command
+    }
+
+    /// Replaces each `placeholder` in the arguments.
+    pub(crate) fn with_argument(&self, placeholder: &str, replacement: &str) -> Self {
+        let replace = |argument: &OsString| match argument.to_str() {
+            Some(text) => text.replace(placeholder, replacement).into(),
+            None => argument.clone(),
+        };
+        let (program, arguments) = self.command.split_first().unzip();
+        let arguments = arguments.unwrap_or_default().iter().map(replace);
+        let command = program.cloned().into_iter().chain(arguments).collect();
+        Self { command, ..self.clone() }
     }
 }
 
@@ -52,6 +70,12 @@ fn is_installed(program: &Path) -> bool {
         }
         _ => true,
     }
+}
+
+/// Shortens a text to at most this number of bytes.
+pub(crate) fn cut(text: &mut String, max_bytes: usize) {
+    let end = (0..=max_bytes.min(text.len())).rev().find(|&end| text.is_char_boundary(end));
+    text.truncate(end.unwrap_or(0));
 }
 
 /// A running mouse. Dropping it kills the process and, on Unix, its child processes.
@@ -134,15 +158,17 @@ mod tests {
         let own = program(&[&mouse, "--fast"]);
         assert_eq!((&*own.name, &own.files), ("mouse.py", &vec![PathBuf::from(&mouse)]));
         assert_eq!(program(&[&mouse, &maze]).name, "mouse.py");
-        let other = program(&["java", "Mouse"]);
-        assert_eq!((&*other.name, other.files.len()), ("java", 0));
+        let other = program(&["/opt/jdk/java", "Mouse", "--style=fast\u{1b}[2J"]);
+        assert_eq!((&*other.name, other.files.len()), ("java Mouse --style=fast[2J", 0));
+        assert_eq!(program(&[&"\u{e9}".repeat(80)]).name, "\u{e9}".repeat(50));
         #[cfg(unix)]
         assert_eq!(program(&["/bin/sh", &mouse]).name, "mouse.py");
     }
 
     #[test]
     fn placeholders_are_replaced_in_arguments() {
-        let command = program(&["{e}", "--to={e}", "x"]).command_with("{e}", "tcp://a:1");
+        let command =
+            program(&["{e}", "--to={e}", "x"]).with_argument("{e}", "tcp://a:1").command();
         assert_eq!(command.get_program(), "{e}");
         assert!(command.get_args().eq(["--to=tcp://a:1", "x"]));
     }

@@ -1,15 +1,19 @@
 //! Runs the user's own mouse again and again, as the viewer page requests.
 
 use std::error::Error;
+use std::mem;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-use mmsim_viewer::{Ending, MouseControl, StartReason, StopReason};
+use mmsim_viewer::{Ending, MouseControl, OwnMouse, StartReason, StopReason};
 
+use crate::args::{RepeatArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
+use crate::mouse_process::Program;
 use crate::output::note;
+use crate::usage::UsageError;
 
 /// The interval between checks for changed files.
 const WATCH_INTERVAL: Duration = Duration::from_millis(100);
@@ -26,50 +30,86 @@ pub(crate) struct RunEnd {
     pub(crate) was_started: bool,
 }
 
-/// Calls `run` for the first run and for each further run that the page or a changed file requests.
-/// Returns the exit code.
-///
-/// Without `stays`, the function returns after the first run, unless the page has stopped that run:
-/// then somebody is still watching. `address` is the address that clients may use between two runs.
-pub(crate) fn run_repeatedly(
-    control: &Arc<MouseControl>,
-    interrupt: Interrupt,
-    address: &str,
-    stays: bool,
-    mut run: impl FnMut() -> Result<RunEnd, Box<dyn Error>>,
-) -> Result<i32, Box<dyn Error>> {
-    let closing = Arc::clone(control);
-    thread::spawn(move || {
-        interrupt.wait();
-        closing.close();
-    });
-    let (mut code, mut stays, mut is_announced) = (0, stays, false);
-    while let Some(reason) = control.next_run(stays) {
-        let name = control.own().map_or("", |own| &own.name);
-        match &reason {
-            StartReason::First => {}
-            StartReason::RunAgain => note(format_args!("running {name} again")),
-            StartReason::FileChanged(file) => {
-                note(format_args!("running {name} again because {file} has changed"));
+/// Returns the control of the mouse, and starts watching its files if `--watch` is set. A usage error
+/// shows the usage of `command`.
+pub(crate) fn control(
+    command: &'static str,
+    program: &Program,
+    args: &RepeatArgs,
+    viewer: &ViewerArgs,
+    has_reset_button: bool,
+) -> Result<Arc<MouseControl>, UsageError> {
+    if args.watch && program.files.is_empty() {
+        let message = "--watch needs a mouse that is a file, as in -- python3 mouse.py";
+        return Err(UsageError::new(command, message));
+    }
+    let own = OwnMouse { name: program.name.clone(), has_reset_button };
+    let control = MouseControl::new(args.pace(viewer), Some(own)).with_time_limit(args.time_limit);
+    let control = Arc::new(control);
+    if args.watch {
+        watch(program.files.clone(), Arc::clone(&control));
+    }
+    Ok(control)
+}
+
+/// The runs of a mouse.
+pub(crate) struct Runs<'a> {
+    pub(crate) control: &'a Arc<MouseControl>,
+    /// The address that other clients may use between two runs.
+    pub(crate) address: &'a str,
+    /// False to end after the first run, unless somebody has stopped it on the page and is therefore
+    /// still watching.
+    pub(crate) stays: bool,
+    /// True if a mouse that cannot start may be replaced by one that can.
+    pub(crate) watches: bool,
+    pub(crate) has_page: bool,
+}
+
+impl Runs<'_> {
+    /// Calls `run_once` for the first run and for each further run that the page or a changed file
+    /// requests. Returns the exit code.
+    pub(crate) fn run(
+        &self,
+        interrupt: Interrupt,
+        mut run_once: impl FnMut() -> Result<RunEnd, Box<dyn Error>>,
+    ) -> Result<i32, Box<dyn Error>> {
+        let Self { control, address, mut stays, watches, has_page } = *self;
+        let closing = Arc::clone(control);
+        thread::spawn(move || {
+            interrupt.wait();
+            closing.close();
+        });
+        let (mut code, mut is_announced) = (0, false);
+        while let Some(reason) = control.next_run(stays) {
+            let name = control.own().map_or("", |own| &own.name);
+            match &reason {
+                StartReason::First => {}
+                StartReason::RunAgain => note(format_args!("running {name} again")),
+                StartReason::FileChanged(file) => {
+                    note(format_args!("running {name} again because {file} has changed"));
+                }
+            }
+            let end = run_once()?;
+            code = end.code;
+            let stop = control.end(end.ending);
+            let has_failed = reason == StartReason::First && !end.was_started && !watches;
+            if has_failed || stop == Some(StopReason::Exit) {
+                return Ok(code);
+            }
+            stays |= stop.is_some();
+            if stays && stop.is_none() && !mem::replace(&mut is_announced, true) {
+                note(format_args!("still serving at {address}; press Ctrl-C to stop"));
             }
         }
-        let end = run()?;
-        code = end.code;
-        let stop = control.end(end.ending);
-        if reason == StartReason::First && !end.was_started {
-            // There is nothing to watch.
-            break;
+        if has_page && !stays {
+            note("viewer page closed because the run has ended; use --stay to keep it open");
         }
-        stays |= stop.is_some_and(|stop| stop != StopReason::Exit);
-        if stays && stop.is_none() && !std::mem::replace(&mut is_announced, true) {
-            note(format_args!("still serving at {address}; press Ctrl-C to stop"));
-        }
+        Ok(code)
     }
-    Ok(code)
 }
 
 /// Requests a run each time one of the files has changed, from another thread.
-pub(crate) fn watch(files: Vec<PathBuf>, control: Arc<MouseControl>) {
+fn watch(files: Vec<PathBuf>, control: Arc<MouseControl>) {
     thread::spawn(move || {
         let mut watcher = Watcher::new(files.iter().map(|file| version(file)).collect());
         loop {

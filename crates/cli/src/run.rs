@@ -8,17 +8,16 @@ use std::process::Stdio;
 use std::sync::Arc;
 use std::time::Duration;
 
-use mmsim_server::{Monitor, listen};
-use mmsim_viewer::{Ending, EndingKind, MouseControl, OwnMouse, Pace, StopReason};
+use mmsim_server::listen;
+use mmsim_viewer::{Ending, EndingKind, MouseControl, StopReason};
 
 use crate::args::ServerArgs;
 use crate::interrupt::Interrupt;
-use crate::local_server::{self, HOST, MouseSetup, ReadyServer, bind_or_free};
+use crate::local_server::{self, HOST, MouseSetup, bind_or_free};
 use crate::mouse_process::{MouseProcess, Program, exit_code, exit_text};
 use crate::output::{counted, note, warn};
-use crate::own_mouse::{self, RunEnd};
+use crate::own_mouse::{self, RunEnd, Runs};
 use crate::selection::Collection;
-use crate::usage::UsageError;
 use args::RunArgs;
 use gateway::{Gateway, Progress};
 
@@ -31,48 +30,37 @@ const ENDPOINT_PLACEHOLDER: &str = "{endpoint}";
 /// The maximum interval between checks whether the mouse has exited.
 const MAX_POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The pace with `--open`, in milliseconds per step: slow enough to watch.
-const WATCHED_PACE_MS: u64 = 50;
-
 /// Runs the mouse and returns the exit code.
 pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
     let ServerArgs { port, words, retention, viewer } = &args.server;
     let program = Program::new(&args.command);
-    if args.repeat.watch && program.files.is_empty() {
-        let message = "--watch needs a mouse that is a file, as in -- python3 mouse.py";
-        return Err(UsageError::new("run", message).into());
-    }
+    let control = own_mouse::control("run", &program, &args.repeat, viewer, false)?;
     let collection = Collection::at(args.mazes.as_deref())?;
     let selected = collection.select(&words.join(" "))?;
-    let default_pace = if viewer.open { WATCHED_PACE_MS } else { 0 };
-    let pace = Duration::from_millis(args.repeat.pace.unwrap_or(default_pace));
-    let own = OwnMouse { name: program.name.clone(), has_reset_button: false };
-    let control = Arc::new(MouseControl::new(Pace::from_interval(pace), Some(own)));
     // The simulator itself listens on another port, because the replies on this one are delayed.
     let listener = bind_or_free(*port, |port| listen(HOST, port))?;
     let address = format!("tcp://{}", listener.local_addr()?);
     let mouse = MouseSetup { control: Arc::clone(&control), address: Some(address) };
-    let ReadyServer { server, simulation, interrupt, .. } = local_server::prepare(
+    let ready = local_server::prepare(
         selected,
         collection.catalogue,
-        (HOST, 0),
+        (HOST, Some(0)),
         retention,
         Some(viewer),
         Some(mouse),
     )?;
-    let monitor = server.monitor();
-    let server = server.spawn(simulation);
-    let gateway = Gateway::start(listener, monitor.clone(), Arc::clone(&control))?;
-    if args.repeat.watch {
-        own_mouse::watch(program.files.clone(), Arc::clone(&control));
-    }
-    let stays = args.repeat.stay || args.repeat.watch || viewer.open;
-    let code = own_mouse::run_repeatedly(&control, interrupt, gateway.address(), stays, || {
-        run_once(&program, &gateway, &monitor, &control)
-    })?;
-    if !stays && !viewer.no_viewer {
-        note("viewer page closed because the run has ended; use --stay to keep it open");
-    }
+    let monitor = ready.server.monitor();
+    let server = ready.server.spawn(ready.simulation);
+    let gateway = Gateway::start(listener, monitor, Arc::clone(&control))?;
+    let runs = Runs {
+        control: &control,
+        address: gateway.address(),
+        stays: args.repeat.stays(viewer),
+        watches: args.repeat.watch,
+        has_page: !viewer.no_viewer,
+    };
+    let program = program.with_argument(ENDPOINT_PLACEHOLDER, gateway.address());
+    let code = runs.run(ready.interrupt, || run_once(&program, &gateway, &control))?;
     server.stop()?;
     Ok(code)
 }
@@ -81,17 +69,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
 fn run_once(
     program: &Program,
     gateway: &Gateway,
-    monitor: &Monitor,
     control: &MouseControl,
 ) -> Result<RunEnd, Box<dyn Error>> {
-    if monitor.status().states > 0 {
-        monitor.answer(b"reset", 1)?;
-    }
-    let maze = monitor.served()?.maze;
-    gateway.begin(maze.size(), *maze.goals());
-    let address = gateway.address();
-    let mut command = program.command_with(ENDPOINT_PLACEHOLDER, address);
-    command.env(ENDPOINT_VARIABLE, address).stdin(Stdio::null());
+    gateway.begin_run()?;
+    let mut command = program.command();
+    command.env(ENDPOINT_VARIABLE, gateway.address()).stdin(Stdio::null());
     let mut process = match MouseProcess::start(&mut command) {
         Ok(process) => process,
         Err(error) => {

@@ -5,7 +5,7 @@ pub(crate) mod args;
 use std::error::Error;
 
 use clap::Command;
-use mmsim_protocol::{DEFAULT_PORT, Info};
+use mmsim_protocol::Info;
 use serde::Serialize;
 
 use crate::args::ServerArgs;
@@ -22,7 +22,7 @@ pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
         .map_err(|error| with_suggestion(error, args, commands))?;
     let ServerArgs { words, port, retention, viewer } = &args.server;
     let selected = collection.select(&words.join(" "))?;
-    let (mazes, address) = (collection.catalogue, (&args.host[..], port.unwrap_or(DEFAULT_PORT)));
+    let (mazes, address) = (collection.catalogue, (&args.host[..], *port));
     let ReadyServer { server, mut simulation, interrupt, page } =
         local_server::prepare(selected, mazes, address, retention, Some(viewer), None)?;
     if args.json {

@@ -39,6 +39,8 @@ pub enum StopReason {
     NewMaze,
     /// The user's own mouse is about to start.
     Restart,
+    /// The mouse has reached its time limit.
+    TimeLimit,
     /// The program that serves the page is about to exit.
     Exit,
 }
@@ -50,6 +52,7 @@ impl StopReason {
             Self::Stop => "stopped",
             Self::NewMaze => "stopped: another maze was loaded",
             Self::Restart => "stopped to run again",
+            Self::TimeLimit => "stopped: exceeded the time limit",
             Self::Exit => "stopped by Ctrl-C",
         }
     }
@@ -114,6 +117,7 @@ impl MouseStatus {
 pub struct MouseControl {
     throttle: Throttle,
     own: Option<OwnMouse>,
+    time_limit: Option<Duration>,
     state: Mutex<ControlState>,
     changed: Condvar,
 }
@@ -150,7 +154,18 @@ impl MouseControl {
     pub fn new(pace: Pace, own: Option<OwnMouse>) -> Self {
         let requested = own.as_ref().map(|_| StartReason::First);
         let state = Mutex::new(ControlState { requested, ..ControlState::default() });
-        Self { throttle: Throttle::new(pace), own, state, changed: Condvar::new() }
+        Self {
+            throttle: Throttle::new(pace),
+            own,
+            time_limit: None,
+            state,
+            changed: Condvar::new(),
+        }
+    }
+
+    /// Limits the time of each run of the user's own mouse. Pauses do not count.
+    pub fn with_time_limit(self, time_limit: Option<Duration>) -> Self {
+        Self { time_limit, ..self }
     }
 
     /// Returns the gate that the mouse passes after each step.
@@ -201,8 +216,8 @@ impl MouseControl {
 
     fn begin(&self, state: &mut ControlState, name: &str, is_own: bool, reason: String) {
         state.status = Some(MouseStatus { name: name.into(), is_own, reason, ending: None });
-        (state.stop, state.is_reset_pressed) = (None, false);
-        self.throttle.restart();
+        state.stop = None;
+        self.throttle.restart(self.time_limit.filter(|_| is_own));
         self.changed.notify_all();
     }
 
@@ -213,18 +228,24 @@ impl MouseControl {
             status.ending = Some(ending);
         }
         state.ended_at = Some(Instant::now());
+        state.is_reset_pressed = false;
+        self.throttle.restart(None);
         self.changed.notify_all();
         state.stop.take()
     }
 
     /// Returns the reason why the mouse must stop. Waits for it, but at most for the given time.
     pub fn wait_for_stop(&self, timeout: Duration) -> Option<StopReason> {
-        let state = self.lock();
-        if timeout.is_zero() || state.stop.is_some() {
-            return state.stop;
+        let time_left = self.throttle.time_left();
+        let mut state = self.lock();
+        if !timeout.is_zero() && state.stop.is_none() {
+            let timeout = time_left.map_or(timeout, |left| left.min(timeout));
+            let is_running = |state: &mut ControlState| state.stop.is_none();
+            let waited = self.changed.wait_timeout_while(state, timeout, is_running);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
-        let waited = self.changed.wait_timeout_while(state, timeout, |state| state.stop.is_none());
-        waited.unwrap_or_else(PoisonError::into_inner).0.stop
+        let is_over = self.throttle.time_left().is_some_and(|left| left.is_zero());
+        state.stop.or_else(|| is_over.then_some(StopReason::TimeLimit))
     }
 
     /// Returns true if the user's own mouse is running.

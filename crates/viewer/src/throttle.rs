@@ -1,4 +1,5 @@
-//! The gate that a mouse passes between two steps: its pace, pauses, single steps and the stop.
+//! The gate that a mouse passes between two steps: its pace, pauses, single steps, time limit and
+//! stop.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -44,7 +45,8 @@ impl Pace {
 }
 
 /// A gate that a mouse passes between two steps. Other threads change the pace, pause the mouse, let
-/// it take single steps, or stop it. Each change takes effect at once.
+/// it take single steps, or stop it. Each change takes effect at once. The mouse must also stop when
+/// it reaches its time limit, which does not include pauses.
 #[derive(Debug)]
 pub struct Throttle {
     state: Mutex<State>,
@@ -54,43 +56,77 @@ pub struct Throttle {
 #[derive(Debug)]
 struct State {
     pace: Pace,
-    is_paused: bool,
     is_stopped: bool,
+    /// The begin of the current pause.
+    paused_at: Option<Instant>,
     /// The number of steps that a paused mouse may still take.
     single_steps: u32,
     /// The time at which the last step was due.
     last: Instant,
+    time_limit: Option<Duration>,
+    started: Instant,
+    /// The total duration of the previous pauses.
+    paused: Duration,
+}
+
+impl State {
+    fn new(pace: Pace, time_limit: Option<Duration>) -> Self {
+        let now = Instant::now();
+        Self {
+            pace,
+            is_stopped: false,
+            paused_at: None,
+            single_steps: 0,
+            last: now,
+            time_limit,
+            started: now,
+            paused: Duration::ZERO,
+        }
+    }
+
+    /// Returns the time since the start, without pauses.
+    fn elapsed(&self, now: Instant) -> Duration {
+        let until = self.paused_at.unwrap_or(now);
+        until.saturating_duration_since(self.started).saturating_sub(self.paused)
+    }
+
+    fn time_left(&self, now: Instant) -> Option<Duration> {
+        self.time_limit.map(|limit| limit.saturating_sub(self.elapsed(now)))
+    }
 }
 
 impl Throttle {
-    /// Returns an open gate with this pace.
+    /// Returns an open gate with this pace and no time limit.
     pub fn new(pace: Pace) -> Self {
-        let (is_paused, is_stopped, single_steps) = (false, false, 0);
-        let state = State { pace, is_paused, is_stopped, single_steps, last: Instant::now() };
-        Self { state: Mutex::new(state), changed: Condvar::new() }
+        Self { state: Mutex::new(State::new(pace, None)), changed: Condvar::new() }
     }
 
     /// Blocks until the next step is allowed. Returns true if the mouse must stop instead.
     pub fn wait(&self) -> bool {
         let mut state = self.lock();
         loop {
+            let Pace(interval) = state.pace;
+            let is_paused = state.paused_at.is_some();
             if state.is_stopped {
+                return true;
+            }
+            if !is_paused && interval.is_zero() && state.time_limit.is_none() {
+                return false;
+            }
+            let now = Instant::now();
+            let time_left = state.time_left(now);
+            if time_left.is_some_and(|left| left.is_zero()) {
                 return true;
             }
             if state.single_steps > 0 {
                 state.single_steps -= 1;
-                state.last = Instant::now();
+                state.last = now;
                 return false;
             }
-            if state.is_paused {
+            if is_paused {
                 state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
                 continue;
             }
-            let Pace(interval) = state.pace;
-            if interval.is_zero() {
-                return false;
-            }
-            let now = Instant::now();
             // A due time that is too late to represent never comes.
             let due = state.last.checked_add(interval);
             let left = due.map_or(interval, |due| due.saturating_duration_since(now));
@@ -100,9 +136,15 @@ impl Throttle {
                 state.last = due.filter(|&due| now - due < interval).unwrap_or(now);
                 return false;
             }
-            let waited = self.changed.wait_timeout(state, left);
+            let timeout = time_left.map_or(left, |time_left| time_left.min(left));
+            let waited = self.changed.wait_timeout(state, timeout);
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
+    }
+
+    /// Returns the time that the mouse has left, or `None` if there is no limit.
+    pub fn time_left(&self) -> Option<Duration> {
+        self.lock().time_left(Instant::now())
     }
 
     /// Returns the pace.
@@ -117,23 +159,28 @@ impl Throttle {
 
     /// Returns true if the mouse is paused.
     pub fn is_paused(&self) -> bool {
-        self.lock().is_paused
+        self.lock().paused_at.is_some()
     }
 
     /// Holds the mouse after its current step.
     pub fn pause(&self) {
-        self.change(|state| state.is_paused = true);
+        self.change(|state| {
+            state.paused_at.get_or_insert_with(Instant::now);
+        });
     }
 
     /// Ends a pause.
     pub fn resume(&self) {
-        self.change(|state| (state.is_paused, state.single_steps) = (false, 0));
+        self.change(|state| {
+            state.paused += state.paused_at.take().map_or(Duration::ZERO, |at| at.elapsed());
+            state.single_steps = 0;
+        });
     }
 
     /// Lets the mouse take one step, then holds it.
     pub fn step(&self) {
         self.change(|state| {
-            state.is_paused = true;
+            state.paused_at.get_or_insert_with(Instant::now);
             state.single_steps = MAX_SINGLE_STEPS.min(state.single_steps + 1);
         });
     }
@@ -143,12 +190,9 @@ impl Throttle {
         self.change(|state| state.is_stopped = true);
     }
 
-    /// Opens the gate for another run. Keeps the pace.
-    pub fn restart(&self) {
-        self.change(|state| {
-            (state.is_paused, state.is_stopped, state.single_steps) = (false, false, 0);
-            state.last = Instant::now();
-        });
+    /// Opens the gate for another run with this time limit. Keeps the pace.
+    pub fn restart(&self, time_limit: Option<Duration>) {
+        self.change(|state| *state = State::new(state.pace, time_limit));
     }
 
     fn change(&self, change: impl FnOnce(&mut State)) {
@@ -224,9 +268,36 @@ mod tests {
         throttle.step();
         throttle.stop();
         assert!(throttle.wait() && throttle.wait());
-        throttle.restart();
+        throttle.restart(None);
         assert!((0..5).all(|_| !throttle.wait()), "neither stopped nor paused");
         assert_eq!(throttle.pace().rate(), Some(1000.0));
+    }
+
+    #[test]
+    fn pauses_do_not_count_towards_the_time_limit() {
+        let hour = Duration::from_secs(3600);
+        let mut state = State::new(Pace::UNLIMITED, None);
+        let started = state.started;
+        let at = |hours| started + hours * hour;
+        (state.paused_at, state.paused) = (Some(at(5)), 2 * hour);
+        assert_eq!(state.elapsed(at(9)), 3 * hour);
+        state.paused_at = None;
+        assert_eq!(state.elapsed(at(9)), 7 * hour);
+    }
+
+    #[test]
+    fn a_mouse_without_time_left_stops() {
+        let limited = |pace, limit| {
+            let throttle = Throttle::new(pace);
+            throttle.restart(Some(limit));
+            throttle
+        };
+        let throttle = limited(Pace::UNLIMITED, Duration::ZERO);
+        assert!(throttle.wait() && throttle.time_left() == Some(Duration::ZERO));
+        // The time limit also ends a wait for the next step, which is due in an hour.
+        assert!(limited(HOURLY, Duration::from_millis(1)).wait());
+        let throttle = limited(Pace::UNLIMITED, Duration::from_secs(3600));
+        assert!(!throttle.wait() && throttle.time_left() > Some(Duration::ZERO));
     }
 
     #[test]

@@ -1,13 +1,10 @@
 //! The annotations of a state: what a mouse displays that the state message cannot express.
 
-use std::ffi::OsString;
 use std::iter;
-use std::path::Path;
 
-use super::log::cut;
-use mmsim_maze::{Cell, Heading, KnownMaze, WallState, needs_escape};
+use mmsim_maze::{Cell, Heading, KnownMaze, WallState};
 use mmsim_mms::SimulatedMouse;
-use mmsim_protocol::{Annotation, Colour, MAX_NAME_BYTES};
+use mmsim_protocol::{Annotation, Colour};
 
 /// The sides of a cell whose walls are declared. The other sides are those of its neighbours.
 const SIDES: [Heading; 2] = [Heading::North, Heading::East];
@@ -75,19 +72,6 @@ fn declaration(map: &KnownMaze, cell: Cell, heading: Heading) -> Option<WallStat
         WallState::Absent if !is_visited => Some(WallState::Absent),
         _ => None,
     }
-}
-
-/// Returns the name of a mouse, such as `my-mouse` or `python3 Main.py`: the file name of the
-/// program, and its arguments.
-pub(crate) fn mouse_name(command: &[OsString]) -> String {
-    let words = command.iter().enumerate().map(|(index, word)| {
-        let file_name = Path::new(word).file_name().filter(|_| index == 0);
-        file_name.unwrap_or(word).to_string_lossy()
-    });
-    let mut name: String = words.collect::<Vec<_>>().join(" ");
-    name.retain(|c| !needs_escape(c));
-    cut(&mut name, MAX_NAME_BYTES);
-    name
 }
 
 #[cfg(test)]
@@ -251,15 +235,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn mice_are_named_by_their_commands() {
-        let name =
-            |command: &[&str]| mouse_name(&command.iter().map(OsString::from).collect::<Vec<_>>());
-        assert_eq!(name(&["./mice/my-mouse"]), "my-mouse");
-        assert_eq!(name(&["/usr/bin/python3", "mice/Main.py"]), "python3 mice/Main.py");
-        assert_eq!(name(&["a\nb", "\u{e9}"]), "ab \u{e9}");
-        assert_eq!(name(&[&"\u{e9}".repeat(51)]), "\u{e9}".repeat(50));
     }
 }

@@ -2,27 +2,27 @@
 
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_mms::ScoreRules;
 
-use crate::args::{KnownMazeArgs, ServerArgs, one_of};
-use crate::solve::args::parse_seconds;
+use crate::args::{KnownMazeArgs, RepeatArgs, ServerArgs, one_of};
 
 const AFTER_HELP: &str = "\
 Examples:
   mmsim mms --open -- ./my-mouse                 watch the mouse in a browser
   mmsim mms --maze hedgerow -- python3 Main.py   use the first maze whose path contains this word
+  mmsim mms --open --watch -- python3 Main.py    run it again each time Main.py changes
   mmsim mms --pace 50 -- java -jar mouse.jar     run slowly
   mmsim mms --score --limit 2000 -- ./my-mouse   print its scores
   mmsim mms --connect tcp://127.0.0.1:6574 -- ./my-mouse
                                                  use the maze of a running simulator
 
-Press Enter to press the reset button. The exit code is that of the mouse, or 128 plus the number of
-the signal that killed it; 1 if the mouse did not start, exceeded --limit or --time-limit, or lost the
-simulator; 130 after Ctrl-C.";
+Press Enter to press the reset button. On the viewer page, you can also run the mouse again, stop it,
+pause it, and change its pace. The exit code is that of the mouse, or 128 plus the number of the
+signal that killed it; 1 if the mouse did not start, was stopped, exceeded --limit or --time-limit, or
+lost the simulator; 130 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
@@ -46,15 +46,8 @@ pub(crate) struct MmsArgs {
     /// Stop the mouse when its number of turns plus its effective distance in cells exceeds N
     #[arg(long, value_name = "N")]
     pub(crate) limit: Option<u32>,
-    /// Stop the mouse after S seconds
-    #[arg(long, value_name = "S", value_parser = parse_seconds)]
-    pub(crate) time_limit: Option<Duration>,
-    /// Wait MS milliseconds after each step and each turn
-    #[arg(long, value_name = "MS", default_value_t = 0)]
-    pub(crate) pace: u64,
-    /// Keep serving after the mouse exits, until Ctrl-C; implied by --open
-    #[arg(long, conflicts_with = "connect")]
-    pub(crate) stay: bool,
+    #[command(flatten)]
+    pub(crate) repeat: RepeatArgs,
     #[command(flatten)]
     pub(crate) server: ServerArgs,
     #[command(flatten)]
@@ -69,7 +62,17 @@ pub(crate) struct RemoteArgs {
     #[arg(
         long,
         value_name = "ENDPOINT",
-        conflicts_with_all = ["port", "words", "record", "history_limit", "viewer_port", "no_viewer", "open"],
+        conflicts_with_all = [
+            "stay",
+            "watch",
+            "port",
+            "words",
+            "record",
+            "history_limit",
+            "viewer_port",
+            "no_viewer",
+            "open",
+        ],
     )]
     pub(crate) connect: Option<String>,
     #[command(flatten)]
@@ -83,11 +86,4 @@ fn score_rules() -> impl TypedValueParser<Value = ScoreRules> {
             ScoreRules::Cells => "Count the cells that the mouse has travelled",
         })
     })
-}
-
-impl MmsArgs {
-    /// Returns true if the server keeps running after the mouse exits.
-    pub(crate) const fn stays(&self) -> bool {
-        self.stay || self.server.viewer.open
-    }
 }

@@ -2,38 +2,27 @@
 
 use std::io::{self, IsTerminal, Read};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
+
+use mmsim_viewer::MouseControl;
 
 use crate::output::note;
 
-/// The reset button. Each line on stdin counts as a press of the button.
-pub(super) struct Button(Arc<AtomicBool>);
-
-impl Button {
-    pub(super) fn from_stdin() -> Self {
-        let pressed = Arc::new(AtomicBool::new(false));
-        let button = Arc::clone(&pressed);
-        if is_in_foreground() && io::stdin().is_terminal() {
-            note("press Enter to press the mouse's reset button");
-        }
-        thread::spawn(move || {
-            let (mut stdin, mut typed) = (io::stdin().lock(), [0; 256]);
-            while wait_for_line()
-                && let Ok(length @ 1..) = stdin.read(&mut typed)
-            {
-                if typed[..length].contains(&b'\n') {
-                    button.store(true, Ordering::Relaxed);
-                }
+/// Makes each line on stdin press the reset button of the mouse.
+pub(super) fn press_on_input(control: Arc<MouseControl>) {
+    if is_in_foreground() && io::stdin().is_terminal() {
+        note("press Enter to press the mouse's reset button");
+    }
+    thread::spawn(move || {
+        let (mut stdin, mut typed) = (io::stdin().lock(), [0; 256]);
+        while wait_for_line()
+            && let Ok(length @ 1..) = stdin.read(&mut typed)
+        {
+            if typed[..length].contains(&b'\n') {
+                control.press_reset();
             }
-        });
-        Self(pressed)
-    }
-
-    /// Returns true if the button was pressed since the previous call.
-    pub(super) fn was_pressed(&self) -> bool {
-        self.0.load(Ordering::Relaxed) && self.0.swap(false, Ordering::Relaxed)
-    }
+        }
+    });
 }
 
 /// Returns true if this process may read from the terminal. The system stops background processes

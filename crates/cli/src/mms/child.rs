@@ -1,8 +1,7 @@
 //! A mouse process and its pipes.
 
-use std::ffi::OsString;
-use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
-use std::process::{self, ChildStdin, Command, ExitStatus, Stdio};
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::process::{ChildStdin, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,6 +11,7 @@ use std::time::Duration;
 use mmsim_mms::Response;
 
 use super::log::MouseLog;
+use crate::mouse_process::{MouseProcess, Program};
 
 /// The maximum length of a line in bytes, including the newline.
 pub(crate) const MAX_LINE_BYTES: usize = 4096;
@@ -25,9 +25,9 @@ const MAX_LINES_AHEAD: usize = 256;
 /// The maximum number of unread replies. This many take about 10 MB.
 const MAX_UNREAD_REPLIES: usize = 1 << 20;
 
-/// A mouse process, which is killed on drop.
+/// A mouse that reads replies from its stdin and writes commands to its stdout.
 pub(crate) struct Child {
-    process: process::Child,
+    process: MouseProcess,
     lines: Receiver<Line>,
     /// The channel to the thread that writes replies, or `None` after [`Self::end_replies`].
     replies: Option<Sender<Response>>,
@@ -47,28 +47,20 @@ pub(crate) enum Line {
 }
 
 impl Child {
-    /// Starts a program with its arguments. With a log, copies the stderr of the program to the
-    /// stderr of this process; otherwise the program inherits it.
-    pub(crate) fn start(command: &[OsString], log: Option<&MouseLog>) -> Result<Self, String> {
-        let [program, arguments @ ..] = command else {
-            return Err("no program given after --".into());
-        };
-        let mut mouse = Command::new(program);
-        // The mouse gets a process group, so its child processes can be killed too.
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::process_group(&mut mouse, 0);
-        let stderr = if log.is_some() { Stdio::piped() } else { Stdio::inherit() };
-        let pipes =
-            mouse.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(stderr);
-        let mut process = pipes.spawn().map_err(|error| {
-            let needs_path = " (a program outside of PATH needs its path, as in -- ./my-mouse)";
-            let hint = if error.kind() == ErrorKind::NotFound { needs_path } else { "" };
-            format!("cannot start the mouse {}: {error}{hint}", program.display())
-        })?;
-        let (Some(stdin), Some(stdout)) = (process.stdin.take(), process.stdout.take()) else {
+    /// Starts a mouse. With a log, copies the stderr of the mouse to the stderr of this process;
+    /// otherwise the mouse inherits it.
+    pub(crate) fn start(program: &Program, log: Option<&MouseLog>) -> Result<Self, String> {
+        let mut command = program.command();
+        command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        if log.is_some() {
+            command.stderr(Stdio::piped());
+        }
+        let mut process = MouseProcess::start(&mut command)?;
+        let pipes = &mut process.0;
+        let (Some(stdin), Some(stdout)) = (pipes.stdin.take(), pipes.stdout.take()) else {
             return Err("cannot open the pipes of the mouse".into());
         };
-        if let (Some(log), Some(stderr)) = (log, process.stderr.take()) {
+        if let (Some(log), Some(stderr)) = (log, pipes.stderr.take()) {
             log.collect(stderr);
         }
         // Commands are read and replies are written on threads of their own, so a mouse may write
@@ -114,19 +106,7 @@ impl Child {
 
     /// Returns the exit status of the mouse if it has exited.
     pub(crate) fn status(&mut self) -> io::Result<Option<ExitStatus>> {
-        self.process.try_wait()
-    }
-}
-
-impl Drop for Child {
-    /// Kills the mouse and, on Unix, its child processes.
-    fn drop(&mut self) {
-        #[cfg(unix)]
-        if let Some(group) = rustix::process::Pid::from_raw(self.process.id().cast_signed()) {
-            let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
-        }
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        self.process.status()
     }
 }
 

@@ -7,10 +7,13 @@ use std::time::Duration;
 
 use mmsim_client::RunError;
 use mmsim_mms::{GeneralFormat, ScoreRules, Scores, SimulatedMouse, Stat, TravelStats};
+use mmsim_viewer::{Ending, EndingKind, StopReason};
 use serde::Serialize;
 
 use crate::interrupt::Interrupt;
+use crate::mouse_process::{exit_code, exit_text, signal};
 use crate::output::counted;
+use crate::own_mouse::RunEnd;
 
 /// A mouse that is not running.
 pub(crate) struct MouseExit {
@@ -27,6 +30,8 @@ pub(crate) enum ExitCause {
     Exited(ExitStatus),
     Limit(u32),
     TimeLimit(Duration),
+    /// Stopped on the viewer page.
+    Stopped(StopReason),
     Interrupted,
     LostSimulator(RunError),
     NotStarted(String),
@@ -38,40 +43,61 @@ impl MouseExit {
     /// the signal that killed the mouse, [`Interrupt::CODE`] after Ctrl-C, or 1 in all other cases.
     pub(crate) fn code(&self) -> i32 {
         match &self.cause {
-            ExitCause::Exited(status) => {
-                status.code().or_else(|| Some(128 + signal(*status)?)).unwrap_or(1)
-            }
+            ExitCause::Exited(status) => exit_code(*status),
             ExitCause::Interrupted => Interrupt::CODE,
             ExitCause::Limit(_)
             | ExitCause::TimeLimit(_)
+            | ExitCause::Stopped(_)
             | ExitCause::LostSimulator(_)
             | ExitCause::NotStarted(_)
             | ExitCause::Failed(_) => 1,
         }
     }
 
-    /// Returns a summary of the run in one line.
-    pub(crate) fn summary(&self) -> String {
+    /// Returns the outcome of the run in one line.
+    pub(crate) fn outcome(&self) -> String {
         let how = match &self.cause {
-            ExitCause::Exited(status) => match signal(*status) {
-                Some(signal) => format!("killed by signal {signal}"),
-                None => format!("exited with code {}", self.code()),
-            },
+            ExitCause::Exited(status) => exit_text(*status),
             ExitCause::Limit(limit) => format!("stopped: exceeded --limit {limit}"),
             ExitCause::TimeLimit(limit) => {
                 format!("stopped: exceeded --time-limit {}", limit.as_secs_f64())
             }
-            ExitCause::Interrupted => "stopped by Ctrl-C".into(),
-            ExitCause::NotStarted(_) => "not started".into(),
-            ExitCause::LostSimulator(_) | ExitCause::Failed(_) => "stopped".into(),
+            ExitCause::Stopped(reason) => reason.text().into(),
+            ExitCause::Interrupted => StopReason::Exit.text().into(),
+            ExitCause::NotStarted(error) => return error.clone(),
+            ExitCause::LostSimulator(error) => format!("stopped: {error}"),
+            ExitCause::Failed(error) => format!("stopped: {error}"),
         };
         let scores = self.mouse.scores();
         let goal = if scores.best_run().is_some() { "goal reached" } else { "goal not reached" };
-        let invalid = match self.refused {
+        let count = |count, thing| match count {
             0 => String::new(),
-            count => format!("; {}", counted(count, "invalid line")),
+            count => format!("; {}", counted(count, thing)),
         };
-        format!("mouse {how}; {goal}, score {}{invalid}", GeneralFormat(scores.score()))
+        let crashes = count(self.crashes, "crashed movement");
+        let invalid = count(self.refused, "invalid line");
+        format!("{how}; {goal}, score {}{crashes}{invalid}", GeneralFormat(scores.score()))
+    }
+
+    /// Returns the outcome for the viewer page and the exit code.
+    pub(crate) fn end(&self) -> RunEnd {
+        let kind = match &self.cause {
+            ExitCause::Exited(status) if !status.success() => EndingKind::Failed,
+            ExitCause::Exited(_) if self.mouse.scores().best_run().is_some() => EndingKind::Goal,
+            ExitCause::Exited(_) => EndingKind::GaveUp,
+            ExitCause::Limit(_)
+            | ExitCause::TimeLimit(_)
+            | ExitCause::Stopped(_)
+            | ExitCause::Interrupted => EndingKind::Stopped,
+            ExitCause::LostSimulator(_) | ExitCause::NotStarted(_) | ExitCause::Failed(_) => {
+                EndingKind::Failed
+            }
+        };
+        RunEnd {
+            ending: Ending { kind, text: self.outcome() },
+            code: self.code(),
+            was_started: !matches!(self.cause, ExitCause::NotStarted(_)),
+        }
     }
 
     /// Returns the scores that mms competitions use, one per line.
@@ -159,15 +185,4 @@ impl ScoreReport {
             total_turns: total.turns(),
         }
     }
-}
-
-/// Returns the signal that killed a process.
-#[cfg(unix)]
-fn signal(status: ExitStatus) -> Option<i32> {
-    std::os::unix::process::ExitStatusExt::signal(&status)
-}
-
-#[cfg(not(unix))]
-const fn signal(_: ExitStatus) -> Option<i32> {
-    None
 }

@@ -11,6 +11,7 @@ use std::time::Duration;
 use mmsim_maze::needs_escape;
 use mmsim_protocol::MAX_LOG_BYTES;
 
+use crate::mouse_process::cut;
 use crate::output::counted;
 
 /// The capacity of a pipe. One read of this size returns everything that a pipe contains.
@@ -196,12 +197,6 @@ fn clean(line: &[u8]) -> String {
         shown.push('\u{2026}');
     }
     shown
-}
-
-/// Shortens a text to at most this number of bytes.
-pub(crate) fn cut(text: &mut String, max_bytes: usize) {
-    let end = (0..=max_bytes.min(text.len())).rev().find(|&end| text.is_char_boundary(end));
-    text.truncate(end.unwrap_or(0));
 }
 
 /// Skips an escape sequence after its first character: `[` and parameters, such as a colour, `]`

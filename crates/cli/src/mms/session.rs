@@ -7,7 +7,6 @@ use std::time::Duration;
 use mmsim_client::Transport;
 use mmsim_mms::{Command, Response, ScoreRules, SimulatedMouse, excerpt};
 
-use super::button::Button;
 use super::child::{Child, Line};
 use super::exit::{ExitCause, MouseExit};
 use super::refusals::{Refusal, Refusals};
@@ -25,8 +24,7 @@ const SILENCE_TIMEOUT: Duration = Duration::from_secs(1);
 /// A running mouse.
 pub(crate) struct Session<'a, T> {
     simulator: Simulator<'a, T>,
-    stop: &'a Stop<'a>,
-    button: Button,
+    stop: Stop<'a>,
     mouse: SimulatedMouse,
     limit: Option<u32>,
     lines: u64,
@@ -38,12 +36,11 @@ impl<'a, T: Transport> Session<'a, T> {
     pub(crate) fn new(
         mouse: SimulatedMouse,
         simulator: Simulator<'a, T>,
-        stop: &'a Stop<'a>,
+        stop: Stop<'a>,
         limit: Option<u32>,
     ) -> Self {
-        let button = Button::from_stdin();
         let refusals = Refusals::default();
-        Self { simulator, stop, button, mouse, limit, lines: 0, crashes: 0, refusals }
+        Self { simulator, stop, mouse, limit, lines: 0, crashes: 0, refusals }
     }
 
     /// Runs the mouse until it exits or is stopped.
@@ -120,7 +117,7 @@ impl<'a, T: Transport> Session<'a, T> {
         if matches!(line, Line::Whole(line) if line.trim_ascii().is_empty()) {
             return Ok(());
         }
-        if self.button.was_pressed() {
+        if self.stop.control.was_reset_pressed() {
             self.mouse.press_reset();
         }
         match Refusal::parse(line, self.mouse.map().size()) {

@@ -1,7 +1,5 @@
 //! The environment of a mouse: a simulator that reports walls and receives the mouse's states.
 
-use std::time::Duration;
-
 use mmsim_client::{Exchange, RunError, Transport};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState};
 use mmsim_mms::{Environment, SimulatedMouse};
@@ -17,8 +15,7 @@ pub(crate) struct Simulator<'a, T> {
     exchange: Exchange<T>,
     /// The walls that the simulator has reported.
     reported: KnownMaze,
-    stop: &'a Stop<'a>,
-    pace: Duration,
+    stop: Stop<'a>,
     /// A copy of the mouse, made when its state was last sent.
     last: Option<SimulatedMouse>,
     annotator: Option<Annotator>,
@@ -37,14 +34,13 @@ impl<'a, T: Transport> Simulator<'a, T> {
     pub(crate) fn new(
         transport: T,
         size: MazeSize,
-        stop: &'a Stop<'a>,
-        pace: Duration,
+        stop: Stop<'a>,
         annotator: Option<Annotator>,
     ) -> Result<Self, RunError> {
         let mut exchange = Exchange::new(transport);
         exchange.reset()?;
         let reported = KnownMaze::new(size, Cell::new(0, 0), CellSet::EMPTY);
-        Ok(Self { exchange, reported, stop, pace, last: None, annotator })
+        Ok(Self { exchange, reported, stop, last: None, annotator })
     }
 
     /// Waits for the last lines of the log of a mouse that has exited.
@@ -101,7 +97,7 @@ impl<T: Transport> Environment for Simulator<'_, T> {
 
     fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
         self.send(mouse)?;
-        self.stop.wait(self.pace)
+        self.stop.wait_for_step()
     }
 }
 

@@ -1,36 +1,39 @@
-//! The reasons to stop a mouse that do not depend on its commands: Ctrl-C and the time limit.
+//! Stopping a mouse: Ctrl-C, the time limit and the viewer page.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use mmsim_viewer::{MouseControl, StopReason};
 
 use super::exit::ExitCause;
-use crate::interrupt::Interrupt;
 
-/// Ends waits when the mouse must stop. Its time limit begins when it is created.
+/// Ends waits when the mouse must stop.
+#[derive(Clone, Copy)]
 pub(crate) struct Stop<'a> {
-    interrupt: &'a Interrupt,
-    started: Instant,
-    time_limit: Option<Duration>,
+    pub(crate) control: &'a MouseControl,
+    pub(crate) time_limit: Option<Duration>,
 }
 
-impl<'a> Stop<'a> {
-    pub(crate) fn new(interrupt: &'a Interrupt, time_limit: Option<Duration>) -> Self {
-        Self { interrupt, started: Instant::now(), time_limit }
-    }
-
+impl Stop<'_> {
     /// Waits for the given time. Returns an error as soon as the mouse must stop.
-    pub(crate) fn wait(&self, time: Duration) -> Result<(), ExitCause> {
-        let left = self.time_limit.map(|limit| limit.saturating_sub(self.started.elapsed()));
-        if self.interrupt.wait_for(left.map_or(time, |left| left.min(time))) {
-            return Err(ExitCause::Interrupted);
-        }
-        match self.time_limit {
-            Some(limit) if self.started.elapsed() >= limit => Err(ExitCause::TimeLimit(limit)),
-            _ => Ok(()),
-        }
+    pub(crate) fn wait(self, time: Duration) -> Result<(), ExitCause> {
+        self.control.wait_for_stop(time).map_or(Ok(()), |reason| Err(self.cause(reason)))
     }
 
     /// Returns an error if the mouse must stop.
-    pub(crate) fn check(&self) -> Result<(), ExitCause> {
+    pub(crate) fn check(self) -> Result<(), ExitCause> {
         self.wait(Duration::ZERO)
+    }
+
+    /// Waits until the mouse may take its next step. Returns an error if the mouse must stop.
+    pub(crate) fn wait_for_step(self) -> Result<(), ExitCause> {
+        if self.control.throttle().wait() { self.check() } else { Ok(()) }
+    }
+
+    fn cause(self, reason: StopReason) -> ExitCause {
+        match (reason, self.time_limit) {
+            (StopReason::Exit, _) => ExitCause::Interrupted,
+            (StopReason::TimeLimit, Some(limit)) => ExitCause::TimeLimit(limit),
+            _ => ExitCause::Stopped(reason),
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::ServerArgs;
+use crate::args::{RepeatArgs, ServerArgs};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -24,7 +24,7 @@ simulator holds its reply to a state until the next step is due, so the mouse sh
 time to wait for a reply.
 
 The exit code is that of the mouse, or 128 plus the number of the signal that killed it; 1 if the
-mouse did not start or was stopped; 130 after Ctrl-C.";
+mouse did not start, was stopped or exceeded --time-limit; 130 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
@@ -39,19 +39,4 @@ pub(crate) struct RunArgs {
     pub(crate) repeat: RepeatArgs,
     #[command(flatten)]
     pub(crate) server: ServerArgs,
-}
-
-/// Options for running a mouse.
-#[derive(Debug, Args)]
-pub(crate) struct RepeatArgs {
-    /// Wait MS milliseconds after each step; the page can change this [default: 50 with --open,
-    /// else 0]
-    #[arg(long, value_name = "MS")]
-    pub(crate) pace: Option<u64>,
-    /// Run the mouse again each time its file changes; implies --stay
-    #[arg(long)]
-    pub(crate) watch: bool,
-    /// Keep serving after the mouse exits, until Ctrl-C; implied by --open
-    #[arg(long)]
-    pub(crate) stay: bool,
 }

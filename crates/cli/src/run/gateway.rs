@@ -8,8 +8,8 @@ use std::thread;
 use std::time::Duration;
 
 use mmsim_maze::{CellSet, MazeSize};
-use mmsim_protocol::{ERROR_PREFIX, StateMessage};
-use mmsim_server::Monitor;
+use mmsim_protocol::{Annotation, AnnotationWriter, ERROR_PREFIX, MAX_NAME_BYTES, StateMessage};
+use mmsim_server::{Monitor, MonitorError};
 use mmsim_viewer::MouseControl;
 use mmsim_zmtp::codec::ProtocolError;
 use mmsim_zmtp::{RepServer, Service};
@@ -25,10 +25,18 @@ pub(crate) struct Progress {
 /// An endpoint for the mouse, which is served by a separate thread until the process exits.
 pub(crate) struct Gateway {
     address: String,
+    simulator: Simulator,
     tracker: Arc<Mutex<Tracker>>,
 }
 
-/// The progress of the mouse, and what is needed to determine it.
+/// The simulator, as a client of the gateway sees it.
+#[derive(Clone)]
+struct Simulator {
+    monitor: Monitor,
+    control: Arc<MouseControl>,
+}
+
+/// The progress of the mouse, and the maze in which it is measured.
 #[derive(Default)]
 struct Tracker {
     progress: Progress,
@@ -44,14 +52,15 @@ impl Gateway {
     ) -> io::Result<Self> {
         let mut server = RepServer::new(listener)?;
         let address = format!("tcp://{}", server.local_address()?);
-        let tracker = Arc::<Mutex<Tracker>>::default();
-        let mut forwarder = Forwarder { monitor, control, tracker: Arc::clone(&tracker) };
+        let (simulator, tracker) = (Simulator { monitor, control }, Arc::default());
+        let mut forwarder =
+            Forwarder { simulator: simulator.clone(), tracker: Arc::clone(&tracker) };
         thread::Builder::new().name("gateway".into()).spawn(move || {
             if let Err(cause) = server.run(&mut forwarder, || false) {
                 error!("cannot receive requests from the mouse: {cause}");
             }
         })?;
-        Ok(Self { address, tracker })
+        Ok(Self { address, simulator, tracker })
     }
 
     /// Returns the address for the mouse, such as `tcp://127.0.0.1:6574`.
@@ -59,13 +68,36 @@ impl Gateway {
         &self.address
     }
 
-    /// Begins a run in a maze with this size and goal.
-    pub(crate) fn begin(&self, size: MazeSize, goals: CellSet) {
-        *lock(&self.tracker) = Tracker { maze: Some((size, goals)), ..Tracker::default() };
+    /// Resets the simulator for a run of the mouse.
+    pub(crate) fn begin_run(&self) -> Result<(), MonitorError> {
+        let monitor = &self.simulator.monitor;
+        if monitor.status().states > 0 {
+            monitor.answer(b"reset", 1)?;
+        }
+        self.simulator.name_mouse()?;
+        let maze = monitor.served()?.maze;
+        let (progress, maze) = (Progress::default(), Some((maze.size(), *maze.goals())));
+        *lock(&self.tracker) = Tracker { progress, maze };
+        Ok(())
     }
 
     pub(crate) fn progress(&self) -> Progress {
         lock(&self.tracker).progress
+    }
+}
+
+impl Simulator {
+    /// Adds the name of the mouse to its next state. The mouse may send another name.
+    fn name_mouse(&self) -> Result<(), MonitorError> {
+        let mut buffer = [0; MAX_NAME_BYTES + 16];
+        let mut writer = AnnotationWriter::new(&mut buffer);
+        let name = self.control.own().map_or("", |own| &own.name);
+        if writer.push(Annotation::Mouse(name)).is_ok()
+            && let Some(request) = writer.finish()
+        {
+            self.monitor.answer(request, 1)?;
+        }
+        Ok(())
     }
 }
 
@@ -86,44 +118,45 @@ fn lock(tracker: &Mutex<Tracker>) -> MutexGuard<'_, Tracker> {
     tracker.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Forwards the requests of the mouse.
+/// Forwards the requests of the mouse. Other clients may use the address between two runs.
 struct Forwarder {
-    monitor: Monitor,
-    control: Arc<MouseControl>,
+    simulator: Simulator,
     tracker: Arc<Mutex<Tracker>>,
+}
+
+impl Forwarder {
+    /// Forwards a request, and waits after a state until the mouse may take its next step.
+    fn forward(&self, request: &[u8], frames: usize) -> Result<(Vec<u8>, bool), String> {
+        let Simulator { monitor, control } = &self.simulator;
+        if control.wait_for_stop(Duration::ZERO).is_some() {
+            // The process of the mouse is about to be killed.
+            return Err("the mouse was stopped".into());
+        }
+        let (reply, is_activity) =
+            monitor.answer(request, frames).map_err(|error| error.to_string())?;
+        if reply == b"ok" {
+            lock(&self.tracker).observe(request);
+            let is_own = control.is_own_running();
+            if is_own && request == b"reset" {
+                self.simulator.name_mouse().map_err(|error| error.to_string())?;
+            } else if is_own && request.first() == Some(&b'S') {
+                control.throttle().wait();
+            }
+        }
+        Ok((reply, is_activity))
+    }
 }
 
 impl Service for Forwarder {
     fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
-        if self.control.wait_for_stop(Duration::ZERO).is_some() {
-            // The process of the mouse is about to be killed.
-            refuse(reply, "the mouse was stopped");
-            return false;
-        }
-        let is_activity = match self.monitor.answer(request, frames) {
-            Ok((answer, is_activity)) => {
-                *reply = answer;
-                is_activity
-            }
-            Err(error) => {
-                refuse(reply, &error.to_string());
-                false
-            }
-        };
-        if reply == b"ok" {
-            lock(&self.tracker).observe(request);
-            if request.first() == Some(&b'S') && self.control.is_own_running() {
-                self.control.throttle().wait();
-            }
-        }
+        let (answer, is_activity) = self
+            .forward(request, frames)
+            .unwrap_or_else(|reason| (format!("{ERROR_PREFIX}{reason}").into_bytes(), false));
+        *reply = answer;
         is_activity
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
-        refuse(reply, &reason.to_string());
+        *reply = format!("{ERROR_PREFIX}{reason}").into_bytes();
     }
-}
-
-fn refuse(reply: &mut Vec<u8>, reason: &str) {
-    *reply = format!("{ERROR_PREFIX}{reason}").into_bytes();
 }

@@ -8,7 +8,7 @@ use clap::builder::PossibleValue;
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::BundledStrategy;
 
-use crate::args::{KnownMazeArgs, one_of};
+use crate::args::{KnownMazeArgs, one_of, parse_seconds};
 
 #[derive(Debug, Args)]
 #[command(override_usage = "mmsim solve <STRATEGY> [OPTIONS]")]
@@ -43,22 +43,4 @@ pub(crate) struct SolveArgs {
 /// Returns the name of a strategy, with its description for the help text.
 pub(crate) fn strategy_value(strategy: BundledStrategy) -> PossibleValue {
     PossibleValue::new(strategy.name()).help(strategy.about())
-}
-
-/// Parses a positive number of seconds.
-pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    let seconds = seconds.filter(|seconds| !seconds.is_zero());
-    seconds.ok_or_else(|| "expected a number of seconds greater than 0".into())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parses_seconds() {
-        assert_eq!(parse_seconds("0.5"), Ok(Duration::from_millis(500)));
-        assert!(["0", "-1", "nan", "1e99", "soon"].map(parse_seconds).iter().all(Result::is_err));
-    }
 }

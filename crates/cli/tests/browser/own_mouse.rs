@@ -251,6 +251,73 @@ fn a_mouse_that_fails_is_reported() {
     });
 }
 
+/// A mouse for mms that turns, crashes, and waits for its reset button.
+#[cfg(unix)]
+const MMS_MOUSE: &str = r#"
+ask() { echo "$1"; read -r reply; }
+for turn in 1 2 3 4; do ask turnLeft; done
+ask "moveForward 0"
+until ask wasReset; [ "$reply" = true ]; do sleep 0.05; done
+ask ackReset
+exit 3
+"#;
+
+#[cfg(unix)]
+#[test]
+fn a_mouse_of_mms_is_controlled_too() {
+    with_browser(|browser| {
+        let home = Home::new();
+        home.write("mouse.sh", MMS_MOUSE);
+        let options = ["--maze", "hedgerow", "--stay", "--pace", "3600000"];
+        let simulator = Simulator::start_mouse(home, "mms", &options, &["sh", "mouse.sh"]);
+        open(browser, &simulator);
+        let live = Panel::live(browser);
+        let wait_for_states = |states: usize| {
+            wait_for(&format!("{states} states"), || {
+                assert!(simulator.info().states <= states, "the mouse takes one step at a time");
+                (simulator.info().states == states).then_some(())
+            });
+            live.wait_for_state(states - 1);
+        };
+        // The mouse waits for an hour after its first turn.
+        wait_for_states(2);
+        assert_eq!(live.text(".run .name"), "mouse.sh");
+        wait_for_phase(live, "running");
+        click(live, "pause");
+        wait_for_phase(live, "paused");
+        for states in 3..6 {
+            click(live, "step");
+            wait_for_states(states);
+        }
+        live.set_pace("no limit");
+        click(live, "pause");
+        wait_for_phase(live, "running");
+        click(live, "reset");
+        let result = wait_for_result(live, "exited with code 3");
+        assert_eq!(result, "exited with code 3; goal not reached, score 2000; 1 crashed movement");
+        assert_eq!(live.attribute(".run", "data-ending"), "failed");
+
+        let run = simulator.run_number();
+        click(live, "again");
+        wait_for("another run", || (simulator.run_number() > run).then_some(()));
+        wait_for("the last turn", || (simulator.info().states == 5).then_some(()));
+        click(live, "stop");
+        wait_for_result(live, "stopped; goal not reached, score 2000; 1 crashed movement");
+
+        // The mouse runs in another maze, with the start and the size of that maze.
+        Page(browser).choose_maze("oblong-long-meadow.txt");
+        let is_asking =
+            || browser.run::<bool>("return document.querySelector('#confirm').open", &[]);
+        wait_for("the dialog", || is_asking().then_some(()));
+        browser.click("#confirm [value=run]");
+        wait_for("the last turn", || (simulator.info().states == 5).then_some(()));
+        assert_eq!(simulator.info().name, "oblong-long-meadow");
+        click(live, "reset");
+        wait_for_result(live, "exited with code 3");
+        browser.leave();
+    });
+}
+
 #[test]
 fn a_changed_file_runs_the_mouse_again() {
     with_browser(|browser| {

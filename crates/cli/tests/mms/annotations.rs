@@ -52,7 +52,7 @@ impl Listener {
         let options = ["--connect", &self.address, "--goal", "server"];
         let ended = home.run(&arguments(&options, &[python, "mouse.py"]));
         let events: Vec<_> = self.events.try_iter().collect();
-        Some((ended, events.join("\n").replace(python, "python")))
+        Some((ended, events.join("\n")))
     }
 }
 
@@ -100,7 +100,7 @@ fn what_a_mouse_displays_belongs_to_its_next_state() {
     let Some((ended, events)) = listener.run(&home, TALKATIVE) else { return };
     assert_eq!(ended.code, Some(0), "{ended:?}");
     insta::assert_snapshot!(events, @r#"
-    Mouse("python mouse.py")
+    Mouse("mouse.py")
     (0, 0) north Some(Unknown)
     (0, 0) east Some(Unknown)
     state (0, 0) heading north, weight 0

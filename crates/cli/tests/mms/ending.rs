@@ -1,5 +1,9 @@
 //! The output and the exit code for each way a mouse can exit.
 
+use std::net::TcpListener;
+
+use mmsim_protocol::DEFAULT_PORT;
+
 use super::*;
 
 #[test]
@@ -137,11 +141,26 @@ fn a_missing_program_is_an_error() {
         &["mms", "--size", "8x8", "--", "mouse"],
         &["mms", "--connect", "tcp://127.0.0.1:1", "--maze", "a", "--", "mouse"],
         &["mms", "--connect", "tcp://127.0.0.1:1", "--port", "1", "--", "mouse"],
+        &["mms", "--connect", "tcp://127.0.0.1:1", "--watch", "--", "mouse"],
+        &["mms", "--watch", "--", "java"],
         &["mms", "--connect", "tcp://127.0.0.1:1", "mazes", "--", "mouse"],
         &["mms", "--connect", "tcp://127.0.0.1:1", "--goal", "server", "1,1", "--", "mouse"],
     ] {
         assert_eq!(home.run(wrong).code, Some(2), "{wrong:?}");
     }
+}
+
+#[test]
+fn a_free_port_is_used_if_the_default_port_is_in_use() {
+    let home = Home::new();
+    // The port may also be in use by another program.
+    let _listener = TcpListener::bind(("127.0.0.1", DEFAULT_PORT));
+    let ended = home.run(&["mms", "--no-viewer", "--", "true"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let expected = "port 6574 on 127.0.0.1 is already in use; using a free port instead\n";
+    assert!(ended.stderr.contains(expected), "{ended:?}");
+    let given = home.run(&["mms", "--no-viewer", "--port", "6574", "--", "true"]);
+    assert_eq!(given.code, Some(1), "{given:?}");
 }
 
 #[cfg(unix)]
