@@ -61,6 +61,7 @@ fn links_are_valid() {
         "docs/mms.md",
         "docs/protocol.md",
         "docs/recordings.md",
+        "docs/run.md",
         "docs/strategies.md",
         "docs/trial.md",
         "examples/README.md",

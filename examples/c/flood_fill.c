@@ -127,9 +127,11 @@ static int step(void) {
 }
 
 int main(int argc, char **argv) {
-    const int timeout = TIMEOUT_MS, linger = 0;
+    const char *variable = getenv("MMSIM_ENDPOINT");
+    /* `mmsim run` sets the variable. It holds replies while the mouse is paused. */
+    const int timeout = variable ? -1 : TIMEOUT_MS, linger = 0;
     uint8_t message[8];
-    if (getenv("MMSIM_ENDPOINT")) endpoint = getenv("MMSIM_ENDPOINT");
+    if (variable) endpoint = variable;
     if (argc > 1) endpoint = argv[1];
     simulator = zmq_socket(zmq_ctx_new(), ZMQ_REQ);
     zmq_setsockopt(simulator, ZMQ_RCVTIMEO, &timeout, sizeof timeout);

@@ -1,14 +1,16 @@
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <zmq.h>
 
 int main(void) {
     void *socket = zmq_socket(zmq_ctx_new(), ZMQ_REQ);
     zmq_setsockopt(socket, ZMQ_RCVTIMEO, &(int){5000}, sizeof(int));
-    zmq_connect(socket, "tcp://127.0.0.1:6574");
+    zmq_connect(socket, getenv("MMSIM_ENDPOINT") ? getenv("MMSIM_ENDPOINT") : "tcp://127.0.0.1:6574");
     unsigned char state[518] = {[0] = 'S', [4] = 'F', [261] = 'F'}, wall[3], reply[2];
     zmq_send(socket, "reset", 5, 0);
     if (zmq_recv(socket, wall, 3, 0) < 0) return puts("no reply within 5 s"), 1;
+    zmq_setsockopt(socket, ZMQ_RCVTIMEO, &(int){-1}, sizeof(int)); /* the mouse can be paused */
     for (int x = 0, y = 0, heading = 0, steps = 0;; steps++) { /* heading 0 to 3: N, E, S, W */
         unsigned char pose[4] = {'W', x, y, "NESW"[heading]};
         zmq_send(socket, pose, 4, 0);

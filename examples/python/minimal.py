@@ -1,16 +1,17 @@
+import os
 import zmq
 
 socket = zmq.Context().socket(zmq.REQ)
-socket.connect("tcp://127.0.0.1:6574")
+socket.connect(os.environ.get("MMSIM_ENDPOINT", "tcp://127.0.0.1:6574"))
 
-def ask(request):
+def ask(request, timeout=None):
     socket.send(request)
-    assert socket.poll(5000), "no reply within 5 s"
+    assert socket.poll(timeout), "no reply within 5 s"
     reply = socket.recv()
     assert not reply.startswith(b"error: "), reply
     return reply
 
-ask(b"reset")
+ask(b"reset", timeout=5000)  # later replies may take longer: the mouse can be paused
 x, y, heading, walls, steps = 0, 0, 0, bytearray(256), 0  # heading 0 to 3: N, E, S, W
 while True:
     pose = bytes([x, y, b"NESW"[heading]])

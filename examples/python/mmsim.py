@@ -91,7 +91,8 @@ class Simulator:
     """A connection to a simulator. The simulator may be started later.
 
     The default endpoint is the environment variable MMSIM_ENDPOINT, which `mmsim run` sets, or
-    tcp://127.0.0.1:6574. A request fails if there is no reply within `timeout` seconds.
+    tcp://127.0.0.1:6574. A request fails if there is no reply within `timeout` seconds, by default
+    5 s. There is no limit by default with `mmsim run`, which holds replies while the mouse is paused.
 
     `text`, `colour`, `wall`, `log` and `name` annotate the next state. `annotations` says whether
     they are sent: the default is True with `mmsim run` and otherwise False, because the reference
@@ -102,12 +103,12 @@ class Simulator:
     def __init__(
         self,
         endpoint: str | None = None,
-        timeout: float = 5.0,
+        timeout: float | None = None,
         annotations: bool | None = None,
     ) -> None:
         variable = os.environ.get("MMSIM_ENDPOINT")
         self._endpoint = endpoint or variable or "tcp://127.0.0.1:6574"
-        self._timeout = timeout
+        self._timeout = 5.0 if timeout is None and not variable else timeout
         # None until `info` is asked whether the simulator knows annotations.
         self._annotates = None if annotations or (annotations is None and variable) else False
         self._entries: list[bytes] = []
@@ -244,7 +245,7 @@ class Simulator:
 
     def _ask(self, request: bytes) -> bytes:
         self._socket.send(request)
-        if not self._socket.poll(round(1000 * self._timeout)):
+        if not self._socket.poll(None if self._timeout is None else round(1000 * self._timeout)):
             # A REQ socket cannot send again before it has received the missing reply.
             self._socket.close()
             self._connect()

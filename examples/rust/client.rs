@@ -31,9 +31,12 @@ fn main() -> ExitCode {
 
 /// Searches the maze and returns the number of steps to the goal.
 fn search() -> Result<u32, Box<dyn Error>> {
-    let endpoint = std::env::args().nth(1).or_else(|| std::env::var("MMSIM_ENDPOINT").ok());
+    // `mmsim run` sets this variable. It holds replies while the mouse is paused.
+    let variable = std::env::var("MMSIM_ENDPOINT").ok();
+    let timeout_ms = if variable.is_some() { -1 } else { TIMEOUT_MS };
+    let endpoint = std::env::args().nth(1).or(variable);
     let endpoint = endpoint.unwrap_or("tcp://127.0.0.1:6574".into());
-    let simulator = Simulator::connect(endpoint)?;
+    let simulator = Simulator::connect(endpoint, timeout_ms)?;
     simulator.ping()?;
     simulator.reset()?;
 
@@ -67,10 +70,10 @@ struct Simulator {
 }
 
 impl Simulator {
-    /// Connects to a simulator. The simulator may be started later.
-    fn connect(endpoint: String) -> Result<Self, Box<dyn Error>> {
+    /// Connects to a simulator. The simulator may be started later. A timeout of -1 is no timeout.
+    fn connect(endpoint: String, timeout_ms: i32) -> Result<Self, Box<dyn Error>> {
         let socket = zmq::Context::new().socket(zmq::REQ)?;
-        socket.set_rcvtimeo(TIMEOUT_MS)?;
+        socket.set_rcvtimeo(timeout_ms)?;
         socket.set_linger(0)?; // do not wait for unsent requests on exit
         let failed = |error| format!("cannot reach {endpoint}: {error} (expected tcp://HOST:PORT)");
         socket.connect(&endpoint).map_err(failed)?;

@@ -53,9 +53,11 @@ fn main() -> ExitCode {
 
 /// Searches the maze and returns true if the goal was reached.
 fn run() -> Result<bool, Box<dyn Error>> {
-    let endpoint = std::env::args().nth(1).or_else(|| std::env::var("MMSIM_ENDPOINT").ok());
+    // `mmsim run` sets this variable. It holds replies while the mouse is paused.
+    let variable = std::env::var("MMSIM_ENDPOINT").ok();
+    let timeout = if variable.is_some() { None } else { Some(Duration::from_secs(5)) };
+    let endpoint = std::env::args().nth(1).or(variable);
     let endpoint = endpoint.unwrap_or("tcp://127.0.0.1:6574".into());
-    let timeout = Some(Duration::from_secs(5));
     let mut transport = Zmq::connect(&endpoint, timeout, |waiting| {
         eprintln!("no reply from {} yet", waiting.endpoint);
     })?;

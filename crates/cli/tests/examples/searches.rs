@@ -120,6 +120,27 @@ fn the_client_in_c() {
     }
 }
 
+#[test]
+fn clients_run_under_mmsim_run() {
+    let home = Home::new();
+    let check = |client: &Command, script: Option<&str>, states: usize| {
+        let options = ["run", "--maze", "hedgerow", "--port", "0", "--no-viewer", "--"];
+        let mut command = home.command(&options);
+        let ended = output(command.arg(client.get_program()).args(script.map(file)));
+        let stderr = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(ended.status.code(), Some(0), "{client:?}: {stderr}");
+        let expected = format!("mouse exited with code 0; goal reached, {states} states\n");
+        assert!(stderr.ends_with(&expected), "{client:?}: {stderr}");
+    };
+    if let Some(python) = client::python() {
+        check(&python, Some("examples/python/minimal.py"), 302);
+        check(&python, Some("examples/python/flood_fill.py"), 192);
+    }
+    if let Some(built) = client::c(&home) {
+        check(&built, None, 192);
+    }
+}
+
 /// A Python script that tests the parts of the `Simulator` class that a successful search does not
 /// use.
 const CLASS: &str = r#"
