@@ -12,6 +12,14 @@ use mmsim_viewer::Pace;
 /// The pace of a mouse with `--open`, in milliseconds per step.
 const WATCHED_PACE_MS: u64 = 50;
 
+/// The help for `--port` of commands that start a mouse, which learns the port from the command.
+pub(crate) const PORT_HELP: &str = "\
+    Port to listen on; 0 picks a free port [default: 6574, or a free port if 6574 is in use]";
+
+/// The help for `--viewer-port` of commands that start a mouse, which the page controls.
+pub(crate) const VIEWER_PORT_HELP: &str = "\
+    Port of the viewer page; 0 picks a free port [default: 6575, or a free port if 6575 is in use]";
+
 /// Options that control the amount of output on stderr.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct VerbosityArgs {

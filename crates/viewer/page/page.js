@@ -23,7 +23,9 @@ const [info, style] = await Promise.all([api.pageInfo(), api.drawingStyle()]).ca
   throw error;
 });
 if (info.live) {
-  const { element } = openPanel(LIVE);
+  const live = openPanel(LIVE);
+  const { element } = live;
+  if (info.own) live.hint = `${info.own.name} has not reported a state yet.`;
   runForm = new RunForm(element, info, liveStates);
 }
 for (const id of info.opened) openPanel(id);

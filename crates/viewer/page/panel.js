@@ -31,6 +31,8 @@ const SLOW_INTERVAL = 1000;
 const isRunOver = (error) => error instanceof api.ApiError && error.isRunOver;
 
 export class Panel {
+  /** Shown while the live simulation has no states. */
+  hint = "Press Run or connect your own mouse.";
   element = cloneTemplate("panel");
   #id;
   #style;
@@ -281,7 +283,7 @@ export class Panel {
   #showCell() {
     const source = this.#source;
     const waiting = this.#id === "live" && this.timeline.states === 0;
-    const hint = waiting ? "Press Run or connect your own mouse." : "";
+    const hint = waiting ? this.hint : "";
     const cell = this.#cell;
     const shown = this.#shown;
     const text = source && cell !== null ? describeCell(cell, source, shown?.state) + describeUnknownWalls(cell, shown?.view) : hint;

@@ -340,3 +340,111 @@ impl Drop for Hold<'_> {
         self.0.changed.notify_all();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::thread;
+
+    use mmsim_tests::{TIMEOUT, wait_for, within};
+
+    use super::*;
+
+    fn own() -> OwnMouse {
+        OwnMouse { name: "mouse".into(), has_reset_button: true }
+    }
+
+    fn ending(text: &str) -> Ending {
+        Ending { kind: EndingKind::GaveUp, text: text.into() }
+    }
+
+    /// Runs the user's own mouse, which waits at the gate until it is stopped. Returns the reasons
+    /// for the starts and the stops.
+    fn drive(control: &Arc<MouseControl>) -> thread::JoinHandle<Vec<(StartReason, StopReason)>> {
+        let control = Arc::clone(control);
+        thread::spawn(move || {
+            let mut runs = Vec::new();
+            while let Some(reason) = control.next_run(true) {
+                while !control.throttle().wait() {}
+                runs.push((reason, control.end(ending("ended")).unwrap()));
+            }
+            runs
+        })
+    }
+
+    #[test]
+    fn runs_start_and_stop_as_requested() {
+        let control = Arc::new(MouseControl::new(Pace::UNLIMITED, Some(own())));
+        let driver = drive(&control);
+        let wait_until = |what: &str, is_running: bool| {
+            wait_for(what, || (control.is_own_running() == is_running).then_some(()));
+        };
+        wait_until("the first run", true);
+        control.stop(TIMEOUT);
+        assert_eq!(control.status().unwrap().ending, Some(ending("ended")), "it has stopped");
+        control.request_run(StartReason::RunAgain);
+        wait_until("the second run", true);
+        control.request_run(StartReason::FileChanged("mouse.py".into()));
+        wait_for("the third run", || {
+            Some(control.status()?.reason).filter(|reason| reason.contains("mouse.py"))
+        });
+        let hold = control.hold(TIMEOUT).unwrap();
+        assert!(!control.is_own_running());
+        control.request_run(StartReason::RunAgain);
+        assert!(control.begin_bundled("flood-fill").unwrap_err().starts_with("another mouse"));
+        assert!(!control.is_own_running(), "the maze changes first");
+        drop(hold);
+        wait_until("the fourth run", true);
+        control.close();
+        let file_changed = StartReason::FileChanged("mouse.py".into());
+        let expected = vec![
+            (StartReason::First, StopReason::Stop),
+            (StartReason::RunAgain, StopReason::Restart),
+            (file_changed, StopReason::NewMaze),
+            (StartReason::RunAgain, StopReason::Exit),
+        ];
+        assert_eq!(within("the driver to end", || driver.join()).unwrap(), expected);
+    }
+
+    #[test]
+    fn the_own_mouse_and_bundled_mice_take_turns() {
+        let control = MouseControl::new(Pace::UNLIMITED, Some(own()));
+        assert_eq!(control.next_run(false), Some(StartReason::First));
+        let error = control.begin_bundled("flood-fill").unwrap_err();
+        assert_eq!(error, "mouse is still running (stop it first)");
+        assert_eq!(control.end(ending("ended")), None);
+        assert_eq!(control.next_run(false), None, "no run is requested");
+        control.begin_bundled("flood-fill").unwrap();
+        assert!(!control.is_own_running() && control.begin_bundled("swing").is_err());
+        // A request stops the bundled mouse.
+        control.request_run(StartReason::RunAgain);
+        assert!(control.throttle().wait());
+        assert_eq!(control.end(ending("stopped")), Some(StopReason::Restart));
+        assert_eq!(control.next_run(false), Some(StartReason::RunAgain));
+        assert!(!control.throttle().wait(), "the stop concerned the previous run");
+    }
+
+    #[test]
+    fn the_time_limit_applies_to_the_own_mouse() {
+        let limit = Some(Duration::ZERO);
+        let control = MouseControl::new(Pace::UNLIMITED, Some(own())).with_time_limit(limit);
+        control.next_run(false);
+        assert!(control.throttle().wait());
+        assert_eq!(control.wait_for_stop(TIMEOUT), Some(StopReason::TimeLimit));
+        control.end(ending("stopped"));
+        assert_eq!(control.wait_for_stop(Duration::ZERO), None);
+        control.begin_bundled("flood-fill").unwrap();
+        assert!(!control.throttle().wait());
+    }
+
+    #[test]
+    fn the_reset_button_is_pressed_once() {
+        let control = MouseControl::new(Pace::UNLIMITED, Some(own()));
+        control.press_reset();
+        control.next_run(false);
+        assert!(control.was_reset_pressed() && !control.was_reset_pressed());
+        control.press_reset();
+        control.end(ending("ended"));
+        assert!(!control.was_reset_pressed(), "the next run does not see it");
+    }
+}

@@ -7,7 +7,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_mms::ScoreRules;
 
-use crate::args::{KnownMazeArgs, RepeatArgs, ServerArgs, one_of};
+use crate::args::{KnownMazeArgs, PORT_HELP, RepeatArgs, ServerArgs, VIEWER_PORT_HELP, one_of};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -26,6 +26,8 @@ lost the simulator; 130 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
+#[command(mut_arg("port", |port| port.help(PORT_HELP)))]
+#[command(mut_arg("viewer_port", |port| port.help(VIEWER_PORT_HELP)))]
 pub(crate) struct MmsArgs {
     /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
     /// bundled mazes]

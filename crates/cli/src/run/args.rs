@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::{RepeatArgs, ServerArgs};
+use crate::args::{PORT_HELP, RepeatArgs, ServerArgs, VIEWER_PORT_HELP};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -28,6 +28,8 @@ mouse did not start, was stopped or exceeded --time-limit; 130 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
+#[command(mut_arg("port", |port| port.help(PORT_HELP)))]
+#[command(mut_arg("viewer_port", |port| port.help(VIEWER_PORT_HELP)))]
 pub(crate) struct RunArgs {
     /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
     /// bundled mazes]
