@@ -58,11 +58,38 @@ pub(crate) fn start(
     Ok((ready.server.spawn(ready.simulation), ready.interrupt))
 }
 
+/// Serves the selected maze for the trial of a robot. The page shows the trial and cannot load other
+/// mazes or run mice.
+pub(crate) fn start_trial(
+    selected: Selected,
+    robot: &str,
+    port: impl Into<Option<u16>>,
+    retention: &RetentionArgs,
+    viewer: Option<&ViewerArgs>,
+) -> Result<(Background, Interrupt), Box<dyn Error>> {
+    let config = ViewerConfig::default().with_trial(robot);
+    let address = (HOST, port.into());
+    let ready = prepare_with(config, selected, address, retention, viewer, None)?;
+    Ok((ready.server.spawn(ready.simulation), ready.interrupt))
+}
+
 /// Prepares a server for the selected maze, prints the server's address, and starts catching
 /// Ctrl-C. Unless `viewer` is `None`, also serves the viewer page, which lists `mazes`.
 pub(crate) fn prepare(
     selected: Selected,
     mazes: Catalogue,
+    address: (&str, Option<u16>),
+    retention: &RetentionArgs,
+    viewer: Option<&ViewerArgs>,
+    mouse: Option<MouseSetup>,
+) -> Result<ReadyServer, Box<dyn Error>> {
+    let config = ViewerConfig::default().with_mazes(mazes);
+    prepare_with(config, selected, address, retention, viewer, mouse)
+}
+
+fn prepare_with(
+    config: ViewerConfig,
+    selected: Selected,
     (host, port): (&str, Option<u16>),
     retention: &RetentionArgs,
     viewer: Option<&ViewerArgs>,
@@ -86,11 +113,10 @@ pub(crate) fn prepare(
     if !server.is_loopback() {
         warn(EXPOSED);
     }
-    let config = ViewerConfig::default()
+    let config = config
         .with_live(&server, &path)
         .with_mouse(control)
         .with_address(address)
-        .with_mazes(mazes)
         .with_recordings(retention.record.clone())
         .with_budget(limits.recordings);
     let simulation = Simulation::new(&name, maze).with_history_limit(limits.history);

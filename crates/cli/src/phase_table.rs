@@ -10,10 +10,15 @@ use crate::output::counted;
 
 /// Formats the phases as a table with one line for each run.
 pub(crate) fn table(report: &PhaseReport) -> String {
+    run_table(report.rows())
+}
+
+/// Formats runs with their names as a table with one line for each run.
+pub(crate) fn run_table(rows: impl IntoIterator<Item = (String, RunReport)>) -> String {
     let row = |(name, RunReport { steps, turns, ms }): (String, RunReport)| {
         vec![name, counted(steps, "step"), counted(turns, "turn"), format!("{:.3} s", ms / 1e3)]
     };
-    aligned(&report.rows().into_iter().map(row).collect::<Vec<_>>())
+    aligned(&rows.into_iter().map(row).collect::<Vec<_>>())
 }
 
 /// Measures the time of each phase of a search.

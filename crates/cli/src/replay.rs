@@ -1,16 +1,17 @@
 //! `mmsim replay`: show a recording.
 
 pub(crate) mod args;
+mod state_report;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, Pose, WallState};
-use mmsim_protocol::{Info, Matrix, State, StateMessage};
-use mmsim_recording::{Block, Integrity, MemoryBudget, PhaseReport, Recording, Transition};
-use mmsim_solvers::{MazeFacts, PathBounds};
+use mmsim_maze::{Escaped, Pose};
+use mmsim_protocol::{Info, StateMessage};
+use mmsim_recording::{Integrity, MemoryBudget, Recording};
+use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
 
@@ -19,10 +20,11 @@ use crate::interrupt::Interrupt;
 use crate::output::{counted, goal_away, print, print_json};
 use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
-use crate::screen::{pictures, wide_or_compact};
+use crate::screen::wide_or_compact;
 use crate::usage::CommandResult;
-use crate::{page, phase_table, stderr};
+use crate::{page, stderr};
 use args::ReplayArgs;
+use state_report::StateReport;
 
 pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
     let budget = recording_budget(&args.reading);
@@ -98,141 +100,6 @@ fn began(recording: &Recording) -> Option<Timestamp> {
 fn milliseconds(recording: &Recording, time: u64) -> f64 {
     let first = recording.times().iter().next().unwrap_or(time);
     time.saturating_sub(first) as f64 / 1e6
-}
-
-/// The report on one state. The field names are JSON keys.
-#[derive(Serialize)]
-struct StateReport {
-    index: usize,
-    #[serde(flatten)]
-    pose: PoseAt,
-    visited_cells: usize,
-    phases: PhaseReport,
-    /// `put back` if the mouse was put back to the start in this state, `jump` if it appeared in
-    /// another cell, or `None` if it moved.
-    event: Option<&'static str>,
-    /// The distance from the start to the goal if all unknown walls are open, or `None` if there is
-    /// no path.
-    optimistic_distance: Option<u16>,
-    /// The distance from the start to the goal if all unknown walls are closed, or `None` if there
-    /// is no path.
-    pessimistic_distance: Option<u16>,
-    /// True if the shortest known path is proven to be the shortest.
-    proven: bool,
-    /// The number of walls that the client reports incorrectly, or `None` if the recording has no
-    /// maze.
-    wrong_walls: Option<usize>,
-    /// The weight of cell (x, y) is `weights[x][y]`.
-    weights: Vec<Vec<u8>>,
-    walls: Vec<Vec<u8>>,
-    map: String,
-    /// The status line and the map, for the text output.
-    #[serde(skip)]
-    text: String,
-}
-
-impl StateReport {
-    fn read(recording: &Recording, index: usize) -> Option<Self> {
-        let block = recording.history().block(index / Block::STATES)?;
-        let states = block.unpack()?;
-        let state = State::decode(states.get(index)?, recording.size()).ok()?;
-        let phases = states.phases(index)?;
-        let event = event(phases.transition);
-        let here = match phases.transition {
-            Some(Transition::PutBack) => ", put back to the start",
-            Some(Transition::Jump) => ", jumped to this cell",
-            Some(Transition::Move { .. }) | None => "",
-        };
-        let report = PhaseReport::new(&phases, index, recording.times());
-        let (pose, unexplored) = (state.pose(), recording.info().known_maze()?);
-        let map = state.map(unexplored.start().cell, *unexplored.goals());
-        let context = states.context(index)?;
-        let bounds = PathBounds::new(&context.known_maze(&state, &unexplored, recording.maze()));
-        let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
-        let Pose { cell, heading } = pose;
-        let pose_at = PoseAt::new(recording, recording.times().get(index)?, pose);
-        let read = context.known_maze(&state, &unexplored, None);
-        let wrong_walls = recording.maze().map(|maze| wrong_walls(&map, &read, maze));
-        let visited = counted(map.visited().len() as u64, "cell");
-        let wrong = wrong_walls.filter(|&count| count > 0);
-        let wrong = wrong.map(|count| format!(", {} wrong", counted(count as u64, "wall")));
-        let (wrong, picture) =
-            (wrong.unwrap_or_default(), wide_or_compact(pictures(&map, pose, weight)));
-        Some(Self {
-            index,
-            visited_cells: map.visited().len(),
-            phases: report,
-            event,
-            optimistic_distance: bounds.optimistic,
-            pessimistic_distance: bounds.pessimistic,
-            proven: bounds.is_proven(),
-            wrong_walls,
-            weights: columns(recording.size(), state.weights()),
-            walls: columns(recording.size(), state.walls()),
-            map: map.picture().with_mouse(pose).to_string(),
-            text: format!(
-                "state {index} after {:.3} ms: {cell} heading {heading}{here}, {visited} \
-                 visited{wrong}\n{}{}\n{picture}",
-                pose_at.ms,
-                phases_text(&report),
-                bounds_text(bounds),
-            ),
-            pose: pose_at,
-        })
-    }
-}
-
-/// Formats the figures of the phases up to a state and the number of events.
-fn phases_text(report: &PhaseReport) -> String {
-    let times = |count: u32| counted(count, "time");
-    let put_back = format!("put back to the start {}", times(report.put_backs));
-    let jumped = format!("jumped to another cell {}", times(report.jumps));
-    let events = [(report.put_backs, put_back), (report.jumps, jumped)].into_iter();
-    let events = events.filter(|&(count, _)| count > 0);
-    events.fold(phase_table::table(report), |text, (_, event)| text + &event + "\n")
-}
-
-/// Formats the bounds of the shortest path from the start to the goal.
-fn bounds_text(PathBounds { optimistic, pessimistic, .. }: PathBounds) -> String {
-    match (optimistic, pessimistic) {
-        (None, _) => "shortest path: the goal is unreachable".into(),
-        (Some(steps), None) => format!("shortest path: at least {}", counted(steps, "step")),
-        (Some(least), Some(most)) if least == most => {
-            format!("shortest path: {}, proven", counted(least, "step"))
-        }
-        (Some(least), Some(most)) => format!("shortest path: {least} to {most} steps"),
-    }
-}
-
-/// Returns the name of an event: a transition that is not a movement.
-const fn event(transition: Option<Transition>) -> Option<&'static str> {
-    match transition {
-        Some(Transition::PutBack) => Some("put back"),
-        Some(Transition::Jump) => Some("jump"),
-        Some(Transition::Move { .. }) | None => None,
-    }
-}
-
-/// Returns the columns of a matrix from west to east, each from south to north.
-fn columns(size: MazeSize, matrix: Matrix<'_>) -> Vec<Vec<u8>> {
-    let column = |x| (0..size.height()).filter_map(|y| matrix.at(Cell::new(x, y))).collect();
-    (0..size.width()).map(column).collect()
-}
-
-/// Counts the walls that the client reports incorrectly. `map` contains all walls that the client
-/// reports, and `read` those that it has also read: a client that marks a cell as visited before it
-/// reads the walls does not report that they are absent.
-fn wrong_walls(map: &KnownMaze, read: &KnownMaze, maze: &Maze) -> usize {
-    let sides = |cell| [Heading::North, Heading::East].map(|heading| (cell, heading));
-    let is_wrong = |&(cell, heading): &(Cell, Heading)| {
-        let is_present = maze.walls().has(cell, heading);
-        match map.wall(cell, heading) {
-            WallState::Present => !is_present,
-            WallState::Absent => is_present && read.wall(cell, heading) == WallState::Absent,
-            WallState::Unknown => false,
-        }
-    };
-    map.size().cells().flat_map(sides).filter(is_wrong).count()
 }
 
 /// The JSON report on a recording.

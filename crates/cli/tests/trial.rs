@@ -224,6 +224,22 @@ fn a_trial_is_sent_as_states() {
         (&last["state"]["cell"], &last["state"]["wrong_walls"]),
         (&json!([2, 1]), &json!(0))
     );
+    // The recording contains the figures of the trial.
+    let (trial, optimum) = (&last["state"]["trial"], &report["race_optimum"]);
+    assert_eq!((&trial["robot"], &trial["status"]), (&json!("random"), &json!("scored")));
+    assert_eq!(trial["run_1"]["steps"], report["explore_steps"]);
+    assert_eq!(trial["run_2"]["steps"], report["race_steps"]);
+    assert_eq!(trial["score"], format!("{:.3}", report["score"].as_f64().unwrap()));
+    assert!(last["state"]["optimistic_distance"].as_u64() <= optimum.as_u64());
+    let text = home.run(&["replay", &file]).stdout;
+    assert!(text.contains(": two-run trial of random: scored, score "), "{text}");
+    let explore = report["explore_steps"].as_u64().unwrap();
+    let reset = &state(&["--at", &explore.to_string()])["state"];
+    assert_eq!((&reset["trial"]["status"], &reset["cell"]), (&json!("run 2"), &json!([0, 0])));
+    assert_eq!(reset["trial"]["run_2"]["steps"], 0);
+    let before = &state(&["--at", &(explore - 1).to_string()])["state"]["trial"];
+    assert_eq!((&before["status"], &before["run_2"]), (&json!("run 1"), &Value::Null));
+    assert_eq!(before["run_1"]["steps"], explore - 1);
 }
 
 #[test]

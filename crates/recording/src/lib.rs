@@ -48,7 +48,7 @@ pub use history::{History, HistoryReader, PushError};
 pub use log::{LogBlock, LogLine, read_log};
 pub use memory::{MemoryBudget, OutOfMemory, free_within_limits};
 pub use notes::Notes;
-pub use phase_report::{PhaseReport, RunReport};
+pub use phase_report::{PhaseReport, RunReport, milliseconds};
 pub use phases::{MotionCount, Phases, RunFigures, RunPhase};
 pub use reader::Integrity;
 pub use recorder::Recorder;

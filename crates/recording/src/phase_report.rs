@@ -84,9 +84,9 @@ impl PhaseReport {
     }
 }
 
-/// Returns the time between two states in milliseconds.
+/// Returns the time between two states in milliseconds. A missing time counts as 0 ms.
 #[expect(clippy::cast_precision_loss, reason = "times below 2^53 ns (104 days) are exact")]
-fn milliseconds(times: &Times, first: usize, last: usize) -> f64 {
+pub fn milliseconds(times: &Times, first: usize, last: usize) -> f64 {
     let between = times.get(first).zip(times.get(last));
     between.map_or(0., |(first, last)| last.saturating_sub(first) as f64 / 1e6)
 }

@@ -2,7 +2,7 @@
 // Requests to the server, and the types of its responses.
 
 /**
- * @typedef {{ live: boolean, records: boolean, zmq: string, server: string,
+ * @typedef {{ live: boolean, records: boolean, zmq: string, server: string, trial: boolean,
  *   strategies: { name: string, about: string }[], own: OwnMouse | null, opened: string[] }} PageInfo
  * @typedef {{ name: string, has_reset_button: boolean }} OwnMouse
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
@@ -13,11 +13,14 @@
  *   mouse: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
  * @typedef {{ id: string, run: number, title: string, width: number, height: number,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
- *   shortest_path: number | null, note: string | null }} Source
+ *   shortest_path: number | null, robot: string | null, race_optimum: number | null, note: string | null }} Source
  * @typedef {{ steps: number, turns: number, ms: number }} RunReport
  * @typedef {{ search_run: RunReport, return_run: RunReport | null, fast_run: RunReport | null, best_run: RunReport | null,
  *   total: RunReport, fast_runs: number, put_backs: number, jumps: number }} PhaseReport
+ * @typedef {{ robot: string | null, status: string, run_1: RunReport, run_2: RunReport | null,
+ *   score: string | null }} TrialReport
  * @typedef {{ at: number, states: number, state: number[], steps: number, turns: number, phases: PhaseReport,
+ *   trial: TrialReport | null,
  *   event: "put-back" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
  *   closed: number | null, solved: boolean, trail: number[], breaks: number[] }} StateView
  * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[],

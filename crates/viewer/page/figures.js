@@ -14,35 +14,57 @@ import { HEADINGS } from "./state.js";
 /** @param {HTMLElement} panel @param {import("./api.js").Source | null} source @param {StateView | undefined} view */
 export function showFigures(panel, source, view) {
   const none = view ? "no path" : "–";
+  const isTrial = source?.robot != null || view?.trial != null;
   /** @param {string} name @param {number | null | undefined} value */
   const show = (name, value, placeholder = "–") =>
     setText(panel, `.${name} dd`, value == null ? placeholder : formatNumber(value));
-  show("steps", view?.steps);
-  show("turns", view?.turns);
+  const trialSteps = view?.trial && view.trial.run_1.steps + (view.trial.run_2?.steps ?? 0);
+  const trialTurns = view?.trial && view.trial.run_1.turns + (view.trial.run_2?.turns ?? 0);
+  show("steps", trialSteps ?? view?.steps);
+  show("turns", trialTurns ?? view?.turns);
   show("visited", view?.visited);
   setText(panel, ".time dd", view ? formatTime(view.phases.total.ms) : "–");
-  showPhases(panel, view?.phases);
-  setText(panel, ".happened", view ? describeEvents(view) : "");
+  if (isTrial) showTrial(panel, view?.trial, source?.robot);
+  else showPhases(panel, view?.phases);
+  for (const part of [".trial", ".trial-runs"]) query(panel, part).hidden = !isTrial;
+  query(panel, ".runs").hidden = isTrial;
+  setText(panel, ".path-name", isTrial ? "Fastest race" : "Shortest path");
+  query(panel, ".path-name").title = isTrial ? "Time steps from the start to the goal" : "Steps from the start to the goal";
+  setText(panel, ".actual dt", isTrial ? "optimum" : "actual");
+  setText(panel, ".happened", view && !view.trial ? describeEvents(view) : "");
   setAttributes(panel, { "data-event": view?.event ?? "" });
   show("optimistic", view?.open, none);
   show("pessimistic", view?.closed, none);
-  show("actual", source?.shortest_path, source?.truth ? "no path" : "–");
+  show("actual", isTrial ? source?.race_optimum : source?.shortest_path, source?.truth ? "no path" : "–");
   setText(panel, ".proven", view?.solved ? "proven" : "not proven");
   setAttributes(panel, { "data-proven": view?.solved ?? false });
 }
 
+/** Shows a row of the table of phases. @param {HTMLElement} panel @param {string} name @param {RunReport | null | undefined} run */
+function showRun(panel, name, run) {
+  const values = run ? [formatNumber(run.steps), formatNumber(run.turns), formatTime(run.ms)] : ["–", "–", "–"];
+  values.forEach((value, i) => setText(panel, `.phases .${name} td:nth-of-type(${i + 1})`, value));
+}
+
+/**
+ * @param {HTMLElement} panel @param {import("./api.js").TrialReport | null | undefined} trial
+ * @param {string | null | undefined} robot
+ */
+function showTrial(panel, trial, robot) {
+  setText(panel, ".trial .status", trial?.status ?? "");
+  setText(panel, ".robot dd", trial?.robot ?? robot ?? "–");
+  setText(panel, ".score dd", trial?.score ?? "–");
+  showRun(panel, "run-1", trial?.run_1);
+  showRun(panel, "run-2", trial?.run_2);
+}
+
 /** @param {HTMLElement} panel @param {PhaseReport | undefined} phases */
 function showPhases(panel, phases) {
-  /** @param {string} name @param {RunReport | null | undefined} run */
-  const show = (name, run) => {
-    const values = run ? [formatNumber(run.steps), formatNumber(run.turns), formatTime(run.ms)] : ["–", "–", "–"];
-    values.forEach((value, i) => setText(panel, `.phases .${name} td:nth-of-type(${i + 1})`, value));
-  };
   const isSeveral = (phases?.fast_runs ?? 0) > 1;
-  show("search-run", phases?.search_run);
-  show("return-run", phases?.return_run);
-  show("fast-run", phases?.fast_run);
-  show("best-run", phases?.best_run);
+  showRun(panel, "search-run", phases?.search_run);
+  showRun(panel, "return-run", phases?.return_run);
+  showRun(panel, "fast-run", phases?.fast_run);
+  showRun(panel, "best-run", phases?.best_run);
   setText(panel, ".phases .fast-run th", isSeveral ? `Fast run ${formatNumber(phases?.fast_runs ?? 0)}` : "Fast run");
   query(panel, ".phases .best-run").hidden = !isSeveral;
 }
@@ -74,8 +96,9 @@ export function announce(panel, shown) {
   if (shown) {
     const { state, view } = shown;
     parts.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
+    if (view.trial) parts.push(`${view.trial.status}${view.trial.score ? `, score ${view.trial.score}` : ""}`);
     if (view.event) parts.push(view.event === "jump" ? "jumped to this cell" : "put back to the start");
-    parts.push(`${pluralize(view.visited, "cell")} visited`, `shortest path ${view.solved ? "" : "not "}proven`);
+    parts.push(`${pluralize(view.visited, "cell")} visited`, `${view.trial ? "fastest race" : "shortest path"} ${view.solved ? "" : "not "}proven`);
   }
   setText(panel, ".announcement", parts.join(", "));
 }

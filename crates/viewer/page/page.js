@@ -26,10 +26,11 @@ if (info.live) {
   const live = openPanel(LIVE);
   const { element } = live;
   if (info.own) live.hint = `${info.own.name} has not reported a state yet.`;
-  runForm = new RunForm(element, info, liveStates);
+  if (!info.trial) runForm = new RunForm(element, info, liveStates);
 }
 for (const id of info.opened) openPanel(id);
 const mazes = runForm && new MazeList((maze) => runForm.confirmMaze(maze));
+if (!mazes) query(document, ".bar a").hidden = true;
 mazes?.load().catch(showError);
 const recordings = new RecordingList((id) => openPanel(id).element.scrollIntoView({ block: "nearest" }));
 let recordingsVersion = NaN;

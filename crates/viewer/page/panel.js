@@ -283,7 +283,7 @@ export class Panel {
   #showCell() {
     const source = this.#source;
     const waiting = this.#id === "live" && this.timeline.states === 0;
-    const hint = waiting ? this.hint : "";
+    const hint = waiting && !this.#source?.robot ? this.hint : "";
     const cell = this.#cell;
     const shown = this.#shown;
     const text = source && cell !== null ? describeCell(cell, source, shown?.state) + describeUnknownWalls(cell, shown?.view) : hint;

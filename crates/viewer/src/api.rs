@@ -10,8 +10,10 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
 use mmsim_drawing::thumbnail;
-use mmsim_recording::{Block, Integrity, Recording};
+use mmsim_maze::Maze;
+use mmsim_recording::{Block, Context, Integrity, Recording};
 use mmsim_solvers::{BundledStrategy, MazeFacts};
+use mmsim_trial::race_optimum;
 use serde::{Deserialize, Serialize};
 
 use crate::api_error::ApiError;
@@ -24,6 +26,7 @@ use crate::pictures::{self, PictureOptions};
 use crate::source::Source;
 use crate::state_view::StateView;
 use crate::transfer::{buffer_body, receive_body};
+use crate::trial::trial_status;
 use crate::{assets, events, mouse_api, recordings, stream};
 
 const SVG: &str = "image/svg+xml";
@@ -78,6 +81,9 @@ struct PageInfo {
     strategies: Vec<StrategyInfo>,
     /// The user's own mouse, if the simulator runs one.
     own: Option<OwnMouse>,
+    /// True if the live simulation is a two-run trial, so the page can neither load mazes nor run
+    /// mice.
+    trial: bool,
     /// The IDs of the open recordings.
     opened: Vec<String>,
 }
@@ -99,6 +105,7 @@ async fn page_info(State(state): SharedState) -> Json<PageInfo> {
             .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
             .collect(),
         own: state.live.as_ref().and_then(|live| live.control.own().cloned()),
+        trial: state.trial.is_some(),
         opened: state.open_recordings(),
     })
 }
@@ -136,7 +143,7 @@ async fn load_maze(
     Json(MazeChoice { path, run }): Json<MazeChoice>,
 ) -> ApiResult<Json<RunNumber>> {
     run_blocking(move || {
-        let live = state.live()?;
+        let live = state.search()?;
         let (name, maze) = state.mazes.read(&path)?;
         Ok(Json(RunNumber { run: live.load_maze(&path, &name, maze, run)? }))
     })
@@ -157,6 +164,10 @@ struct SourceInfo {
     /// Whether the true maze is known.
     truth: bool,
     shortest_path: Option<u16>,
+    /// The name of the robot, if the source is a two-run trial.
+    robot: Option<String>,
+    /// The minimum number of steps of a race in a two-run trial.
+    race_optimum: Option<u16>,
     /// The integrity of a recording: `closed`, `cut` or `damaged`.
     ending: Option<&'static str>,
     /// A description of the problem if the recording was not closed or is damaged.
@@ -180,6 +191,18 @@ async fn describe_source(
             }
         };
         let truth = description.truth.as_ref();
+        let configured = state.trial.clone().filter(|_| id == "live");
+        let robot = match states.checked_sub(1) {
+            Some(last) => {
+                let context = source.block(run, last)?.context(last);
+                let notes = context.as_ref().map(Context::notes);
+                let notes = notes.filter(|notes| trial_status(notes).is_some());
+                notes.map(|notes| notes.mouse().unwrap_or_default().to_string())
+            }
+            None => None,
+        };
+        let robot = configured.or(robot);
+        let optimum = |maze: &Maze| race_optimum(maze.walls(), maze.start().cell, maze.goals());
         Ok(Json(SourceInfo {
             id,
             run,
@@ -192,6 +215,8 @@ async fn describe_source(
             state_bytes: mmsim_protocol::state_bytes(description.size),
             truth: truth.is_some(),
             shortest_path: truth.and_then(|maze| MazeFacts::new(maze).shortest_path),
+            race_optimum: truth.filter(|_| robot.is_some()).and_then(optimum),
+            robot,
             ending,
             note,
         }))

@@ -18,6 +18,8 @@ pub struct ViewerConfig {
     pub(crate) mazes: Catalogue,
     pub(crate) recordings: Vec<(String, Recording)>,
     pub(crate) budget: Arc<MemoryBudget>,
+    /// The name of the robot in the two-run trial that the page shows.
+    pub(crate) trial: Option<String>,
 }
 
 impl ViewerConfig {
@@ -44,6 +46,12 @@ impl ViewerConfig {
             live.address = address.into();
         }
         self
+    }
+
+    /// Shows the live simulation as the two-run trial of a robot. The page then neither loads other
+    /// mazes nor runs bundled mice.
+    pub fn with_trial(self, robot: &str) -> Self {
+        Self { trial: Some(robot.into()), ..self }
     }
 
     /// Sets the mazes that can be loaded from the page.

@@ -2,7 +2,8 @@
 //! run.
 
 use mmsim_maze::{KnownMaze, Unknown};
-use mmsim_solvers::Distances;
+use mmsim_solvers::steps_between;
+use mmsim_trial::race_optimum;
 use serde::Serialize;
 
 /// The maximum number of sampled states of a run.
@@ -21,9 +22,18 @@ pub(crate) struct DistanceBounds {
 }
 
 impl DistanceBounds {
-    pub(crate) fn new(map: &KnownMaze) -> Self {
-        let distance =
-            |unknown| Distances::flood(map.walls(unknown), map.goals()).at(map.start().cell);
+    /// Computes the bounds of the shortest path in cells or, in a two-run trial, of the fastest race
+    /// in time steps.
+    pub(crate) fn new(map: &KnownMaze, is_trial: bool) -> Self {
+        let (start, goals) = (map.start().cell, map.goals());
+        let distance = |unknown| {
+            let walls = map.walls(unknown);
+            if is_trial {
+                race_optimum(walls, start, goals)
+            } else {
+                steps_between(walls, start, goals)
+            }
+        };
         Self { optimistic: distance(Unknown::Open), pessimistic: distance(Unknown::Closed) }
     }
 
@@ -99,25 +109,25 @@ mod tests {
         let goals = [Cell::new(2, 0)].into_iter().collect();
         let mut map = KnownMaze::new(size, Cell::new(0, 0), goals);
         assert_eq!(
-            DistanceBounds::new(&map),
+            DistanceBounds::new(&map, false),
             DistanceBounds { optimistic: Some(2), pessimistic: None }
         );
-        assert!(!DistanceBounds::new(&map).is_proven_optimal());
+        assert!(!DistanceBounds::new(&map, false).is_proven_optimal());
         for x in 0..2 {
             map.set_wall(Cell::new(x, 0), Heading::East, WallState::Absent);
         }
         assert_eq!(
-            DistanceBounds::new(&map),
+            DistanceBounds::new(&map, false),
             DistanceBounds { optimistic: Some(2), pessimistic: Some(2) }
         );
-        assert!(DistanceBounds::new(&map).is_proven_optimal());
+        assert!(DistanceBounds::new(&map, false).is_proven_optimal());
         map.set_wall(Cell::new(0, 0), Heading::East, WallState::Present);
         assert_eq!(
-            DistanceBounds::new(&map),
+            DistanceBounds::new(&map, false),
             DistanceBounds { optimistic: None, pessimistic: None }
         );
         assert!(
-            !DistanceBounds::new(&map).is_proven_optimal(),
+            !DistanceBounds::new(&map, false).is_proven_optimal(),
             "without a path, no path is optimal"
         );
     }

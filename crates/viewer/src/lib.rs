@@ -31,12 +31,14 @@ mod state_view;
 mod stream;
 mod throttle;
 mod transfer;
+mod trial;
 mod viewer;
 
 pub use config::ViewerConfig;
 pub use control::{Ending, EndingKind, MouseControl, OwnMouse, StartReason, StopReason};
 pub use limits::{Limits, MAX_VIEWER_CONNECTIONS};
 pub use throttle::{Pace, Throttle};
+pub use trial::TrialReport;
 pub use viewer::{Viewer, ViewerHandle};
 
 /// The default port on which the page is served.

@@ -46,7 +46,7 @@ async fn control(
     Json(action): Json<MouseAction>,
 ) -> Result<StatusCode, ApiError> {
     run_blocking(move || {
-        let live = state.live()?;
+        let live = state.search()?;
         let throttle = live.control.throttle();
         match action {
             MouseAction::Run { strategy } => {

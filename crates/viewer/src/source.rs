@@ -11,6 +11,7 @@ use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory, Sample};
+use crate::trial::trial_status;
 
 /// The maximum number of decompressed blocks that a source caches. The cache can hold the blocks of
 /// two states and of their trails.
@@ -64,6 +65,8 @@ pub(crate) struct DecodedState<'a> {
     pub(crate) map: KnownMaze,
     /// The walls that the client knows. See `Context::known_maze` in `mmsim-recording`.
     pub(crate) known: KnownMaze,
+    /// True if the state belongs to a two-run trial.
+    pub(crate) is_trial: bool,
 }
 
 impl RunDescription {
@@ -82,10 +85,11 @@ impl RunDescription {
         let failed = || ApiError::internal(format!("cannot decode state {index}"));
         let message = states.get(index).unwrap_or_default();
         let state = State::decode(message, self.size).map_err(|_| failed())?;
-        let map = state.map(self.unexplored.start().cell, *self.unexplored.goals());
         let context = states.context(index).ok_or_else(failed)?;
+        let map = context.claimed_maze(&state, &self.unexplored);
         let known = context.known_maze(&state, &self.unexplored, self.truth.as_ref());
-        Ok(DecodedState { message, state, map, known })
+        let is_trial = trial_status(context.notes()).is_some();
+        Ok(DecodedState { message, state, map, known, is_trial })
     }
 }
 
@@ -223,7 +227,8 @@ impl Source {
         let mut distances = self.cache(run, |cache| cache.distances.clone());
         distances.extend(states, |index| {
             let block = self.read_block(run, index)?;
-            let bounds = DistanceBounds::new(&description.decode(&block, index)?.known);
+            let decoded = description.decode(&block, index)?;
+            let bounds = DistanceBounds::new(&decoded.known, decoded.is_trial);
             let put_backs = block.phases(index).map_or(0, |phases| phases.put_backs);
             Ok::<_, ApiError>(Sample { bounds, put_backs })
         })?;

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::api_error::ApiError;
 use crate::distances::DistanceBounds;
 use crate::source::Source;
+use crate::trial::TrialReport;
 
 /// A state of a run, with the values that the page shows.
 #[derive(Debug, Serialize)]
@@ -22,6 +23,8 @@ pub(crate) struct StateView {
     steps: u64,
     turns: u64,
     phases: PhaseReport,
+    /// The figures of a two-run trial.
+    trial: Option<TrialReport>,
     /// Whether the mouse was put back to the start or jumped to another cell in this state.
     event: Option<ViewEvent>,
     visited: usize,
@@ -71,8 +74,9 @@ impl StateView {
         let phases = states
             .phases(index)
             .ok_or_else(|| ApiError::internal(format!("cannot decode state {index}")))?;
-        let distances = DistanceBounds::new(&decoded.known);
+        let distances = DistanceBounds::new(&decoded.known, decoded.is_trial);
         let width = u16::from(description.size.width());
+        let times = source.times_to(run, index)?;
         let Trail { cells, breaks } = trail(source, run, index)?;
         Ok(Self {
             at: index,
@@ -80,7 +84,8 @@ impl StateView {
             state: decoded.message.to_vec(),
             steps: phases.total.steps,
             turns: phases.total.turns,
-            phases: PhaseReport::new(&phases, index, &source.times_to(run, index)?),
+            phases: PhaseReport::new(&phases, index, &times),
+            trial: TrialReport::new(index, &times, |index| source.block(run, index).ok()),
             event: ViewEvent::from_transition(phases.transition),
             visited: decoded.map.visited().len(),
             unknown_walls: unknown_walls(&decoded.known),

@@ -3,9 +3,10 @@
 
 use std::error::Error;
 
-use mmsim_client::{Exchange, RunError, Zmq};
-use mmsim_maze::Unknown;
-use mmsim_trial::RaceSteps;
+use mmsim_client::{Exchange, RunError, Transport, Zmq};
+use mmsim_maze::{Heading, KnownMaze, Maze, Unknown, WallState, Walls};
+use mmsim_protocol::Annotation;
+use mmsim_trial::{RaceSteps, Trial, TrialOutcome, TrialStatus};
 
 use super::args::TrialArgs;
 use super::outcome::{Contender, TrialResult};
@@ -14,7 +15,7 @@ use crate::connection::report_waiting;
 use crate::local_server;
 use crate::output::note;
 use crate::screen::pace;
-use crate::selection::{Collection, Selected};
+use crate::selection::Selected;
 use crate::usage::{CommandResult, UsageError};
 
 /// Runs one robot in one maze.
@@ -27,16 +28,10 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
         return Err(not_one("maze", paths).into());
     };
     let watch = &args.watch;
-    // If the path is not a file, the maze is a bundled one.
-    let collection = Collection::at(Some(&*selected.path).filter(|path| path.exists()))?;
     let viewer = (!watch.once).then_some(&watch.viewer);
-    let (server, interrupt) = local_server::start(
-        selected.clone(),
-        collection.catalogue,
-        watch.port,
-        &watch.retention,
-        viewer,
-    )?;
+    let robot = contender.robot.name();
+    let (server, interrupt) =
+        local_server::start_trial(selected.clone(), robot, watch.port, &watch.retention, viewer)?;
     let pace = pace(watch.pace);
     let pause = || interrupt.wait_for(pace);
     let outcome = run_trial(server.address(), contender, &selected, pause);
@@ -56,7 +51,8 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
 }
 
 /// Runs a robot and sends its states to the simulator. A state contains the pose, the walls that
-/// the robot has seen, and for each cell a lower bound on the race steps to the goal. Calls `pause`
+/// the robot has seen, and for each cell a lower bound on the race steps to the goal. The robot, the
+/// status of the trial and open sides between unvisited cells are sent as annotations. Calls `pause`
 /// after each state, and returns `None` if `pause` returns true.
 fn run_trial(
     address: &str,
@@ -66,8 +62,13 @@ fn run_trial(
 ) -> Result<Option<TrialResult>, Box<dyn Error>> {
     let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
     let mut simulator = Exchange::new(transport);
+    let has_annotations = simulator.info()?.has_annotations();
     simulator.reset()?;
+    let mut reporter = Reporter::new(contender, &selected.maze);
     let outcome = contender.run_watched(&selected.maze, |trial, seen| {
+        if has_annotations {
+            reporter.report(&mut simulator, trial, seen).map_err(Some)?;
+        }
         let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
         let number = |cell| steps.at(cell).unwrap_or(u16::MAX);
         simulator.state(trial.pose(), seen, number).map_err(Some)?;
@@ -77,6 +78,64 @@ fn run_trial(
         Ok(outcome) => Ok(Some(outcome)),
         Err(None) => Ok(None),
         Err(Some(error)) => Err(error.into()),
+    }
+}
+
+/// Sends annotations about a trial.
+struct Reporter {
+    robot: &'static str,
+    /// The status that was reported last.
+    status: Option<TrialStatus>,
+    /// Contains a wall for each open side that was declared.
+    declared: Walls,
+}
+
+impl Reporter {
+    const fn new(contender: &Contender, maze: &Maze) -> Self {
+        let declared = Walls::open(maze.size());
+        Self { robot: contender.robot.name(), status: None, declared }
+    }
+
+    /// Reports the changes since the previous state.
+    fn report(
+        &mut self,
+        simulator: &mut Exchange<impl Transport>,
+        trial: &Trial<'_>,
+        seen: &KnownMaze,
+    ) -> Result<(), RunError> {
+        let status = TrialStatus::new(trial);
+        if self.status.replace(status) != Some(status) {
+            let (strategy, line) = (status.strategy(), log_line(trial, status));
+            let names = [Annotation::Mouse(self.robot), Annotation::Strategy(&strategy)];
+            simulator.annotate(names.into_iter().chain([Annotation::Log(&line)]))?;
+        }
+        let visited = seen.visited();
+        let mut open_sides = Vec::new();
+        for cell in seen.size().cells().filter(|&cell| !visited.contains(cell)) {
+            for heading in [Heading::North, Heading::East] {
+                let is_open = seen.wall(cell, heading) == WallState::Absent
+                    && cell.neighbour(heading).is_some_and(|there| !visited.contains(there));
+                if is_open && !self.declared.has(cell, heading) {
+                    self.declared.set(cell, heading, true);
+                    let state = Some(WallState::Absent);
+                    open_sides.push(Annotation::Wall { cell, heading, state });
+                }
+            }
+        }
+        simulator.annotate(open_sides)
+    }
+}
+
+/// Returns the log line for a change of the status.
+fn log_line(trial: &Trial<'_>, status: TrialStatus) -> String {
+    let (explore, race) = (trial.explore_steps(), trial.race_steps());
+    match (status, trial.outcome()) {
+        (TrialStatus::Explore, _) => "run 1 begins".into(),
+        (TrialStatus::Race, _) => format!("run 2 begins after {explore} explore steps"),
+        (_, Some(TrialOutcome::Scored(score))) => {
+            format!("score {score} after {explore} explore steps and {race} race steps")
+        }
+        _ => format!("{status} after {explore} explore steps and {race} race steps"),
     }
 }
 

@@ -28,3 +28,4 @@ mod run;
 mod simulator;
 mod test_state;
 mod timeline;
+mod trial;
