@@ -69,9 +69,40 @@ fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -
         .maze()
         .filter(|_| args.at.is_none())
         .map(|maze| wide_or_compact([maze.to_string(), maze.picture().compact().to_string()]));
+    let names = Names::read(recording);
+    let names = names.text().map(|names| format!("{names}\n")).unwrap_or_default();
     let (maze, state) = (maze.unwrap_or_default(), shown.map_or("", |shown| &shown.text));
     let (file, summary) = (Escaped(args.file.display()), summary(recording));
-    format!("{file}: {}, {size}{goal}\n{summary}\n{maze}{state}", info.name)
+    format!("{file}: {}, {size}{goal}\n{summary}\n{names}{maze}{state}", info.name)
+}
+
+/// The names that the client has sent, or `None` if it has not sent them. The field names are JSON
+/// keys.
+#[derive(Default, Serialize)]
+struct Names {
+    mouse: Option<String>,
+    strategy: Option<String>,
+}
+
+impl Names {
+    /// Returns the names in the last state.
+    fn read(recording: &Recording) -> Self {
+        let last = recording.history().len().checked_sub(1);
+        let context = last.and_then(|last| recording.history().context(last));
+        let Some(context) = context else { return Self::default() };
+        let notes = context.notes();
+        let [mouse, strategy] =
+            [notes.mouse(), notes.strategy()].map(|name| name.map(String::from));
+        Self { mouse, strategy }
+    }
+
+    fn text(&self) -> Option<String> {
+        let part =
+            |label, name: &Option<String>| Some(format!("{label} {}", Escaped(name.as_ref()?)));
+        let parts = [part("mouse", &self.mouse), part("strategy", &self.strategy)];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        (!parts.is_empty()).then(|| parts.join(", "))
+    }
 }
 
 /// Formats the number of states, the duration and the integrity of the recording.
@@ -108,6 +139,8 @@ struct ReplayReport<'a> {
     path: &'a Path,
     #[serde(flatten)]
     info: &'a Info,
+    #[serde(flatten)]
+    names: Names,
     /// The time of the first state, in UTC.
     began: Option<String>,
     /// The integrity of the file: `closed`, `cut` or `damaged`.
@@ -161,6 +194,7 @@ impl<'a> ReplayReport<'a> {
         Self {
             path: &args.file,
             info: recording.info(),
+            names: Names::read(recording),
             began: began(recording).map(|began| began.to_string()),
             ending,
             whole_bytes,

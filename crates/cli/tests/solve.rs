@@ -40,7 +40,8 @@ fn the_phases_of_a_search_equal_those_of_its_recording() {
         let command = ["solve", "shortest-path-search", "--connect", &server.address];
         home.run(&[&command[..], more].concat())
     };
-    let report = solve(&["--json", "--record", "own.mcap"]).json();
+    // With `--goal server`, the mouse knows that the simulator accepts its name.
+    let report = solve(&["--json", "--record", "own.mcap", "--goal", "server"]).json();
     let phases = &report["phases"];
     let [search, back, fast] = ["search_run", "return_run", "fast_run"].map(|run| &phases[run]);
     let steps = [search, back, fast].map(|run| run["steps"].as_u64().unwrap());
@@ -57,6 +58,8 @@ fn the_phases_of_a_search_equal_those_of_its_recording() {
     assert_eq!(names, ["search run", "return run", "fast run", "total"]);
 
     let report = home.run(&["replay", "own.mcap", "--json"]).json();
+    let names = [&report["mouse"], &report["strategy"]];
+    assert_eq!(names, [&json!("mmsim"), &json!("shortest-path-search")]);
     let (state, replayed) = (&report["state"], &report["state"]["phases"]);
     for run in ["search_run", "return_run", "fast_run", "total"] {
         for figure in ["steps", "turns"] {
@@ -68,6 +71,7 @@ fn the_phases_of_a_search_equal_those_of_its_recording() {
     let [least, most] = ["optimistic_distance", "pessimistic_distance"].map(|key| &state[key]);
     assert_eq!((least, most, &state["proven"]), (&json!(59), &json!(59), &json!(true)));
     let shown = home.run(&["replay", "own.mcap"]).stdout;
+    assert!(shown.contains("\nmouse mmsim, strategy shortest-path-search\n"), "{shown}");
     assert!(shown.contains("\nsearch run  ") && shown.contains("\nfast run  "), "{shown}");
     assert!(shown.contains("\nshortest path: 59 steps, proven\n"), "{shown}");
     // The total is that of the last state.

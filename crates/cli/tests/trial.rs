@@ -232,7 +232,7 @@ fn a_trial_is_sent_as_states() {
     assert_eq!(trial["score"], format!("{:.3}", report["score"].as_f64().unwrap()));
     assert!(last["state"]["optimistic_distance"].as_u64() <= optimum.as_u64());
     let text = home.run(&["replay", &file]).stdout;
-    assert!(text.contains(": two-run trial of random: scored, score "), "{text}");
+    assert!(text.contains("\ntwo-run trial of random: scored, score "), "{text}");
     let explore = report["explore_steps"].as_u64().unwrap();
     let reset = &state(&["--at", &explore.to_string()])["state"];
     assert_eq!((&reset["trial"]["status"], &reset["cell"]), (&json!("run 2"), &json!([0, 0])));

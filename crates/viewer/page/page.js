@@ -108,7 +108,7 @@ const isLocal = /^(127\..*|(.*\.)?localhost|\[::1\])$/.test(hostname);
 // Other machines reach the simulator under the same host name as this page.
 const address = isLocal ? info.zmq : info.zmq.replace(/0\.0\.0\.0|\[::\]/, hostname);
 setText(zmq, "span", address);
-zmq.hidden = !info.live;
+zmq.hidden = !info.live || info.trial;
 // Browsers offer the clipboard only to https and local pages.
 if (!navigator.clipboard) {
   query(zmq, "svg", SVGElement).remove();

@@ -85,7 +85,7 @@ fn a_view_contains_the_figures_of_a_state() {
         source,
         json!({"id": "live", "run": 1, "title": "small", "width": 3, "height": 2, "start": [0, 0],
             "goals": [[2, 0]], "states": 0, "state_bytes": 18, "truth": true, "shortest_path": 4,
-            "ending": null, "note": null})
+            "robot": null, "race_optimum": null, "ending": null, "note": null})
     );
     let sent = watched.send_states(700);
     let view = watched.get("/api/sources/live/moment?run=1&at=6").json();
@@ -98,7 +98,7 @@ fn a_view_contains_the_figures_of_a_state() {
         json!({"at": 6, "states": 700, "state": sent[6], "steps": 3 + 2, "turns": 0,
             "phases": {"search_run": run, "return_run": null, "fast_run": null, "best_run": null,
                 "total": run, "fast_runs": 0, "put_backs": 1, "jumps": 0},
-            "event": null, "visited": 1, "unknown_walls": [], "open": 4, "closed": null, "solved": false,
+            "trial": null, "event": null, "visited": 1, "unknown_walls": [], "open": 4, "closed": null, "solved": false,
             "trail": [0, 3, 4, 5, 0, 3, 4], "breaks": [4]})
     );
     let view = watched.get("/api/sources/live/moment?run=1&at=4").json();

@@ -74,6 +74,7 @@ fn a_trial_shows_its_runs_and_its_score_at_every_state() {
         assert_eq!(reply.status, 409, "{}", reply.text());
 
         // The recording shows the same figures.
+        browser.leave();
         server.kill();
         let recording = harness::recorded(&home.path().join("r"));
         let command = ["replay", recording.to_str().unwrap(), "--serve", "--viewer-port", "0"];
