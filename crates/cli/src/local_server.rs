@@ -58,18 +58,19 @@ pub(crate) fn start(
     Ok((ready.server.spawn(ready.simulation), ready.interrupt))
 }
 
-/// Serves the selected maze for the trial of a robot. The page shows the trial and cannot load other
-/// mazes or run mice.
+/// Serves the selected maze for the trial of a robot. The page controls the robot, but cannot load
+/// other mazes or run other mice.
 pub(crate) fn start_trial(
     selected: Selected,
-    robot: &str,
+    control: Arc<MouseControl>,
     port: impl Into<Option<u16>>,
     retention: &RetentionArgs,
     viewer: Option<&ViewerArgs>,
 ) -> Result<(Background, Interrupt), Box<dyn Error>> {
-    let config = ViewerConfig::default().with_trial(robot);
+    let config = ViewerConfig::default().with_trial();
+    let mouse = MouseSetup { control, address: None };
     let address = (HOST, port.into());
-    let ready = prepare_with(config, selected, address, retention, viewer, None)?;
+    let ready = prepare_with(config, selected, address, retention, viewer, Some(mouse))?;
     Ok((ready.server.spawn(ready.simulation), ready.interrupt))
 }
 

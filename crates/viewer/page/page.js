@@ -26,10 +26,10 @@ if (info.live) {
   const live = openPanel(LIVE);
   const { element } = live;
   if (info.own) live.hint = `${info.own.name} has not reported a state yet.`;
-  if (!info.trial) runForm = new RunForm(element, info, liveStates);
+  runForm = new RunForm(element, info, liveStates);
 }
 for (const id of info.opened) openPanel(id);
-const mazes = runForm && new MazeList((maze) => runForm.confirmMaze(maze));
+const mazes = runForm && !info.trial ? new MazeList((maze) => runForm.confirmMaze(maze)) : undefined;
 if (!mazes) query(document, ".bar a").hidden = true;
 mazes?.load().catch(showError);
 const recordings = new RecordingList((id) => openPanel(id).element.scrollIntoView({ block: "nearest" }));

@@ -7,6 +7,7 @@ import { clearError, confirmReset, query, setAttributes, setText, showError } fr
 export class RunForm {
   #form;
   #own;
+  #isTrial;
   #liveStates;
   #buttons;
   #strategy;
@@ -16,10 +17,11 @@ export class RunForm {
   #paused = false;
 
   /** @param {HTMLElement} panel @param {api.PageInfo} info @param {() => number} liveStates */
-  constructor(panel, { strategies, own }, liveStates) {
+  constructor(panel, { strategies, own, trial }, liveStates) {
     const form = query(panel, "form.run", HTMLFormElement);
     this.#form = form;
     this.#own = own;
+    this.#isTrial = trial;
     this.#liveStates = liveStates;
     /** @param {string} name @param {() => Promise<unknown>} [onClick] */
     const button = (name, onClick) => {
@@ -50,6 +52,7 @@ export class RunForm {
       event.preventDefault();
       void this.#runBundled();
     };
+    query(form, ".bundled").hidden = trial;
     form.hidden = false;
   }
 
@@ -105,7 +108,7 @@ export class RunForm {
     setText(form, ".reason", mouse?.reason ?? "");
     const blocked = client && !running ? "Another client is reporting states. Strategies can run once it has ended." : "";
     setText(form, ".blocked", blocked);
-    query(form, ".bundled").hidden = running && (mouse?.own ?? false);
+    query(form, ".bundled").hidden = this.#isTrial || (running && (mouse?.own ?? false));
     setAttributes(form, { "data-running": running, "data-ending": mouse?.ending?.kind ?? "" });
   }
 }

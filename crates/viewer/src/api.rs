@@ -83,7 +83,8 @@ struct PageInfo {
     own: Option<OwnMouse>,
     /// True if the live simulation is a two-run trial, so the page can neither load mazes nor run
     /// mice.
-    trial: bool,
+    #[serde(rename = "trial")]
+    is_trial: bool,
     /// The IDs of the open recordings.
     opened: Vec<String>,
 }
@@ -105,7 +106,7 @@ async fn page_info(State(state): SharedState) -> Json<PageInfo> {
             .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
             .collect(),
         own: state.live.as_ref().and_then(|live| live.control.own().cloned()),
-        trial: state.trial.is_some(),
+        is_trial: state.is_trial,
         opened: state.open_recordings(),
     })
 }
@@ -191,7 +192,8 @@ async fn describe_source(
             }
         };
         let truth = description.truth.as_ref();
-        let configured = state.trial.clone().filter(|_| id == "live");
+        let live = state.live.as_ref().filter(|_| state.is_trial && id == "live");
+        let configured = live.and_then(|live| Some(live.control.own()?.name.clone()));
         let robot = match states.checked_sub(1) {
             Some(last) => {
                 let context = source.block(run, last)?.context(last);

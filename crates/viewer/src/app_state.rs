@@ -35,8 +35,8 @@ pub(crate) struct AppState {
     /// The queue for reading and writing recordings.
     pub(crate) recording_jobs: JobQueue,
     pub(crate) uploads: JobQueue,
-    /// The name of the robot, if the live simulation is a two-run trial.
-    pub(crate) trial: Option<String>,
+    /// True if the live simulation is a two-run trial.
+    pub(crate) is_trial: bool,
     /// The memory limit for all open recordings.
     pub(crate) budget: Arc<MemoryBudget>,
     recordings: Mutex<OpenRecordings>,
@@ -50,7 +50,7 @@ struct OpenRecordings {
 
 impl AppState {
     pub(crate) fn new(config: ViewerConfig, limits: Limits) -> Self {
-        let ViewerConfig { live, recordings_dir, mazes, recordings, budget, trial } = config;
+        let ViewerConfig { live, recordings_dir, mazes, recordings, budget, is_trial } = config;
         let mut open = OpenRecordings::default();
         for (title, recording) in recordings {
             open.insert(&title, recording);
@@ -66,7 +66,7 @@ impl AppState {
             animations: queue("animations", 1).in_background(),
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
             uploads: queue("uploads", MAX_UPLOADS),
-            trial,
+            is_trial,
             budget,
             recordings: Mutex::new(open),
         }
@@ -79,7 +79,7 @@ impl AppState {
     /// Returns the live simulation, unless it is a two-run trial.
     pub(crate) fn search(&self) -> Result<&LiveServer, ApiError> {
         let live = self.live()?;
-        if self.trial.is_some() {
+        if self.is_trial {
             return Err(ApiError::conflict("the page shows the trial of a robot"));
         }
         Ok(live)

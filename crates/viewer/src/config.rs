@@ -18,8 +18,8 @@ pub struct ViewerConfig {
     pub(crate) mazes: Catalogue,
     pub(crate) recordings: Vec<(String, Recording)>,
     pub(crate) budget: Arc<MemoryBudget>,
-    /// The name of the robot in the two-run trial that the page shows.
-    pub(crate) trial: Option<String>,
+    /// True if the live simulation is a two-run trial.
+    pub(crate) is_trial: bool,
 }
 
 impl ViewerConfig {
@@ -48,10 +48,10 @@ impl ViewerConfig {
         self
     }
 
-    /// Shows the live simulation as the two-run trial of a robot. The page then neither loads other
-    /// mazes nor runs bundled mice.
-    pub fn with_trial(self, robot: &str) -> Self {
-        Self { trial: Some(robot.into()), ..self }
+    /// Shows the live simulation as the two-run trial of the user's own mouse. The page then neither
+    /// loads other mazes nor runs bundled mice.
+    pub fn with_trial(self) -> Self {
+        Self { is_trial: true, ..self }
     }
 
     /// Sets the mazes that can be loaded from the page.

@@ -46,12 +46,12 @@ async fn control(
     Json(action): Json<MouseAction>,
 ) -> Result<StatusCode, ApiError> {
     run_blocking(move || {
-        let live = state.search()?;
+        let live = state.live()?;
         let throttle = live.control.throttle();
         match action {
             MouseAction::Run { strategy } => {
                 let strategy: BundledStrategy = strategy.parse().map_err(ApiError::bad_request)?;
-                live.start_mouse(strategy)?;
+                state.search()?.start_mouse(strategy)?;
             }
             MouseAction::RunAgain => live.run_own_mouse()?,
             MouseAction::Stop => live.stop_mouse(),

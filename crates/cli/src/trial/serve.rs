@@ -2,18 +2,22 @@
 //! simulator.
 
 use std::error::Error;
+use std::sync::Arc;
+use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Transport, Zmq};
 use mmsim_maze::{Heading, KnownMaze, Maze, Unknown, WallState, Walls};
 use mmsim_protocol::Annotation;
 use mmsim_trial::{RaceSteps, Trial, TrialOutcome, TrialStatus};
+use mmsim_viewer::{Ending, EndingKind, MouseControl, OwnMouse, Pace, StopReason, Throttle};
 
 use super::args::TrialArgs;
 use super::outcome::{Contender, TrialResult};
 use super::results::Results;
+use super::table::failure;
 use crate::connection::report_waiting;
 use crate::local_server;
-use crate::output::note;
+use crate::own_mouse::{self, RunEnd};
 use crate::screen::pace;
 use crate::selection::Selected;
 use crate::usage::{CommandResult, UsageError};
@@ -29,36 +33,53 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     };
     let watch = &args.watch;
     let viewer = (!watch.once).then_some(&watch.viewer);
-    let robot = contender.robot.name();
-    let (server, interrupt) =
-        local_server::start_trial(selected.clone(), robot, watch.port, &watch.retention, viewer)?;
-    let pace = pace(watch.pace);
-    let pause = || interrupt.wait_for(pace);
-    let outcome = run_trial(server.address(), contender, &selected, pause);
+    let own = OwnMouse { name: contender.robot.name().into(), has_reset_button: false };
+    let control = Arc::new(MouseControl::new(Pace::from_interval(pace(watch.pace)), Some(own)));
+    let (server, interrupt) = local_server::start_trial(
+        selected.clone(),
+        Arc::clone(&control),
+        watch.port,
+        &watch.retention,
+        viewer,
+    )?;
+    let jobs = [(&selected, contender)];
     let mut succeeded = true;
-    if let Some(outcome) = outcome? {
-        let jobs = [(&selected, contender)];
-        let mut results = Results::new(&jobs, args);
-        results.add(vec![outcome])?;
-        succeeded = results.finish()?;
-        if !watch.once {
-            note(format_args!("still serving at {}; press Ctrl-C to stop", server.address()));
-            interrupt.wait();
-        }
-    }
+    own_mouse::run_repeatedly(&control, interrupt, server.address(), !watch.once, || {
+        let outcome = run_trial(server.address(), contender, &selected, control.throttle())?;
+        let ending = if let Some(outcome) = outcome {
+            let ending = ending(&outcome);
+            let mut results = Results::new(&jobs, args);
+            results.add(vec![outcome])?;
+            succeeded = results.finish()?;
+            ending
+        } else {
+            let reason = control.wait_for_stop(Duration::ZERO);
+            let text = reason.map_or("stopped", StopReason::text).into();
+            Ending { kind: EndingKind::Stopped, text }
+        };
+        Ok(RunEnd { ending, code: 0, was_started: true })
+    })?;
     server.stop()?;
     Ok(succeeded || !watch.once)
 }
 
+/// Returns the ending of a trial for the page.
+fn ending(outcome: &TrialResult) -> Ending {
+    match outcome.score() {
+        Some(score) => Ending { kind: EndingKind::Goal, text: format!("score {score}") },
+        None => Ending { kind: EndingKind::GaveUp, text: failure(outcome).into() },
+    }
+}
+
 /// Runs a robot and sends its states to the simulator. A state contains the pose, the walls that
 /// the robot has seen, and for each cell a lower bound on the race steps to the goal. The robot, the
-/// status of the trial and open sides between unvisited cells are sent as annotations. Calls `pause`
-/// after each state, and returns `None` if `pause` returns true.
+/// status of the trial and open sides between unvisited cells are sent as annotations. Passes the
+/// throttle after each state, and returns `None` if the throttle stops the robot.
 fn run_trial(
     address: &str,
     contender: &Contender,
     selected: &Selected,
-    pause: impl Fn() -> bool,
+    throttle: &Throttle,
 ) -> Result<Option<TrialResult>, Box<dyn Error>> {
     let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
     let mut simulator = Exchange::new(transport);
@@ -72,7 +93,7 @@ fn run_trial(
         let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
         let number = |cell| steps.at(cell).unwrap_or(u16::MAX);
         simulator.state(trial.pose(), seen, number).map_err(Some)?;
-        if pause() { Err(None::<RunError>) } else { Ok(()) }
+        if throttle.wait() { Err(None::<RunError>) } else { Ok(()) }
     });
     match outcome {
         Ok(outcome) => Ok(Some(outcome)),

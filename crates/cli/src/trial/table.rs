@@ -46,7 +46,7 @@ impl ResultTable {
 }
 
 /// Returns the reason why a trial has no score.
-fn failure(outcome: &TrialResult) -> &'static str {
+pub(super) fn failure(outcome: &TrialResult) -> &'static str {
     match (outcome.ending, outcome.race_optimum) {
         (TrialOutcome::GaveUp, None) => "goal unreachable",
         (TrialOutcome::GaveUp, Some(_)) => "gave up, but the goal is reachable",

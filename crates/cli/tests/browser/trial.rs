@@ -1,9 +1,11 @@
 //! Checks the page of a two-run trial at every kind of state.
 
+use std::fs;
+
 use fantoccini::key::Key;
 use serde_json::Value;
 
-use crate::browser::{Browser, with_browser};
+use crate::browser::{Browser, wait_for, with_browser};
 use crate::harness::Home;
 use crate::page::Panel;
 use crate::simulator::page_address;
@@ -62,7 +64,7 @@ fn a_trial_shows_its_runs_and_its_score_at_every_state() {
         browser.open(&page);
         let live = Panel::live(browser);
         check_states(browser, live, &report[0]);
-        for hidden in [".run", "#mazes", ".runs", ".bar a"] {
+        for hidden in [".run .bundled", "#mazes", ".runs", ".bar a"] {
             assert!(!is_visible(browser, hidden), "{hidden}");
         }
         assert!(is_visible(browser, ".trial") && is_visible(browser, ".trial-runs"));
@@ -73,10 +75,19 @@ fn a_trial_shows_its_runs_and_its_score_at_every_state() {
         let reply = http::request("POST", &url, &headers, start.as_bytes());
         assert_eq!(reply.status, 409, "{}", reply.text());
 
+        // The robot can run again.
+        let score = format!("score {}", live.text(".score dd"));
+        assert_eq!(live.text(".run .result"), score);
+        live.click(".run [name=again]");
+        live.wait_for_run(2);
+        wait_for("the end of the trial", || (live.text(".run .result") == score).then_some(()));
+        check_states(browser, live, &report[0]);
+
         // The recording shows the same figures.
         browser.leave();
         server.kill();
-        let recording = harness::recorded(&home.path().join("r"));
+        let recordings = fs::read_dir(home.path().join("r")).unwrap();
+        let recording = recordings.map(|entry| entry.unwrap().path()).max().unwrap();
         let command = ["replay", recording.to_str().unwrap(), "--serve", "--viewer-port", "0"];
         let viewer = harness::Serving::start(home.command(&command), "watch at http://");
         browser.open(&page_address(&viewer));
