@@ -1,6 +1,7 @@
 //! Checks the page of a two-run trial at every kind of state.
 
 use std::fs;
+use std::path::PathBuf;
 
 use fantoccini::key::Key;
 use serde_json::Value;
@@ -78,8 +79,9 @@ fn a_trial_shows_its_runs_and_its_score_at_every_state() {
         // The robot can run again.
         let score = format!("score {}", live.text(".score dd"));
         assert_eq!(live.text(".run .result"), score);
+        let run: u64 = live.data("run").parse().unwrap();
         live.click(".run [name=again]");
-        live.wait_for_run(2);
+        live.wait_for_run(run + 1);
         wait_for("the end of the trial", || (live.text(".run .result") == score).then_some(()));
         check_states(browser, live, &report[0]);
 
@@ -87,7 +89,9 @@ fn a_trial_shows_its_runs_and_its_score_at_every_state() {
         browser.leave();
         server.kill();
         let recordings = fs::read_dir(home.path().join("r")).unwrap();
-        let recording = recordings.map(|entry| entry.unwrap().path()).max().unwrap();
+        let recordings = recordings.map(|entry| entry.unwrap().path());
+        let is_recording = |path: &PathBuf| path.extension().is_some_and(|it| it == "mcap");
+        let recording = recordings.filter(is_recording).max().unwrap();
         let command = ["replay", recording.to_str().unwrap(), "--serve", "--viewer-port", "0"];
         let viewer = harness::Serving::start(home.command(&command), "watch at http://");
         browser.open(&page_address(&viewer));
