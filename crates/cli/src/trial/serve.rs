@@ -17,7 +17,7 @@ use super::results::Results;
 use super::table::failure;
 use crate::connection::report_waiting;
 use crate::local_server;
-use crate::own_mouse::{self, RunEnd};
+use crate::own_mouse::{RunEnd, Runs};
 use crate::screen::pace;
 use crate::selection::Selected;
 use crate::usage::{CommandResult, UsageError};
@@ -44,7 +44,14 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     )?;
     let jobs = [(&selected, contender)];
     let mut succeeded = true;
-    own_mouse::run_repeatedly(&control, interrupt, server.address(), !watch.once, || {
+    let runs = Runs {
+        control: &control,
+        address: server.address(),
+        stays: !watch.once,
+        watches: false,
+        has_page: false,
+    };
+    runs.run(interrupt, || {
         let outcome = run_trial(server.address(), contender, &selected, control.throttle())?;
         let ending = if let Some(outcome) = outcome {
             let ending = ending(&outcome);
